@@ -1,0 +1,288 @@
+//! Records of u and y as CSV text: a header with the columns `u`, `y` and perhaps `k`, comment lines
+//! beginning with `#`.
+
+use std::io::{BufRead, BufReader, Read, Write};
+
+/// A record of input and output samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Record {
+    /// u(k), k = 0 ... K-1.
+    pub u: Vec<f64>,
+    /// y(k).
+    pub y: Vec<f64>,
+}
+
+/// Why a record was refused. Lines count from 1, comments and header included.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The text has no line beside comments.
+    #[error("the file is empty; expected a header line with the columns u and y (and perhaps k)")]
+    Empty,
+    /// The first line is data.
+    #[error("line {0}: no header; expected a line with the columns u and y (and perhaps k) first")]
+    NoHeader(u64),
+    /// A column that is neither k, u nor y.
+    #[error(
+        "line {line}: unknown column '{column}'; expected k (optional), u and y, separated by commas"
+    )]
+    UnknownColumn {
+        /// The header's line.
+        line: u64,
+        /// The column's name.
+        column: String,
+    },
+    /// A column that is named twice.
+    #[error("line {line}: column '{column}' appears twice")]
+    RepeatedColumn {
+        /// The header's line.
+        line: u64,
+        /// The column's name.
+        column: &'static str,
+    },
+    /// Column u or y is missing.
+    #[error("line {line}: no column '{column}'; expected k (optional), u and y")]
+    MissingColumn {
+        /// The header's line.
+        line: u64,
+        /// The column's name.
+        column: &'static str,
+    },
+    /// A row with too few or too many cells.
+    #[error("line {line}: {found} cells where the header has {expected}")]
+    RowLength {
+        /// The line.
+        line: u64,
+        /// Cells in the row.
+        found: usize,
+        /// Cells in the header.
+        expected: usize,
+    },
+    /// A cell that is no finite number.
+    #[error("line {line}, column {column}: '{text}' is not a finite number")]
+    Cell {
+        /// The line.
+        line: u64,
+        /// The column's name.
+        column: &'static str,
+        /// The cell.
+        text: String,
+    },
+    /// The samples are not consecutive.
+    #[error(
+        "line {line}, column k: {found} where {expected} was expected; samples must be consecutive"
+    )]
+    Gap {
+        /// The line.
+        line: u64,
+        /// The k that stands there.
+        found: f64,
+        /// The k that should.
+        expected: f64,
+    },
+    /// A header and no rows.
+    #[error("no samples after the header")]
+    NoSamples,
+    /// The reader failed.
+    #[error("line {0}: {1}")]
+    Read(u64, std::io::Error),
+}
+
+const NAMES: [&str; 3] = ["k", "u", "y"];
+
+/// Where k, u and y stand in a row.
+struct Columns {
+    positions: [Option<usize>; 3],
+    count: usize,
+}
+
+impl Columns {
+    fn parse(header: &[&str], line: u64) -> Result<Self, RecordError> {
+        if header.iter().all(|cell| cell.parse::<f64>().is_ok()) {
+            return Err(RecordError::NoHeader(line));
+        }
+        let mut positions = [None; 3];
+        for (position, cell) in header.iter().enumerate() {
+            let Some(name) = NAMES.iter().position(|name| name == cell) else {
+                let column = (*cell).to_owned();
+                return Err(RecordError::UnknownColumn { line, column });
+            };
+            if positions[name].replace(position).is_some() {
+                let column = NAMES[name];
+                return Err(RecordError::RepeatedColumn { line, column });
+            }
+        }
+        for name in [1, 2] {
+            if positions[name].is_none() {
+                let column = NAMES[name];
+                return Err(RecordError::MissingColumn { line, column });
+            }
+        }
+        let count = header.len();
+        Ok(Self { positions, count })
+    }
+
+    /// The finite number in column `name` of a row, if the header has it.
+    fn number(&self, row: &[&str], line: u64, name: usize) -> Result<Option<f64>, RecordError> {
+        let Some(position) = self.positions[name] else {
+            return Ok(None);
+        };
+        let number = row[position].parse().ok().filter(|x: &f64| x.is_finite());
+        number.map(Some).ok_or_else(|| RecordError::Cell {
+            line,
+            column: NAMES[name],
+            text: row[position].to_owned(),
+        })
+    }
+}
+
+/// Lines that are neither blank nor comments, with their numbers.
+struct Lines<R> {
+    reader: BufReader<R>,
+    text: String,
+    number: u64,
+}
+
+impl<R: Read> Lines<R> {
+    fn new(reader: R) -> Self {
+        Self {
+            reader: BufReader::new(reader),
+            text: String::new(),
+            number: 0,
+        }
+    }
+
+    /// The next line and its number; `None` at the end.
+    fn next(&mut self) -> Result<Option<(u64, &str)>, RecordError> {
+        loop {
+            self.text.clear();
+            self.number += 1;
+            let read = self.reader.read_line(&mut self.text);
+            if read.map_err(|error| RecordError::Read(self.number, error))? == 0 {
+                return Ok(None);
+            }
+            let text = self.text.trim_start_matches('\u{feff}').trim_start();
+            if !(text.is_empty() || text.starts_with('#')) {
+                break;
+            }
+        }
+        let text = self.text.trim_start_matches('\u{feff}').trim();
+        Ok(Some((self.number, text)))
+    }
+}
+
+/// A cell without the blanks and double quotes around it.
+fn unquote(cell: &str) -> &str {
+    cell.trim().trim_matches('"')
+}
+
+/// Reads a record. Memory is that of the two columns.
+///
+/// # Errors
+/// [`RecordError`], with line and column.
+pub fn read(from: impl Read) -> Result<Record, RecordError> {
+    let mut lines = Lines::new(from);
+    let Some((line, text)) = lines.next()? else {
+        return Err(RecordError::Empty);
+    };
+    let header: Vec<&str> = text.split(',').map(unquote).collect();
+    let columns = Columns::parse(&header, line)?;
+    let mut record = Record::default();
+    let mut expected = None;
+    while let Some((line, text)) = lines.next()? {
+        let mut row = [""; 3];
+        let mut found = 0;
+        for cell in text.split(',') {
+            if let Some(slot) = row.get_mut(found) {
+                *slot = unquote(cell);
+            }
+            found += 1;
+        }
+        if found != columns.count {
+            return Err(RecordError::RowLength {
+                line,
+                found,
+                expected: columns.count,
+            });
+        }
+        if let Some(found) = columns.number(&row, line, 0)? {
+            let expected = expected.replace(found + 1.0).unwrap_or(found);
+            if found != expected {
+                return Err(RecordError::Gap {
+                    line,
+                    found,
+                    expected,
+                });
+            }
+        }
+        record.u.extend(columns.number(&row, line, 1)?);
+        record.y.extend(columns.number(&row, line, 2)?);
+    }
+    if record.y.is_empty() {
+        return Err(RecordError::NoSamples);
+    }
+    Ok(record)
+}
+
+/// Writes a record with all digits, after `comments`, one line each.
+///
+/// # Errors
+/// If the writer fails.
+pub fn write(mut to: impl Write, comments: &[String], u: &[f64], y: &[f64]) -> std::io::Result<()> {
+    for comment in comments {
+        writeln!(to, "# {comment}")?;
+    }
+    writeln!(to, "k,u,y")?;
+    for (k, (u, y)) in u.iter().zip(y).enumerate() {
+        writeln!(to, "{k},{u},{y}")?;
+    }
+    to.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> String {
+        read(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_record_survives_writing_and_reading() {
+        let record = Record {
+            u: vec![1.0, -0.1, 1e-300],
+            y: vec![std::f64::consts::PI, -1.0 / 3.0, 12345.678],
+        };
+        let mut text = Vec::new();
+        write(&mut text, &["truth".to_owned()], &record.u, &record.y).unwrap();
+        assert_eq!(read(text.as_slice()).unwrap(), record);
+    }
+
+    #[test]
+    fn columns_may_stand_in_any_order_and_k_may_start_anywhere() {
+        let record = read("# a\ny, u ,k\n1,2,7\n# b\n\n3,4,8\r\n".as_bytes()).unwrap();
+        assert_eq!((record.u, record.y), (vec![2.0, 4.0], vec![1.0, 3.0]));
+        let record = read("\u{feff}u,y\n1,2\n".as_bytes()).unwrap();
+        assert_eq!(record.y, [2.0]);
+    }
+
+    #[test]
+    fn refusals_name_line_and_column() {
+        assert!(error("").starts_with("the file is empty"));
+        assert!(error("# only\n").starts_with("the file is empty"));
+        assert!(error("1,2\n3,4\n").starts_with("line 1: no header"));
+        assert!(error("# c\nu,z\n1,2\n").starts_with("line 2: unknown column 'z'"));
+        assert!(error("u;y\n1;2\n").starts_with("line 1: unknown column 'u;y'"));
+        assert!(error("u,u,y\n").starts_with("line 1: column 'u' appears twice"));
+        assert!(error("k,y\n").starts_with("line 1: no column 'u'"));
+        assert!(error("u,y\n").starts_with("no samples"));
+        assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cells where the header has 2"));
+        for cell in ["abc", "NaN", "inf", "-infinity", "1e999", ""] {
+            let message = error(&format!("# c\nu,y\n1,2\n3,{cell}\n"));
+            assert_eq!(
+                message,
+                format!("line 4, column y: '{cell}' is not a finite number")
+            );
+        }
+        assert!(error("k,u,y\n0,1,1\n2,1,1\n").starts_with("line 3, column k: 2 where 1"));
+    }
+}

@@ -1,0 +1,69 @@
+//! Removal of a mean or a straight line.
+
+use crate::names::named_enum;
+use crate::signal::arithmetic::{covariance, mean, variance};
+
+named_enum! {
+    /// What is subtracted from u and y before estimation.
+    Detrend, "detrend" {
+        /// Nothing (the default).
+        None = "none",
+        /// The window's mean.
+        Mean = "mean",
+        /// The window's least-squares straight line over k.
+        Linear = "linear",
+    }
+}
+
+/// A straight line over k, fitted to a window: `level + slope k`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Trend {
+    level: f64,
+    slope: f64,
+}
+
+impl Trend {
+    /// Fits the window's samples.
+    pub fn fit(detrend: Detrend, window: &[f64]) -> Self {
+        match detrend {
+            Detrend::None => Self::default(),
+            Detrend::Mean => Self {
+                level: mean(window),
+                slope: 0.0,
+            },
+            Detrend::Linear => {
+                let k: Vec<f64> = (0..window.len()).map(|k| k as f64).collect();
+                let slope = covariance(&k, window) / variance(&k);
+                Self {
+                    level: mean(window) - slope * mean(&k),
+                    slope,
+                }
+            }
+        }
+    }
+
+    /// Subtracts the line from a whole record, the window and what follows it.
+    pub fn subtract(self, record: &mut [f64]) {
+        if self == Self::default() {
+            return;
+        }
+        for (k, value) in record.iter_mut().enumerate() {
+            *value -= self.slope.mul_add(k as f64, self.level);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_removed_and_extrapolated() {
+        let mut record: Vec<f64> = (0..30).map(|k| 5.0 - 0.25 * f64::from(k)).collect();
+        Trend::fit(Detrend::Linear, &record[..20]).subtract(&mut record);
+        assert!(record.iter().all(|value| value.abs() < 1e-13));
+        let mut record = vec![1.0, 2.0, 3.0, 10.0];
+        Trend::fit(Detrend::Mean, &record[..3]).subtract(&mut record);
+        assert_eq!(record, [-1.0, 0.0, 1.0, 8.0]);
+    }
+}

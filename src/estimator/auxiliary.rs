@@ -1,0 +1,57 @@
+//! Stage 7: the output of the auxiliary model, from which the instruments are formed.
+
+use super::{Drive, FailureKind, Window};
+use crate::observer::Gain;
+use crate::plant::{observe, simulate};
+
+/// Buffers for stage 7.
+pub struct AuxiliaryModel {
+    drive: Drive,
+    gain: Gain,
+    g: Vec<f64>,
+    x: Vec<f64>,
+    /// `yhat(k)`, k = 0 ... N-1.
+    pub yhat: Vec<f64>,
+}
+
+impl AuxiliaryModel {
+    /// Buffers for order n and windows of N samples; `gain` is used where the observer drives.
+    pub fn new(order: usize, window: usize, drive: Drive, gain: Gain) -> Self {
+        Self {
+            drive,
+            gain,
+            g: vec![0.0; order],
+            x: vec![0.0; order],
+            yhat: vec![0.0; window],
+        }
+    }
+
+    /// Fills `yhat` for the model (a, b) from x0.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] where the output overflows.
+    pub fn run(
+        &mut self,
+        a: &[f64],
+        b: &[f64],
+        x0: &[f64],
+        window: Window<'_>,
+    ) -> Result<(), FailureKind> {
+        self.x.copy_from_slice(x0);
+        let yhat = &mut self.yhat;
+        match self.drive {
+            Drive::Model => simulate(a, b, &mut self.x, window.u, |k, x| yhat[k] = x[0]),
+            Drive::Observer => {
+                self.gain.compute(a, &mut self.g);
+                observe(a, b, &self.g, &mut self.x, window.u, window.y, |k, x| {
+                    yhat[k] = x[0]
+                });
+            }
+        }
+        if yhat.iter().all(|y| y.is_finite()) {
+            Ok(())
+        } else {
+            Err(FailureKind::NonFinite)
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Instrumental variables: least squares as iteration 0, then passes of stages 7 to 10 (stage 11).
+
+use super::auxiliary::AuxiliaryModel;
+use super::least_squares::{StateEstimate, conclude};
+use super::solver::{Solution, SolveInstruments};
+use super::{
+    Estimator, Failure, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10, Window,
+};
+use crate::names::named_enum;
+use crate::observer::Gain;
+
+named_enum! {
+    /// What of the auxiliary model is renewed after each pass: reading E4.
+    Auxiliary, "reading of the auxiliary model" {
+        /// b and x0 follow each pass: stages 5 and 6 after every stage 10 (the default).
+        Refresh = "refresh",
+        /// Only A-hat follows; b and x0 of iteration 0 drive every simulation, and that x0 starts the
+        /// observer. b is reported from each pass's h.
+        Frozen = "frozen",
+        /// As frozen, and b is reported as iteration 0's.
+        Literal = "literal",
+    }
+}
+
+named_enum! {
+    /// What the auxiliary model is: reading E12.
+    Drive, "reading of stage 7" {
+        /// The simulation of (A-hat, b-hat) from x0-hat (the default).
+        Model = "model",
+        /// The observer, driven by y: `F-hat = A-hat - g c'`.
+        Observer = "observer",
+    }
+}
+
+/// The readings of the IV passes.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct IvOptions {
+    /// Number of passes: reading E11 (four, or five).
+    pub iterations: usize,
+    /// How p is solved for.
+    pub solver: Solver,
+    /// Stage 10's formula: reading E2.
+    pub stage10: Stage10,
+    /// What each pass renews: reading E4.
+    pub auxiliary: Auxiliary,
+    /// What drives the auxiliary model: reading E12.
+    pub drive: Drive,
+    /// The observer's gain where it drives the auxiliary model.
+    pub gain: Gain,
+}
+
+impl Default for IvOptions {
+    fn default() -> Self {
+        Self {
+            iterations: 4,
+            solver: Solver::default(),
+            stage10: Stage10::default(),
+            auxiliary: Auxiliary::default(),
+            drive: Drive::default(),
+            gain: Gain::default(),
+        }
+    }
+}
+
+/// The IV estimator: pass 0 is least squares, passes 1, 2, ... use the instruments of the pass before.
+pub struct InstrumentalVariables {
+    auxiliary: Auxiliary,
+    solver: Box<dyn SolveInstruments>,
+    solution: Solution,
+    state: StateEstimate,
+    model: AuxiliaryModel,
+}
+
+impl InstrumentalVariables {
+    /// Buffers for a shape.
+    ///
+    /// # Errors
+    /// As for [`Solver::instruments`].
+    pub fn new(shape: Shape, options: &IvOptions) -> Result<Self, SetupError> {
+        Ok(Self {
+            auxiliary: options.auxiliary,
+            solver: options.solver.instruments(shape, options.stage10)?,
+            solution: Solution::new(shape.order),
+            state: StateEstimate::new(shape.order),
+            model: AuxiliaryModel::new(
+                shape.order,
+                shape.window,
+                options.drive,
+                options.gain.clone(),
+            ),
+        })
+    }
+
+    /// Iteration 0: stages 1 to 6.
+    fn least_squares(&mut self, window: Window<'_>, pass: &mut Pass) {
+        self.solution.condition = f64::NAN;
+        let solved = self.solver.least_squares(window, &mut self.solution);
+        if conclude(solved, &self.solution, Stage::LeastSquares, 0, pass) {
+            self.state.estimate(window, 0, pass);
+        }
+    }
+
+    /// One pass: stages 7 to 10, and 5 and 6 where the reading says so.
+    fn pass(
+        &mut self,
+        window: Window<'_>,
+        number: usize,
+        first: &Pass,
+        previous: &Pass,
+        pass: &mut Pass,
+    ) {
+        // Reading E4: whose b and x0 drive the auxiliary model.
+        let source = match self.auxiliary {
+            Auxiliary::Refresh => previous,
+            Auxiliary::Frozen | Auxiliary::Literal => first,
+        };
+        if let Err(kind) = self.model.run(&previous.a, &source.b, &source.x0, window) {
+            pass.fail(Failure {
+                kind,
+                stage: Stage::AuxiliaryModel,
+                pass: number,
+            });
+            return;
+        }
+        self.solution.condition = f64::NAN;
+        let solved = self
+            .solver
+            .instruments(window, &self.model.yhat, &mut self.solution);
+        if !conclude(solved, &self.solution, Stage::Instruments, number, pass) {
+            return;
+        }
+        match self.auxiliary {
+            Auxiliary::Refresh => self.state.estimate(window, number, pass),
+            Auxiliary::Frozen => pass.set_initial_state(&first.x0),
+            Auxiliary::Literal => {
+                pass.b.copy_from_slice(&first.b);
+                pass.set_initial_state(&first.x0);
+            }
+        }
+    }
+}
+
+impl Estimator for InstrumentalVariables {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        for pass in &mut *passes {
+            pass.clear();
+        }
+        let Some(first) = passes.first_mut() else {
+            return;
+        };
+        self.least_squares(window, first);
+        for number in 1..passes.len() {
+            let (done, rest) = passes.split_at_mut(number);
+            let (first, previous, pass) = (&done[0], &done[number - 1], &mut rest[0]);
+            if previous.progress == Progress::InitialState {
+                self.pass(window, number, first, previous, pass);
+            } else {
+                // Nothing to start from: the failure goes on.
+                pass.failure = previous.failure;
+            }
+        }
+    }
+}

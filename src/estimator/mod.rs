@@ -1,0 +1,131 @@
+//! Estimators of (a, b, h, x0) from a window of u and y: stages 1 to 11.
+//!
+//! One file per mathematical object: [`regressors`] (stages 1 and 8), [`information`] (2 and 9),
+//! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] (7); one per
+//! method: [`least_squares`] and [`instrumental_variables`] (11).
+
+pub mod auxiliary;
+pub mod information;
+pub mod initial_state;
+mod instrumental_variables;
+mod least_squares;
+mod method;
+pub mod parameters;
+mod pass;
+pub mod regressors;
+pub mod solver;
+mod sorted_qr;
+
+pub use instrumental_variables::{Auxiliary, Drive, InstrumentalVariables, IvOptions};
+pub use least_squares::LeastSquares;
+pub use method::{Method, Output};
+pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
+pub use solver::{Solver, Stage10};
+
+/// The samples that an estimator sees: `u(k)` and `y(k)` for k = 0 ... N-1.
+#[derive(Clone, Copy, Debug)]
+pub struct Window<'a> {
+    /// The input.
+    pub u: &'a [f64],
+    /// The measured output.
+    pub y: &'a [f64],
+}
+
+impl<'a> Window<'a> {
+    /// The first `length` samples of a record.
+    ///
+    /// # Panics
+    /// If the record is shorter.
+    pub fn new(u: &'a [f64], y: &'a [f64], length: usize) -> Self {
+        Self {
+            u: &u[..length],
+            y: &y[..length],
+        }
+    }
+
+    /// The number of samples, N.
+    pub fn len(self) -> usize {
+        self.y.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(self) -> bool {
+        self.y.is_empty()
+    }
+}
+
+/// The order n and the window N that an estimator's buffers are made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// The order n of the plant.
+    pub order: usize,
+    /// The number of samples N.
+    pub window: usize,
+}
+
+impl Shape {
+    /// Checks that n >= 1 and that the N - n rows are at least the 2n unknowns: N >= 3n.
+    ///
+    /// # Errors
+    /// [`SetupError::ZeroOrder`] or [`SetupError::ShortWindow`].
+    pub fn check(self) -> Result<(), SetupError> {
+        if self.order == 0 {
+            return Err(SetupError::ZeroOrder);
+        }
+        if self.window < 3 * self.order {
+            return Err(SetupError::ShortWindow(self));
+        }
+        Ok(())
+    }
+}
+
+/// Why an estimator cannot be set up: a mistake in what was asked for, not a numerical failure.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SetupError {
+    /// The order is 0.
+    #[error("the order must be at least 1")]
+    ZeroOrder,
+    /// N - n is below 2n.
+    #[error(
+        "a window of {} samples is too short for order {}: at least 3n = {} are needed",
+        .0.window, .0.order, 3 * .0.order
+    )]
+    ShortWindow(Shape),
+    /// `dual` or `augmented` beyond its limit.
+    #[error(
+        "solver '{solver}' would need a matrix of dimension {dimension} ({} MiB); its limit is {}",
+        (dimension * dimension * 8).div_ceil(1 << 20), solver::NAIVE_LIMIT
+    )]
+    SolverDimension {
+        /// The solver.
+        solver: Solver,
+        /// The dimension that it would need.
+        dimension: usize,
+    },
+    /// A solver that needs a symmetric matrix.
+    #[error("solver '{solver}' serves least squares only: Z'Phi is not symmetric")]
+    SolverCannotUseInstruments {
+        /// The solver.
+        solver: Solver,
+    },
+    /// A printed stage 10 without stage 3's blocks.
+    #[error("stage 10 '{stage10}' exists for solver 'partitioned' only, not '{solver}'")]
+    Stage10NeedsPartitioned {
+        /// The reading.
+        stage10: Stage10,
+        /// The solver.
+        solver: Solver,
+    },
+}
+
+/// Estimates (a, b, h, x0) from a window, with buffers of its own: one value per worker.
+///
+/// Implement this to bring a method of your own into a Monte-Carlo comparison (see
+/// `examples/own_estimator.rs`).
+pub trait Estimator: Send {
+    /// Fills `passes`, one entry per output of the method ([`Method::outputs`]), in order.
+    ///
+    /// Every entry must be set: by [`Pass::set_parameters`] and [`Pass::set_initial_state`], or by
+    /// [`Pass::fail`].
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]);
+}

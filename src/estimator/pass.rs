@@ -1,0 +1,151 @@
+//! What one pass of an estimator leaves: the model, or the failure that stopped it.
+
+use super::parameters;
+use crate::names::named_enum;
+use crate::plant::stability::is_stable;
+
+named_enum! {
+    /// Why a pass failed.
+    FailureKind, "failure" {
+        /// A value that is not finite.
+        NonFinite = "non-finite",
+        /// An exactly singular matrix.
+        Singular = "singular",
+        /// A matrix that is singular to rounding: [`super::solver::condition::RANK_MULTIPLE`].
+        RankDeficient = "rank-deficient",
+    }
+}
+
+/// The stage of the paper's algorithm in which something failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Stage 3: p of iteration 0.
+    LeastSquares = 3,
+    /// Stage 6: the initial state.
+    InitialState = 6,
+    /// Stage 7: the auxiliary model's output.
+    AuxiliaryModel = 7,
+    /// Stage 10: p of an IV pass.
+    Instruments = 10,
+    /// Stage 12: the observer.
+    Observer = 12,
+}
+
+/// A numerical failure: data, recorded and counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// Why.
+    pub kind: FailureKind,
+    /// Where in the algorithm.
+    pub stage: Stage,
+    /// In which pass; later passes, which have nothing to start from, carry the same failure.
+    pub pass: usize,
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} (stage {}, pass {})",
+            self.kind, self.stage as usize, self.pass
+        )
+    }
+}
+
+/// How much of a pass is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Progress {
+    /// Nothing: no number of this pass may be used.
+    #[default]
+    Nothing,
+    /// a, b and h.
+    Parameters,
+    /// x0 too.
+    InitialState,
+}
+
+/// One pass of an estimator on one window.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// Last row of A-hat, n numbers.
+    pub a: Vec<f64>,
+    /// b-hat, n numbers.
+    pub b: Vec<f64>,
+    /// Numerator h-hat, n numbers.
+    pub h: Vec<f64>,
+    /// x0-hat, n numbers.
+    pub x0: Vec<f64>,
+    /// Condition number of the solve ([`super::solver::Solution::condition`]); NaN where unknown.
+    pub condition: f64,
+    /// Whether A-hat has a pole on or outside the unit circle.
+    pub unstable: bool,
+    /// How much of the above holds.
+    pub progress: Progress,
+    /// Why there is no more.
+    pub failure: Option<Failure>,
+    /// Scratch for the stability test.
+    scratch: Vec<f64>,
+}
+
+impl Pass {
+    /// Buffers for order n.
+    pub fn new(order: usize) -> Self {
+        let vector = || vec![f64::NAN; order];
+        Self {
+            a: vector(),
+            b: vector(),
+            h: vector(),
+            x0: vector(),
+            condition: f64::NAN,
+            unstable: false,
+            progress: Progress::Nothing,
+            failure: None,
+            scratch: vector(),
+        }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        for vector in [&mut self.a, &mut self.b, &mut self.h, &mut self.x0] {
+            vector.fill(f64::NAN);
+        }
+        self.condition = f64::NAN;
+        self.unstable = false;
+        self.progress = Progress::Nothing;
+        self.failure = None;
+    }
+
+    /// Sets a, b and h from `p = (alpha, beta)`, stages 4 and 5, and tests stability.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] where a coefficient is not finite; the pass is then unchanged in
+    /// [`Pass::progress`].
+    ///
+    /// # Panics
+    /// If `p` is not of length 2n.
+    pub fn set_parameters(&mut self, p: &[f64], condition: f64) -> Result<(), FailureKind> {
+        parameters::from_p(p, &mut self.a, &mut self.h);
+        parameters::input_vector(&self.a, &self.h, &mut self.b);
+        if !p.iter().chain(&self.b).all(|value| value.is_finite()) {
+            return Err(FailureKind::NonFinite);
+        }
+        self.condition = condition;
+        self.unstable = !is_stable(&self.a, &mut self.scratch);
+        self.progress = Progress::Parameters;
+        Ok(())
+    }
+
+    /// Sets x0.
+    ///
+    /// # Panics
+    /// If `x0` is not of length n.
+    pub fn set_initial_state(&mut self, x0: &[f64]) {
+        self.x0.copy_from_slice(x0);
+        self.progress = Progress::InitialState;
+    }
+
+    /// Records a failure; what is known already stands.
+    pub fn fail(&mut self, failure: Failure) {
+        self.failure = Some(failure);
+    }
+}

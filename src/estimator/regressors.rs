@@ -1,0 +1,39 @@
+//! The data matrices of stages 1 and 8, row by row.
+//!
+//! `phi(k) = (-y(k-1) ... -y(k-n), u(k-1) ... u(k-n))` for k = n ... N-1 are the rows of Phi; the
+//! instruments Z have yhat in the place of y. The two halves of stage 1 stack to these rows, so the
+//! sums over the halves are sums over all rows.
+
+use super::Window;
+use faer::MatMut;
+
+/// Writes rows `first`, `first + 1`, ... of the data matrix (`N - n` rows, 2n columns) into `block`.
+///
+/// `output` is y for the regressors (stage 1) and yhat for the instruments (stage 8).
+///
+/// # Panics
+/// If `block` does not have 2n columns or reaches beyond the last row.
+pub fn fill_rows(
+    window: Window<'_>,
+    output: &[f64],
+    order: usize,
+    first: usize,
+    mut block: MatMut<'_, f64>,
+) {
+    let rows = block.nrows();
+    assert!(block.ncols() == 2 * order && first + rows + order <= window.len());
+    for i in 0..order {
+        // Row r is k = n + first + r; column i holds lag i + 1.
+        let from = order + first - 1 - i;
+        let mut outputs = block.rb_mut().col_mut(i);
+        for (row, output) in output[from..from + rows].iter().enumerate() {
+            outputs[row] = -output;
+        }
+        let mut inputs = block.rb_mut().col_mut(order + i);
+        for (row, input) in window.u[from..from + rows].iter().enumerate() {
+            inputs[row] = *input;
+        }
+    }
+}
+
+use faer::reborrow::ReborrowMut;

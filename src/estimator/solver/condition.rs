@@ -1,0 +1,238 @@
+//! Equilibration, condition numbers and the one rank rule of all solvers.
+
+use crate::estimator::FailureKind;
+use faer::{MatMut, MatRef};
+
+/// A matrix counts as rank deficient where the reciprocal of its equilibrated 1-norm condition number
+/// is below this multiple of 2n eps.
+///
+/// Rounding hides exact singularity: a singular matrix of this size comes out with a reciprocal
+/// condition of some eps.
+pub const RANK_MULTIPLE: f64 = 4.0;
+
+/// The rank rule: fails where `1 / condition < RANK_MULTIPLE * 2n * eps`.
+///
+/// # Errors
+/// [`FailureKind::RankDeficient`], or [`FailureKind::NonFinite`] where the condition is NaN.
+pub fn check_rank(condition: f64, order: usize) -> Result<(), FailureKind> {
+    let limit = RANK_MULTIPLE * 2.0 * order as f64 * f64::EPSILON;
+    if condition.is_nan() {
+        Err(FailureKind::NonFinite)
+    } else if condition.recip() < limit {
+        Err(FailureKind::RankDeficient)
+    } else {
+        Ok(())
+    }
+}
+
+/// Row and column scales, powers of two (so that scaling rounds nothing), that bring the largest entry of
+/// every row and column of a matrix into [1, 2).
+#[derive(Clone, Debug)]
+pub struct Equilibration {
+    /// Factors of the rows.
+    pub rows: Vec<f64>,
+    /// Factors of the columns.
+    pub columns: Vec<f64>,
+}
+
+/// The power of two `s` with `s x` in [1, 2), kept in the range of normal numbers.
+fn inverse_power_of_two(x: f64) -> f64 {
+    let exponent = (x.to_bits() >> 52) & 0x7ff;
+    f64::from_bits(2046_u64.saturating_sub(exponent).max(1) << 52)
+}
+
+impl Equilibration {
+    /// Buffers for `rows` x `columns`.
+    pub fn new(rows: usize, columns: usize) -> Self {
+        Self {
+            rows: vec![1.0; rows],
+            columns: vec![1.0; columns],
+        }
+    }
+
+    /// Finds the scales of `matrix`: rows first, then the columns of the row-scaled matrix.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] where an entry is not finite, [`FailureKind::Singular`] where a row or
+    /// column is zero.
+    pub fn of(&mut self, matrix: MatRef<'_, f64>) -> Result<(), FailureKind> {
+        self.rows.fill(0.0);
+        for j in 0..matrix.ncols() {
+            for (i, scale) in self.rows.iter_mut().enumerate() {
+                let size = matrix[(i, j)].abs();
+                // NaN is kept: `max` would drop it.
+                *scale = if size.is_nan() { size } else { scale.max(size) };
+            }
+        }
+        if !self.rows.iter().all(|r| r.is_finite()) {
+            return Err(FailureKind::NonFinite);
+        }
+        if self.rows.contains(&0.0) {
+            return Err(FailureKind::Singular);
+        }
+        for scale in &mut self.rows {
+            *scale = inverse_power_of_two(*scale);
+        }
+        for (j, scale) in self.columns.iter_mut().enumerate() {
+            let column = (0..matrix.nrows()).map(|i| (self.rows[i] * matrix[(i, j)]).abs());
+            *scale = column.fold(0.0, f64::max);
+            if *scale == 0.0 {
+                return Err(FailureKind::Singular);
+            }
+            *scale = inverse_power_of_two(*scale);
+        }
+        Ok(())
+    }
+
+    /// Finds one scale for row and column i of a symmetric matrix, the power of two nearest below
+    /// `1 / sqrt(diagonal_i)`.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] where an entry is not finite, [`FailureKind::Singular`] where a
+    /// diagonal entry is not positive.
+    pub fn of_symmetric(&mut self, matrix: MatRef<'_, f64>) -> Result<(), FailureKind> {
+        if !matrix.norm_l1().is_finite() {
+            return Err(FailureKind::NonFinite);
+        }
+        for i in 0..matrix.nrows() {
+            if matrix[(i, i)] <= 0.0 {
+                return Err(FailureKind::Singular);
+            }
+            let scale = inverse_power_of_two(matrix[(i, i)].sqrt());
+            self.rows[i] = scale;
+            self.columns[i] = scale;
+        }
+        Ok(())
+    }
+
+    /// Finds the scales of the columns alone, by their largest entries: what a tall data matrix allows
+    /// without changing its least-squares problem.
+    ///
+    /// # Errors
+    /// As for [`Self::of`].
+    pub fn of_columns(&mut self, matrix: MatRef<'_, f64>) -> Result<(), FailureKind> {
+        for (j, scale) in self.columns.iter_mut().enumerate() {
+            let size = (0..matrix.nrows())
+                .map(|i| matrix[(i, j)].abs())
+                .fold(0.0, maximum);
+            if !size.is_finite() {
+                return Err(FailureKind::NonFinite);
+            }
+            if size == 0.0 {
+                return Err(FailureKind::Singular);
+            }
+            *scale = inverse_power_of_two(size);
+        }
+        Ok(())
+    }
+
+    /// Scales `matrix` in place.
+    pub fn apply(&self, mut matrix: MatMut<'_, f64>) {
+        for j in 0..matrix.ncols() {
+            for i in 0..matrix.nrows() {
+                matrix[(i, j)] *= self.rows[i] * self.columns[j];
+            }
+        }
+    }
+
+    /// The 1-norm condition number of the equilibrated matrix, from the matrix and its inverse.
+    pub fn condition(&self, matrix: MatRef<'_, f64>, inverse: MatRef<'_, f64>) -> f64 {
+        let dimension = matrix.nrows();
+        let (mut norm, mut inverse_norm) = (0.0_f64, 0.0_f64);
+        for j in 0..dimension {
+            let (mut sum, mut inverse_sum) = (0.0, 0.0);
+            for i in 0..dimension {
+                sum += self.rows[i] * matrix[(i, j)].abs();
+                inverse_sum += inverse[(i, j)].abs() / self.columns[i];
+            }
+            norm = maximum(norm, sum * self.columns[j]);
+            inverse_norm = maximum(inverse_norm, inverse_sum / self.rows[j]);
+        }
+        norm * inverse_norm
+    }
+}
+
+/// The larger one, NaN if either is.
+fn maximum(x: f64, y: f64) -> f64 {
+    if y > x || y.is_nan() { y } else { x }
+}
+
+/// The 1-norm of a matrix: its largest column sum.
+pub fn norm1(matrix: MatRef<'_, f64>) -> f64 {
+    (0..matrix.ncols())
+        .map(|j| (0..matrix.nrows()).map(|i| matrix[(i, j)].abs()).sum())
+        .fold(0.0, maximum)
+}
+
+/// The 1-norm condition number of the upper triangular `R C`, C the diagonal of `columns`, exactly: column by
+/// column of the inverse. `scratch` holds as many numbers as R has rows.
+///
+/// # Errors
+/// [`FailureKind::Singular`] where a diagonal entry is zero.
+pub fn triangular_condition(
+    r: MatRef<'_, f64>,
+    columns: &[f64],
+    scratch: &mut [f64],
+) -> Result<f64, FailureKind> {
+    let dimension = r.ncols();
+    let (mut norm, mut inverse_norm) = (0.0_f64, 0.0_f64);
+    for j in 0..dimension {
+        if r[(j, j)] == 0.0 {
+            return Err(FailureKind::Singular);
+        }
+        let sum: f64 = (0..=j).map(|i| r[(i, j)].abs()).sum();
+        norm = maximum(norm, sum * columns[j]);
+        // Column j of R^-1 by back substitution from row j.
+        scratch[j] = 1.0 / r[(j, j)];
+        for i in (0..j).rev() {
+            let sum: f64 = (i + 1..=j).map(|l| r[(i, l)] * scratch[l]).sum();
+            scratch[i] = -sum / r[(i, i)];
+        }
+        let sum = (0..=j).map(|i| scratch[i].abs() / columns[i]).sum();
+        inverse_norm = maximum(inverse_norm, sum);
+    }
+    Ok(norm * inverse_norm)
+}
+
+/// Hager and Higham's estimate of `|| A^-1 ||_1` (a lower bound, rarely off by more than a factor of 3;
+/// Higham 1988, Algorithm 674) from solves with A and A'.
+///
+/// `solve(x, transposed)` overwrites x by `A^-1 x` or `A^-T x`; `x` and `z` are scratch of A's dimension.
+pub fn inverse_norm1_estimate(
+    x: &mut [f64],
+    z: &mut [f64],
+    mut solve: impl FnMut(&mut [f64], bool),
+) -> f64 {
+    let dimension = x.len();
+    let norm = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
+    x.fill(1.0 / dimension as f64);
+    solve(x, false);
+    let mut estimate = norm(x);
+    let mut previous = usize::MAX;
+    for _ in 0..5 {
+        for (z, x) in z.iter_mut().zip(&*x) {
+            *z = 1.0_f64.copysign(*x);
+        }
+        solve(z, true);
+        let largest = (0..dimension).fold(0, |l, i| if z[i].abs() > z[l].abs() { i } else { l });
+        if largest == previous {
+            break;
+        }
+        previous = largest;
+        x.fill(0.0);
+        x[largest] = 1.0;
+        solve(x, false);
+        let next = norm(x);
+        if !(next > estimate) {
+            break;
+        }
+        estimate = next;
+    }
+    // The alternating vector catches what the iteration cancels.
+    for (i, x) in x.iter_mut().enumerate() {
+        let size = 1.0 + i as f64 / (dimension.max(2) - 1) as f64;
+        *x = if i % 2 == 0 { size } else { -size };
+    }
+    solve(x, false);
+    maximum(estimate, 2.0 * norm(x) / (3.0 * dimension as f64))
+}

@@ -1,0 +1,174 @@
+//! Ways to solve for p, all on one interface: iteration 0 (least squares) and passes with instruments.
+
+pub mod condition;
+mod linear;
+mod naive;
+mod orthogonal;
+mod partitioned;
+mod reduction;
+mod square;
+
+use super::{FailureKind, SetupError, Shape, Window};
+use crate::names::named_enum;
+
+pub use naive::{Augmented, Dual};
+pub use orthogonal::{Qr, Svd};
+pub use partitioned::Partitioned;
+pub use square::{Cholesky, Lu};
+
+named_enum! {
+    /// A way to solve `Z'Phi p = Z'y` for p.
+    Solver, "solver" {
+        /// Stages 3 and 10: two n x n inverses (the default).
+        Partitioned = "partitioned",
+        /// LU of the 2n x 2n information matrix.
+        Lu = "lu",
+        /// Cholesky of the 2n x 2n information matrix; least squares only.
+        Cholesky = "cholesky",
+        /// QR of the (N-n) x 2n data matrix.
+        Qr = "qr",
+        /// SVD of the (N-n) x 2n data matrix.
+        Svd = "svd",
+        /// The naive (N-n) x (N-n) system, regularised.
+        Dual = "dual",
+        /// The naive system of dimension (N-n) + 2n.
+        Augmented = "augmented",
+    }
+}
+
+named_enum! {
+    /// The formula of stage 10: reading E2. Only `partitioned` has it.
+    Stage10, "reading of stage 10" {
+        /// Stage 3's formula with the new blocks (the default).
+        Corrected = "corrected",
+        /// As the 2023 article prints it.
+        AsPrinted = "as-printed",
+        /// As the 2024 article prints it.
+        AsPrinted2024 = "as-printed-2024",
+    }
+}
+
+/// The largest dimension that `dual` and `augmented` accept: a matrix of 128 MiB.
+pub const NAIVE_LIMIT: usize = 4096;
+
+/// What a solver leaves: p (2n), and the condition number of what it factorised.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// `p = (alpha_1 ... alpha_n, beta_1 ... beta_n)`.
+    pub p: Vec<f64>,
+    /// The 1-norm condition number of the row- and column-equilibrated matrix that the solver
+    /// factorises (of the worse one where there are two); set where it was found, even if the rank
+    /// rule then failed.
+    pub condition: f64,
+}
+
+impl Solution {
+    /// Buffers for order n.
+    pub fn new(order: usize) -> Self {
+        Self {
+            p: vec![0.0; 2 * order],
+            condition: f64::NAN,
+        }
+    }
+}
+
+/// Solves for p by least squares (iteration 0), with buffers of its own.
+pub trait SolveLeastSquares: Send {
+    /// `p = argmin || y - Phi p ||` on the window.
+    ///
+    /// # Errors
+    /// The failure's kind; `solution.p` is then undefined.
+    fn least_squares(
+        &mut self,
+        window: Window<'_>,
+        solution: &mut Solution,
+    ) -> Result<(), FailureKind>;
+}
+
+/// Solves for p with instruments too.
+pub trait SolveInstruments: SolveLeastSquares {
+    /// `Z'Phi p = Z'y`, with yhat in the place of y in the instruments Z.
+    ///
+    /// Must follow [`SolveLeastSquares::least_squares`] on the same window, whose blocks it reuses
+    /// (stage 9: "G21, G22 unchanged").
+    ///
+    /// # Errors
+    /// The failure's kind; `solution.p` is then undefined.
+    fn instruments(
+        &mut self,
+        window: Window<'_>,
+        yhat: &[f64],
+        solution: &mut Solution,
+    ) -> Result<(), FailureKind>;
+}
+
+impl Solver {
+    /// Checks that the solver's matrices for a shape stay below [`NAIVE_LIMIT`].
+    ///
+    /// # Errors
+    /// [`SetupError::SolverDimension`] with the dimension that it would need.
+    fn check_dimension(self, shape: Shape) -> Result<(), SetupError> {
+        let rows = shape.window - shape.order;
+        let dimension = match self {
+            Self::Dual => rows,
+            Self::Augmented => rows + 2 * shape.order,
+            _ => return Ok(()),
+        };
+        if dimension > NAIVE_LIMIT {
+            return Err(SetupError::SolverDimension {
+                solver: self,
+                dimension,
+            });
+        }
+        Ok(())
+    }
+
+    /// A solver for least squares alone.
+    ///
+    /// # Errors
+    /// If the shape is invalid, or too large for `dual` or `augmented`.
+    pub fn least_squares(self, shape: Shape) -> Result<Box<dyn SolveLeastSquares>, SetupError> {
+        shape.check()?;
+        self.check_dimension(shape)?;
+        let Shape { order, window } = shape;
+        Ok(match self {
+            Self::Partitioned => Box::new(Partitioned::new(order, Stage10::Corrected)),
+            Self::Lu => Box::new(Lu::new(order)),
+            Self::Cholesky => Box::new(Cholesky::new(order)),
+            Self::Qr => Box::new(Qr::new(order, window)),
+            Self::Svd => Box::new(Svd::new(order, window)),
+            Self::Dual => Box::new(Dual::new(order, window)),
+            Self::Augmented => Box::new(Augmented::new(order, window)),
+        })
+    }
+
+    /// A solver for least squares and instruments.
+    ///
+    /// # Errors
+    /// As for [`Self::least_squares`]; and for `cholesky`, which cannot use instruments, or a
+    /// printed stage 10 with another solver than `partitioned`.
+    pub fn instruments(
+        self,
+        shape: Shape,
+        stage10: Stage10,
+    ) -> Result<Box<dyn SolveInstruments>, SetupError> {
+        shape.check()?;
+        self.check_dimension(shape)?;
+        if stage10 != Stage10::Corrected && self != Self::Partitioned {
+            return Err(SetupError::Stage10NeedsPartitioned {
+                stage10,
+                solver: self,
+            });
+        }
+        let Shape { order, window } = shape;
+        Ok(match self {
+            Self::Partitioned => Box::new(Partitioned::new(order, stage10)),
+            Self::Lu => Box::new(Lu::new(order)),
+            Self::Cholesky => return Err(SetupError::SolverCannotUseInstruments { solver: self }),
+            Self::Qr => Box::new(Qr::new(order, window)),
+            Self::Svd => Box::new(Svd::new(order, window)),
+            Self::Dual => Box::new(Dual::new(order, window)),
+            Self::Augmented => Box::new(Augmented::new(order, window)),
+        })
+    }
+}

@@ -1,0 +1,270 @@
+//! QR and SVD of the (N-n) x 2n data matrix.
+//!
+//! Least squares works on `Phi = Q R`; with instruments `Z = Q R` and the small system
+//! `(Q'Phi) p = Q'y`. Neither squares a condition number, so these keep about twice the digits of the
+//! information matrix.
+
+use super::condition::{
+    Equilibration, check_rank, inverse_norm1_estimate, norm1, triangular_condition,
+};
+use super::linear::EquilibratedLu;
+use super::reduction::Reduction;
+use super::{Solution, SolveInstruments, SolveLeastSquares};
+use crate::estimator::{FailureKind, Window};
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::{Mat, MatMut, MatRef, Par};
+
+/// Reduces and tests the rank of R; what both solvers begin with.
+struct Triangle {
+    order: usize,
+    reduction: Reduction,
+    equilibration: Equilibration,
+    scratch: Vec<f64>,
+}
+
+impl Triangle {
+    fn new(order: usize, window: usize, instruments: bool) -> Self {
+        Self {
+            order,
+            reduction: Reduction::new(order, window, instruments),
+            equilibration: Equilibration::new(2 * order, 2 * order),
+            scratch: vec![0.0; 2 * order],
+        }
+    }
+
+    /// R of the data matrix with `output`, its columns' scales and its condition.
+    fn reduce(
+        &mut self,
+        window: Window<'_>,
+        output: &[f64],
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        self.reduction.run(window, output)?;
+        let r = self.reduction.r();
+        self.equilibration.of_columns(r)?;
+        *condition = triangular_condition(r, &self.equilibration.columns, &mut self.scratch)?;
+        check_rank(*condition, self.order)
+    }
+
+    /// `Q'y`.
+    fn copy_rhs(&self, p: &mut [f64]) {
+        let top = self.reduction.top();
+        let column = top.ncols() - 1;
+        for (i, p) in p.iter_mut().enumerate() {
+            *p = top[(i, column)];
+        }
+    }
+
+    /// `Q'Phi`.
+    fn small(&self) -> MatRef<'_, f64> {
+        self.reduction.top().get(.., ..2 * self.order)
+    }
+}
+
+/// Householder QR; with instruments the small system by LU.
+pub struct Qr {
+    regressors: Triangle,
+    instruments: Triangle,
+    lu: EquilibratedLu,
+}
+
+impl Qr {
+    /// Buffers for order n and windows of N samples.
+    pub fn new(order: usize, window: usize) -> Self {
+        Self {
+            regressors: Triangle::new(order, window, false),
+            instruments: Triangle::new(order, window, true),
+            lu: EquilibratedLu::new(2 * order, order),
+        }
+    }
+}
+
+impl SolveLeastSquares for Qr {
+    fn least_squares(
+        &mut self,
+        window: Window<'_>,
+        solution: &mut Solution,
+    ) -> Result<(), FailureKind> {
+        let triangle = &mut self.regressors;
+        triangle.reduce(window, window.y, &mut solution.condition)?;
+        triangle.copy_rhs(&mut solution.p);
+        let dimension = solution.p.len();
+        let p = MatMut::from_column_major_slice_mut(&mut solution.p, dimension, 1);
+        solve_upper_triangular_in_place(triangle.reduction.r(), p, Par::Seq);
+        Ok(())
+    }
+}
+
+impl SolveInstruments for Qr {
+    fn instruments(
+        &mut self,
+        window: Window<'_>,
+        yhat: &[f64],
+        solution: &mut Solution,
+    ) -> Result<(), FailureKind> {
+        let (triangle, lu) = (&mut self.instruments, &mut self.lu);
+        let mut condition_z = f64::NAN;
+        let reduced = triangle.reduce(window, yhat, &mut condition_z);
+        solution.condition = condition_z;
+        reduced?;
+        triangle.copy_rhs(&mut solution.p);
+        lu.matrix().copy_from(triangle.small());
+        let solved = lu.solve(&mut solution.p, &mut solution.condition);
+        solution.condition = solution.condition.max(condition_z);
+        solved
+    }
+}
+
+/// Singular value decomposition of R, and with instruments of `Q'Phi`, columns equilibrated.
+pub struct Svd {
+    regressors: Triangle,
+    instruments: Triangle,
+    matrix: Mat<f64>,
+    u: Mat<f64>,
+    values: Diag<f64>,
+    v: Mat<f64>,
+    equilibration: Equilibration,
+    scratch: [Vec<f64>; 3],
+    memory: MemBuffer,
+}
+
+impl Svd {
+    /// Buffers for order n and windows of N samples.
+    pub fn new(order: usize, window: usize) -> Self {
+        let dimension = 2 * order;
+        let vectors = ComputeSvdVectors::Thin;
+        let memory = svd_scratch::<f64>(
+            dimension,
+            dimension,
+            vectors,
+            vectors,
+            Par::Seq,
+            Default::default(),
+        );
+        let square = || Mat::zeros(dimension, dimension);
+        let column = || vec![0.0; dimension];
+        Self {
+            regressors: Triangle::new(order, window, false),
+            instruments: Triangle::new(order, window, true),
+            matrix: square(),
+            u: square(),
+            values: Diag::zeros(dimension),
+            v: square(),
+            equilibration: Equilibration::new(dimension, dimension),
+            scratch: [column(), column(), column()],
+            memory: MemBuffer::new(memory),
+        }
+    }
+
+    /// Factorises the equilibrated `self.matrix`; false where the iteration did not converge.
+    fn decompose(&mut self) -> bool {
+        self.equilibration.apply(self.matrix.as_mut());
+        svd(
+            self.matrix.as_ref(),
+            self.values.as_mut(),
+            Some(self.u.as_mut()),
+            Some(self.v.as_mut()),
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+            Default::default(),
+        )
+        .is_ok()
+    }
+
+    /// `p <- columns V S^-1 U' rows p`, the solution of the unscaled system.
+    fn solve(&mut self, p: &mut [f64]) {
+        for (p, scale) in p.iter_mut().zip(&self.equilibration.rows) {
+            *p *= scale;
+        }
+        let scratch = &mut self.scratch[2];
+        apply_inverse(&self.u, &self.values, &self.v, p, scratch, false);
+        for (p, scale) in p.iter_mut().zip(&self.equilibration.columns) {
+            *p *= scale;
+        }
+    }
+}
+
+/// `x <- V S^-1 U' x`, or transposed `x <- U S^-1 V' x`.
+fn apply_inverse(
+    u: &Mat<f64>,
+    s: &Diag<f64>,
+    v: &Mat<f64>,
+    x: &mut [f64],
+    scratch: &mut [f64],
+    transposed: bool,
+) {
+    let (from, to) = if transposed { (v, u) } else { (u, v) };
+    for (i, scratch) in scratch.iter_mut().enumerate() {
+        let sum: f64 = from
+            .col_as_slice(i)
+            .iter()
+            .zip(&*x)
+            .map(|(u, x)| u * x)
+            .sum();
+        *scratch = sum / s[i];
+    }
+    x.fill(0.0);
+    for (i, scratch) in scratch.iter().enumerate() {
+        for (x, to) in x.iter_mut().zip(to.col_as_slice(i)) {
+            *x += to * scratch;
+        }
+    }
+}
+
+impl SolveLeastSquares for Svd {
+    fn least_squares(
+        &mut self,
+        window: Window<'_>,
+        solution: &mut Solution,
+    ) -> Result<(), FailureKind> {
+        let triangle = &mut self.regressors;
+        triangle.reduce(window, window.y, &mut solution.condition)?;
+        triangle.copy_rhs(&mut solution.p);
+        let r = triangle.reduction.r();
+        self.matrix.copy_from(r);
+        self.equilibration.rows.fill(1.0);
+        self.equilibration
+            .columns
+            .copy_from_slice(&triangle.equilibration.columns);
+        if !self.decompose() {
+            return Err(FailureKind::NonFinite);
+        }
+        self.solve(&mut solution.p);
+        Ok(())
+    }
+}
+
+impl SolveInstruments for Svd {
+    fn instruments(
+        &mut self,
+        window: Window<'_>,
+        yhat: &[f64],
+        solution: &mut Solution,
+    ) -> Result<(), FailureKind> {
+        let triangle = &mut self.instruments;
+        triangle.reduce(window, yhat, &mut solution.condition)?;
+        triangle.copy_rhs(&mut solution.p);
+        self.matrix.copy_from(triangle.small());
+        self.equilibration.of(self.matrix.as_ref())?;
+        let order = triangle.order;
+        if !self.decompose() {
+            return Err(FailureKind::NonFinite);
+        }
+        if self.values[2 * order - 1] == 0.0 {
+            return Err(FailureKind::Singular);
+        }
+        let [x, z, scratch] = &mut self.scratch;
+        let (u, s, v) = (&self.u, &self.values, &self.v);
+        let inverse_norm = inverse_norm1_estimate(x, z, |x, transposed| {
+            apply_inverse(u, s, v, x, scratch, transposed);
+        });
+        let condition = norm1(self.matrix.as_ref()) * inverse_norm;
+        solution.condition = solution.condition.max(condition);
+        check_rank(solution.condition, order)?;
+        self.solve(&mut solution.p);
+        Ok(())
+    }
+}

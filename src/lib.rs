@@ -1,0 +1,9 @@
+//! asobench
+pub mod data;
+pub mod estimator;
+pub mod metric;
+mod names;
+
+pub mod observer;
+pub mod plant;
+pub mod signal;

@@ -1,0 +1,135 @@
+//! Errors of estimates, Eq. (7), in the two readings of E3.
+
+/// `|| v - v_hat || / || v ||`: the reading `relative`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn relative_error(v: &[f64], v_hat: &[f64]) -> f64 {
+    (square_distance(v, v_hat) / v.iter().map(|v| v * v).sum::<f64>()).sqrt()
+}
+
+/// `sqrt( sum (v - v_hat)^2 / sum v )`: the reading `as-printed`, its minus sign dropped. NaN (undefined)
+/// where `sum v <= 0`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn relative_error_as_printed(v: &[f64], v_hat: &[f64]) -> f64 {
+    let sum: f64 = v.iter().sum();
+    if sum > 0.0 {
+        (square_distance(v, v_hat) / sum).sqrt()
+    } else {
+        f64::NAN
+    }
+}
+
+#[inline(always)]
+fn square_distance(v: &[f64], v_hat: &[f64]) -> f64 {
+    assert_eq!(v.len(), v_hat.len());
+    v.iter().zip(v_hat).map(|(v, w)| (v - w) * (v - w)).sum()
+}
+
+/// The state's errors e_x(k), gathered over k: maximum and root mean square, both readings of E3.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StateError {
+    relative: Gathered,
+    as_printed: Gathered,
+}
+
+/// Maximum and mean of the squares of a sequence.
+#[derive(Clone, Copy, Debug, Default)]
+struct Gathered {
+    count: u32,
+    maximum: f64,
+    sum: f64,
+}
+
+impl Gathered {
+    #[inline(always)]
+    fn add(&mut self, square: f64) {
+        self.count += 1;
+        self.sum += square;
+        // NaN is kept.
+        if !(square <= self.maximum) {
+            self.maximum = square;
+        }
+    }
+
+    fn maximum(self) -> f64 {
+        if self.count == 0 {
+            f64::NAN
+        } else {
+            self.maximum.sqrt()
+        }
+    }
+
+    /// NaN where nothing was gathered.
+    fn rms(self) -> f64 {
+        (self.sum / f64::from(self.count)).sqrt()
+    }
+}
+
+impl StateError {
+    /// Adds x(k) and its estimate; returns `e_x(k)^2` in the reading `relative`.
+    ///
+    /// A k where a reading is undefined (x(k) = 0; or `sum x(k) <= 0` as printed) is left out of it.
+    #[inline(always)]
+    pub fn add(&mut self, x: &[f64], x_hat: &[f64]) -> f64 {
+        let (mut distance, mut size, mut sum) = (0.0, 0.0, 0.0);
+        for (x, x_hat) in x.iter().zip(x_hat) {
+            distance = (x - x_hat).mul_add(x - x_hat, distance);
+            size = x.mul_add(*x, size);
+            sum += x;
+        }
+        let relative = distance / size;
+        if size > 0.0 {
+            self.relative.add(relative);
+        }
+        if sum > 0.0 {
+            self.as_printed.add(distance / sum);
+        }
+        relative
+    }
+
+    /// Largest `e_x(k)`, reading `relative`; NaN where no k was gathered.
+    pub fn maximum(&self) -> f64 {
+        self.relative.maximum()
+    }
+
+    /// Root mean square of `e_x(k)`, reading `relative`; NaN where no k was gathered.
+    pub fn rms(&self) -> f64 {
+        self.relative.rms()
+    }
+
+    /// Largest `e_x(k)` as printed, over the k where it is defined; NaN where there is none.
+    pub fn maximum_as_printed(&self) -> f64 {
+        self.as_printed.maximum()
+    }
+
+    /// Root mean square of `e_x(k)` as printed, over the k where it is defined; NaN where there is none.
+    pub fn rms_as_printed(&self) -> f64 {
+        self.as_printed.rms()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_readings_by_hand() {
+        let (v, w) = ([3.0, 4.0], [3.0, 3.0]);
+        assert_eq!(relative_error(&v, &w), 0.2);
+        assert_eq!(relative_error_as_printed(&v, &w), (1.0_f64 / 7.0).sqrt());
+        assert!(relative_error_as_printed(&[1.0, -1.0], &w).is_nan());
+        let mut errors = StateError::default();
+        assert!(errors.maximum().is_nan() && errors.rms().is_nan());
+        assert_eq!(errors.add(&v, &w), 0.04);
+        errors.add(&[-3.0, -4.0], &[-3.0, -4.0]);
+        errors.add(&[0.0, 0.0], &[1.0, 1.0]);
+        assert_eq!(errors.maximum(), 0.2);
+        assert!((errors.rms() - 0.02_f64.sqrt()).abs() < 1e-16);
+        assert_eq!(errors.maximum_as_printed(), (1.0_f64 / 7.0).sqrt());
+        errors.add(&[1.0, 1.0], &[f64::NAN, 1.0]);
+        assert!(errors.maximum().is_nan());
+    }
+}

@@ -1,0 +1,80 @@
+//! Enumerations that a user names on the command line or in a file: one list of names, parsing that
+//! suggests the nearest one, and the same name in every output.
+
+/// A name that is none of the valid ones.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown {what} '{given}'{}; expected {}", nearest(.given, .valid), .valid.join(", "))]
+pub struct UnknownName {
+    /// What was to be named.
+    pub what: &'static str,
+    /// What was given.
+    pub given: String,
+    /// The valid names.
+    pub valid: Vec<&'static str>,
+}
+
+/// ", did you mean 'name'?" for the nearest valid name, or nothing where none is near.
+fn nearest(given: &str, valid: &[&'static str]) -> String {
+    valid
+        .iter()
+        .map(|name| (strsim::jaro_winkler(given, name), name))
+        .filter(|(similarity, _)| *similarity > 0.7)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map_or_else(String::new, |(_, name)| format!(", did you mean '{name}'?"))
+}
+
+/// Defines an enumeration whose first variant is the default and whose variants have names.
+macro_rules! named_enum {
+    (
+        $(#[$meta:meta])* $name:ident, $what:literal {
+            $(#[$first_meta:meta])* $first:ident = $first_text:literal,
+            $($(#[$variant_meta:meta])* $variant:ident = $text:literal,)*
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+        pub enum $name {
+            $(#[$first_meta])* #[default] $first,
+            $($(#[$variant_meta])* $variant,)*
+        }
+
+        impl $name {
+            /// Every value, the default first.
+            pub const ALL: &[Self] = &[Self::$first, $(Self::$variant,)*];
+
+            /// The name that the command line and every output use.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    Self::$first => $first_text,
+                    $(Self::$variant => $text,)*
+                }
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = $crate::names::UnknownName;
+
+            fn from_str(given: &str) -> Result<Self, Self::Err> {
+                let found = Self::ALL.iter().find(|value| value.name() == given);
+                found.copied().ok_or_else(|| $crate::names::UnknownName {
+                    what: $what,
+                    given: given.to_owned(),
+                    valid: Self::ALL.iter().map(|value| value.name()).collect(),
+                })
+            }
+        }
+
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.name())
+            }
+        }
+    };
+}
+pub(crate) use named_enum;

@@ -1,0 +1,268 @@
+//! The observer's gain by pole placement: reading E8.
+//!
+//! With the observability matrix of the canonical form equal to I, `F = A - g c'` has the
+//! characteristic polynomial phi_F where `T g = phi_F - phi_A`, that is
+//! `(T g)_i = (phi_F)_i + a_(n+1-i)`, with stage 5's T.
+
+use crate::plant::canonical::solve_toeplitz;
+use crate::plant::polynomial_from_poles;
+use faer::c64;
+
+/// Where the eigenvalues of `F = A-hat - g c'` are placed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Gain {
+    /// All zero (the default): the error of a right model is gone after n steps.
+    #[default]
+    DeadBeat,
+    /// At rho times the eigenvalues of A-hat; 1 is no feedback.
+    Scaled(f64),
+    /// At given places, n of them, complex ones in conjugate pairs; kept as `phi_1 ... phi_n`.
+    Poles {
+        /// The poles.
+        poles: Vec<c64>,
+        /// The coefficients of their polynomial.
+        phi: Vec<f64>,
+    },
+}
+
+/// Why a gain was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GainError {
+    /// Not one of the forms.
+    #[error(
+        "unknown gain '{0}'; expected dead-beat, scaled:RHO (such as scaled:0.5) or poles:LIST \
+         (such as poles:0.2,0.1+0.3i,0.1-0.3i)"
+    )]
+    Form(String),
+    /// A number that cannot be read.
+    #[error("gain '{0}': '{1}' is not a finite number")]
+    Number(String, String),
+    /// A complex pole without its conjugate.
+    #[error("gain '{0}': complex poles must come in conjugate pairs")]
+    Conjugates(String),
+    /// The number of poles is not the order.
+    #[error("the gain has {0} poles where the order is {1}")]
+    Count(usize, usize),
+}
+
+impl Gain {
+    /// A gain that places the given poles.
+    ///
+    /// # Errors
+    /// [`GainError::Conjugates`] where complex poles do not come in conjugate pairs.
+    pub fn poles(poles: Vec<c64>) -> Result<Self, GainError> {
+        let mut unmatched = poles.clone();
+        unmatched.retain(|pole| pole.im != 0.0);
+        while let Some(pole) = unmatched.pop() {
+            let Some(conjugate) = unmatched.iter().position(|other| *other == pole.conj()) else {
+                return Err(GainError::Conjugates(format!("{pole}")));
+            };
+            unmatched.swap_remove(conjugate);
+        }
+        let phi = polynomial_from_poles(&poles)
+            .iter()
+            .map(|phi| phi.re)
+            .collect();
+        Ok(Self::Poles { poles, phi })
+    }
+
+    /// Checks that the gain fits an order.
+    ///
+    /// # Errors
+    /// [`GainError::Count`].
+    pub fn check(&self, order: usize) -> Result<(), GainError> {
+        match self {
+            Self::Poles { poles, .. } if poles.len() != order => {
+                Err(GainError::Count(poles.len(), order))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether a placed pole lies on or outside the unit circle, whatever the model.
+    pub fn places_unstable_pole(&self) -> bool {
+        match self {
+            Self::Poles { poles, .. } => poles.iter().any(|pole| pole.norm() >= 1.0),
+            _ => false,
+        }
+    }
+
+    /// Fills `g` (n) for a model with last row `a` of A-hat.
+    ///
+    /// # Panics
+    /// If the lengths differ, or the number of poles is not n.
+    pub fn compute(&self, a: &[f64], g: &mut [f64]) {
+        let n = a.len();
+        match self {
+            Self::DeadBeat => {
+                for i in 0..n {
+                    g[i] = a[n - 1 - i];
+                }
+            }
+            Self::Scaled(rho) => {
+                // phi_F(z) = rho^n phi_A(z / rho): (phi_F)_i = -rho^i a_(n+1-i).
+                let mut power = 1.0;
+                for i in 0..n {
+                    power *= rho;
+                    g[i] = a[n - 1 - i] * (1.0 - power);
+                }
+            }
+            Self::Poles { phi, .. } => {
+                for i in 0..n {
+                    g[i] = phi[i] + a[n - 1 - i];
+                }
+            }
+        }
+        solve_toeplitz(a, g);
+    }
+}
+
+impl std::fmt::Display for Gain {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::DeadBeat => f.write_str("dead-beat"),
+            Self::Scaled(rho) => write!(f, "scaled:{rho}"),
+            Self::Poles { poles, .. } => {
+                f.write_str("poles:")?;
+                for (i, pole) in poles.iter().enumerate() {
+                    let comma = if i == 0 { "" } else { "," };
+                    if pole.im == 0.0 {
+                        write!(f, "{comma}{}", pole.re)?;
+                    } else {
+                        write!(f, "{comma}{}{:+}i", pole.re, pole.im)?;
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+impl serde::Serialize for Gain {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// Reads `0.3`, `-0.2`, `0.1+0.3i`, `0.1-0.3i` or `0.3i`.
+fn parse_pole(text: &str) -> Option<c64> {
+    let number = |text: &str| text.parse::<f64>().ok().filter(|x| x.is_finite());
+    let Some(complex) = text.strip_suffix(['i', 'j']) else {
+        return number(text).map(|re| c64::new(re, 0.0));
+    };
+    // The sign between the parts: the last one that does not begin the text or an exponent.
+    let split = complex
+        .char_indices()
+        .rev()
+        .find(|&(i, c)| (c == '+' || c == '-') && i > 0 && !complex[..i].ends_with(['e', 'E']));
+    let (re, im) = match split {
+        Some((i, _)) => (number(&complex[..i])?, &complex[i..]),
+        None => (0.0, complex),
+    };
+    let im = match im {
+        "+" | "" => 1.0,
+        "-" => -1.0,
+        _ => number(im)?,
+    };
+    Some(c64::new(re, im))
+}
+
+impl std::str::FromStr for Gain {
+    type Err = GainError;
+
+    fn from_str(text: &str) -> Result<Self, GainError> {
+        let number = |part: &str| GainError::Number(text.to_owned(), part.to_owned());
+        if text == "dead-beat" {
+            Ok(Self::DeadBeat)
+        } else if let Some(rho) = text.strip_prefix("scaled:") {
+            let rho: f64 = rho.parse().map_err(|_| number(rho))?;
+            if !rho.is_finite() {
+                return Err(number(&rho.to_string()));
+            }
+            Ok(Self::Scaled(rho))
+        } else if let Some(list) = text.strip_prefix("poles:") {
+            let poles: Result<Vec<c64>, GainError> = list
+                .split(',')
+                .map(|part| parse_pole(part.trim()).ok_or_else(|| number(part.trim())))
+                .collect();
+            Self::poles(poles?).map_err(|_| GainError::Conjugates(text.to_owned()))
+        } else {
+            Err(GainError::Form(text.to_owned()))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::{Numerator, PoleFinder, nikolov2023};
+
+    /// The poles of F for a gain: F is similar to a companion matrix whose polynomial follows from
+    /// `T g = phi_F - phi_A`; here they are found from F itself, by its characteristic polynomial
+    /// along Krylov vectors of c.
+    fn placed(gain: &Gain, a: &[f64]) -> Vec<c64> {
+        let n = a.len();
+        let mut g = vec![0.0; n];
+        gain.compute(a, &mut g);
+        let mut f = faer::Mat::<f64>::zeros(n, n);
+        for i in 0..n {
+            if i + 1 < n {
+                f[(i, i + 1)] = 1.0;
+            }
+            f[(n - 1, i)] = a[i];
+        }
+        for i in 0..n {
+            f[(i, 0)] -= g[i];
+        }
+        let mut poles = f.eigenvalues().unwrap();
+        poles.sort_by(|p, q| q.norm().total_cmp(&p.norm()).then(q.im.total_cmp(&p.im)));
+        poles
+    }
+
+    #[test]
+    fn poles_are_placed() {
+        let plant = nikolov2023(Numerator::StateSpace);
+        let a = plant.a();
+        // Eigenvalues of a nilpotent matrix come out as the 6th root of rounding.
+        assert!(placed(&Gain::DeadBeat, a).iter().all(|p| p.norm() < 0.01));
+        let scaled = placed(&Gain::Scaled(0.5), a);
+        for (pole, own) in scaled.iter().zip(PoleFinder::new(6).poles(a)) {
+            assert!((pole - 0.5 * own).norm() < 1e-6);
+        }
+        let gain: Gain = "poles:0.5+0.2i,0.5-0.2i,0.3,0.2,0.1,-0.4".parse().unwrap();
+        let poles = placed(&gain, a);
+        assert!((poles[0] - c64::new(0.5, 0.2)).norm() < 1e-6, "{poles:?}");
+        assert!((poles[2].re + 0.4).abs() < 1e-6, "{poles:?}");
+        assert_eq!(gain.to_string(), "poles:0.5+0.2i,0.5-0.2i,0.3,0.2,0.1,-0.4");
+    }
+
+    #[test]
+    fn no_feedback_at_one() {
+        let mut g = [1.0; 3];
+        Gain::Scaled(1.0).compute(&[0.1, -0.2, 0.3], &mut g);
+        assert_eq!(g, [0.0; 3]);
+    }
+
+    #[test]
+    fn refusals_name_what_is_wrong() {
+        for (text, part) in [
+            ("deadbeat", "unknown gain"),
+            ("scaled:x", "'x'"),
+            ("scaled:inf", "finite"),
+            ("poles:0.1,a", "'a'"),
+            ("poles:0.1+0.2i", "conjugate"),
+            ("poles:0.1+0.2i,0.1+0.2i", "conjugate"),
+        ] {
+            let error = text.parse::<Gain>().unwrap_err().to_string();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+        assert!(
+            Gain::poles(vec![c64::new(0.1, 0.0)])
+                .unwrap()
+                .check(2)
+                .is_err()
+        );
+        assert!("poles:1.0".parse::<Gain>().unwrap().places_unstable_pole());
+        assert_eq!(parse_pole("1e-1-2e-1i"), Some(c64::new(0.1, -0.2)));
+    }
+}

@@ -1,0 +1,104 @@
+//! Poles of the canonical plant: eigenvalues of A.
+
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, evd_real, evd_scratch};
+use faer::{Mat, Par, c64};
+
+/// Finds poles with buffers of its own, for many systems of one order.
+pub struct PoleFinder {
+    companion: Mat<f64>,
+    real: Diag<f64>,
+    imaginary: Diag<f64>,
+    memory: MemBuffer,
+}
+
+impl PoleFinder {
+    /// Buffers for order n.
+    pub fn new(n: usize) -> Self {
+        let no = ComputeEigenvectors::No;
+        let scratch = evd_scratch::<f64>(n, no, no, Par::Seq, Default::default());
+        Self {
+            companion: Mat::zeros(n, n),
+            real: Diag::zeros(n),
+            imaginary: Diag::zeros(n),
+            memory: MemBuffer::new(scratch),
+        }
+    }
+
+    /// Fills the eigenvalues; false where a coefficient is not finite or the iteration fails.
+    fn find(&mut self, a: &[f64]) -> bool {
+        let n = self.companion.nrows();
+        assert_eq!(a.len(), n);
+        if !a.iter().all(|a| a.is_finite()) {
+            return false;
+        }
+        self.companion.fill(0.0);
+        for i in 0..n {
+            if i + 1 < n {
+                self.companion[(i, i + 1)] = 1.0;
+            }
+            self.companion[(n - 1, i)] = a[i];
+        }
+        evd_real(
+            self.companion.as_ref(),
+            self.real.as_mut(),
+            self.imaginary.as_mut(),
+            None,
+            None,
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+            Default::default(),
+        )
+        .is_ok()
+    }
+
+    /// The zeros of `z^n - a_n z^(n-1) - ... - a_1`, largest modulus first; empty where `a` is not
+    /// finite or the eigenvalue iteration did not converge.
+    ///
+    /// # Panics
+    /// If `a` is not of the order that the buffers were made for.
+    pub fn poles(&mut self, a: &[f64]) -> Vec<c64> {
+        if !self.find(a) {
+            return Vec::new();
+        }
+        let n = a.len();
+        let mut poles: Vec<c64> = (0..n)
+            .map(|i| c64::new(self.real[i], self.imaginary[i]))
+            .collect();
+        poles.sort_by(|p, q| {
+            let modulus = q.norm().total_cmp(&p.norm());
+            modulus
+                .then(q.re.total_cmp(&p.re))
+                .then(q.im.total_cmp(&p.im))
+        });
+        poles
+    }
+
+    /// The largest modulus of a pole; NaN where [`Self::poles`] would be empty.
+    ///
+    /// # Panics
+    /// If `a` is not of the order that the buffers were made for.
+    pub fn spectral_radius(&mut self, a: &[f64]) -> f64 {
+        if !self.find(a) {
+            return f64::NAN;
+        }
+        (0..a.len())
+            .map(|i| self.real[i].hypot(self.imaginary[i]))
+            .fold(0.0, f64::max)
+    }
+}
+
+/// The coefficients `phi_1 ... phi_n` of `z^n + phi_1 z^(n-1) + ... = prod_i (z - p_i)`.
+pub fn polynomial_from_poles(poles: &[c64]) -> Vec<c64> {
+    let mut phi = vec![c64::new(1.0, 0.0)];
+    for pole in poles {
+        phi.push(c64::new(0.0, 0.0));
+        for i in (1..phi.len()).rev() {
+            let previous = phi[i - 1];
+            phi[i] -= pole * previous;
+        }
+    }
+    phi.remove(0);
+    phi
+}

@@ -1,0 +1,31 @@
+//! Random stable plants.
+
+use super::{StateSpace, polynomial_from_poles};
+use crate::signal::{Stream, normal::fill_standard_normal};
+use faer::c64;
+use rand::Rng;
+
+/// A plant of order n with poles uniform on the disc of the given radius (complex ones in conjugate
+/// pairs, a last odd one real, uniform on the diameter) and standard normal b.
+///
+/// # Panics
+/// If `order` is 0 or `radius` is not in (0, 1).
+pub fn random_stable(order: usize, radius: f64, stream: &mut Stream) -> StateSpace {
+    assert!(order > 0 && radius > 0.0 && radius < 1.0);
+    let mut uniform = || (stream.next_u64() >> 11) as f64 / 2.0_f64.powi(52) - 1.0;
+    let mut poles = Vec::with_capacity(order);
+    while poles.len() < order {
+        let (x, y) = (uniform(), uniform());
+        if order - poles.len() == 1 {
+            poles.push(c64::new(radius * x, 0.0));
+        } else if x * x + y * y < 1.0 {
+            poles.push(c64::new(radius * x, radius * y));
+            poles.push(c64::new(radius * x, -radius * y));
+        }
+    }
+    let phi = polynomial_from_poles(&poles);
+    let a = phi.iter().rev().map(|phi| -phi.re).collect();
+    let mut b = vec![0.0; order];
+    fill_standard_normal(stream, &mut b);
+    StateSpace::new(a, b).expect("poles inside the unit circle make finite coefficients")
+}

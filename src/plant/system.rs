@@ -1,0 +1,197 @@
+//! State-space and transfer-function forms of the canonical plant.
+
+use super::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz};
+use super::simulate::simulate;
+use super::stability::{StepDown, is_stable};
+
+/// The plant in phase-coordinate canonical form, Eqs. (1) to (3):
+/// `x(k+1) = A x(k) + b u(k)`, `y(k) = x_1(k)`, `A = [0 | I; a']`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateSpace {
+    a: Vec<f64>,
+    b: Vec<f64>,
+}
+
+/// The plant as `W(z) = (h_1 z^(n-1) + ... + h_n) / (z^n - a_n z^(n-1) - ... - a_1)`, Eq. (4).
+///
+/// In the field's notation `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransferFunction {
+    a: Vec<f64>,
+    h: Vec<f64>,
+}
+
+/// Why coefficients do not make a plant.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SystemError {
+    /// The two vectors are empty or of different lengths.
+    #[error("a plant needs two coefficient vectors of one length n >= 1, not {0} and {1}")]
+    Order(usize, usize),
+    /// A coefficient is not a finite number.
+    #[error("a plant's coefficients must be finite numbers")]
+    NotFinite,
+}
+
+fn check(first: &[f64], second: &[f64]) -> Result<(), SystemError> {
+    if first.is_empty() || first.len() != second.len() {
+        return Err(SystemError::Order(first.len(), second.len()));
+    }
+    if !first.iter().chain(second).all(|c| c.is_finite()) {
+        return Err(SystemError::NotFinite);
+    }
+    Ok(())
+}
+
+impl StateSpace {
+    /// The plant with last row `a` of A and input vector `b`, Eqs. (2), (3).
+    ///
+    /// # Errors
+    /// If the lengths differ or are zero, or a coefficient is not finite.
+    pub fn new(a: Vec<f64>, b: Vec<f64>) -> Result<Self, SystemError> {
+        check(&a, &b)?;
+        Ok(Self { a, b })
+    }
+
+    /// The order n.
+    pub fn order(&self) -> usize {
+        self.a.len()
+    }
+
+    /// The last row of A, `a_1 ... a_n`.
+    pub fn a(&self) -> &[f64] {
+        &self.a
+    }
+
+    /// The input vector `b_1 ... b_n`: the first n Markov parameters.
+    pub fn b(&self) -> &[f64] {
+        &self.b
+    }
+
+    /// The numerator `h = T b`, Eq. (5).
+    pub fn h(&self) -> Vec<f64> {
+        let mut h = self.b.clone();
+        multiply_toeplitz(&self.a, &mut h);
+        h
+    }
+
+    /// The denominator `1, alpha_1, ..., alpha_n` of A(q).
+    pub fn denominator(&self) -> Vec<f64> {
+        let mut alpha = vec![1.0; self.order() + 1];
+        reverse_negated(&self.a, &mut alpha[1..]);
+        alpha
+    }
+
+    /// Whether all poles lie inside the unit circle.
+    pub fn is_stable(&self) -> bool {
+        is_stable(&self.a, &mut vec![0.0; self.order()])
+    }
+
+    /// `sum_k w(k)^2` of the impulse response: the output's variance under white input of unit variance.
+    /// `None` for an unstable plant.
+    pub fn energy(&self) -> Option<f64> {
+        let step_down = StepDown::new(&self.denominator()[1..])?;
+        let mut numerator = self.h();
+        numerator.insert(0, 0.0);
+        Some(step_down.energy(&numerator))
+    }
+
+    /// Fills `y0` with the noise-free output and `states` (row k holds x(k), n numbers a row), from `x0`.
+    ///
+    /// # Panics
+    /// If `x0` is not of length n, or the outputs' lengths do not fit `u`.
+    pub fn simulate(&self, x0: &[f64], u: &[f64], y0: &mut [f64], states: &mut [f64]) {
+        let n = self.order();
+        assert!(y0.len() == u.len() && states.len() == n * u.len());
+        let mut x = x0.to_vec();
+        simulate(&self.a, &self.b, &mut x, u, |k, x| {
+            y0[k] = x[0];
+            states[k * n..(k + 1) * n].copy_from_slice(x);
+        });
+    }
+}
+
+impl TransferFunction {
+    /// The plant with denominator coefficients `a` and numerator `h`, Eq. (4).
+    ///
+    /// # Errors
+    /// If the lengths differ or are zero, or a coefficient is not finite.
+    pub fn new(a: Vec<f64>, h: Vec<f64>) -> Result<Self, SystemError> {
+        check(&a, &h)?;
+        Ok(Self { a, h })
+    }
+
+    /// The plant `B(q) / A(q)` from `alpha_1 ... alpha_n` and `beta_1 ... beta_n`.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn from_polynomials(alpha: &[f64], beta: &[f64]) -> Result<Self, SystemError> {
+        let mut a = vec![0.0; alpha.len()];
+        reverse_negated(alpha, &mut a);
+        Self::new(a, beta.to_vec())
+    }
+
+    /// `alpha_1 ... alpha_n` of `A(q) = 1 + alpha_1 q^-1 + ...`.
+    pub fn alpha(&self) -> Vec<f64> {
+        let mut alpha = vec![0.0; self.a.len()];
+        reverse_negated(&self.a, &mut alpha);
+        alpha
+    }
+
+    /// `beta_1 ... beta_n` of `B(q) = beta_1 q^-1 + ...`, which is h.
+    pub fn beta(&self) -> &[f64] {
+        &self.h
+    }
+}
+
+impl From<TransferFunction> for StateSpace {
+    /// Solves `T b = h`, Eq. (5).
+    fn from(plant: TransferFunction) -> Self {
+        let mut b = plant.h;
+        solve_toeplitz(&plant.a, &mut b);
+        Self { a: plant.a, b }
+    }
+}
+
+impl From<StateSpace> for TransferFunction {
+    fn from(plant: StateSpace) -> Self {
+        let h = plant.h();
+        Self { a: plant.a, h }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An order-2 impulse response by hand: b holds the first Markov parameters.
+    #[test]
+    fn b_holds_the_first_markov_parameters() {
+        let plant: StateSpace = TransferFunction::from_polynomials(&[-1.5, 0.7], &[1.0, 0.5])
+            .unwrap()
+            .into();
+        // w(1) = 1, w(2) = 0.5 + 1.5, w(3) = 1.5 * 2 - 0.7
+        assert_eq!(plant.b(), [1.0, 2.0]);
+        let mut y = [0.0; 4];
+        let mut states = [0.0; 8];
+        plant.simulate(&[0.0; 2], &[1.0, 0.0, 0.0, 0.0], &mut y, &mut states);
+        assert_eq!(y[..3], [0.0, 1.0, 2.0]);
+        assert!((y[3] - 2.3).abs() < 1e-15);
+        assert_eq!(states[2..4], [1.0, 2.0]);
+    }
+
+    #[test]
+    fn refusals() {
+        assert_eq!(
+            StateSpace::new(vec![], vec![]),
+            Err(SystemError::Order(0, 0))
+        );
+        assert_eq!(
+            TransferFunction::new(vec![0.5], vec![1.0, 2.0]),
+            Err(SystemError::Order(1, 2))
+        );
+        assert_eq!(
+            StateSpace::new(vec![f64::NAN], vec![1.0]),
+            Err(SystemError::NotFinite)
+        );
+    }
+}

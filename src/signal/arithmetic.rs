@@ -1,0 +1,128 @@
+//! The rules of arithmetic that give the same bits on every machine.
+//!
+//! 1. Products that are added are fused: one rounding, by [`f64::mul_add`]. Nothing is left to the
+//!    compiler, which never fuses or reorders on its own.
+//! 2. A long sum is eight partial sums, the term of index k going to partial sum k mod 8, folded as
+//!    [`fold`] says. One accumulator per SIMD lane or eight per trial give the same bits.
+//! 3. Short sums (over the order of a system) run in the order that the formula states.
+//! 4. Elementary functions are own polynomials ([`super::normal`]), never the platform's libm;
+//!    division and square root are correctly rounded by IEEE 754 everywhere.
+//!
+//! A machine without fused multiply-add instructions computes the same bits through the software
+//! `fma`, slowly. A machine that has them is detected at run time by [`with_fma`].
+
+/// Runs `kernel` compiled for the machine's fused multiply-add and vector instructions.
+///
+/// The result does not depend on what is found: `kernel` must only use the rules of this module.
+#[inline(always)]
+pub fn with_fma<R>(kernel: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(kernel)
+}
+
+/// Folds eight partial sums: halves are added, then quarters, then the last two.
+#[inline(always)]
+pub fn fold(partial: [f64; 8]) -> f64 {
+    let [a, b, c, d, e, f, g, h] = partial;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
+/// The inner product `sum_k x(k) y(k)` over eight fused partial sums.
+///
+/// # Panics
+/// In debug builds, if the lengths differ.
+#[inline(always)]
+pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+    debug_assert_eq!(x.len(), y.len());
+    let mut partial = [0.0; 8];
+    let (x_whole, x_rest) = x.as_chunks::<8>();
+    let (y_whole, y_rest) = y.as_chunks::<8>();
+    for (x, y) in x_whole.iter().zip(y_whole) {
+        for i in 0..8 {
+            partial[i] = x[i].mul_add(y[i], partial[i]);
+        }
+    }
+    for (i, (x, y)) in x_rest.iter().zip(y_rest).enumerate() {
+        partial[i] = x.mul_add(*y, partial[i]);
+    }
+    fold(partial)
+}
+
+/// `sum_k term(x(k))` over eight partial sums, each step `step(partial, x(k))`.
+#[inline(always)]
+fn reduce(x: &[f64], step: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut partial = [0.0; 8];
+    let (whole, rest) = x.as_chunks::<8>();
+    for x in whole {
+        for i in 0..8 {
+            partial[i] = step(partial[i], x[i]);
+        }
+    }
+    for (i, &x) in rest.iter().enumerate() {
+        partial[i] = step(partial[i], x);
+    }
+    fold(partial)
+}
+
+/// The arithmetic mean; NaN for an empty slice.
+pub fn mean(x: &[f64]) -> f64 {
+    with_fma(
+        #[inline(always)]
+        || reduce(x, |s, x| s + x) / x.len() as f64,
+    )
+}
+
+/// The mean square about the mean, divisor N: `sum_k (x(k) - mean)^2 / N`, in two passes.
+pub fn variance(x: &[f64]) -> f64 {
+    with_fma(
+        #[inline(always)]
+        || {
+            let mean = reduce(x, |s, x| s + x) / x.len() as f64;
+            reduce(x, |s, x| (x - mean).mul_add(x - mean, s)) / x.len() as f64
+        },
+    )
+}
+
+/// The covariance about the means, divisor N: `sum_k (x(k) - mean_x)(y(k) - mean_y) / N`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn covariance(x: &[f64], y: &[f64]) -> f64 {
+    assert_eq!(x.len(), y.len());
+    let (mean_x, mean_y) = (mean(x), mean(y));
+    let mut partial = [0.0; 8];
+    for (k, (x, y)) in x.iter().zip(y).enumerate() {
+        partial[k % 8] = (x - mean_x).mul_add(y - mean_y, partial[k % 8]);
+    }
+    fold(partial) / x.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_follow_the_stated_order() {
+        let x: Vec<f64> = (0..27).map(|k| 1.0 / f64::from(k + 1)).collect();
+        let y: Vec<f64> = (0..27).map(|k| 0.1 * f64::from(k * k)).collect();
+        let mut partial = [0.0; 8];
+        for k in 0..27 {
+            partial[k % 8] = x[k].mul_add(y[k], partial[k % 8]);
+        }
+        let expected = fold(partial);
+        assert_eq!(dot(&x, &y).to_bits(), expected.to_bits());
+        let dispatched = with_fma(
+            #[inline(always)]
+            || dot(&x, &y),
+        );
+        assert_eq!(dispatched.to_bits(), expected.to_bits());
+    }
+
+    #[test]
+    fn moments_of_a_known_sequence() {
+        let x: Vec<f64> = (0..10).map(f64::from).collect();
+        assert_eq!(mean(&x), 4.5);
+        assert_eq!(variance(&x), 8.25);
+        let y: Vec<f64> = x.iter().map(|x| 3.0 - 2.0 * x).collect();
+        assert_eq!(covariance(&x, &y), -16.5);
+    }
+}

@@ -1,0 +1,88 @@
+//! Input sequences.
+
+use super::stream::Stream;
+use crate::names::named_enum;
+use rand::Rng;
+
+/// Random signs of an amplitude: u(k) = +amplitude or -amplitude, each with probability 1/2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RandomSigns {
+    /// The amplitude, in units of u.
+    pub amplitude: f64,
+    /// Whether the signs repeat (reading E5).
+    pub sequence: Sequence,
+}
+
+named_enum! {
+    /// How the signs go on: reading E5.
+    Sequence, "input sequence" {
+        /// A fresh sign at every k (the default).
+        Independent = "independent",
+        /// The first 127 signs, repeated.
+        Periodic127 = "periodic-127",
+    }
+}
+
+/// The period of the paper's pseudo-random binary sequence.
+const PERIOD: usize = 127;
+
+impl RandomSigns {
+    /// Fills `u` from the stream: the sign of u(k) is bit k mod 64 of word k div 64, set for plus.
+    ///
+    /// A longer `u` extends a shorter one.
+    pub fn fill(&self, stream: &mut Stream, u: &mut [f64]) {
+        let fresh = match self.sequence {
+            Sequence::Independent => u.len(),
+            Sequence::Periodic127 => u.len().min(PERIOD),
+        };
+        for block in u[..fresh].chunks_mut(64) {
+            let signs = stream.next_u64();
+            for (k, u) in block.iter_mut().enumerate() {
+                let minus = !signs >> k & 1;
+                *u = f64::from_bits(self.amplitude.to_bits() ^ minus << 63);
+            }
+        }
+        for k in fresh..u.len() {
+            u[k] = u[k - PERIOD];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::stream::{Purpose, stream};
+
+    fn signs(sequence: Sequence, count: usize) -> Vec<f64> {
+        let mut u = vec![0.0; count];
+        let input = RandomSigns {
+            amplitude: 10.0,
+            sequence,
+        };
+        input.fill(&mut stream(1, 0, Purpose::Input), &mut u);
+        u
+    }
+
+    #[test]
+    fn longer_inputs_extend_shorter_ones_and_periods_repeat() {
+        let long = signs(Sequence::Independent, 1000);
+        assert!(long.iter().all(|u| u.abs() == 10.0));
+        assert_eq!(signs(Sequence::Independent, 77), long[..77]);
+        let periodic = signs(Sequence::Periodic127, 400);
+        assert_eq!(periodic[..127], long[..127]);
+        assert_eq!(periodic[127..], periodic[..273]);
+        assert_eq!(signs(Sequence::Periodic127, 100), long[..100]);
+    }
+
+    #[test]
+    fn signs_are_fair_and_uncorrelated() {
+        const COUNT: usize = 1_000_000;
+        let u = signs(Sequence::Independent, COUNT);
+        let bound = 4.5 * 100.0 * (COUNT as f64).sqrt();
+        assert!((u.iter().sum::<f64>() * 10.0).abs() < bound);
+        for lag in [1, 2, 63, 64, 65, 127] {
+            let sum: f64 = u.iter().zip(&u[lag..]).map(|(a, b)| a * b).sum();
+            assert!(sum.abs() < bound, "lag {lag}: {sum}");
+        }
+    }
+}

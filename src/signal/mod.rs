@@ -1,0 +1,18 @@
+//! Input sequences, coloured noise and the random streams behind them.
+//!
+//! All of it follows [`arithmetic`], so that simulated data have the same bits on every machine.
+
+pub mod arithmetic;
+mod input;
+mod level;
+mod noise;
+pub mod normal;
+mod stream;
+
+pub use input::{RandomSigns, Sequence};
+pub use level::{LevelOf, LevelOver, LevelReading, ProcessVariances};
+pub use noise::{NoiseFilter, NoiseFilterError};
+pub use stream::{Purpose, Stream, stream};
+
+#[cfg(test)]
+mod value_stability;

@@ -1,0 +1,218 @@
+//! Coloured noise: white Gaussian noise through a rational filter, stationary from its first sample.
+
+use super::arithmetic::with_fma;
+use super::normal::fill_standard_normal;
+use super::stream::Stream;
+use crate::plant::stability::StepDown;
+
+/// The noise filter `C(q) / D(q)`: `f(k) = sum_i c_i v(k-i)`, `v(k) = w(k) - sum_i d_i v(k-i)`,
+/// with w white, Gaussian, of unit variance.
+///
+/// v is kept stationary: its samples before k = 0 are an exact draw, not a burn-in. With `v_1, v_2, ...`
+/// the samples in order of time, `v_j` given its predecessors is normal with mean
+/// `-sum_i d^(j-1)_i v_(j-i)` and variance `sigma_(j-1)^2`, where `d^(m)` is the predictor polynomial of
+/// order m and `sigma_m^2` its error variance. Both come from D by Levinson's step-down recursion,
+/// which is also the test that D is stable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NoiseFilter {
+    /// c_0 ... c_q.
+    numerator: Vec<f64>,
+    /// d_1 ... d_p of the monic D.
+    denominator: Vec<f64>,
+    /// Predictors of order 0 ... p for the start.
+    predictors: StepDown,
+}
+
+/// Why a noise filter was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoiseFilterError {
+    /// The numerator is empty or has a coefficient that is not finite.
+    #[error("the noise filter's numerator must be finite numbers, at least one")]
+    Numerator,
+    /// The denominator is empty, does not begin with 1, or has a coefficient that is not finite.
+    #[error("the noise filter's denominator must be finite numbers beginning with 1")]
+    Denominator,
+    /// D has a zero on or outside the unit circle: no stationary noise exists.
+    #[error("the noise filter's denominator has a zero on or outside the unit circle")]
+    Unstable,
+}
+
+impl NoiseFilter {
+    /// The filter `(c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`.
+    ///
+    /// # Errors
+    /// If a polynomial is empty or not finite, D is not monic, or D is not stable.
+    pub fn new(numerator: &[f64], denominator: &[f64]) -> Result<Self, NoiseFilterError> {
+        if numerator.is_empty() || !numerator.iter().all(|c| c.is_finite()) {
+            return Err(NoiseFilterError::Numerator);
+        }
+        if denominator.first() != Some(&1.0) || !denominator.iter().all(|d| d.is_finite()) {
+            return Err(NoiseFilterError::Denominator);
+        }
+        let predictors = StepDown::new(&denominator[1..]).ok_or(NoiseFilterError::Unstable)?;
+        Ok(Self {
+            numerator: numerator.to_vec(),
+            denominator: denominator[1..].to_vec(),
+            predictors,
+        })
+    }
+
+    /// White noise: the filter 1.
+    ///
+    /// # Panics
+    /// Never: the filter is valid.
+    pub fn white() -> Self {
+        Self::new(&[1.0], &[1.0]).expect("white noise is stationary")
+    }
+
+    /// c_0 ... c_q.
+    pub fn numerator(&self) -> &[f64] {
+        &self.numerator
+    }
+
+    /// 1, d_1 ... d_p.
+    pub fn denominator(&self) -> Vec<f64> {
+        [&[1.0], self.denominator.as_slice()].concat()
+    }
+
+    /// Samples of v before k = 0 that the recursions reach back to.
+    fn memory(&self) -> usize {
+        self.denominator.len().max(self.numerator.len() - 1)
+    }
+
+    /// The process variance of f: `sum_k g(k)^2`, g the impulse response of C/D.
+    pub fn variance(&self) -> f64 {
+        self.predictors.energy(&self.numerator)
+    }
+
+    /// Fills `f` with f(0), f(1), ... of one realisation. A longer `f` extends a shorter one.
+    ///
+    /// `v` is scratch memory, resized as needed.
+    pub fn fill(&self, start: &mut Stream, drive: &mut Stream, v: &mut Vec<f64>, f: &mut [f64]) {
+        let memory = self.memory();
+        v.resize(memory + f.len(), 0.0);
+        self.draw_start(start, &mut v[..memory]);
+        fill_standard_normal(drive, &mut v[memory..]);
+        with_fma(
+            #[inline(always)]
+            || {
+                for k in memory..v.len() {
+                    let predicted = predict(&self.denominator, v, k);
+                    v[k] += predicted;
+                }
+                for (k, f) in f.iter_mut().enumerate() {
+                    *f = self.numerator[0] * v[memory + k];
+                    for (i, c) in self.numerator.iter().enumerate().skip(1) {
+                        *f = c.mul_add(v[memory + k - i], *f);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Draws the samples of v before k = 0 from their stationary distribution.
+    fn draw_start(&self, stream: &mut Stream, v: &mut [f64]) {
+        fill_standard_normal(stream, v);
+        for j in 0..v.len() {
+            let order = j.min(self.denominator.len());
+            let (predictor, deviation) = self.predictors.predictor(order);
+            v[j] = deviation.mul_add(v[j], predict(predictor, v, j));
+        }
+    }
+}
+
+/// `-sum_i d_i v(k-i)`, oldest sample first so that the newest enters last.
+#[inline(always)]
+fn predict(d: &[f64], v: &[f64], k: usize) -> f64 {
+    let mut sum = 0.0;
+    for i in (1..=d.len()).rev() {
+        sum = (-d[i - 1]).mul_add(v[k - i], sum);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::stream::{Purpose, stream};
+
+    fn realise(filter: &NoiseFilter, trial: u64, count: usize) -> Vec<f64> {
+        let mut f = vec![0.0; count];
+        filter.fill(
+            &mut stream(1, trial, Purpose::NoiseStart),
+            &mut stream(1, trial, Purpose::NoiseDrive),
+            &mut Vec::new(),
+            &mut f,
+        );
+        f
+    }
+
+    #[test]
+    fn white_noise_is_the_drive_itself() {
+        let mut w = vec![0.0; 50];
+        fill_standard_normal(&mut stream(1, 7, Purpose::NoiseDrive), &mut w);
+        assert_eq!(realise(&NoiseFilter::white(), 7, 50), w);
+    }
+
+    #[test]
+    fn every_colour_obeys_its_difference_equation_with_the_same_drive() {
+        let c = [0.7, -0.2, 0.4];
+        let d = [1.0, -1.1, 0.4];
+        let filter = NoiseFilter::new(&c, &d).unwrap();
+        let long = realise(&filter, 5, 300);
+        assert_eq!(realise(&filter, 5, 120), long[..120]);
+        let w = realise(&NoiseFilter::white(), 5, 300);
+        for k in 2..300 {
+            let left: f64 = (0..3).map(|i| d[i] * long[k - i]).sum();
+            let right: f64 = (0..3).map(|i| c[i] * w[k - i]).sum();
+            assert!((left - right).abs() < 1e-13, "k = {k}");
+        }
+    }
+
+    /// Variances of f(0) and f(20) and their correlations over trials match theory: AR(2) with
+    /// gamma_0 = (1 + d2) / ((1 - d2) ((1 + d2)^2 - d1^2)) and gamma_1 = -d1 / (1 + d2) gamma_0.
+    #[test]
+    fn the_first_sample_is_already_stationary() {
+        let (d1, d2) = (-1.5, 0.7);
+        let filter = NoiseFilter::new(&[1.0], &[1.0, d1, d2]).unwrap();
+        let variance = (1.0 + d2) / ((1.0 - d2) * ((1.0 + d2) * (1.0 + d2) - d1 * d1));
+        assert!((filter.variance() / variance - 1.0).abs() < 1e-14);
+        let covariance = -d1 / (1.0 + d2) * variance;
+        const TRIALS: u64 = 40_000;
+        let mut sums = [0.0; 4];
+        for trial in 0..TRIALS {
+            let f = realise(&filter, trial, 22);
+            sums[0] += f[0] * f[0];
+            sums[1] += f[0] * f[1];
+            sums[2] += f[20] * f[20];
+            sums[3] += f[20] * f[21];
+        }
+        let error = (2.0 / TRIALS as f64).sqrt() * variance;
+        for (sum, expected) in sums
+            .iter()
+            .zip([variance, covariance, variance, covariance])
+        {
+            let found = sum / TRIALS as f64;
+            assert!(
+                (found - expected).abs() < 4.5 * error,
+                "{found} for {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn refusals() {
+        assert_eq!(
+            NoiseFilter::new(&[1.0], &[1.0, -1.0]),
+            Err(NoiseFilterError::Unstable)
+        );
+        assert_eq!(
+            NoiseFilter::new(&[], &[1.0]),
+            Err(NoiseFilterError::Numerator)
+        );
+        assert_eq!(
+            NoiseFilter::new(&[1.0], &[2.0]),
+            Err(NoiseFilterError::Denominator)
+        );
+    }
+}

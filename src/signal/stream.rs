@@ -1,0 +1,62 @@
+//! Random streams: one xoshiro256++ generator per (seed, trial, purpose).
+//!
+//! A stream is a pure function of its three names. Nothing else enters: not the cell, not the noise
+//! level, not the window, not the thread. So the same trial index sees the same input and the same
+//! unscaled noise in every cell (common random numbers: comparisons are paired), any trial can be
+//! drawn alone, and a longer record only reads further into the same streams.
+
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// The generator of every stream: xoshiro256++ of Blackman and Vigna (2021), period 2^256 - 1.
+pub type Stream = Xoshiro256PlusPlus;
+
+/// What a stream's numbers are used for. Each purpose has numbers of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+pub enum Purpose {
+    /// The signs of the input u.
+    Input = 1,
+    /// The white sequence that drives the noise filter.
+    NoiseDrive = 2,
+    /// The stationary draw of the noise filter's state before k = 0.
+    NoiseStart = 3,
+    /// Random plants.
+    Plant = 4,
+}
+
+/// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64 bits.
+const fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// The stream of one purpose in one trial.
+///
+/// For a fixed purpose, four Feistel rounds of [`mix`] take (seed, trial) one to one onto the first
+/// 128 bits of the generator's state, so two streams of one purpose never start alike; the other
+/// 128 bits are mixed from these.
+pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
+    const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+    let key = mix(GOLDEN.wrapping_mul(purpose as u64));
+    let (mut left, mut right) = (seed, trial);
+    for round in 1..=4_u64 {
+        let next = left
+            ^ mix(right
+                .wrapping_add(key)
+                .wrapping_add(round.wrapping_mul(GOLDEN)));
+        (left, right) = (right, next);
+    }
+    let words = [
+        left,
+        right,
+        mix(left.wrapping_add(key)),
+        mix(right.wrapping_add(key)),
+    ];
+    let mut state = [0; 32];
+    for (bytes, word) in state.chunks_exact_mut(8).zip(words) {
+        bytes.copy_from_slice(&word.to_le_bytes());
+    }
+    Stream::from_seed(state)
+}
