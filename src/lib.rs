@@ -1,4 +1,5 @@
 //! asobench
+pub mod cli;
 pub mod data;
 pub mod estimator;
 pub mod metric;
@@ -6,4 +7,6 @@ mod names;
 
 pub mod observer;
 pub mod plant;
+pub mod report;
 pub mod signal;
+pub mod study;

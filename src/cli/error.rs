@@ -1,0 +1,89 @@
+//! One mapping from what went wrong to a line and an exit code.
+
+use std::process::ExitCode;
+
+/// What ends the program early.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Error {
+    /// Bad input: exit code 2. The line names the file, key or flag and what was expected.
+    #[error("{0}")]
+    Input(String),
+    /// The run itself failed: exit code 1.
+    #[error("{0}")]
+    Failed(String),
+    /// Ctrl-C: exit code 130.
+    #[error("{0}")]
+    Interrupted(String),
+    /// Standard output: exit code 1, without a line where its reader went away.
+    #[error("cannot write to standard output: {0}")]
+    Output(std::io::Error),
+}
+
+impl Error {
+    pub(super) fn is_broken_pipe(&self) -> bool {
+        matches!(self, Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe)
+    }
+
+    pub(super) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Failed(_) | Self::Output(_) => ExitCode::from(1),
+            Self::Input(_) => ExitCode::from(2),
+            Self::Interrupted(_) => ExitCode::from(130),
+        }
+    }
+}
+
+/// Bad input from anything that says what it is.
+pub(super) fn input(error: impl std::fmt::Display) -> Error {
+    Error::Input(error.to_string())
+}
+
+/// A failed run from anything that says what it is.
+pub(super) fn failed(error: impl std::fmt::Display) -> Error {
+    Error::Failed(error.to_string())
+}
+
+/// Prints help and version as asked for; makes one line of a usage error.
+pub(super) fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
+    use clap::error::ErrorKind;
+    let text = error.render().to_string();
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            super::print(&text)?;
+            Ok(ExitCode::SUCCESS)
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            eprint!("{text}");
+            Ok(ExitCode::from(2))
+        }
+        _ => Err(Error::Input(one_line(&text))),
+    }
+}
+
+/// The message and its tip, without the usage below them.
+fn one_line(text: &str) -> String {
+    let message = text.lines().take_while(|line| !line.trim().is_empty());
+    let tips = text
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("tip: "));
+    let message: Vec<&str> = message.map(str::trim).collect();
+    let mut line = message.join(" ");
+    for tip in tips {
+        line = format!("{line}; {tip}");
+    }
+    line.trim_start_matches("error: ").to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn usage_errors_become_one_line() {
+        let text = "error: unexpected argument '--trails' found\n\n  tip: a similar argument exists: \
+                    '--trials'\n\nUsage: asobench reproduce\n\nFor more information, try '--help'.\n";
+        let line = super::one_line(text);
+        assert_eq!(
+            line,
+            "unexpected argument '--trails' found; a similar argument exists: '--trials'"
+        );
+    }
+}

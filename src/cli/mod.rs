@@ -1,0 +1,73 @@
+//! The command line: one file per subcommand, and the only place that prints.
+
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "this is the place that prints"
+)]
+
+mod error;
+mod estimate;
+mod progress;
+mod replay;
+mod reproduce;
+
+use crate::names::named_enum;
+use clap::{Parser, Subcommand};
+use error::Error;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// Monte-Carlo benchmarks of estimators and adaptive state observers.
+#[derive(Parser)]
+#[command(name = "asobench", version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Reproduce(reproduce::Arguments),
+    Estimate(estimate::Arguments),
+}
+
+named_enum! {
+    /// The form of what is printed.
+    Format, "format" {
+        /// For people, at most 80 columns.
+        Text = "text",
+        /// For programs.
+        Json = "json",
+    }
+}
+
+/// Runs the program; returns its exit code: 0 done, 1 the run or a single estimate failed, 2 bad
+/// input, 130 interrupted.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let done = match Cli::try_parse_from(arguments) {
+        Ok(Cli { command }) => match command {
+            Command::Reproduce(arguments) => reproduce::run(&arguments),
+            Command::Estimate(arguments) => estimate::run(&arguments),
+        },
+        Err(error) => error::usage(&error),
+    };
+    match done {
+        Ok(code) => code,
+        Err(error) => {
+            if !error.is_broken_pipe() {
+                eprintln!("asobench: {error}");
+            }
+            error.exit_code()
+        }
+    }
+}
+
+/// Prints to standard output; a reader that went away ends the program quietly.
+fn print(text: &str) -> Result<(), Error> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .map_err(Error::Output)
+}

@@ -1,0 +1,261 @@
+//! Figures 1 to 3 of the paper as distributions: e_x(k), e_a and e_b over k, median and 5-95 % band.
+//!
+//! Blue and vermilion of Okabe and Ito's palette, solid and dashed, so that the two estimators differ in
+//! print and for a colour-blind reader.
+
+use super::summary::{BoundSummary, CellSummary, Quantiles, Summary};
+use crate::study::{CurveQuantiles, Figure};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::fmt::Display;
+use std::ops::Range;
+
+/// Why a figure could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot draw a figure: {0}")]
+pub struct FigureError(String);
+
+fn refused(error: impl Display) -> FigureError {
+    FigureError(error.to_string())
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+const SIZE: (u32, u32) = (900, 980);
+const HEAD: u32 = 78;
+const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
+const FONT: &str = "sans-serif";
+
+/// A quantity over k for one estimator: median and band, with a gap where undefined.
+struct Trace {
+    points: Vec<Point>,
+}
+
+#[derive(Clone, Copy)]
+struct Point {
+    k: f64,
+    low: f64,
+    middle: f64,
+    high: f64,
+}
+
+impl Trace {
+    fn of_curve(curve: &CurveQuantiles) -> Self {
+        let values = curve.q05.iter().zip(&curve.q50).zip(&curve.q95);
+        let point =
+            |(k, ((low, middle), high)): (usize, ((&Option<f64>, &Option<f64>), &Option<f64>))| {
+                Some(Point {
+                    k: k as f64,
+                    low: (*low)?,
+                    middle: (*middle)?,
+                    high: (*high)?,
+                })
+            };
+        Self {
+            points: values.enumerate().filter_map(point).collect(),
+        }
+    }
+
+    /// A constant from k = N to K - 1: the estimate is made once.
+    fn constant(quantiles: &Quantiles, window: usize, horizon: usize) -> Self {
+        let defined = quantiles.count > 0;
+        let ends = [window as f64, horizon as f64 - 1.0];
+        let point = |k| Point {
+            k,
+            low: quantiles.q05.value,
+            middle: quantiles.q50.value,
+            high: quantiles.q95.value,
+        };
+        Self {
+            points: ends.into_iter().filter(|_| defined).map(point).collect(),
+        }
+    }
+}
+
+/// One of the three plots.
+struct Panel<'a> {
+    name: &'static str,
+    label: &'static str,
+    traces: [Trace; 2],
+    bound: Option<&'a BoundSummary>,
+    window: usize,
+    horizon: usize,
+}
+
+impl Panel<'_> {
+    /// The range of y: all bands and the bound, with room around.
+    fn range(&self) -> Range<f64> {
+        let bound = self.bound.and_then(|bound| bound.value);
+        let points = self.traces.iter().flat_map(|trace| &trace.points);
+        let values = points.flat_map(|p| [p.low, p.high]).chain(bound);
+        let (low, high) = values
+            .filter(|value| *value > 0.0 && value.is_finite())
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+        if low > high {
+            0.1..10.0
+        } else {
+            low / 2.0..high * 2.0
+        }
+    }
+
+    fn draw(&self, area: &Area<'_>) -> Result<(), FigureError> {
+        let range = self.range();
+        let end = self.horizon as f64;
+        let mut chart = ChartBuilder::on(area)
+            .margin_right(24)
+            .margin_top(8)
+            .x_label_area_size(46)
+            .y_label_area_size(92)
+            .build_cartesian_2d(0.0..end, range.clone().log_scale())
+            .map_err(refused)?;
+        chart
+            .configure_mesh()
+            .x_desc("k, samples")
+            .y_desc(self.label)
+            .x_label_formatter(&|k| format!("{k:.0}"))
+            .y_label_formatter(&|y| tick(*y))
+            .y_labels(7)
+            .axis_desc_style((FONT, 16))
+            .label_style((FONT, 14))
+            .bold_line_style(BLACK.mix(0.15))
+            .light_line_style(TRANSPARENT)
+            .draw()
+            .map_err(refused)?;
+        let window = self.window as f64;
+        let collecting = [(0.0, range.start), (window, range.end)];
+        let shade = Rectangle::new(collecting, BLACK.mix(0.06).filled());
+        chart.draw_series([shade]).map_err(refused)?;
+        for (i, trace) in self.traces.iter().enumerate() {
+            let points = &trace.points;
+            let clamp = |k, y: f64| (k, y.clamp(range.start, range.end));
+            let upper = points.iter().map(|p| clamp(p.k, p.high));
+            let lower = points.iter().rev().map(|p| clamp(p.k, p.low));
+            let band = Polygon::new(upper.chain(lower).collect::<Vec<_>>(), COLOURS[i].mix(0.18));
+            chart.draw_series([band]).map_err(refused)?;
+        }
+        for (i, trace) in self.traces.iter().enumerate() {
+            let line = trace.points.iter().map(|p| (p.k, p.middle));
+            let style = COLOURS[i].stroke_width(2);
+            if i == 0 {
+                chart
+                    .draw_series(LineSeries::new(line, style))
+                    .map_err(refused)?;
+            } else {
+                let dashes = DashedLineSeries::new(line, 9, 5, style);
+                chart.draw_series(dashes).map_err(refused)?;
+            }
+        }
+        if let Some((bound, value)) = self.bound.and_then(|bound| Some((bound, bound.value?))) {
+            let line = [(0.0, value), (end, value)];
+            let dots = DashedLineSeries::new(line, 2, 4, BLACK.stroke_width(2));
+            chart.draw_series(dots).map_err(refused)?;
+            let right = Pos::new(HPos::Right, VPos::Bottom);
+            let style = (FONT, 14).into_font().color(&BLACK).pos(right);
+            let text = format!("paper: {} {}", self.name, bound.bound);
+            let label = Text::new(text, (end * 0.995, value * 1.03), style);
+            chart.draw_series([label]).map_err(refused)?;
+        }
+        Ok(())
+    }
+}
+
+/// A tick of a logarithmic axis.
+fn tick(y: f64) -> String {
+    if (0.001..10_000.0).contains(&y) {
+        format!("{y}")
+    } else {
+        format!("{y:e}")
+    }
+}
+
+/// Draws one cell as an SVG document: e_x(k) above, e_a and e_b below, each with the paper's bound.
+///
+/// # Errors
+/// If the drawing library refuses.
+pub fn draw(summary: &Summary, cell: &CellSummary) -> Result<String, FigureError> {
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+    root.fill(&WHITE).map_err(refused)?;
+    let (head, body) = root.split_vertically(HEAD);
+    draw_head(&head, cell)?;
+    let (state, parameters) = body.split_vertically((SIZE.1 - HEAD) * 2 / 5);
+    let (a, b) = parameters.split_vertically((SIZE.1 - HEAD) * 3 / 10);
+    let settings = &cell.settings;
+    let bound = |figure: Figure| {
+        let mut bounds = summary.bounds.iter();
+        bounds.find(|bound| bound.claim == settings.claim && bound.figure == figure)
+    };
+    let constant = |figure: Figure| {
+        [cell.outputs.first(), cell.outputs.last()].map(|output| {
+            let quantiles = output.and_then(|output| output.quantiles.get(figure.name()));
+            let trace = quantiles.map(|q| Trace::constant(q, settings.window, settings.horizon));
+            trace.unwrap_or(Trace { points: Vec::new() })
+        })
+    };
+    let [first, last] = &cell.curves;
+    let curves = [Trace::of_curve(first), Trace::of_curve(last)];
+    for (area, name, label, traces, figure) in [
+        (&state, "e_x", "e_x(k), relative", curves, Figure::ExMax),
+        (&a, "e_a", "e_a, relative", constant(Figure::Ea), Figure::Ea),
+        (&b, "e_b", "e_b, relative", constant(Figure::Eb), Figure::Eb),
+    ] {
+        let panel = Panel {
+            name,
+            label,
+            traces,
+            bound: bound(figure),
+            window: settings.window,
+            horizon: settings.horizon,
+        };
+        panel.draw(area)?;
+    }
+    root.present().map_err(refused)?;
+    drop((root, head, body, state, parameters, a, b));
+    Ok(svg)
+}
+
+/// Title and key.
+fn draw_head(area: &Area<'_>, cell: &CellSummary) -> Result<(), FigureError> {
+    let settings = &cell.settings;
+    let trials = cell
+        .outputs
+        .first()
+        .map_or(0, |output| output.outcomes.trials);
+    let noise = if settings.eta == 0.0 {
+        "noise-free".to_owned()
+    } else {
+        format!("noise level {} %", settings.eta)
+    };
+    let title = format!(
+        "{}: {noise}, N = {}, {trials} trials",
+        settings.claim, settings.window
+    );
+    let text = |text: String, x: i32, y: i32, size: i32| Text::new(text, (x, y), (FONT, size));
+    area.draw(&text(title, 92, 14, 20)).map_err(refused)?;
+    let names = [cell.outputs.first(), cell.outputs.last()];
+    let mut x = 92;
+    for (i, output) in names.into_iter().enumerate() {
+        let band = Rectangle::new([(x, 44), (x + 44, 64)], COLOURS[i].mix(0.18).filled());
+        area.draw(&band).map_err(refused)?;
+        let dashes: &[(i32, i32)] = if i == 0 {
+            &[(0, 44)]
+        } else {
+            &[(0, 9), (14, 23), (28, 37)]
+        };
+        for (from, to) in dashes {
+            let line = PathElement::new([(x + from, 54), (x + to, 54)], COLOURS[i].stroke_width(2));
+            area.draw(&line).map_err(refused)?;
+        }
+        let label = output.map_or(String::new(), super::summary::OutputSummary::label);
+        let label = format!("{label}: median, 5-95 %");
+        area.draw(&text(label, x + 54, 46, 15)).map_err(refused)?;
+        x += 240;
+    }
+    let shade = Rectangle::new([(x, 44), (x + 44, 64)], BLACK.mix(0.06).filled());
+    area.draw(&shade).map_err(refused)?;
+    let label = "window, k < N".to_owned();
+    area.draw(&text(label, x + 54, 46, 15)).map_err(refused)
+}

@@ -1,0 +1,97 @@
+//! The verdict table, at most 80 columns wide.
+
+use super::number::uncertain;
+use super::summary::{BoundSummary, CellSummary, EstimatorShare, Quantiles, Summary};
+use std::fmt::{self, Write};
+
+/// The verdicts on every bound, with the figures behind them.
+pub fn verdict_table(summary: &Summary) -> String {
+    let mut text = String::new();
+    write_table(&mut text, summary).expect("writing to a string does not fail");
+    text
+}
+
+fn write_table(text: &mut String, summary: &Summary) -> fmt::Result {
+    let rule = "-".repeat(80);
+    writeln!(
+        text,
+        "{:<11} {:<7} {:<5} {:<40} {:>13}",
+        "claim", "bound", "", "median [5 %, 95 %]", "bound met in"
+    )?;
+    for cell in &summary.cells {
+        writeln!(text, "{rule}")?;
+        write_cell(text, cell)?;
+        let claim = &cell.settings.claim;
+        for bound in summary.bounds.iter().filter(|b| b.claim == claim) {
+            write_bound(text, bound)?;
+        }
+    }
+    writeln!(text, "{rule}")
+}
+
+fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
+    let settings = &cell.settings;
+    let noise = if settings.eta == 0.0 {
+        "noise-free".to_owned()
+    } else {
+        format!("eta = {} %", settings.eta)
+    };
+    let trials = cell
+        .outputs
+        .first()
+        .map_or(0, |output| output.outcomes.trials);
+    write!(
+        text,
+        "{}  {noise}, N = {}, {trials} trials",
+        settings.claim, settings.window
+    )?;
+    for (i, output) in [cell.outputs.first(), cell.outputs.last()]
+        .iter()
+        .flatten()
+        .enumerate()
+    {
+        let before = if i == 0 { "; failed:" } else { "," };
+        write!(
+            text,
+            "{before} {} {}",
+            output.label(),
+            output.outcomes.failed()
+        )?;
+    }
+    writeln!(text)
+}
+
+fn write_bound(text: &mut String, bound: &BoundSummary) -> fmt::Result {
+    let [first, last] = &bound.estimators;
+    write_line(
+        text,
+        &format!("    {:<7} {}", bound.label, bound.bound),
+        first,
+    )?;
+    write_line(text, &format!("    {}", bound.verdict), last)
+}
+
+fn write_line(text: &mut String, left: &str, of: &EstimatorShare) -> fmt::Result {
+    let share = format!(
+        "{:.1} \u{b1} {:.1} %",
+        100.0 * of.met.share,
+        100.0 * of.met.mcse
+    );
+    let line = format!(
+        "{left:<19} {:<5} {:<40} {share:>13}",
+        of.label(),
+        spread(&of.quantiles)
+    );
+    writeln!(text, "{}", line.trim_end())
+}
+
+/// `median [5 %, 95 %]`, each with its standard error.
+fn spread(quantiles: &Quantiles) -> String {
+    let text = |q: crate::metric::Quantile| uncertain(q.value, q.mcse);
+    format!(
+        "{} [{}, {}]",
+        text(quantiles.q50),
+        text(quantiles.q05),
+        text(quantiles.q95)
+    )
+}

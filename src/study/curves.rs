@@ -1,0 +1,146 @@
+//! Quantiles of e_x(k) for every k, in memory that does not grow with the number of trials.
+//!
+//! Each k has a histogram with fixed logarithmic bins, 16 to an octave from 2^-64 to 2^16. Counts are
+//! integers, so that merging is exact in any order. A quantile is read as the middle of its bin: its
+//! relative error is at most [`CURVE_BIN_ERROR`].
+
+use serde::{Deserialize, Serialize};
+
+const BINS_PER_OCTAVE_LOG2: u32 = 4;
+const LOWEST_EXPONENT: i32 = -64;
+const HIGHEST_EXPONENT: i32 = 16;
+const BINS: usize = ((HIGHEST_EXPONENT - LOWEST_EXPONENT) << BINS_PER_OCTAVE_LOG2) as usize;
+
+/// The largest relative error of a curve's quantile: half a bin, 1/32.
+pub const CURVE_BIN_ERROR: f64 = 1.0 / 32.0;
+
+/// Histograms of e_x(k) for the first and the last output of a trial, k = 0 ... K-1.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    horizon: usize,
+    counts: Vec<u32>,
+}
+
+/// Quantiles of e_x(k), k = 0 ... K-1, of one output; `None` (null) where no trial has the figure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurveQuantiles {
+    /// 5 % quantiles.
+    pub q05: Vec<Option<f64>>,
+    /// Medians.
+    pub q50: Vec<Option<f64>>,
+    /// 95 % quantiles.
+    pub q95: Vec<Option<f64>>,
+}
+
+/// The bin of a number >= 0; the lowest and the highest bin take what is beyond them.
+#[inline(always)]
+fn bin(value: f64) -> usize {
+    const SHIFT: u32 = 52 - BINS_PER_OCTAVE_LOG2;
+    const BASE: u64 = ((1023 + LOWEST_EXPONENT) as u64) << BINS_PER_OCTAVE_LOG2;
+    let index = (value.to_bits() >> SHIFT).saturating_sub(BASE) as usize;
+    index.min(BINS - 1)
+}
+
+/// The middle of a bin.
+fn middle(bin: usize) -> f64 {
+    let per_octave = 1 << BINS_PER_OCTAVE_LOG2;
+    let exponent = LOWEST_EXPONENT + (bin / per_octave) as i32;
+    let within = ((bin % per_octave) as f64 + 0.5) / per_octave as f64;
+    2.0_f64.powi(exponent) * (1.0 + within)
+}
+
+impl Curves {
+    /// Empty histograms for records of K samples.
+    pub fn new(horizon: usize) -> Self {
+        Self {
+            horizon,
+            counts: vec![0; 2 * horizon * BINS],
+        }
+    }
+
+    /// Counts e_x(0) ... e_x(K-1) of one trial; `last` tells the last output from the first. NaN is
+    /// not counted.
+    ///
+    /// # Panics
+    /// If there are not K errors.
+    pub fn add(&mut self, last: bool, errors: &[f64]) {
+        assert_eq!(errors.len(), self.horizon);
+        let from = usize::from(last) * self.horizon * BINS;
+        let histograms = self.counts[from..].chunks_exact_mut(BINS);
+        for (histogram, error) in histograms.zip(errors) {
+            if !error.is_nan() {
+                histogram[bin(*error)] += 1;
+            }
+        }
+    }
+
+    /// Adds another worker's counts.
+    ///
+    /// # Panics
+    /// If the horizons differ.
+    pub fn merge(&mut self, other: &Self) {
+        assert_eq!(self.horizon, other.horizon);
+        for (count, other) in self.counts.iter_mut().zip(&other.counts) {
+            *count += other;
+        }
+    }
+
+    /// Quantiles of the first or the last output.
+    pub fn quantiles(&self, last: bool) -> CurveQuantiles {
+        let from = usize::from(last) * self.horizon * BINS;
+        let histograms = || self.counts[from..].chunks_exact(BINS).take(self.horizon);
+        let at = |q: f64| histograms().map(|h| histogram_quantile(h, q)).collect();
+        CurveQuantiles {
+            q05: at(0.05),
+            q50: at(0.5),
+            q95: at(0.95),
+        }
+    }
+}
+
+/// The middle of the bin that holds the order statistic of rank `ceil(q M)`.
+fn histogram_quantile(histogram: &[u32], q: f64) -> Option<f64> {
+    let total: u64 = histogram.iter().map(|&count| u64::from(count)).sum();
+    let rank = ((q * total as f64).ceil() as u64).max(1);
+    let mut below = 0;
+    let found = histogram.iter().position(|&count| {
+        below += u64::from(count);
+        below >= rank
+    });
+    found.map(middle)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_quantile_is_within_the_stated_error() {
+        let mut curves = Curves::new(1);
+        let mut values: Vec<f64> = (0..9999)
+            .map(|i| libm::exp(f64::from(i % 997) / 50.0 - 15.0))
+            .collect();
+        for value in &values {
+            curves.add(true, &[*value]);
+        }
+        values.sort_by(f64::total_cmp);
+        let found = curves.quantiles(true);
+        for (found, q) in [(&found.q05, 0.05), (&found.q50, 0.5), (&found.q95, 0.95)] {
+            let exact = values[(q * 9999.0_f64).ceil() as usize - 1];
+            assert!((found[0].unwrap() / exact - 1.0).abs() <= CURVE_BIN_ERROR);
+        }
+        assert_eq!(curves.quantiles(false).q50, [None]);
+    }
+
+    #[test]
+    fn what_is_beyond_the_bins_is_kept_and_nan_is_not() {
+        assert_eq!((bin(0.0), bin(1e-300), bin(1e300)), (0, 0, BINS - 1));
+        assert_eq!(bin(f64::INFINITY), BINS - 1);
+        let mut curves = Curves::new(2);
+        curves.add(false, &[f64::NAN, 1.0]);
+        let mut other = curves.clone();
+        other.merge(&curves);
+        let found = other.quantiles(false);
+        assert_eq!(found.q50, [None, Some(1.0 + 1.0 / 32.0)]);
+    }
+}

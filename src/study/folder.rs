@@ -1,0 +1,259 @@
+//! A folder of results: written whole or not at all.
+
+use serde_json::Value;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Why a folder cannot take the results.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// The file system.
+    #[error("{}: {source}", .path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// The error.
+        source: io::Error,
+    },
+    /// The manifest cannot be read.
+    #[error("{}: not a manifest of this program ({reason})", .path.display())]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
+    /// The folder holds trials of unknown design.
+    #[error("{}: holds trials.parquet without manifest.json; choose another folder", .0.display())]
+    Unknown(PathBuf),
+    /// The folder holds results of another design.
+    #[error(
+        "{}: holds results of another design (different: {}); choose another folder",
+        .path.display(), .keys.join(", ")
+    )]
+    OtherDesign {
+        /// The folder.
+        path: PathBuf,
+        /// The keys that differ.
+        keys: Vec<String>,
+    },
+}
+
+/// A folder whose files are written under temporary names and renamed together.
+#[derive(Debug)]
+pub struct ResultsFolder {
+    path: PathBuf,
+    pending: Vec<String>,
+}
+
+const MANIFEST: &str = "manifest.json";
+const TRIALS: &str = "trials.parquet";
+
+fn io_error(path: &Path) -> impl Fn(io::Error) -> FolderError + '_ {
+    move |source| FolderError::Io {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+impl ResultsFolder {
+    /// Opens a folder, making it where needed, and checks that it can be written to.
+    ///
+    /// # Errors
+    /// If it cannot be made or written to.
+    pub fn open(path: &Path) -> Result<Self, FolderError> {
+        fs::create_dir_all(path).map_err(io_error(path))?;
+        let probe = path.join(".writable.tmp");
+        fs::write(&probe, b"asobench")
+            .and_then(|()| fs::remove_file(&probe))
+            .map_err(io_error(path))?;
+        Ok(Self {
+            path: path.to_owned(),
+            pending: Vec::new(),
+        })
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The manifest of the results that are there; `None` where there are none.
+    ///
+    /// # Errors
+    /// If there are trials without a manifest, or the manifest cannot be read.
+    pub fn manifest(&self) -> Result<Option<Value>, FolderError> {
+        let path = self.path.join(MANIFEST);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return if self.path.join(TRIALS).exists() {
+                    Err(FolderError::Unknown(self.path.clone()))
+                } else {
+                    Ok(None)
+                };
+            }
+            Err(error) => return Err(io_error(&path)(error)),
+        };
+        let manifest = serde_json::from_str(&text).map_err(|error| FolderError::Manifest {
+            path,
+            reason: error.to_string(),
+        });
+        manifest.map(Some)
+    }
+
+    /// Refuses a folder that holds results of another design; true where it holds results of this one.
+    ///
+    /// # Errors
+    /// [`FolderError::OtherDesign`] with the keys that differ, and as for [`Self::manifest`].
+    pub fn check_design(&self, design: &Value) -> Result<bool, FolderError> {
+        let Some(manifest) = self.manifest()? else {
+            return Ok(false);
+        };
+        let mut keys = Vec::new();
+        differences("", &manifest["experiment"], design, &mut keys);
+        if keys.is_empty() {
+            return Ok(true);
+        }
+        Err(FolderError::OtherDesign {
+            path: self.path.clone(),
+            keys,
+        })
+    }
+
+    /// The temporary path of a file that [`Self::publish`] will rename to `name`.
+    pub fn stage(&mut self, name: &str) -> PathBuf {
+        if !self.pending.iter().any(|pending| pending == name) {
+            self.pending.push(name.to_owned());
+        }
+        self.temporary(name)
+    }
+
+    fn temporary(&self, name: &str) -> PathBuf {
+        self.path.join(format!(".{name}.tmp"))
+    }
+
+    /// Writes a file under its temporary name.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&mut self, name: &str, content: &[u8]) -> Result<(), FolderError> {
+        let path = self.stage(name);
+        let written = fs::File::create(&path).and_then(|mut file| {
+            file.write_all(content)?;
+            file.sync_all()
+        });
+        written.map_err(io_error(&path))
+    }
+
+    /// Renames every staged file to its name; the manifest last, and an older one removed first, so
+    /// that a manifest always tells of the files beside it.
+    ///
+    /// # Errors
+    /// If a file cannot be renamed.
+    pub fn publish(mut self) -> Result<(), FolderError> {
+        let manifest = self.path.join(MANIFEST);
+        match fs::remove_file(&manifest) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(io_error(&manifest)(error));
+            }
+            _ => {}
+        }
+        let mut names = std::mem::take(&mut self.pending);
+        names.sort_by_key(|name| name == MANIFEST);
+        for name in names {
+            let path = self.path.join(&name);
+            fs::rename(self.temporary(&name), &path).map_err(io_error(&path))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for ResultsFolder {
+    /// Removes what was staged and not published.
+    fn drop(&mut self) {
+        for name in &self.pending {
+            // A file that was never made cannot be removed; nothing else can be done here.
+            let _ = fs::remove_file(self.temporary(name));
+        }
+    }
+}
+
+/// Collects the paths of values that differ.
+fn differences(path: &str, left: &Value, right: &Value, keys: &mut Vec<String>) {
+    match (left, right) {
+        (Value::Object(left), Value::Object(right)) => {
+            let all: std::collections::BTreeSet<&String> =
+                left.keys().chain(right.keys()).collect();
+            for key in all {
+                let dot = if path.is_empty() { "" } else { "." };
+                let null = &Value::Null;
+                let (left, right) = (
+                    left.get(key).unwrap_or(null),
+                    right.get(key).unwrap_or(null),
+                );
+                differences(&format!("{path}{dot}{key}"), left, right, keys);
+            }
+        }
+        _ if left != right => keys.push(path.to_owned()),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn results_appear_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new");
+        let mut results = ResultsFolder::open(&path).unwrap();
+        results.write("a.txt", b"a").unwrap();
+        drop(results);
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 0);
+
+        let mut results = ResultsFolder::open(&path).unwrap();
+        results
+            .write(
+                "manifest.json",
+                br#"{"experiment": {"seed": 1, "x": {"y": 2}}}"#,
+            )
+            .unwrap();
+        results.write("a.txt", b"a").unwrap();
+        results.publish().unwrap();
+        let mut names: Vec<_> = fs::read_dir(&path)
+            .unwrap()
+            .map(|f| f.unwrap().file_name())
+            .collect();
+        names.sort();
+        assert_eq!(names, ["a.txt", "manifest.json"]);
+
+        let results = ResultsFolder::open(&path).unwrap();
+        assert!(
+            results
+                .check_design(&json!({"seed": 1, "x": {"y": 2}}))
+                .unwrap()
+        );
+        let error = results
+            .check_design(&json!({"seed": 2, "x": {"y": 3}}))
+            .unwrap_err();
+        assert!(
+            error.to_string().contains("(different: seed, x.y)"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn trials_without_a_manifest_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(TRIALS), b"").unwrap();
+        let results = ResultsFolder::open(folder.path()).unwrap();
+        assert!(matches!(
+            results.check_design(&json!({})),
+            Err(FolderError::Unknown(_))
+        ));
+    }
+}

@@ -1,0 +1,93 @@
+//! One line of results: one output of one method on one trial.
+
+use crate::estimator::Failure;
+use crate::names::named_enum;
+use std::ops::{Index, IndexMut};
+
+named_enum! {
+    /// A figure of a row. NaN, stored as null, where it is undefined.
+    Figure, "figure" {
+        /// Relative error of a.
+        Ea = "e_a",
+        /// Relative error of b.
+        Eb = "e_b",
+        /// Relative error of h.
+        Eh = "e_h",
+        /// Relative error of x0.
+        Ex0 = "e_x0",
+        /// Largest e_x(k), N <= k < K.
+        ExMax = "e_x_max",
+        /// Root mean square of e_x(k), N <= k < K.
+        ExRms = "e_x_rms",
+        /// e_a as Eq. (7) is printed (reading E3), and so on for the others.
+        EaPrinted = "e_a_as_printed",
+        /// e_b as printed.
+        EbPrinted = "e_b_as_printed",
+        /// e_h as printed.
+        EhPrinted = "e_h_as_printed",
+        /// e_x0 as printed.
+        Ex0Printed = "e_x0_as_printed",
+        /// Largest e_x(k) as printed, over the k where it is defined.
+        ExMaxPrinted = "e_x_max_as_printed",
+        /// Root mean square of e_x(k) as printed, over the k where it is defined.
+        ExRmsPrinted = "e_x_rms_as_printed",
+        /// Spectral radius of A-hat.
+        SpectralRadius = "spectral_radius",
+        /// Condition number: [`crate::estimator::solver::Solution::condition`].
+        Condition = "condition",
+    }
+}
+
+/// One output of one method on one trial.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The trial's index.
+    pub trial: u64,
+    /// The output's index in [`super::Experiment::outputs`].
+    pub output: usize,
+    /// What stopped the pass, if anything did.
+    pub failure: Option<Failure>,
+    /// Whether A-hat has a pole on or outside the unit circle; `None` where there is no A-hat.
+    pub unstable: Option<bool>,
+    figures: [f64; Figure::ALL.len()],
+}
+
+impl Row {
+    /// A row without figures.
+    pub fn new(trial: u64, output: usize) -> Self {
+        Self {
+            trial,
+            output,
+            failure: None,
+            unstable: None,
+            figures: [f64::NAN; Figure::ALL.len()],
+        }
+    }
+
+    /// "ok" or the failure's kind.
+    pub fn status(&self) -> &'static str {
+        self.failure.map_or("ok", |failure| failure.kind.name())
+    }
+
+    /// Whether two rows are equal bit for bit.
+    pub fn same_bits(&self, other: &Self) -> bool {
+        let bits = |row: &Self| row.figures.map(f64::to_bits);
+        (self.trial, self.output, self.failure, self.unstable)
+            == (other.trial, other.output, other.failure, other.unstable)
+            && bits(self) == bits(other)
+    }
+}
+
+impl Index<Figure> for Row {
+    type Output = f64;
+
+    fn index(&self, figure: Figure) -> &f64 {
+        &self.figures[figure as usize]
+    }
+}
+
+impl IndexMut<Figure> for Row {
+    fn index_mut(&mut self, figure: Figure) -> &mut f64 {
+        &mut self.figures[figure as usize]
+    }
+}

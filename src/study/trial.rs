@@ -1,0 +1,195 @@
+//! One trial: draw a record, run every method on it, measure every pass.
+
+use super::row::{Figure, Row};
+use super::{Cell, Curves, Experiment};
+use crate::data::Realisation;
+use crate::estimator::{
+    Estimator, Failure, FailureKind, Output, Pass, Progress, SetupError, Stage, Window,
+};
+use crate::metric::{StateError, relative_error, relative_error_as_printed};
+use crate::observer::Gain;
+use crate::plant::{PoleFinder, observe};
+
+/// Buffers to run trials of one cell: one value per worker.
+pub struct Trial<'e> {
+    experiment: &'e Experiment,
+    cell: &'e Cell,
+    outputs: Vec<Output>,
+    realisation: Realisation,
+    methods: Vec<Worker>,
+    scorer: Scorer,
+    rows: Vec<Row>,
+}
+
+/// A method's estimator and its passes.
+struct Worker {
+    estimator: Box<dyn Estimator>,
+    passes: Vec<Pass>,
+}
+
+/// Everything that one trial computed, for a replay.
+pub struct TrialRecord<'a> {
+    /// The record and its truth.
+    pub realisation: &'a Realisation,
+    /// The passes of every output, in order.
+    pub passes: Vec<(&'a Output, &'a Pass)>,
+    /// The rows as they are stored.
+    pub rows: &'a [Row],
+}
+
+impl<'e> Trial<'e> {
+    /// Buffers for a cell of a valid experiment.
+    ///
+    /// # Errors
+    /// If a method cannot serve the cell.
+    pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, SetupError> {
+        let order = experiment.process.plant().order();
+        let mut methods = Vec::new();
+        for method in &experiment.methods {
+            methods.push(Worker {
+                estimator: method.prepare(experiment.shape(cell))?,
+                passes: vec![Pass::new(order); method.outputs().len()],
+            });
+        }
+        Ok(Self {
+            experiment,
+            cell,
+            outputs: experiment.outputs(),
+            realisation: Realisation::default(),
+            methods,
+            scorer: Scorer::new(experiment, cell),
+            rows: Vec::new(),
+        })
+    }
+
+    /// Runs a trial: its rows, one per output. `curves` gathers e_x(k) of the first and last output.
+    pub fn run(&mut self, trial: u64, mut curves: Option<&mut Curves>) -> &[Row] {
+        let (experiment, cell) = (self.experiment, self.cell);
+        let record = &mut self.realisation;
+        let (process, seed) = (&experiment.process, experiment.seed);
+        process.realise(seed, trial, cell.eta, cell.window, cell.horizon, record);
+        let window = Window::new(&record.u, &record.y, cell.window);
+        self.rows.clear();
+        for Worker { estimator, passes } in &mut self.methods {
+            estimator.estimate(window, passes);
+            for pass in passes {
+                let output = self.rows.len();
+                let mut row = Row::new(trial, output);
+                self.scorer
+                    .score(self.outputs[output].pass, pass, record, &mut row);
+                self.rows.push(row);
+                let (first, last) = (output == 0, output + 1 == self.outputs.len());
+                if let Some(curves) = curves.as_deref_mut().filter(|_| first || last) {
+                    curves.add(last, &self.scorer.curve);
+                }
+            }
+        }
+        &self.rows
+    }
+
+    /// What the last [`Self::run`] computed.
+    pub fn record(&self) -> TrialRecord<'_> {
+        let passes = self.methods.iter().flat_map(|method| &method.passes);
+        TrialRecord {
+            realisation: &self.realisation,
+            passes: self.outputs.iter().zip(passes).collect(),
+            rows: &self.rows,
+        }
+    }
+}
+
+/// Measures passes against the truth.
+struct Scorer {
+    truth: Truth,
+    window: usize,
+    gain: Gain,
+    g: Vec<f64>,
+    x: Vec<f64>,
+    poles: PoleFinder,
+    /// e_x(k), k = 0 ... K-1, of the pass that was measured last; NaN where undefined.
+    curve: Vec<f64>,
+}
+
+struct Truth {
+    a: Vec<f64>,
+    b: Vec<f64>,
+    h: Vec<f64>,
+    x0: Vec<f64>,
+}
+
+impl Scorer {
+    fn new(experiment: &Experiment, cell: &Cell) -> Self {
+        let plant = experiment.process.plant();
+        let n = plant.order();
+        Self {
+            truth: Truth {
+                a: plant.a().to_vec(),
+                b: plant.b().to_vec(),
+                h: plant.h(),
+                x0: experiment.process.x0().to_vec(),
+            },
+            window: cell.window,
+            gain: experiment.gain.clone(),
+            g: vec![0.0; n],
+            x: vec![0.0; n],
+            poles: PoleFinder::new(n),
+            curve: vec![f64::NAN; cell.horizon],
+        }
+    }
+
+    /// Fills the row of a pass, whose number is for its failures.
+    fn score(&mut self, number: usize, pass: &Pass, record: &Realisation, row: &mut Row) {
+        row.failure = pass.failure;
+        row[Figure::Condition] = pass.condition;
+        self.curve.fill(f64::NAN);
+        if pass.progress >= Progress::Parameters {
+            row.unstable = Some(pass.unstable);
+            row[Figure::SpectralRadius] = self.poles.spectral_radius(&pass.a);
+            for (truth, found, relative, printed) in [
+                (&self.truth.a, &pass.a, Figure::Ea, Figure::EaPrinted),
+                (&self.truth.b, &pass.b, Figure::Eb, Figure::EbPrinted),
+                (&self.truth.h, &pass.h, Figure::Eh, Figure::EhPrinted),
+            ] {
+                row[relative] = relative_error(truth, found);
+                row[printed] = relative_error_as_printed(truth, found);
+            }
+        }
+        if pass.progress >= Progress::InitialState {
+            row[Figure::Ex0] = relative_error(&self.truth.x0, &pass.x0);
+            row[Figure::Ex0Printed] = relative_error_as_printed(&self.truth.x0, &pass.x0);
+            self.observe(number, pass, record, row);
+        }
+    }
+
+    /// Stage 12: the observer from k = 0 to K, and its errors from k = N on.
+    fn observe(&mut self, number: usize, pass: &Pass, record: &Realisation, row: &mut Row) {
+        self.gain.compute(&pass.a, &mut self.g);
+        self.x.copy_from_slice(&pass.x0);
+        let n = self.x.len();
+        let mut errors = StateError::default();
+        let (window, curve, states) = (self.window, &mut self.curve, &record.states);
+        let (u, y) = (&record.u, &record.y);
+        observe(&pass.a, &pass.b, &self.g, &mut self.x, u, y, |k, x_hat| {
+            let x = &states[k * n..(k + 1) * n];
+            let square = if k < window {
+                StateError::default().add(x, x_hat)
+            } else {
+                errors.add(x, x_hat)
+            };
+            curve[k] = square.sqrt();
+        });
+        if errors.maximum().is_infinite() || self.x.iter().any(|x| !x.is_finite()) {
+            self.curve.fill(f64::NAN);
+            row.failure = Some(Failure {
+                kind: FailureKind::NonFinite,
+                stage: Stage::Observer,
+                pass: number,
+            });
+            return;
+        }
+        row[Figure::ExMax] = errors.maximum();
+        row[Figure::ExRms] = errors.rms();
+        row[Figure::ExMaxPrinted] = errors.maximum_as_printed();
+        row[Figure::ExRmsPrinted] = errors.rms_as_printed();
+    }
+}
