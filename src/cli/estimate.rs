@@ -1,17 +1,420 @@
-//! `asobench estimate`: the stages on a record of the user's own.
+//! `asobench estimate`: the twelve stages on a record of the user's own.
 
-use super::error::{Error, input};
+use super::error::Error;
 use super::{Format, print};
+use crate::data::csv::{self, Record};
+use crate::data::{Detrend, Trend};
+use crate::estimator::{
+    Auxiliary, Drive, Failure, IvOptions, Method, Pass, Progress, Shape, Solver, Stage10, Window,
+};
+use crate::metric::{Fit, FitModel, fit};
+use crate::names::named_enum;
+use crate::observer::Gain;
+use crate::plant::{PoleFinder, observe};
+use faer::c64;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// a
+mod json;
+mod text;
+
+named_enum! {
+    /// An estimator that the command line knows.
+    Name, "estimator" {
+        /// Least squares.
+        LeastSquares = "ls",
+        /// Instrumental variables.
+        InstrumentalVariables = "iv",
+    }
+}
+
+/// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Gains: dead-beat, scaled:RHO (eigenvalues RHO * eig(A-hat)), poles:LIST (such as \
+                        poles:0.2,0.1+0.3i,0.1-0.3i)"
+)]
 pub(super) struct Arguments {
+    /// CSV file with a header line: columns u, y and perhaps k; lines beginning with # are comments
+    #[arg(value_name = "FILE.csv")]
+    file: PathBuf,
+    /// Order n of the plant
+    #[arg(long, value_name = "n")]
+    order: usize,
+    /// Delay nk of the input, samples
+    #[arg(long, value_name = "nk", default_value_t = 1, value_parser = parse_delay)]
+    delay: usize,
+    /// Samples used for estimation, from the first [default: all]; the rest validates
+    #[arg(long, value_name = "N")]
+    window: Option<usize>,
+    /// Estimators, separated by commas: ls, iv
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "ls,iv"
+    )]
+    estimator: Vec<Name>,
+    /// IV passes
+    #[arg(long, value_name = "COUNT", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..))]
+    iterations: u16,
+    /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented
+    #[arg(long, value_name = "NAME", default_value_t)]
+    solver: Solver,
+    /// What each IV pass renews: refresh, frozen, literal
+    #[arg(long, value_name = "READING", default_value_t)]
+    auxiliary: Auxiliary,
+    /// What drives the auxiliary model: model, observer
+    #[arg(long, value_name = "READING", default_value_t)]
+    drive: Drive,
+    /// Formula of stage 10: corrected, as-printed, as-printed-2024
+    #[arg(long, value_name = "READING", default_value_t)]
+    stage10: Stage10,
+    /// Subtract from u and y, fitted on the window: none, mean, linear
+    #[arg(long, value_name = "WHAT", default_value_t)]
+    detrend: Detrend,
+    /// The observer's gain: dead-beat, scaled:RHO, poles:LIST
+    #[arg(long, value_name = "GAIN", default_value_t)]
+    gain: Gain,
+    /// Write the last estimator's observer states, k = 0 ... K, to a CSV file
+    #[arg(long, value_name = "STATES.csv")]
+    states: Option<PathBuf>,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
     format: Format,
 }
-pub(super) fn run(_arguments: &Arguments) -> Result<ExitCode, Error> {
-    print("")?;
-    Err(input(""))
+
+fn parse_delay(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(delay) if delay >= 1 => Ok(delay),
+        _ => Err("expected a whole number of at least 1".to_owned()),
+    }
+}
+
+/// What was estimated, for printing.
+struct Report {
+    file: PathBuf,
+    order: usize,
+    delay: usize,
+    /// Samples of the record after the shift by the delay.
+    samples: usize,
+    /// Window after the shift.
+    window: usize,
+    solver: Solver,
+    detrend: Detrend,
+    gain: Gain,
+    estimates: Vec<Estimate>,
+}
+
+/// One estimator's passes and what follows from its last one.
+struct Estimate {
+    name: Name,
+    /// Passes with their numbers: 0 for least squares, 1, 2, ... for IV.
+    passes: Vec<(usize, PassReport)>,
+    observer: Option<Observer>,
+    fit: Option<Fits>,
+}
+
+/// A pass with its poles, largest modulus first.
+struct PassReport {
+    pass: Pass,
+    poles: Vec<c64>,
+}
+
+struct Fits {
+    window: Fit,
+    validation: Option<Fit>,
+}
+
+struct Observer {
+    g: Vec<f64>,
+    at_window: Vec<f64>,
+    last: Vec<f64>,
+}
+
+impl Estimate {
+    /// The last pass: what the estimator stands for.
+    fn last(&self) -> &PassReport {
+        &self.passes[self.passes.len() - 1].1
+    }
+
+    fn failure(&self) -> Option<Failure> {
+        self.last().pass.failure
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let (record, window) = load(arguments)?;
+    let report = estimate(arguments, &record, window)?;
+    warn(&report);
+    if let Some(path) = &arguments.states {
+        write_states(path, &report, &record)?;
+    }
+    match arguments.format {
+        Format::Text => print(&text::render(&report))?,
+        Format::Json => print(&json::render(&report)?)?,
+    }
+    let failed = report
+        .estimates
+        .iter()
+        .any(|estimate| estimate.failure().is_some());
+    Ok(ExitCode::from(u8::from(failed)))
+}
+
+/// Reads, checks, shifts by the delay and detrends; returns the record and the window's length.
+fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
+    let path = arguments.file.display();
+    let bad = |message: String| Error::Input(format!("{path}: {message}"));
+    if arguments.order == 0 {
+        return Err(Error::Input(
+            "--order: expected at least 1, not 0".to_owned(),
+        ));
+    }
+    arguments
+        .gain
+        .check(arguments.order)
+        .map_err(|e| Error::Input(format!("--gain: {e}")))?;
+    let file = std::fs::File::open(&arguments.file).map_err(|error| bad(error.to_string()))?;
+    let mut record = csv::read(file).map_err(|error| bad(error.to_string()))?;
+    let rows = record.y.len();
+    let needed = 3_usize
+        .saturating_mul(arguments.order)
+        .saturating_add(arguments.delay - 1);
+    if rows < needed {
+        return Err(bad(format!(
+            "{rows} samples are too few for order {} and delay {}: at least {needed} are needed",
+            arguments.order, arguments.delay
+        )));
+    }
+    let window = arguments.window.unwrap_or(rows);
+    if window > rows {
+        return Err(Error::Input(format!(
+            "--window: {window} is more than the {rows} samples of {path}"
+        )));
+    }
+    if window < needed {
+        return Err(Error::Input(format!(
+            "--window: {window} is too short for order {} and delay {}: at least {needed} are needed",
+            arguments.order, arguments.delay
+        )));
+    }
+    for (name, values) in [("u", &record.u), ("y", &record.y)] {
+        if values[..window].iter().all(|value| *value == values[0]) {
+            return Err(bad(format!(
+                "column {name} is constant over the window; nothing can be identified from it"
+            )));
+        }
+    }
+    Trend::fit(arguments.detrend, &record.u[..window]).subtract(&mut record.u);
+    Trend::fit(arguments.detrend, &record.y[..window]).subtract(&mut record.y);
+    // With u'(k) = u(k), y'(k) = y(k + nk - 1) the delay is 1.
+    let shift = arguments.delay - 1;
+    record.y.drain(..shift);
+    record.u.truncate(rows - shift);
+    Ok((record, window - shift))
+}
+
+fn estimate(arguments: &Arguments, record: &Record, window: usize) -> Result<Report, Error> {
+    let shape = Shape {
+        order: arguments.order,
+        window,
+    };
+    let samples = Window::new(&record.u, &record.y, window);
+    let options = IvOptions {
+        iterations: usize::from(arguments.iterations),
+        solver: arguments.solver,
+        stage10: arguments.stage10,
+        auxiliary: arguments.auxiliary,
+        drive: arguments.drive,
+        gain: arguments.gain.clone(),
+    };
+    let mut estimates: Vec<Estimate> = Vec::new();
+    for &name in &arguments.estimator {
+        if estimates.iter().any(|estimate| estimate.name == name) {
+            continue;
+        }
+        let method = match name {
+            Name::LeastSquares => Method::least_squares(arguments.solver),
+            Name::InstrumentalVariables => Method::instrumental_variables(options.clone()),
+        };
+        let mut estimator = method
+            .prepare(shape)
+            .map_err(|error| Error::Input(format!("--estimator {name}: {error}")))?;
+        let mut passes = vec![Pass::new(shape.order); method.outputs().len()];
+        estimator.estimate(samples, &mut passes);
+        let numbers = method.outputs().iter().map(|output| output.pass);
+        let passes = numbers.zip(passes).filter(|(number, _)| match name {
+            Name::LeastSquares => true,
+            Name::InstrumentalVariables => *number > 0,
+        });
+        estimates.push(conclude(name, passes, arguments, record, window));
+    }
+    Ok(Report {
+        file: arguments.file.clone(),
+        order: arguments.order,
+        delay: arguments.delay,
+        samples: record.y.len(),
+        window,
+        solver: arguments.solver,
+        detrend: arguments.detrend,
+        gain: arguments.gain.clone(),
+        estimates,
+    })
+}
+
+/// Poles of every pass, FIT and observer of the last one.
+fn conclude(
+    name: Name,
+    passes: impl Iterator<Item = (usize, Pass)>,
+    arguments: &Arguments,
+    record: &Record,
+    window: usize,
+) -> Estimate {
+    let mut finder = PoleFinder::new(arguments.order);
+    let passes: Vec<(usize, PassReport)> = passes
+        .map(|(number, pass)| {
+            let known = pass.progress >= Progress::Parameters;
+            let poles = if known {
+                finder.poles(&pass.a)
+            } else {
+                Vec::new()
+            };
+            (number, PassReport { pass, poles })
+        })
+        .collect();
+    let mut estimate = Estimate {
+        name,
+        passes,
+        observer: None,
+        fit: None,
+    };
+    let pass = &estimate.last().pass;
+    if pass.progress == Progress::InitialState {
+        let model = FitModel {
+            a: &pass.a,
+            b: &pass.b,
+            h: &pass.h,
+            x0: &pass.x0,
+        };
+        let samples = record.y.len();
+        let on = |range| fit(model, &record.u, &record.y, range);
+        let fits = Fits {
+            window: on(0..window),
+            validation: (window < samples).then(|| on(window..samples)),
+        };
+        let observer = observer(pass, &arguments.gain, record, window);
+        estimate.fit = Some(fits);
+        estimate.observer = Some(observer);
+    }
+    estimate
+}
+
+/// Stage 12 on the whole record.
+fn observer(pass: &Pass, gain: &Gain, record: &Record, window: usize) -> Observer {
+    let mut g = vec![0.0; pass.a.len()];
+    gain.compute(&pass.a, &mut g);
+    let mut x = pass.x0.clone();
+    let (mut at_window, mut last) = (Vec::new(), x.clone());
+    observe(
+        &pass.a,
+        &pass.b,
+        &g,
+        &mut x,
+        &record.u,
+        &record.y,
+        |k, x| {
+            if k == window {
+                at_window = x.to_vec();
+            }
+            last.copy_from_slice(x);
+        },
+    );
+    if window == record.y.len() {
+        at_window = x;
+    }
+    Observer { g, at_window, last }
+}
+
+/// Warnings on standard error, one line each.
+fn warn(report: &Report) {
+    if report.gain.places_unstable_pole() {
+        eprintln!(
+            "warning: --gain {} has a pole on or outside the unit circle",
+            report.gain
+        );
+    }
+    for estimate in &report.estimates {
+        let last = estimate.last();
+        if last.pass.unstable {
+            eprintln!(
+                "warning: {}: A-hat has a pole on or outside the unit circle",
+                estimate.name
+            );
+        }
+        if let (Gain::Scaled(rho), Some(pole)) = (&report.gain, last.poles.first())
+            && rho.abs() * pole.norm() >= 1.0
+        {
+            eprintln!(
+                "warning: {}: --gain {} leaves a pole on or outside the unit circle",
+                estimate.name, report.gain
+            );
+        }
+    }
+}
+
+/// Writes the observer's states under a temporary name, then renames the file.
+fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Error> {
+    let failed =
+        |error: std::io::Error| Error::Input(format!("--states {}: {error}", path.display()));
+    let Some((estimate, observer)) = report
+        .estimates
+        .last()
+        .and_then(|estimate| Some((estimate, estimate.observer.as_ref()?)))
+    else {
+        return Ok(());
+    };
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".tmp");
+    let temporary = PathBuf::from(temporary);
+    let write = || -> std::io::Result<()> {
+        let mut to = std::io::BufWriter::new(std::fs::File::create(&temporary)?);
+        let pass = &estimate.last().pass;
+        write!(to, "# observer {}, gain {}\nk", estimate.name, report.gain)?;
+        for i in 1..=pass.a.len() {
+            write!(to, ",x{i}")?;
+        }
+        writeln!(to)?;
+        let mut row = |k: usize, x: &[f64]| {
+            write!(to, "{k}")?;
+            for x in x {
+                write!(to, ",{x}")?;
+            }
+            writeln!(to)
+        };
+        let mut x = pass.x0.clone();
+        let mut outcome = Ok(());
+        observe(
+            &pass.a,
+            &pass.b,
+            &observer.g,
+            &mut x,
+            &record.u,
+            &record.y,
+            |k, x| {
+                if outcome.is_ok() {
+                    outcome = row(k, x);
+                }
+            },
+        );
+        outcome?;
+        row(record.y.len(), &x)?;
+        to.flush()?;
+        std::fs::rename(&temporary, path)
+    };
+    write().map_err(|error| {
+        // The temporary file may not even exist; the first error is the one to report.
+        let _ = std::fs::remove_file(&temporary);
+        failed(error)
+    })
 }
