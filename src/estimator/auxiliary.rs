@@ -40,12 +40,26 @@ impl AuxiliaryModel {
         self.x.copy_from_slice(x0);
         let yhat = &mut self.yhat;
         match self.drive {
-            Drive::Model => simulate(a, b, &mut self.x, window.u, |k, x| yhat[k] = x[0]),
+            Drive::Model => simulate(
+                a,
+                b,
+                &mut self.x,
+                window.u,
+                #[inline(always)]
+                |k, x| yhat[k] = x[0],
+            ),
             Drive::Observer => {
                 self.gain.compute(a, &mut self.g);
-                observe(a, b, &self.g, &mut self.x, window.u, window.y, |k, x| {
-                    yhat[k] = x[0]
-                });
+                observe(
+                    a,
+                    b,
+                    &self.g,
+                    &mut self.x,
+                    window.u,
+                    window.y,
+                    #[inline(always)]
+                    |k, x| yhat[k] = x[0],
+                );
             }
         }
         if yhat.iter().all(|y| y.is_finite()) {

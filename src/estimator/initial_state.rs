@@ -91,17 +91,24 @@ impl InitialState {
         let rows = relevant_rows(a, &mut self.row, window.len());
         self.start();
         let (row, gram) = (&mut self.row, &mut self.gram);
-        simulate(a, b, &mut self.state, &window.u[..rows], |k, state| {
-            let residual = window.y[k] - state[0];
-            for j in 0..n {
-                let column = gram.col_as_slice_mut(j);
-                for i in j..n {
-                    column[i] = row[i].mul_add(row[j], column[i]);
+        simulate(
+            a,
+            b,
+            &mut self.state,
+            &window.u[..rows],
+            #[inline(always)]
+            |k, state| {
+                let residual = window.y[k] - state[0];
+                for j in 0..n {
+                    let column = gram.col_as_slice_mut(j);
+                    for i in j..n {
+                        column[i] = row[i].mul_add(row[j], column[i]);
+                    }
+                    x0[j] = row[j].mul_add(residual, x0[j]);
                 }
-                x0[j] = row[j].mul_add(residual, x0[j]);
-            }
-            next_row(a, row);
-        });
+                next_row(a, row);
+            },
+        );
         if !(self.gram.as_ref().norm_max().is_finite() && x0.iter().all(|x| x.is_finite())) {
             return Err(FailureKind::NonFinite);
         }
@@ -132,10 +139,17 @@ impl InitialState {
         let problem = self.sorted_qr.get_or_insert_with(|| SortedQr::new(rows, n));
         problem.clear();
         let row = &mut self.row;
-        simulate(a, b, &mut self.state, window.u, |k, state| {
-            problem.push(row, window.y[k] - state[0]);
-            next_row(a, row);
-        });
+        simulate(
+            a,
+            b,
+            &mut self.state,
+            window.u,
+            #[inline(always)]
+            |k, state| {
+                problem.push(row, window.y[k] - state[0]);
+                next_row(a, row);
+            },
+        );
         problem.solve(x0)
     }
 }

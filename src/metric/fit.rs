@@ -36,11 +36,18 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], range: Range<usize>) -> Fi
     let mean = range.clone().map(|k| y[k]).sum::<f64>() / range.len() as f64;
     let mut simulated = 0.0;
     let mut x = model.x0.to_vec();
-    simulate(model.a, model.b, &mut x, &u[..range.end], |k, x| {
-        if k >= range.start {
-            simulated += (y[k] - x[0]) * (y[k] - x[0]);
-        }
-    });
+    simulate(
+        model.a,
+        model.b,
+        &mut x,
+        &u[..range.end],
+        #[inline(always)]
+        |k, x| {
+            if k >= range.start {
+                simulated += (y[k] - x[0]) * (y[k] - x[0]);
+            }
+        },
+    );
     let predict = |k: usize| -> f64 {
         let lags = 1..=n;
         lags.map(|i| model.a[n - i] * y[k - i] + model.h[i - 1] * u[k - i])

@@ -103,10 +103,17 @@ impl StateSpace {
         let n = self.order();
         assert!(y0.len() == u.len() && states.len() == n * u.len());
         let mut x = x0.to_vec();
-        simulate(&self.a, &self.b, &mut x, u, |k, x| {
-            y0[k] = x[0];
-            states[k * n..(k + 1) * n].copy_from_slice(x);
-        });
+        simulate(
+            &self.a,
+            &self.b,
+            &mut x,
+            u,
+            #[inline(always)]
+            |k, x| {
+                y0[k] = x[0];
+                states[k * n..(k + 1) * n].copy_from_slice(x);
+            },
+        );
     }
 }
 

@@ -104,19 +104,21 @@ impl Panel<'_> {
     fn draw(&self, area: &Area<'_>) -> Result<(), FigureError> {
         let range = self.range();
         let end = self.horizon as f64;
+        let axis = range.clone().log_scale().with_key_points(ticks(&range));
         let mut chart = ChartBuilder::on(area)
+            .margin_left(14)
             .margin_right(24)
             .margin_top(8)
             .x_label_area_size(46)
-            .y_label_area_size(92)
-            .build_cartesian_2d(0.0..end, range.clone().log_scale())
+            .y_label_area_size(78)
+            .build_cartesian_2d(0.0..end, axis)
             .map_err(refused)?;
         chart
             .configure_mesh()
             .x_desc("k, samples")
             .y_desc(self.label)
             .x_label_formatter(&|k| format!("{k:.0}"))
-            .y_label_formatter(&|y| tick(*y))
+            .y_label_formatter(&|y| label(*y))
             .y_labels(7)
             .axis_desc_style((FONT, 16))
             .label_style((FONT, 14))
@@ -133,8 +135,11 @@ impl Panel<'_> {
             let clamp = |k, y: f64| (k, y.clamp(range.start, range.end));
             let upper = points.iter().map(|p| clamp(p.k, p.high));
             let lower = points.iter().rev().map(|p| clamp(p.k, p.low));
-            let band = Polygon::new(upper.chain(lower).collect::<Vec<_>>(), COLOURS[i].mix(0.18));
+            let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
+            let edge = PathElement::new(outline.clone(), COLOURS[i].mix(0.6));
+            let band = Polygon::new(outline, COLOURS[i].mix(0.16));
             chart.draw_series([band]).map_err(refused)?;
+            chart.draw_series([edge]).map_err(refused)?;
         }
         for (i, trace) in self.traces.iter().enumerate() {
             let line = trace.points.iter().map(|p| (p.k, p.middle));
@@ -148,26 +153,51 @@ impl Panel<'_> {
                 chart.draw_series(dashes).map_err(refused)?;
             }
         }
-        if let Some((bound, value)) = self.bound.and_then(|bound| Some((bound, bound.value?))) {
+        let Some(bound) = self.bound else {
+            return Ok(());
+        };
+        if let Some(value) = bound.value {
             let line = [(0.0, value), (end, value)];
             let dots = DashedLineSeries::new(line, 2, 4, BLACK.stroke_width(2));
             chart.draw_series(dots).map_err(refused)?;
-            let right = Pos::new(HPos::Right, VPos::Bottom);
-            let style = (FONT, 14).into_font().color(&BLACK).pos(right);
-            let text = format!("paper: {} {}", self.name, bound.bound);
-            let label = Text::new(text, (end * 0.995, value * 1.03), style);
-            chart.draw_series([label]).map_err(refused)?;
         }
+        let right = Pos::new(HPos::Right, VPos::Top);
+        let style = (FONT, 14).into_font().color(&BLACK).pos(right);
+        let dotted = if bound.value.is_some() {
+            "dotted: "
+        } else {
+            ""
+        };
+        let text = format!("{dotted}the paper's bound, {} {}", self.name, bound.bound);
+        let height = (range.end / range.start).powf(0.03);
+        let label = Text::new(text, (end * 0.99, range.end / height), style);
+        chart.draw_series([label]).map_err(refused)?;
         Ok(())
     }
 }
 
-/// A tick of a logarithmic axis.
-fn tick(y: f64) -> String {
-    if (0.001..10_000.0).contains(&y) {
-        format!("{y}")
+/// Ticks of a logarithmic axis: 1, 2 and 5 in every decade, only 1 where there are many decades.
+fn ticks(range: &Range<f64>) -> Vec<f64> {
+    let decades = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
+    let steps: &[i32] = if (range.end / range.start) < 1e3 {
+        &[1, 2, 5]
     } else {
-        format!("{y:e}")
+        &[1]
+    };
+    decades
+        .flat_map(|decade| steps.iter().map(move |step| (decade, step)))
+        // Through text, so that a tick is the number nearest to its label.
+        .filter_map(|(decade, step)| format!("{step}e{decade}").parse().ok())
+        .filter(|tick| range.contains(tick))
+        .collect()
+}
+
+/// The label of a tick.
+fn label(tick: f64) -> String {
+    if (0.001..10_000.0).contains(&tick) {
+        format!("{tick}")
+    } else {
+        format!("{tick:e}")
     }
 }
 

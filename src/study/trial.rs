@@ -169,15 +169,24 @@ impl Scorer {
         let mut errors = StateError::default();
         let (window, curve, states) = (self.window, &mut self.curve, &record.states);
         let (u, y) = (&record.u, &record.y);
-        observe(&pass.a, &pass.b, &self.g, &mut self.x, u, y, |k, x_hat| {
-            let x = &states[k * n..(k + 1) * n];
-            let square = if k < window {
-                StateError::default().add(x, x_hat)
-            } else {
-                errors.add(x, x_hat)
-            };
-            curve[k] = square.sqrt();
-        });
+        observe(
+            &pass.a,
+            &pass.b,
+            &self.g,
+            &mut self.x,
+            u,
+            y,
+            #[inline(always)]
+            |k, x_hat| {
+                let x = &states[k * n..(k + 1) * n];
+                let square = if k < window {
+                    StateError::default().add(x, x_hat)
+                } else {
+                    errors.add(x, x_hat)
+                };
+                curve[k] = square.sqrt();
+            },
+        );
         if errors.maximum().is_infinite() || self.x.iter().any(|x| !x.is_finite()) {
             self.curve.fill(f64::NAN);
             row.failure = Some(Failure {

@@ -109,7 +109,12 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
         )?;
     }
     if !pass.condition.is_nan() {
-        writeln!(text, "  {:<18} {}", "condition", scientific(pass.condition, 3).trim())?;
+        writeln!(
+            text,
+            "  {:<18} {}",
+            "condition",
+            scientific(pass.condition, 3).trim()
+        )?;
     }
     Ok(())
 }

@@ -1,0 +1,666 @@
+//! The program from outside: what it prints, its exit codes, its one-line messages.
+
+use serde_json::Value;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
+
+fn asobench(arguments: &[&str]) -> Output {
+    let mut command = Command::new(PROGRAM);
+    command.args(arguments).stdin(Stdio::null());
+    command.output().expect("the program runs")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("UTF-8")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+/// Bad input: exit code 2, nothing on stdout, one line on stderr with each of `parts`.
+fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = asobench(arguments);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert_eq!(stdout(&output), "", "{arguments:?}");
+    assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+    assert!(message.starts_with("asobench: "), "{message}");
+    for part in parts {
+        assert!(
+            message.contains(part),
+            "{arguments:?}: no '{part}' in: {message}"
+        );
+    }
+}
+
+/// A folder with files of given content.
+struct Files {
+    folder: tempfile::TempDir,
+}
+
+impl Files {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder
+            .path()
+            .join(name)
+            .to_str()
+            .expect("UTF-8")
+            .to_owned()
+    }
+
+    fn write(&self, name: &str, content: &str) -> String {
+        let path = self.path(name);
+        std::fs::write(&path, content).expect("a writable file");
+        path
+    }
+}
+
+fn golden(name: &str) -> String {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    root.join("tests/golden/data")
+        .join(name)
+        .to_str()
+        .expect("UTF-8")
+        .to_owned()
+}
+
+/// 40 rows of a first-order system.
+fn record() -> String {
+    let mut text = "k,u,y\n".to_owned();
+    let mut y = 0.0;
+    for k in 0..40 {
+        let u = f64::from((k * 7) % 5) - 2.0;
+        text += &format!("{k},{u},{y}\n");
+        y = 0.3 * y + u;
+    }
+    text
+}
+
+#[test]
+fn bad_records_are_refused_by_line_and_column() {
+    let files = Files::new();
+    let refuse = |content: &str, parts: &[&str]| {
+        let path = files.write("bad.csv", content);
+        let mut all = vec!["bad.csv"];
+        all.extend(parts);
+        refused(&["estimate", &path, "--order", "1"], &all);
+    };
+    refused(
+        &["estimate", &files.path("none.csv"), "--order", "1"],
+        &["none.csv", "No such file"],
+    );
+    refuse("", &["empty", "header"]);
+    refuse("1,2\n3,4\n", &["line 1", "no header"]);
+    refuse(
+        "u,y,z\n1,2,3\n",
+        &[
+            "line 1",
+            "unknown column 'z'",
+            "expected k (optional), u and y",
+        ],
+    );
+    refuse("u,x\n1,2\n", &["line 1", "'x'"]);
+    refuse("u,y\n1,2\n1,two\n", &["line 3", "column y", "'two'"]);
+    refuse("u,y\n1,2\nNaN,2\n", &["line 3", "column u", "'NaN'"]);
+    refuse("u,y\n1,inf\n", &["line 2", "column y", "'inf'"]);
+    refuse(
+        "u,y\n1,2\n3\n",
+        &["line 3", "1 cells where the header has 2"],
+    );
+    refuse("u,y\n1,2\n3,4,5\n", &["line 3", "3 cells"]);
+    refuse(
+        "u,y\n1,2\n2,3\n",
+        &["2 samples are too few for order 1", "at least 3"],
+    );
+    refuse("u,y\n1,2\n1,3\n1,4\n1,7\n", &["column u is constant"]);
+    refuse("u,y\n1,2\n0,2\n1,2\n4,2\n", &["column y is constant"]);
+    refuse("u,y\n", &["no samples"]);
+    let binary = files.path("binary.csv");
+    std::fs::write(&binary, [0xff, 0xfe, 0x00, 0x01]).expect("a writable file");
+    refused(
+        &["estimate", &binary, "--order", "1"],
+        &["binary.csv", "line 1"],
+    );
+    refused(
+        &[
+            "estimate",
+            files.folder.path().to_str().unwrap(),
+            "--order",
+            "1",
+        ],
+        &["directory"],
+    );
+}
+
+#[test]
+fn bad_settings_are_refused_by_flag() {
+    let files = Files::new();
+    let path = files.write("good.csv", &record());
+    let refuse = |flags: &[&str], parts: &[&str]| {
+        let mut arguments = vec!["estimate", &path];
+        arguments.extend(flags);
+        refused(&arguments, parts);
+    };
+    refuse(&[], &["--order"]);
+    refuse(&["--order", "0"], &["--order", "at least 1"]);
+    refuse(&["--order", "two"], &["--order", "two"]);
+    refuse(&["--order", "14"], &["40 samples are too few for order 14"]);
+    refuse(&["--order", "18446744073709551615"], &["too few"]);
+    refuse(
+        &["--order", "1", "--delay", "0"],
+        &["--delay", "at least 1"],
+    );
+    refuse(
+        &["--order", "1", "--window", "41"],
+        &["--window", "41", "40 samples"],
+    );
+    refuse(
+        &["--order", "2", "--window", "5"],
+        &["--window", "5", "at least 6"],
+    );
+    refuse(
+        &["--order", "1", "--solver", "cholesy"],
+        &["--solver", "did you mean 'cholesky'"],
+    );
+    refuse(
+        &["--order", "1", "--estimator", "lss"],
+        &["--estimator", "did you mean 'ls'"],
+    );
+    refuse(
+        &["--order", "1", "--auxiliary", "frosen"],
+        &["--auxiliary", "did you mean 'frozen'"],
+    );
+    refuse(
+        &["--order", "1", "--stage10", "as-print"],
+        &["--stage10", "did you mean 'as-printed'"],
+    );
+    refuse(
+        &["--order", "1", "--detrend", "meen"],
+        &["--detrend", "did you mean 'mean'"],
+    );
+    refuse(
+        &["--order", "1", "--format", "xml"],
+        &["--format", "text, json"],
+    );
+    refuse(&["--order", "1", "--iterations", "0"], &["--iterations"]);
+    refuse(
+        &["--order", "1", "--solver", "cholesky"],
+        &["iv", "cholesky", "least squares only"],
+    );
+    refuse(
+        &["--order", "1", "--solver", "qr", "--stage10", "as-printed"],
+        &["stage 10", "'partitioned' only"],
+    );
+    refuse(
+        &["--order", "1", "--gain", "deadbeat"],
+        &["--gain", "dead-beat, scaled:RHO"],
+    );
+    refuse(
+        &["--order", "1", "--gain", "poles:0.1,0.2"],
+        &["--gain", "2 poles", "order is 1"],
+    );
+    refuse(
+        &["--order", "2", "--gain", "poles:0.1+0.2i,0.3"],
+        &["--gain", "conjugate"],
+    );
+    refuse(
+        &["--order", "1", "--states", "/nonexistent/x.csv"],
+        &["--states", "/nonexistent/x.csv"],
+    );
+    refuse(&["--order", "1", "--windw", "9"], &["--windw", "--window"]);
+    refused(&["reproduce", "--threads", "0"], &["--threads", "0"]);
+    refused(&["reproduce", "--trials", "0"], &["--trials", "0"]);
+    refused(
+        &["reproduce", "--replay", "C2"],
+        &["--replay", "CELL:TRIAL"],
+    );
+    refused(
+        &["reproduce", "--replay", "C9:0"],
+        &["--replay", "C9", "C1, C2, C3"],
+    );
+    refused(&["reprodce"], &["reprodce", "reproduce"]);
+}
+
+/// `dual` and `augmented` say what they would need.
+#[test]
+fn naive_solvers_refuse_what_is_too_large() {
+    let files = Files::new();
+    let mut text = "u,y\n".to_owned();
+    for k in 0..5000_u32 {
+        text += &format!("{},{}\n", (k * k) % 7, (k * k * k) % 11);
+    }
+    let path = files.write("long.csv", &text);
+    for (solver, dimension) in [("dual", "4999"), ("augmented", "5001")] {
+        refused(
+            &[
+                "estimate",
+                &path,
+                "--order",
+                "1",
+                "--estimator",
+                "ls",
+                "--solver",
+                solver,
+            ],
+            &[solver, dimension, "limit is 4096"],
+        );
+    }
+}
+
+#[test]
+fn unstable_gains_are_warned_of() {
+    let files = Files::new();
+    let path = files.write("good.csv", &record());
+    for (gain, part) in [("poles:1.0", "poles:1"), ("scaled:3", "scaled:3")] {
+        let output = asobench(&[
+            "estimate",
+            &path,
+            "--order",
+            "1",
+            "--estimator",
+            "ls",
+            "--gain",
+            gain,
+        ]);
+        assert_eq!(output.status.code(), Some(0));
+        let message = stderr(&output);
+        assert!(
+            message.starts_with("warning: ") && message.contains(part),
+            "{message}"
+        );
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}
+
+/// A numerical failure is a status with its reason, and exit code 1.
+#[test]
+fn a_numerical_failure_is_a_status() {
+    let files = Files::new();
+    let path = files.write("rank.csv", &record());
+    let output = asobench(&["estimate", &path, "--order", "3", "--format", "json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+    let (ls, iv) = (&json["estimates"][0], &json["estimates"][1]);
+    assert_eq!(ls["status"], "rank-deficient");
+    assert_eq!(ls["failure"]["stage"], 3);
+    assert_eq!(iv["passes"][3]["failure"]["pass"], 0);
+    for key in [
+        "a",
+        "b",
+        "h",
+        "x0",
+        "observer",
+        "fit_percent",
+        "spectral_radius",
+    ] {
+        assert!(ls[key].is_null() && iv[key].is_null(), "{key}");
+    }
+    let text = stdout(&asobench(&["estimate", &path, "--order", "3"]));
+    assert!(
+        text.contains("FAILED: rank-deficient (stage 3, pass 0)"),
+        "{text}"
+    );
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let array = value.as_array().expect("an array");
+    array
+        .iter()
+        .map(|v| v.as_f64().expect("a number"))
+        .collect()
+}
+
+/// JSON on a golden record: the stated shape, the golden values, both readings.
+#[test]
+fn estimates_as_json() {
+    let reference =
+        std::fs::read_to_string(golden("case11_01_n6_N98.json")).expect("a golden file");
+    let reference: Value = serde_json::from_str(&reference).expect("JSON");
+    for auxiliary in ["refresh", "frozen"] {
+        let file = golden("case11_01_n6_N98.csv");
+        let output = asobench(&[
+            "estimate",
+            &file,
+            "--order",
+            "6",
+            "--window",
+            "98",
+            "--format",
+            "json",
+            "--auxiliary",
+            auxiliary,
+        ]);
+        assert_eq!(
+            (output.status.code(), stderr(&output).as_str()),
+            (Some(0), "")
+        );
+        let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+        let close = |found: &Value, expected: &Value| {
+            let (found, expected) = (numbers(found), numbers(expected));
+            asobench::metric::relative_error(&expected, &found) < 1e-8
+        };
+        let (ls, iv) = (&json["estimates"][0], &json["estimates"][1]);
+        assert_eq!(
+            (&ls["estimator"], &iv["estimator"]),
+            (&"ls".into(), &"iv".into())
+        );
+        assert_eq!((&ls["status"], &iv["status"]), (&"ok".into(), &"ok".into()));
+        for key in ["a", "b", "h", "x0"] {
+            assert!(close(&ls[key], &reference["ls"][key]), "ls {key}");
+            for pass in 0..4 {
+                let expected = &reference[format!("iv_{auxiliary}")][pass][key];
+                assert!(
+                    close(&iv["passes"][pass][key], expected),
+                    "{auxiliary} {pass} {key}"
+                );
+            }
+        }
+        if auxiliary == "refresh" {
+            for key in ["g", "x_at_window", "x_last"] {
+                assert!(
+                    close(&iv["observer"][key], &reference["observer"][key]),
+                    "{key}"
+                );
+            }
+        }
+    }
+}
+
+/// `--states` holds x-hat(0) ... x-hat(K), consistent with the JSON.
+#[test]
+fn observer_states_as_csv() {
+    let files = Files::new();
+    let states = files.path("states.csv");
+    let file = golden("case11_05_n2_N126.csv");
+    let output = asobench(&[
+        "estimate", &file, "--order", "2", "--window", "126", "--format", "json", "--states",
+        &states,
+    ]);
+    let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+    let text = std::fs::read_to_string(&states).expect("the states");
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .filter(|line| !line.starts_with(['#', 'k']))
+        .map(|line| {
+            line.split(',')
+                .map(|cell| cell.parse().expect("a number"))
+                .collect()
+        })
+        .collect();
+    let samples = json["samples"].as_u64().expect("a size") as usize;
+    assert_eq!(rows.len(), samples + 1);
+    let observer = &json["estimates"][1]["observer"];
+    assert_eq!(rows[126][1..], numbers(&observer["x_at_window"]));
+    assert_eq!(rows[samples - 1][1..], numbers(&observer["x_last"]));
+}
+
+/// Every line of text fits 80 columns.
+#[test]
+fn text_fits_eighty_columns() {
+    let file = golden("case11_00_n6_N18.csv");
+    let files = Files::new();
+    let out = files.path("out");
+    for arguments in [
+        vec!["estimate", &file, "--order", "6", "--window", "18"],
+        vec!["reproduce", "--trials", "40", "--out", &out],
+        vec!["reproduce", "--replay", "c3:3", "--out", &out],
+        vec!["reproduce", "--help"],
+        vec!["estimate", "--help"],
+        vec!["--help"],
+    ] {
+        let text = stdout(&asobench(&arguments));
+        assert!(!text.is_empty());
+        for line in text
+            .lines()
+            .filter(|line| !line.contains(&out) && !line.contains(&file))
+        {
+            assert!(line.chars().count() <= 80, "{arguments:?}: {line}");
+        }
+    }
+}
+
+#[test]
+fn help_texts() {
+    for (name, arguments) in [
+        ("help", vec!["--help"]),
+        ("help_reproduce", vec!["reproduce", "--help"]),
+        ("help_estimate", vec!["estimate", "--help"]),
+    ] {
+        insta::assert_snapshot!(name, stdout(&asobench(&arguments)));
+    }
+}
+
+/// Files of a folder, hidden ones too.
+fn listing(path: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(path).expect("a folder");
+    let mut names: Vec<String> = entries
+        .map(|entry| {
+            entry
+                .expect("an entry")
+                .file_name()
+                .into_string()
+                .expect("UTF-8")
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+/// A run writes all files, says the same with other threads, may be repeated, and refuses another design.
+#[test]
+fn reproduce_writes_whole_folders() {
+    let files = Files::new();
+    let out = files.path("out");
+    let run = |more: &[&str]| {
+        let mut arguments = vec!["reproduce", "--trials", "300", "--out", &out];
+        arguments.extend(more);
+        asobench(&arguments)
+    };
+    let content = || -> Vec<Vec<u8>> {
+        let folder = Path::new(&out);
+        listing(folder)
+            .iter()
+            .map(|name| std::fs::read(folder.join(name)).expect("a file"))
+            .collect()
+    };
+    let first = run(&["--threads", "1"]);
+    assert_eq!(first.status.code(), Some(0), "{}", stderr(&first));
+    let expected = [
+        "fig1.svg",
+        "fig2.svg",
+        "fig3.svg",
+        "manifest.json",
+        "summary.json",
+        "trials.parquet",
+    ];
+    assert_eq!(listing(Path::new(&out)), expected);
+    let (text, bytes) = (stdout(&first), content());
+    for verdict in [
+        "C1  noise-free, N = 18",
+        "typical",
+        "not typical",
+        "replay C2:0",
+    ] {
+        assert!(text.contains(verdict), "{text}");
+    }
+    let second = run(&["--threads", "5"]);
+    assert!(stderr(&second).starts_with("replacing the results in"));
+    assert_eq!(stdout(&second), text);
+    assert!(content() == bytes, "other bits with 5 threads");
+    refused(
+        &["reproduce", "--trials", "300", "--seed", "7", "--out", &out],
+        &["--out", "another design", "seed"],
+    );
+    assert!(content() == bytes, "a refused run must change nothing");
+}
+
+/// A replay equals the stored rows; its data, estimated as a file, give the same numbers bit for bit.
+#[test]
+fn a_trial_can_be_replayed() {
+    let files = Files::new();
+    let (out, data) = (files.path("out"), files.path("trial.csv"));
+    assert!(
+        asobench(&["reproduce", "--trials", "20", "--out", &out])
+            .status
+            .success()
+    );
+    let replay = [
+        "reproduce",
+        "--replay",
+        "C2:17",
+        "--out",
+        &out,
+        "--data",
+        &data,
+    ];
+    let text = stdout(&asobench(&replay));
+    assert!(
+        text.contains("equal, bit for bit, the rows stored in"),
+        "{text}"
+    );
+    let by_number = stdout(&asobench(&["reproduce", "--replay", "1:17", "--out", &out]));
+    assert_eq!(by_number, text);
+    let json = stdout(&asobench(&[&replay[..], &["--format", "json"]].concat()));
+    let json: Value = serde_json::from_str(&json).expect("JSON");
+    let estimates = stdout(&asobench(&[
+        "estimate", &data, "--order", "6", "--window", "98", "--format", "json",
+    ]));
+    let estimates: Value = serde_json::from_str(&estimates).expect("JSON");
+    let stage = |title: &str| {
+        let stages = json["stages"].as_array().expect("stages");
+        stages
+            .iter()
+            .find(|stage| stage["stage"] == title)
+            .unwrap_or_else(|| panic!("no {title}"))
+    };
+    for pass in 1..=4 {
+        let found = &estimates["estimates"][1]["passes"][pass - 1];
+        let expected = stage(&format!("Stages 10, 4 and 5, iv pass {pass}: parameters"));
+        for key in ["a", "b", "h"] {
+            assert_eq!(found[key], expected[key], "pass {pass}, {key}");
+        }
+    }
+    let observer = stage("Stage 12, iv pass 4: observer");
+    let found = &estimates["estimates"][1]["observer"];
+    assert_eq!(found["x_last"], observer["xhat(K-1)"]);
+    assert_eq!(found["x_at_window"], observer["xhat(N)"]);
+}
+
+/// Nothing is left behind where the folder cannot be written to or the disk is full.
+#[test]
+fn output_folders_that_cannot_take_the_results() {
+    let files = Files::new();
+    let file = files.write("file", "");
+    refused(
+        &[
+            "reproduce",
+            "--trials",
+            "1",
+            "--out",
+            &format!("{file}/out"),
+        ],
+        &["--out", "cannot write"],
+    );
+    refused(
+        &["reproduce", "--trials", "1", "--out", "/proc/asobench"],
+        &["--out", "/proc/asobench"],
+    );
+    // A limit on the size of files stands for a full disk.
+    let out = files.path("full");
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 16; exec '{PROGRAM}' reproduce --trials 2000 --out '{out}'"
+    );
+    let output = Command::new("bash")
+        .args(["-c", &script])
+        .output()
+        .expect("bash runs");
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert!(message.contains("trials.parquet"), "{message}");
+    assert_eq!(listing(Path::new(&out)), Vec::<String>::new());
+}
+
+/// Ctrl-C ends a run cleanly: exit code 130, one line, nothing left behind.
+#[test]
+fn an_interrupted_run_leaves_nothing() {
+    let files = Files::new();
+    let out = files.path("out");
+    let child = Command::new(PROGRAM)
+        .args(["reproduce", "--trials", "100000000", "--out", &out])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program runs");
+    while !Path::new(&out).join(".trials.parquet.tmp").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(killed.expect("kill runs").success());
+    let output = child.wait_with_output().expect("the program ends");
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert!(
+        message.contains("interrupted after") && message.contains("nothing was written"),
+        "{message}"
+    );
+    assert_eq!(listing(Path::new(&out)), Vec::<String>::new());
+}
+
+/// Ten million rows within 2 GB of memory, by each solver that promises it.
+#[test]
+fn ten_million_rows() {
+    let files = Files::new();
+    let path = files.path("long.csv");
+    let mut to = std::io::BufWriter::new(std::fs::File::create(&path).expect("a writable file"));
+    writeln!(to, "u,y").expect("written");
+    let (mut x, mut word) = (0.0_f64, 1_u64);
+    for _ in 0..10_000_000 {
+        word = word
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let u = if word >> 63 == 1 { 1.0 } else { -1.0 };
+        let noise = ((word >> 33) & 0xff) as f64 / 2560.0;
+        writeln!(to, "{u},{:.4}", x + noise).expect("written");
+        x = 0.8 * x + u;
+    }
+    to.flush().expect("written");
+    for (solver, estimator) in [
+        ("partitioned", "ls,iv"),
+        ("lu", "ls,iv"),
+        ("cholesky", "ls"),
+        ("qr", "ls,iv"),
+    ] {
+        let script = format!(
+            "ulimit -v 2000000; exec '{PROGRAM}' estimate '{path}' --order 1 --estimator {estimator} \
+             --solver {solver} --format json"
+        );
+        let output = Command::new("bash")
+            .args(["-c", &script])
+            .output()
+            .expect("bash runs");
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{solver}: {}",
+            stderr(&output)
+        );
+        let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+        assert_eq!(json["window"], 10_000_000);
+        let last = json["estimates"].as_array().expect("estimates").len() - 1;
+        let a = json["estimates"][last]["a"][0].as_f64().expect("a");
+        assert!((a - 0.8).abs() < 0.01, "{solver}: {a}");
+    }
+}

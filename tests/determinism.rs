@@ -1,0 +1,158 @@
+//! Same bits for any number of threads, any order of cells, any length of the run.
+
+use asobench::study::{
+    Cell, Curves, Experiment, Figure, Row, Trial, TrialTable, TrialWriter, run, stored_alike,
+};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+const TRIALS: u64 = 700;
+
+/// Runs into a file; returns its bytes and the curves.
+fn bytes(
+    experiment: &Experiment,
+    trials: u64,
+    threads: usize,
+    path: &Path,
+) -> (Vec<u8>, Vec<Curves>) {
+    let mut writer = TrialWriter::create(path, experiment).expect("a writable file");
+    let stop = AtomicBool::new(false);
+    let curves = run(experiment, trials, threads, &stop, |block| {
+        writer.write(&block)
+    })
+    .expect("a run");
+    writer.finish().expect("a whole file");
+    (std::fs::read(path).expect("the file"), curves)
+}
+
+#[test]
+fn threads_move_no_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("trials.parquet");
+    let experiment = Experiment::nikolov2023(1);
+    let (expected, curves) = bytes(&experiment, TRIALS, 1, &path);
+    for threads in [2, 5] {
+        let (found, others) = bytes(&experiment, TRIALS, threads, &path);
+        assert!(found == expected, "{threads} threads");
+        for (curve, other) in curves.iter().zip(&others) {
+            for last in [false, true] {
+                assert_eq!(curve.quantiles(last), other.quantiles(last));
+            }
+        }
+    }
+    // What was written is what any trial gives alone, in any order.
+    let table = TrialTable::open(&path).expect("a table");
+    let outputs = experiment.outputs().len();
+    assert_eq!(table.groups().len(), 3 * outputs);
+    let values = table.figure(Figure::Ea).expect("a column");
+    assert_eq!(values.len(), 3 * outputs * TRIALS as usize);
+    for (cell, trial) in [(2, 699), (0, 0), (1, 256), (1, 3)] {
+        let mut alone = Trial::new(&experiment, &experiment.cells[cell]).expect("a valid cell");
+        let rows = alone.run(trial, None);
+        for row in rows {
+            let index = (cell * TRIALS as usize + trial as usize) * outputs + row.output;
+            assert_eq!(values[index].to_bits(), row[Figure::Ea].to_bits());
+        }
+        let alike = stored_alike(&path, &experiment, cell, TRIALS, rows).expect("a table");
+        assert_eq!(alike, Some(true));
+        let other = Trial::new(&experiment, &experiment.cells[cell])
+            .unwrap()
+            .run(trial + 1, None)
+            .to_vec();
+        let renamed: Vec<Row> = rows
+            .iter()
+            .zip(&other)
+            .map(|(row, other)| {
+                let mut wrong = *row;
+                wrong[Figure::Eb] = other[Figure::Eb];
+                wrong
+            })
+            .collect();
+        let alike = stored_alike(&path, &experiment, cell, TRIALS, &renamed).expect("a table");
+        assert_eq!(alike, Some(false), "a changed figure must be seen");
+    }
+}
+
+/// A trial does not depend on other cells, on other trials run by the same worker, or on the run's length.
+#[test]
+fn a_trial_is_a_pure_function() {
+    let whole = Experiment::nikolov2023(9);
+    let mut alone = Experiment::nikolov2023(9);
+    alone.cells.remove(0);
+    alone.cells.swap(0, 1);
+    let run_one = |experiment: &Experiment, claim: &str, before: &[u64]| -> Vec<Row> {
+        let cell = experiment
+            .cells
+            .iter()
+            .find(|cell| cell.claim == claim)
+            .expect("the cell");
+        let mut trial = Trial::new(experiment, cell).expect("a valid cell");
+        for other in before {
+            trial.run(*other, None);
+        }
+        trial.run(5, None).to_vec()
+    };
+    let expected = run_one(&whole, "C3", &[]);
+    for found in [
+        run_one(&alone, "C3", &[]),
+        run_one(&whole, "C3", &[4, 1000, 5]),
+    ] {
+        assert!(expected.iter().zip(&found).all(|(a, b)| a.same_bits(b)));
+    }
+    assert!(!expected[0].same_bits(&run_one(&Experiment::nikolov2023(10), "C3", &[])[0]));
+}
+
+/// Common random numbers: least squares on a longer record of the same trial sees the same start.
+#[test]
+fn cells_share_their_random_numbers() {
+    let mut experiment = Experiment::nikolov2023(3);
+    let cell = |window, horizon| Cell {
+        claim: "X".to_owned(),
+        eta: 5.0,
+        window,
+        horizon,
+    };
+    experiment.cells = vec![cell(98, 300), cell(98, 500)];
+    let rows = |index: usize| {
+        let mut trial = Trial::new(&experiment, &experiment.cells[index]).expect("a valid cell");
+        trial.run(12, None).to_vec()
+    };
+    let (short, long) = (rows(0), rows(1));
+    for (short, long) in short.iter().zip(&long) {
+        for figure in [
+            Figure::Ea,
+            Figure::Eb,
+            Figure::Eh,
+            Figure::Ex0,
+            Figure::Condition,
+        ] {
+            assert_eq!(short[figure].to_bits(), long[figure].to_bits());
+        }
+    }
+}
+
+/// A consumer's error and a raised flag end a run.
+#[test]
+fn a_run_can_be_ended() {
+    let experiment = Experiment::nikolov2023(1);
+    let stop = AtomicBool::new(false);
+    let mut seen = 0;
+    let ended = run(&experiment, 100_000_000, 2, &stop, |_| {
+        seen += 1;
+        if seen == 3 { Err("enough") } else { Ok(()) }
+    });
+    assert_eq!(
+        ended.map(|_| ()).map_err(|e| e.to_string()),
+        Err("enough".to_owned())
+    );
+    let stop = AtomicBool::new(false);
+    let ended = run(&experiment, 100_000_000, 2, &stop, |_| {
+        stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        Ok::<(), std::io::Error>(())
+    });
+    let message = ended
+        .map(|_| ())
+        .map_err(|e| e.to_string())
+        .expect_err("interrupted");
+    assert!(message.starts_with("interrupted after") && message.ends_with("of 300000000 trials"));
+}

@@ -1,0 +1,112 @@
+//! The paper's claims against numbers from elsewhere: exact enumeration, theory, an independent simulation.
+
+use asobench::estimator::{IvOptions, Method, Stage10};
+use asobench::metric::quantile;
+use asobench::study::{Experiment, Figure, Row, run};
+use std::sync::atomic::AtomicBool;
+
+/// All rows of one output of one cell, by trial.
+fn rows(experiment: &Experiment, trials: u64, cell: usize, output: usize) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let stop = AtomicBool::new(false);
+    run(experiment, trials, 2, &stop, |block| {
+        if block.cell == cell {
+            rows.extend(block.rows.iter().filter(|row| row.output == output));
+        }
+        Ok::<(), std::io::Error>(())
+    })
+    .expect("a run");
+    rows
+}
+
+/// The paper's experiment with one cell, by its claim.
+fn only(claim: &str) -> Experiment {
+    let mut experiment = Experiment::nikolov2023(2023);
+    experiment.cells.retain(|cell| cell.claim == claim);
+    experiment
+}
+
+/// C1. Of all 2^17 sequences of signs that reach Phi at N = 18, 524 give a rank-deficient Phi (enumerated
+/// with NumPy's SVD: 524 reciprocal conditions below 1e-16, none between 1e-16 and 1e-8). So the
+/// share of failures is binomial with 524/131072, and everything else is zero to rounding.
+#[test]
+fn noise_free_errors_are_rounding_and_the_rest_is_typed() {
+    const TRIALS: u64 = 20_000;
+    let rows = rows(&only("C1"), TRIALS, 0, 0);
+    let failed = rows.iter().filter(|row| row.failure.is_some()).count() as f64;
+    let expected = 524.0 / 131_072.0 * TRIALS as f64;
+    assert!(
+        (failed - expected).abs() < 4.0 * expected.sqrt(),
+        "{failed} of {expected}"
+    );
+    for row in &rows {
+        if let Some(failure) = row.failure {
+            assert_ne!(failure.kind.name(), "non-finite");
+            assert!(
+                [
+                    Figure::Ea,
+                    Figure::Eb,
+                    Figure::ExMax,
+                    Figure::SpectralRadius
+                ]
+                .iter()
+                .all(|figure| row[*figure].is_nan())
+            );
+        } else {
+            let unit = f64::EPSILON * row[Figure::Condition];
+            assert!(row[Figure::Ea] < 100.0 * unit && row[Figure::Eb] < 100.0 * unit);
+            assert!(row[Figure::ExMax] < 100.0 * unit, "trial {}", row.trial);
+        }
+    }
+}
+
+/// C2. Medians at N = 98 of an independent simulation in another language (20,000 trials): e_a 0.0879 (LS)
+/// and 0.119 (IV, pass 4), e_b 0.0222, max e_x 0.645; four joint standard errors, the other side's
+/// taken as ours at its number of trials, plus half a unit of its last printed digit.
+#[test]
+fn medians_agree_with_an_independent_simulation() {
+    const TRIALS: u64 = 8000;
+    let experiment = only("C2");
+    for (output, figure, expected, digit) in [
+        (0, Figure::Ea, 0.0879, 1e-4),
+        (4, Figure::Ea, 0.119, 1e-3),
+        (0, Figure::Eb, 0.0222, 1e-4),
+        (4, Figure::Eb, 0.0222, 1e-4),
+        (4, Figure::ExMax, 0.645, 1e-3),
+    ] {
+        let mut values: Vec<f64> = rows(&experiment, TRIALS, 0, output)
+            .iter()
+            .map(|row| row[figure])
+            .collect();
+        values.sort_by(f64::total_cmp);
+        let median = quantile(&values, 0.5);
+        let joint = median.mcse * (1.0 + TRIALS as f64 / 20_000.0).sqrt();
+        let limit = 4.0 * joint + 0.5 * digit;
+        println!("{figure} {output}: {} for {expected}", median.value);
+        assert!(
+            (median.value - expected).abs() < limit,
+            "{figure}: {}",
+            median.value
+        );
+    }
+}
+
+/// E2. The printed formulas of stage 10 give no estimate: in another sketch no trial of 300 had e_a < 1 with
+/// them, even noise-free.
+#[test]
+fn as_printed_stage_ten_never_estimates() {
+    for stage10 in [Stage10::AsPrinted, Stage10::AsPrinted2024] {
+        for claim in ["C1", "C2"] {
+            let mut experiment = only(claim);
+            let options = IvOptions {
+                stage10,
+                ..IvOptions::default()
+            };
+            experiment.methods = vec![Method::instrumental_variables(options)];
+            let rows = rows(&experiment, 300, 0, 4);
+            let met = rows.iter().filter(|row| row[Figure::Ea] < 1.0).count();
+            println!("{stage10} {claim}: {met} of 300 with e_a < 1");
+            assert!(met == 0, "{stage10} {claim}: {met}");
+        }
+    }
+}

@@ -1,0 +1,437 @@
+//! Invariants on random plants, records and instruments.
+
+use asobench::estimator::information::Information;
+use asobench::estimator::solver::{Solution, condition::RANK_MULTIPLE};
+use asobench::estimator::{
+    Auxiliary, Drive, Estimator, FailureKind, InstrumentalVariables, IvOptions, LeastSquares, Pass,
+    Shape, Solver, Stage10, Window,
+};
+use asobench::metric::relative_error;
+use asobench::observer::Gain;
+use asobench::plant::{StateSpace, TransferFunction, random_stable, simulate};
+use asobench::signal::{NoiseFilter, Purpose, RandomSigns, Sequence, stream};
+use faer::{Col, Mat};
+use proptest::prelude::*;
+
+/// A random stable plant with a record of it.
+#[derive(Debug)]
+struct Case {
+    plant: StateSpace,
+    x0: Vec<f64>,
+    u: Vec<f64>,
+    /// Noise-free output.
+    y0: Vec<f64>,
+    /// Output with white noise of a tenth of an input's amplitude.
+    y: Vec<f64>,
+}
+
+impl Case {
+    fn new(order: usize, seed: u64, samples: usize, radius: f64) -> Self {
+        let plant = random_stable(order, radius, &mut stream(seed, 0, Purpose::Plant));
+        let mut u = vec![0.0; samples];
+        let input = RandomSigns {
+            amplitude: 1.0,
+            sequence: Sequence::Independent,
+        };
+        input.fill(&mut stream(seed, 0, Purpose::Input), &mut u);
+        let x0: Vec<f64> = (0..order).map(|i| 1.0 - 0.3 * i as f64).collect();
+        let (mut y0, mut states) = (vec![0.0; samples], vec![0.0; samples * order]);
+        plant.simulate(&x0, &u, &mut y0, &mut states);
+        let mut f = vec![0.0; samples];
+        let mut drive = stream(seed, 0, Purpose::NoiseDrive);
+        let mut start = stream(seed, 0, Purpose::NoiseStart);
+        NoiseFilter::white().fill(&mut start, &mut drive, &mut Vec::new(), &mut f);
+        let y = y0.iter().zip(&f).map(|(y, f)| y + 0.1 * f).collect();
+        Self {
+            plant,
+            x0,
+            u,
+            y0,
+            y,
+        }
+    }
+
+    fn shape(&self) -> Shape {
+        Shape {
+            order: self.plant.order(),
+            window: self.u.len(),
+        }
+    }
+
+    fn window(&self) -> Window<'_> {
+        Window {
+            u: &self.u,
+            y: &self.y,
+        }
+    }
+}
+
+fn least_squares(shape: Shape, window: Window<'_>, solver: Solver) -> Pass {
+    let mut passes = [Pass::new(shape.order)];
+    let mut estimator = LeastSquares::new(shape, solver).expect("a valid shape");
+    estimator.estimate(window, &mut passes);
+    let [pass] = passes;
+    pass
+}
+
+fn instrumental_variables(shape: Shape, window: Window<'_>, options: &IvOptions) -> Vec<Pass> {
+    let mut passes = vec![Pass::new(shape.order); options.iterations + 1];
+    let mut estimator = InstrumentalVariables::new(shape, options).expect("a valid shape");
+    estimator.estimate(window, &mut passes);
+    passes
+}
+
+const ALL_SOLVERS: [Solver; 7] = [
+    Solver::Partitioned,
+    Solver::Lu,
+    Solver::Cholesky,
+    Solver::Qr,
+    Solver::Svd,
+    Solver::Dual,
+    Solver::Augmented,
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
+
+    /// Noise-free data give the plant back, to a multiple of eps times the condition number.
+    #[test]
+    fn noise_free_recovery(order in 1_usize..=8, seed in any::<u64>(), extra in 20_usize..200) {
+        let case = Case::new(order, seed, 3 * order + extra, 0.9);
+        let window = Window { u: &case.u, y: &case.y0 };
+        let passes = instrumental_variables(case.shape(), window, &IvOptions::default());
+        for pass in passes.iter().filter(|pass| pass.failure.is_none()) {
+            // x0 and b inherit the error of a through maps whose gain grows with the order.
+            let limit = (1e4 * f64::EPSILON * pass.condition).max(1e-12);
+            prop_assert!(relative_error(case.plant.a(), &pass.a) < limit);
+            prop_assert!(relative_error(case.plant.b(), &pass.b) < limit);
+            prop_assert!(relative_error(&case.x0, &pass.x0) < 10.0 * limit);
+        }
+    }
+
+    /// The shift recurrence gives the blocks that the product of the data matrices gives.
+    #[test]
+    fn recurrence_is_the_product(order in 1_usize..=8, seed in any::<u64>(), rows in 16_usize..300) {
+        let case = Case::new(order, seed, order + rows.max(2 * order), 0.95);
+        let (mut fast, mut plain) = (Information::new(order), Information::new(order));
+        let agree = |fast: &Information, plain: &Information| {
+            let scale = plain.matrix().norm_max();
+            let difference = (fast.matrix() - plain.matrix()).norm_max();
+            let rhs = fast.rhs().iter().zip(plain.rhs()).map(|(a, b)| (a - b).abs());
+            difference <= 1e-13 * scale && rhs.fold(0.0, f64::max) <= 1e-13 * scale
+        };
+        fast.least_squares(case.window());
+        plain.by_product(case.window(), &case.y);
+        prop_assert!(agree(&fast, &plain));
+        fast.instruments(case.window(), &case.y0);
+        plain.by_product(case.window(), &case.y0);
+        prop_assert!(agree(&fast, &plain));
+    }
+
+    /// All solvers agree on the same regressors and instruments to what the condition allows; `dual` to
+    /// its regularisation, 2^-26 |Phi Z'|_F |(Z'Phi)^-1|.
+    #[test]
+    fn solvers_agree_on_the_same_instruments(
+        order in 1_usize..=6, seed in any::<u64>(), rows in 40_usize..160,
+    ) {
+        let case = Case::new(order, seed, order + rows, 0.8);
+        let (shape, window) = (case.shape(), case.window());
+        for instruments in [false, true] {
+            let output = if instruments { &case.y0 } else { &case.y };
+            let (exact, condition, regularisation) = reference(window, output, order);
+            for solver in ALL_SOLVERS {
+                if instruments && solver == Solver::Cholesky {
+                    continue;
+                }
+                let mut solution = Solution::new(order);
+                let mut solve: Box<dyn FnMut(&mut Solution) -> Result<(), FailureKind>> = if instruments {
+                    let mut solver = solver.instruments(shape, Stage10::Corrected).unwrap();
+                    Box::new(move |solution| {
+                        solver.least_squares(window, solution)?;
+                        solver.instruments(window, output, solution)
+                    })
+                } else {
+                    let mut solver = solver.least_squares(shape).unwrap();
+                    Box::new(move |solution| solver.least_squares(window, solution))
+                };
+                prop_assert_eq!(solve(&mut solution), Ok(()));
+                let limit = match solver {
+                    Solver::Dual => 10.0 * regularisation,
+                    _ => 1e3 * f64::EPSILON * condition,
+                };
+                let error = relative_error(&exact, &solution.p);
+                prop_assert!(error <= limit, "{solver} {instruments}: {error:e} > {limit:e}");
+            }
+        }
+    }
+
+    /// y -> c y and u -> d u scale h and b by c/d, x0 by c, and leave a alone.
+    #[test]
+    fn scaling_laws(order in 1_usize..=5, seed in any::<u64>(), c in 1e-3..1e3, d in 1e-3..1e3) {
+        let case = Case::new(order, seed, 3 * order + 80, 0.8);
+        let scaled_u: Vec<f64> = case.u.iter().map(|u| d * u).collect();
+        let scaled_y: Vec<f64> = case.y.iter().map(|y| c * y).collect();
+        let scaled = Window { u: &scaled_u, y: &scaled_y };
+        for solver in [Solver::Partitioned, Solver::Qr] {
+            let plain = least_squares(case.shape(), case.window(), solver);
+            let pass = least_squares(case.shape(), scaled, solver);
+            let limit = 1e4 * f64::EPSILON * plain.condition;
+            let times = |values: &[f64], factor: f64| -> Vec<f64> {
+                values.iter().map(|value| factor * value).collect()
+            };
+            prop_assert!(relative_error(&plain.a, &pass.a) < limit);
+            prop_assert!(relative_error(&times(&plain.h, c / d), &pass.h) < limit);
+            prop_assert!(relative_error(&times(&plain.b, c / d), &pass.b) < limit);
+            prop_assert!(relative_error(&times(&plain.x0, c), &pass.x0) < limit);
+        }
+    }
+
+    /// Similarity: the canonical form's input-output behaviour is that of any other realisation of it,
+    /// here the transposed (observer) form.
+    #[test]
+    fn similar_realisations_have_the_same_output(order in 1_usize..=8, seed in any::<u64>()) {
+        let case = Case::new(order, seed, 60, 0.9);
+        let h = case.plant.h();
+        let mut zero_state = vec![0.0; 60];
+        simulate(case.plant.a(), case.plant.b(), &mut vec![0.0; order], &case.u, |k, x| zero_state[k] = x[0]);
+        // z_i(k+1) = a_(n+1-i) z_1 + z_(i+1) + h_i u, y = z_1.
+        let mut z = vec![0.0; order];
+        for (k, expected) in zero_state.iter().enumerate() {
+            let scale = zero_state.iter().fold(1.0_f64, |m, y| m.max(y.abs()));
+            prop_assert!((z[0] - expected).abs() < 1e-11 * scale);
+            let first = z[0];
+            for i in 0..order {
+                let next = if i + 1 < order { z[i + 1] } else { 0.0 };
+                z[i] = case.plant.a()[order - 1 - i] * first + next + h[i] * case.u[k];
+            }
+        }
+    }
+
+    /// (a, b) -> (a, h) -> (alpha, beta) -> (a, b).
+    #[test]
+    fn the_maps_between_forms_are_inverse(order in 1_usize..=10, seed in any::<u64>()) {
+        let plant = random_stable(order, 0.95, &mut stream(seed, 0, Purpose::Plant));
+        let polynomials = TransferFunction::from(plant.clone());
+        let back = TransferFunction::from_polynomials(&polynomials.alpha(), polynomials.beta()).unwrap();
+        let back = StateSpace::from(back);
+        prop_assert_eq!(back.a(), plant.a());
+        prop_assert!(relative_error(plant.b(), back.b()) < 1e-10);
+    }
+
+    /// Schur-Cohn agrees with the eigenvalues, away from the unit circle.
+    #[test]
+    fn the_stability_test_agrees_with_the_poles(order in 1_usize..=8, seed in any::<u64>(), scale in 0.3_f64..2.0) {
+        let plant = random_stable(order, 0.99, &mut stream(seed, 0, Purpose::Plant));
+        // Scaled poles: a_i rho^(n+1-i).
+        let a: Vec<f64> = plant.a().iter().enumerate()
+            .map(|(i, a)| a * scale.powi((order - i) as i32)).collect();
+        let radius = asobench::plant::PoleFinder::new(order).spectral_radius(&a);
+        prop_assume!((radius - 1.0).abs() > 1e-3);
+        let stable = asobench::plant::stability::is_stable(&a, &mut vec![0.0; order]);
+        prop_assert_eq!(stable, radius < 1.0);
+    }
+}
+
+/// p in extended precision (two steps of refinement with residuals in double-double arithmetic), the
+/// condition number that bounds every solver's error, and `dual`'s regularisation error.
+fn reference(window: Window<'_>, output: &[f64], order: usize) -> (Vec<f64>, f64, f64) {
+    let rows = window.len() - order;
+    let entry = |signal: &[f64], k: usize, j: usize| {
+        if j < order {
+            -signal[k - 1 - j]
+        } else {
+            window.u[k - 1 - (j - order)]
+        }
+    };
+    let phi = Mat::from_fn(rows, 2 * order, |i, j| entry(window.y, order + i, j));
+    let z = Mat::from_fn(rows, 2 * order, |i, j| entry(output, order + i, j));
+    let g = z.transpose() * &phi;
+    let lu = g.partial_piv_lu();
+    let mut p = Col::<f64>::zeros(2 * order);
+    for _ in 0..6 {
+        // Z'(y - Phi p), with the inner sums in double-double.
+        let residual: Vec<f64> = (0..rows)
+            .map(|i| {
+                let mut sum = (window.y[order + i], 0.0);
+                for j in 0..2 * order {
+                    sum = add_product(sum, -phi[(i, j)], p[j]);
+                }
+                sum.0 + sum.1
+            })
+            .collect();
+        let rhs = Col::from_fn(2 * order, |j| {
+            let sum = (0..rows).fold((0.0, 0.0), |sum, i| {
+                add_product(sum, z[(i, j)], residual[i])
+            });
+            sum.0 + sum.1
+        });
+        use faer::linalg::solvers::Solve;
+        p += lu.solve(rhs);
+    }
+    use faer::linalg::solvers::DenseSolveCore;
+    let inverse = lu.inverse();
+    // First-order bound of forming and solving: |G^-1| (|Z|'|Phi| + |Z|'|y| / |p|), in 1-norms.
+    let (phi_size, z_size) = (absolute(&phi), absolute(&z));
+    let y_size = Mat::from_fn(rows, 1, |i, _| window.y[order + i].abs());
+    let formed = norm1(&(z_size.transpose() * &phi_size));
+    let right = norm1(&(z_size.transpose() * &y_size));
+    let condition = norm1(&inverse) * (formed + right / p.norm_l1());
+    let product = &phi * z.transpose();
+    let regularisation = 2.0_f64.powi(-26) * product.norm_l2() * inverse.norm_l2();
+    let p: Vec<f64> = p.iter().copied().collect();
+    (p, condition, regularisation)
+}
+
+/// `sum + x y` in double-double arithmetic.
+fn add_product(sum: (f64, f64), x: f64, y: f64) -> (f64, f64) {
+    let product = x * y;
+    let product_error = x.mul_add(y, -product);
+    let total = sum.0 + product;
+    let back = total - sum.0;
+    let total_error = (sum.0 - (total - back)) + (product - back);
+    (total, sum.1 + total_error + product_error)
+}
+
+fn absolute(matrix: &Mat<f64>) -> Mat<f64> {
+    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].abs())
+}
+
+fn norm1(matrix: &Mat<f64>) -> f64 {
+    (0..matrix.ncols())
+        .map(|j| matrix.col(j).norm_l1())
+        .fold(0.0, f64::max)
+}
+
+/// A rank-deficient record is typed by every solver but `dual`, which hides it behind its regularisation.
+#[test]
+fn rank_deficiency_is_typed_by_every_solver() {
+    // u and y obey the same first-order law: columns of order 2 are dependent.
+    let u: Vec<f64> = (0..60)
+        .map(|k| f64::from((k * k * 7 + k) % 11) - 5.0)
+        .collect();
+    let mut y = vec![0.3];
+    for k in 0..59 {
+        y.push(0.5 * y[k] + u[k]);
+    }
+    let shape = Shape {
+        order: 2,
+        window: 60,
+    };
+    let window = Window { u: &u, y: &y };
+    for solver in ALL_SOLVERS {
+        let pass = least_squares(shape, window, solver);
+        if solver == Solver::Dual {
+            assert!(pass.failure.is_none());
+            continue;
+        }
+        let failure = pass
+            .failure
+            .unwrap_or_else(|| panic!("{solver}: {:e}", pass.condition));
+        assert!(
+            matches!(
+                failure.kind,
+                FailureKind::RankDeficient | FailureKind::Singular
+            ),
+            "{solver}"
+        );
+        assert!(
+            !(pass.condition * RANK_MULTIPLE * 4.0 * f64::EPSILON < 1.0),
+            "{solver}"
+        );
+        assert!(
+            pass.a.iter().all(|a| a.is_nan()),
+            "{solver}: a number after a failure"
+        );
+    }
+    // Zero output: a zero column is exactly singular.
+    let zeros = vec![0.0; 60];
+    let pass = least_squares(shape, Window { u: &u, y: &zeros }, Solver::Partitioned);
+    assert_eq!(
+        pass.failure.map(|failure| failure.kind),
+        Some(FailureKind::Singular)
+    );
+    // A value that is not finite.
+    let mut y = y;
+    y[30] = f64::INFINITY;
+    for solver in ALL_SOLVERS {
+        let pass = least_squares(shape, Window { u: &u, y: &y }, solver);
+        let kind = pass.failure.map(|failure| failure.kind);
+        assert_eq!(kind, Some(FailureKind::NonFinite), "{solver}");
+    }
+}
+
+/// Readings E4, E11, E12 and E2 do what they say.
+#[test]
+fn readings_differ_where_they_should() {
+    let case = Case::new(3, 11, 120, 0.7);
+    let run = |options: IvOptions| instrumental_variables(case.shape(), case.window(), &options);
+    let refresh = run(IvOptions::default());
+    let with = |auxiliary| {
+        run(IvOptions {
+            auxiliary,
+            ..IvOptions::default()
+        })
+    };
+    let (frozen, literal) = (with(Auxiliary::Frozen), with(Auxiliary::Literal));
+    // Pass 1 starts from iteration 0 in every reading.
+    assert_eq!(frozen[1].a, refresh[1].a);
+    assert_ne!(frozen[2].a, refresh[2].a);
+    assert_eq!(frozen[4].a, literal[4].a);
+    assert_eq!(frozen[4].x0, refresh[0].x0);
+    assert_eq!(literal[4].b, refresh[0].b);
+    assert_ne!(frozen[4].b, refresh[0].b);
+    let five = run(IvOptions {
+        iterations: 5,
+        ..IvOptions::default()
+    });
+    assert_eq!(five[4].a, refresh[4].a);
+    let driven = |gain| {
+        run(IvOptions {
+            drive: Drive::Observer,
+            gain,
+            ..IvOptions::default()
+        })
+    };
+    // No feedback is the simulation itself; with feedback y drives the instruments.
+    assert_eq!(driven(Gain::Scaled(1.0))[4].a, refresh[4].a);
+    assert_ne!(driven(Gain::DeadBeat)[1].a, refresh[1].a);
+    for stage10 in [Stage10::AsPrinted, Stage10::AsPrinted2024] {
+        let printed = run(IvOptions {
+            stage10,
+            ..IvOptions::default()
+        });
+        let error = relative_error(case.plant.a(), &printed[1].a);
+        assert!(error > 0.5, "{stage10}: {error}");
+    }
+}
+
+/// Stage 6 for an unstable plant, whose rows of D grow by six orders of magnitude: sorted QR loses about as
+/// many digits, the normal equations twice as many.
+#[test]
+fn the_initial_state_of_an_unstable_plant() {
+    let poles = [1.1, 0.5, -0.3];
+    let poles: Vec<faer::c64> = poles.iter().map(|p| faer::c64::new(*p, 0.0)).collect();
+    let phi = asobench::plant::polynomial_from_poles(&poles);
+    let a: Vec<f64> = phi.iter().rev().map(|phi| -phi.re).collect();
+    let plant = StateSpace::new(a, vec![1.0, -0.5, 0.25]).unwrap();
+    let u: Vec<f64> = (0..150).map(|k| f64::from((k * 13) % 7) - 3.0).collect();
+    let (mut y, mut states) = (vec![0.0; 150], vec![0.0; 450]);
+    let x0_true = [1.0, -2.0, 3.0];
+    plant.simulate(&x0_true, &u, &mut y, &mut states);
+    let window = Window { u: &u, y: &y };
+    let mut x0 = [0.0; 3];
+    let mut initial = asobench::estimator::initial_state::InitialState::new(3);
+    initial
+        .estimate(plant.a(), plant.b(), true, window, &mut x0)
+        .unwrap();
+    let by_qr = relative_error(&x0_true, &x0);
+    assert!(by_qr < 1e-8, "{by_qr:e}");
+    initial
+        .estimate(plant.a(), plant.b(), false, window, &mut x0)
+        .unwrap();
+    let by_normal_equations = relative_error(&x0_true, &x0);
+    assert!(
+        by_normal_equations > 100.0 * by_qr,
+        "{by_normal_equations:e} {by_qr:e}"
+    );
+}
