@@ -260,7 +260,7 @@ fn naive_solvers_refuse_what_is_too_large() {
 fn unstable_gains_are_warned_of() {
     let files = Files::new();
     let path = files.write("good.csv", &record());
-    for (gain, part) in [("poles:1.0", "poles:1"), ("scaled:3", "scaled:3")] {
+    for (gain, part) in [("poles:1.0", "poles:1"), ("scaled:4", "scaled:4")] {
         let output = asobench(&[
             "estimate",
             &path,

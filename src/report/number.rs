@@ -11,23 +11,23 @@ pub fn uncertain(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return plain(value);
     }
-    let exponent = exponent_of(value.abs().max(error));
+    let size = if value == 0.0 { error } else { value.abs() };
+    let exponent = exponent_of(size);
     if (-4..5).contains(&exponent) {
-        let mut decimals = -exponent_of(error);
-        if digits(error, decimals) >= 10 {
-            decimals -= 1;
-        }
-        let decimals = decimals.max(0);
-        return format!("{value:.*}({})", decimals as usize, digits(error, decimals));
+        return with_error(value, error);
     }
     let scale = 10.0_f64.powi(-exponent);
-    let (mantissa, error) = (value * scale, error * scale);
-    let decimals = (-exponent_of(error)).max(0);
-    format!(
-        "{mantissa:.*}({})e{exponent}",
-        decimals as usize,
-        digits(error, decimals)
-    )
+    format!("{}e{exponent}", with_error(value * scale, error * scale))
+}
+
+/// The value rounded to the decimal of its error's first digit.
+fn with_error(value: f64, error: f64) -> String {
+    let mut decimals = -exponent_of(error);
+    if digits(error, decimals) >= 10 {
+        decimals -= 1;
+    }
+    let decimals = decimals.max(0);
+    format!("{value:.*}({})", decimals as usize, digits(error, decimals))
 }
 
 /// The decimal exponent of a positive number.
@@ -66,6 +66,8 @@ mod tests {
             (12.345, 0.1, "12.3(1)"),
             (1234.5, 23.0, "1234(23)"),
             (3.214e-13, 4e-15, "3.21(4)e-13"),
+            (3.21e-12, 0.96e-13, "3.2(1)e-12"),
+            (4.2e-11, 2e-10, "4(20)e-11"),
             (0.0, 0.0, "0"),
             (0.5, 0.0, "0.5000"),
             (1e-20, f64::NAN, "1.000e-20"),

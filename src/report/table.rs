@@ -15,7 +15,7 @@ fn write_table(text: &mut String, summary: &Summary) -> fmt::Result {
     let rule = "-".repeat(80);
     writeln!(
         text,
-        "{:<11} {:<7} {:<5} {:<40} {:>13}",
+        "{:<11} {:<8} {:<5} {:<39} {:>13}",
         "claim", "bound", "", "median [5 %, 95 %]", "bound met in"
     )?;
     for cell in &summary.cells {
@@ -78,7 +78,7 @@ fn write_line(text: &mut String, left: &str, of: &EstimatorShare) -> fmt::Result
         100.0 * of.met.mcse
     );
     let line = format!(
-        "{left:<19} {:<5} {:<40} {share:>13}",
+        "{left:<20} {:<5} {:<39} {share:>13}",
         of.label(),
         spread(&of.quantiles)
     );

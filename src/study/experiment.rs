@@ -76,7 +76,7 @@ impl Experiment {
             claim: claim.to_owned(),
             eta,
             window,
-            horizon: 400.max(window + 200),
+            horizon: 400,
         };
         Self {
             process: process.expect("the paper's process is valid"),
