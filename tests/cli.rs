@@ -1,5 +1,7 @@
 //! The program from outside: what it prints, its exit codes, its one-line messages.
 
+#![expect(clippy::format_push_string, reason = "records of a few lines")]
+
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};

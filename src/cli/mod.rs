@@ -20,7 +20,12 @@ use std::process::ExitCode;
 
 /// Monte-Carlo benchmarks of estimators and adaptive state observers.
 #[derive(Parser)]
-#[command(name = "asobench", version, arg_required_else_help = true, max_term_width = 80)]
+#[command(
+    name = "asobench",
+    version,
+    arg_required_else_help = true,
+    max_term_width = 80
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -168,12 +168,13 @@ fn report(arguments: &Arguments, summary: &Summary, folder: &Path) -> String {
     format!(
         "Nikolov et al. (2023): which printed bounds does a typical realisation meet?\n\n\
          {}\
-         typical: the lower end of the 95 % Wilson interval of IV(4)'s share is above 1/2;\n\
-         not typical: the upper end is below 1/2. Digits in parentheses and after \u{b1} are\n\
-         Monte-Carlo standard errors. Quantiles are over trials with the figure; shares over\n\
-         all trials (a failed one meets no bound). \"= 0\": below 100 eps x condition.\n\
-         e_a, e_b: relative errors of a and b (state-space form); e_x: of the state, k >= N,\n\
-         dead-beat observer. rms e_x < 0.01 stands for the paper's \"e_x(k) = 0.01\".\n\n\
+         typical: the lower end of the 95 % Wilson interval of IV(4)'s share is above\n\
+         1/2; not typical: its upper end is below 1/2. Digits in parentheses and after \u{b1}\n\
+         are Monte-Carlo standard errors. Quantiles are over the trials that have the\n\
+         figure, shares over all trials (a failed one meets no bound).\n\
+         \"= 0\": below 100 eps times the condition number. e_a, e_b: relative errors of a\n\
+         and b (state-space form); e_x: of the state, k >= N, dead-beat observer.\n\
+         rms e_x < 0.01 stands for the paper's \"e_x(k) = 0.01\".\n\n\
          seed {seed}; results in {}\n\
          one trial again: asobench reproduce --seed {seed} --replay C2:0\n",
         verdict_table(summary),

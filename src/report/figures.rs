@@ -42,18 +42,16 @@ struct Point {
 
 impl Trace {
     fn of_curve(curve: &CurveQuantiles) -> Self {
-        let values = curve.q05.iter().zip(&curve.q50).zip(&curve.q95);
-        let point =
-            |(k, ((low, middle), high)): (usize, ((&Option<f64>, &Option<f64>), &Option<f64>))| {
-                Some(Point {
-                    k: k as f64,
-                    low: (*low)?,
-                    middle: (*middle)?,
-                    high: (*high)?,
-                })
-            };
+        let point = |k: usize| {
+            Some(Point {
+                k: k as f64,
+                low: curve.q05[k]?,
+                middle: curve.q50[k]?,
+                high: curve.q95[k]?,
+            })
+        };
         Self {
-            points: values.enumerate().filter_map(point).collect(),
+            points: (0..curve.q50.len()).filter_map(point).collect(),
         }
     }
 

@@ -5,6 +5,9 @@ use super::summary::{BoundSummary, CellSummary, EstimatorShare, Quantiles, Summa
 use std::fmt::{self, Write};
 
 /// The verdicts on every bound, with the figures behind them.
+///
+/// # Panics
+/// Never: writing to a string does not fail.
 pub fn verdict_table(summary: &Summary) -> String {
     let mut text = String::new();
     write_table(&mut text, summary).expect("writing to a string does not fail");

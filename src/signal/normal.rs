@@ -8,6 +8,7 @@
 use super::arithmetic::with_fma;
 use super::stream::Stream;
 use rand::Rng;
+use std::f64::consts::FRAC_PI_2;
 
 const MANTISSA: u64 = (1 << 52) - 1;
 const ONE: u64 = 1023 << 52;
@@ -94,7 +95,7 @@ fn ln(v: f64) -> f64 {
 fn sin_cos_quarter(x: f64) -> (f64, f64) {
     // (-1)^k (pi/2)^(2k+1) / (2k+1)! and (-1)^k (pi/2)^(2k) / (2k)!
     const SIN: [f64; 8] = [
-        1.5707963267948966,
+        FRAC_PI_2,
         -0.6459640975062463,
         0.07969262624616705,
         -0.004681754135318688,

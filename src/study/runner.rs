@@ -3,9 +3,9 @@
 use super::{Curves, Experiment, Row, Trial};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Mutex, PoisonError};
 
 /// Trials in a block: the unit of work and of delivery. No result depends on it.
 const BLOCK: u64 = 256;
@@ -93,7 +93,7 @@ pub fn run<E>(
         Ok(_) => Ok(shared
             .curves
             .into_inner()
-            .unwrap_or_else(|e| e.into_inner())),
+            .unwrap_or_else(PoisonError::into_inner)),
     }
 }
 
@@ -157,7 +157,7 @@ impl Shared<'_> {
     /// Adds a worker's curves of one cell to the whole.
     fn merge(&self, part: Option<(usize, Trial<'_>, Curves)>) {
         if let Some((cell, _, curves)) = part {
-            let mut whole = self.curves.lock().unwrap_or_else(|e| e.into_inner());
+            let mut whole = self.curves.lock().unwrap_or_else(PoisonError::into_inner);
             whole[cell].merge(&curves);
         }
     }
@@ -171,8 +171,7 @@ impl Shared<'_> {
         let mut waiting = BTreeMap::new();
         let (mut next, mut done) = (0, 0);
         let mut outcome = Ok(());
-        // Every block that was taken is sent; after a stop no more are taken, and `recv_timeout`
-        // would be needed if a worker could die. It cannot: a panic takes the scope down.
+        // After a stop no more blocks are taken, and waiting for the next one in order may be in vain.
         while next < self.blocks() {
             match receiver.recv_timeout(std::time::Duration::from_millis(50)) {
                 Ok((index, block)) => {

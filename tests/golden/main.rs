@@ -11,9 +11,9 @@ use asobench::metric::relative_error;
 use asobench::observer::Gain;
 use asobench::plant::observe;
 use serde_json::Value;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// One file: the record, the reference values and what accuracy the issue of the record allows.
+/// One file: the record and its reference values.
 struct Case {
     name: String,
     reference: Value,
@@ -31,8 +31,8 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 impl Case {
-    fn read(path: PathBuf) -> Self {
-        let text = std::fs::read_to_string(&path).expect("a readable file");
+    fn read(path: &Path) -> Self {
+        let text = std::fs::read_to_string(path).expect("a readable file");
         let reference: Value = serde_json::from_str(&text).expect("JSON");
         let record = std::fs::read_to_string(path.with_extension("csv")).expect("a record");
         let rows = record.lines().skip(1).map(|line| {
@@ -66,7 +66,7 @@ impl Case {
         paths.retain(|path| path.extension().is_some_and(|e| e == "json"));
         paths.sort();
         assert!(!paths.is_empty(), "no golden file in {}", folder.display());
-        paths.into_iter().map(Self::read).collect()
+        paths.iter().map(|path| Self::read(path)).collect()
     }
 
     fn noisy(&self) -> bool {

@@ -1,0 +1,35 @@
+//! One whole trial of the paper's experiment: record, least squares, four IV passes, observers, errors.
+
+use asobench::data::Realisation;
+use asobench::study::{Curves, Experiment, Trial};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use std::hint::black_box;
+
+fn trial(criterion: &mut Criterion) {
+    let experiment = Experiment::nikolov2023(1);
+    let mut group = criterion.benchmark_group("trial");
+    group.throughput(Throughput::Elements(1));
+    for cell in &experiment.cells[1..] {
+        let mut trial = Trial::new(&experiment, cell).expect("a valid cell");
+        let mut curves = Curves::new(cell.horizon);
+        let mut index = 0;
+        group.bench_function(BenchmarkId::new("whole", cell.window), |b| {
+            b.iter(|| {
+                index += 1;
+                black_box(trial.run(index, Some(&mut curves)).len())
+            });
+        });
+        let (mut record, mut index) = (Realisation::default(), 0);
+        let process = &experiment.process;
+        group.bench_function(BenchmarkId::new("record", cell.window), |b| {
+            b.iter(|| {
+                index += 1;
+                process.realise(1, index, cell.eta, cell.window, cell.horizon, &mut record);
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, trial);
+criterion_main!(benches);
