@@ -22,7 +22,7 @@ impl Estimator for Ridge {
         for i in 0..matrix.nrows() {
             matrix[(i, i)] += self.lambda;
         }
-        let rhs = faer::Col::from_iter(self.information.rhs().iter().copied());
+        let rhs = faer::col::ColRef::from_slice(self.information.rhs());
         let p: Vec<f64> = matrix.partial_piv_lu().solve(rhs).iter().copied().collect();
         let (stage, number) = (Stage::LeastSquares, 0);
         match pass.set_parameters(&p, f64::NAN) {

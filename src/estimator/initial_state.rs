@@ -4,7 +4,7 @@
 //! neither Q nor any N x N matrix is formed. The first n rows of D are the identity, hence `D'D >= I`:
 //! for a stable A the normal equations are well conditioned and Cholesky serves. For an unstable A the
 //! rows grow like the spectral radius to the power k and `D'D` loses everything; there D is
-//! factorised by [`super::sorted_qr`].
+//! factorised by Householder QR with column pivoting, rows sorted by size (`sorted_qr.rs`).
 
 use super::sorted_qr::SortedQr;
 use super::{FailureKind, Window};

@@ -2,7 +2,7 @@
 //!
 //! One file per mathematical object: [`regressors`] (stages 1 and 8), [`information`] (2 and 9),
 //! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] (7); one per
-//! method: [`least_squares`] and [`instrumental_variables`] (11).
+//! method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11).
 
 pub mod auxiliary;
 pub mod information;

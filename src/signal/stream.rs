@@ -34,7 +34,7 @@ const fn mix(mut z: u64) -> u64 {
 
 /// The stream of one purpose in one trial.
 ///
-/// For a fixed purpose, four Feistel rounds of [`mix`] take (seed, trial) one to one onto the first
+/// For a fixed purpose, four Feistel rounds of SplitMix64's finaliser take (seed, trial) one to one onto the first
 /// 128 bits of the generator's state, so two streams of one purpose never start alike; the other
 /// 128 bits are mixed from these.
 pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
