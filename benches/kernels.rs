@@ -43,7 +43,7 @@ fn solvers(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(name);
         group
             .warm_up_time(Duration::from_millis(300))
-            .measurement_time(Duration::from_millis(1000));
+            .measurement_time(Duration::from_secs(1));
         for (order, window) in SHAPES {
             let [u, y0, y] = record(order, window);
             let samples = Window { u: &u, y: &y };
@@ -83,7 +83,7 @@ fn blocks(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("information");
     group
         .warm_up_time(Duration::from_millis(300))
-        .measurement_time(Duration::from_millis(1000));
+        .measurement_time(Duration::from_secs(1));
     for (order, window) in SHAPES {
         let [u, y0, y] = record(order, window);
         let samples = Window { u: &u, y: &y };

@@ -2,6 +2,7 @@
 
 use super::number::uncertain;
 use super::summary::{BoundSummary, CellSummary, EstimatorShare, Quantiles, Summary};
+use crate::metric::Share;
 use std::fmt::{self, Write};
 
 /// The verdicts on every bound, with the figures behind them.
@@ -75,17 +76,26 @@ fn write_bound(text: &mut String, bound: &BoundSummary) -> fmt::Result {
 }
 
 fn write_line(text: &mut String, left: &str, of: &EstimatorShare) -> fmt::Result {
-    let share = format!(
-        "{:.1} \u{b1} {:.1} %",
-        100.0 * of.met.share,
-        100.0 * of.met.mcse
-    );
-    let line = format!(
-        "{left:<20} {:<5} {:<39} {share:>13}",
-        of.label(),
-        spread(&of.quantiles)
-    );
+    let (label, spread, share) = (of.label(), spread(&of.quantiles), share(of.met));
+    let line = format!("{left:<20} {label:<5} {spread:<39} {share:>13}");
     writeln!(text, "{}", line.trim_end())
+}
+
+/// A share in per cent with its standard error; where that is 0, because no trial or every trial counts, the
+/// other end of the 95 % interval instead.
+fn share(met: Share) -> String {
+    let percent = |share: f64| 100.0 * share;
+    if met.count == 0 {
+        format!("0 (< {:.2} %)", percent(met.high))
+    } else if met.count == met.of {
+        format!("all (> {:.1} %)", (10.0 * percent(met.low)).floor() / 10.0)
+    } else {
+        format!(
+            "{:.1} \u{b1} {:.1} %",
+            percent(met.share),
+            percent(met.mcse)
+        )
+    }
 }
 
 /// `median [5 %, 95 %]`, each with its standard error.
