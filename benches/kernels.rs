@@ -20,7 +20,7 @@ fn record(order: usize, window: usize) -> [Vec<f64>; 3] {
     };
     input.fill(&mut stream(1, 0, Purpose::Input), &mut u);
     let (mut y0, mut states) = (vec![0.0; window], vec![0.0; window * order]);
-    plant.simulate(&vec![1.0; order], &u, &mut y0, &mut states);
+    plant.simulate(&mut vec![1.0; order], &u, &mut y0, &mut states);
     let mut f = vec![0.0; window];
     let (mut start, mut drive) = (
         stream(1, 0, Purpose::NoiseStart),

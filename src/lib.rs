@@ -34,7 +34,7 @@
 //! | [`signal`] | inputs, coloured noise, random streams; the arithmetic that gives the same bits everywhere |
 //! | [`data`] | records: simulated with their truth, or read from a file |
 //! | [`estimator`] | stages 1 to 11, and the ways to solve for p |
-//! | [`observer`] | stage 12: the gain |
+//! | [`observer`] | stage 12 and its gain |
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
 //! | [`study`] | experiment, trial, runner, store |
 //! | [`report`] | claims, tables and figures from stored results |

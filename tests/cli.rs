@@ -126,6 +126,15 @@ fn bad_records_are_refused_by_line_and_column() {
     refuse("u,y\n1,2\n1,3\n1,4\n1,7\n", &["column u is constant"]);
     refuse("u,y\n1,2\n0,2\n1,2\n4,2\n", &["column y is constant"]);
     refuse("u,y\n", &["no samples"]);
+    let mut ramp = "u,y\n".to_owned();
+    for k in 0..30 {
+        ramp += &format!("{k},{}\n", (k * 7) % 5);
+    }
+    let path = files.write("ramp.csv", &ramp);
+    refused(
+        &["estimate", &path, "--order", "1", "--detrend", "linear"],
+        &["ramp.csv", "column u", "linear trend"],
+    );
     let binary = files.path("binary.csv");
     std::fs::write(&binary, [0xff, 0xfe, 0x00, 0x01]).expect("a writable file");
     refused(
@@ -200,7 +209,7 @@ fn bad_settings_are_refused_by_flag() {
     );
     refuse(
         &["--order", "1", "--solver", "qr", "--stage10", "as-printed"],
-        &["stage 10", "'partitioned' only"],
+        &["--stage10", "partitioned only"],
     );
     refuse(
         &["--order", "1", "--gain", "deadbeat"],
@@ -309,6 +318,39 @@ fn a_numerical_failure_is_a_status() {
     let text = stdout(&asobench(&["estimate", &path, "--order", "3"]));
     assert!(
         text.contains("FAILED: rank-deficient (stage 3, pass 0)"),
+        "{text}"
+    );
+}
+
+/// An observer that overflows is a failure of stage 12; what comes before it stands.
+#[test]
+fn an_observer_that_overflows_is_a_status() {
+    let files = Files::new();
+    let mut text = "u,y\n".to_owned();
+    let mut y = 1.0_f64;
+    for k in 0..2500 {
+        let u = f64::from((k * 7) % 5) - 2.0;
+        text += &format!("{u},{y}\n");
+        y = 0.5 * y + u;
+    }
+    let path = files.write("long.csv", &text);
+    let states = files.path("states.csv");
+    let output = asobench(&[
+        "estimate", &path, "--order", "1", "--gain", "scaled:4", "--format", "json", "--states",
+        &states,
+    ]);
+    assert_eq!(output.status.code(), Some(1));
+    let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+    for estimate in json["estimates"].as_array().expect("estimates") {
+        assert_eq!(estimate["failure"]["stage"], 12);
+        assert!(estimate["observer"].is_null() && !estimate["a"].is_null());
+    }
+    assert!(!Path::new(&states).exists());
+    let text = stdout(&asobench(&[
+        "estimate", &path, "--order", "1", "--gain", "scaled:4",
+    ]));
+    assert!(
+        text.contains("FAILED: non-finite (stage 12") && !text.contains("inf"),
         "{text}"
     );
 }
@@ -526,7 +568,7 @@ fn a_trial_can_be_replayed() {
     ];
     let text = stdout(&asobench(&replay));
     assert!(
-        text.contains("equal, bit for bit, the rows stored in"),
+        text.contains("These rows equal, bit for bit, those stored in"),
         "{text}"
     );
     let by_number = stdout(&asobench(&["reproduce", "--replay", "1:17", "--out", &out]));

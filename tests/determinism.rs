@@ -1,5 +1,6 @@
 //! Same bits for any number of threads, any order of cells, any length of the run.
 
+use asobench::estimator::{Estimator, Method, Output, Pass, Window};
 use asobench::study::{
     Cell, Curves, Experiment, Figure, Row, Trial, TrialTable, TrialWriter, run, stored_alike,
 };
@@ -39,6 +40,10 @@ fn threads_move_no_bit() {
                 assert_eq!(curve.quantiles(last), other.quantiles(last));
             }
         }
+    }
+    // CI compares the files of runs with different numbers of test threads.
+    if let Some(copy) = std::env::var_os("ASOBENCH_DETERMINISM_COPY") {
+        std::fs::write(copy, &expected).expect("a writable file");
     }
     // What was written is what any trial gives alone, in any order.
     let table = TrialTable::open(&path).expect("a table");
@@ -155,4 +160,58 @@ fn a_run_can_be_ended() {
         .map_err(|e| e.to_string())
         .expect_err("interrupted");
     assert!(message.starts_with("interrupted after") && message.ends_with("of 300000000 trials"));
+}
+
+/// An estimator that panics takes the run down with its panic; it does not hang it.
+#[test]
+fn a_panicking_estimator_ends_the_run() {
+    struct Panics;
+    impl Estimator for Panics {
+        fn estimate(&mut self, _window: Window<'_>, _passes: &mut [Pass]) {
+            panic!("a mistake in an estimator");
+        }
+    }
+    let mut experiment = Experiment::nikolov2023(1);
+    let output = Output {
+        estimator: "own".to_owned(),
+        pass: 0,
+    };
+    experiment
+        .methods
+        .push(Method::new(vec![output], |_| Ok(Box::new(Panics))));
+    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        let stop = AtomicBool::new(false);
+        run(
+            &experiment,
+            5000,
+            2,
+            &stop,
+            |_| Ok::<(), std::io::Error>(()),
+        )
+        .map(|_| ())
+    }));
+    assert!(ended.is_err());
+}
+
+/// An estimator that leaves a pass unset leaves nothing, not the numbers of the trial before.
+#[test]
+fn nothing_is_carried_from_trial_to_trial() {
+    struct OnlyEven(u64);
+    impl Estimator for OnlyEven {
+        fn estimate(&mut self, _window: Window<'_>, passes: &mut [Pass]) {
+            if self.0 % 2 == 0 {
+                passes[0].set_parameters(&[0.1; 12], 1.0).expect("finite");
+            }
+            self.0 += 1;
+        }
+    }
+    let mut experiment = Experiment::nikolov2023(1);
+    let output = Output {
+        estimator: "own".to_owned(),
+        pass: 0,
+    };
+    experiment.methods = vec![Method::new(vec![output], |_| Ok(Box::new(OnlyEven(0))))];
+    let mut trial = Trial::new(&experiment, &experiment.cells[1]).expect("a valid cell");
+    assert!(!trial.run(0, None)[0][Figure::Ea].is_nan());
+    assert!(trial.run(1, None)[0][Figure::Ea].is_nan());
 }

@@ -1,16 +1,18 @@
 //! `asobench estimate`: the twelve stages on a record of the user's own.
 
 use super::error::Error;
+use super::files::write_whole;
 use super::{Format, print};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
 use crate::estimator::{
-    Auxiliary, Drive, Failure, IvOptions, Method, Pass, Progress, Shape, Solver, Stage10, Window,
+    Auxiliary, Drive, Failure, FailureKind, IvOptions, Method, Pass, Progress, Shape, Solver,
+    Stage, Stage10, Window,
 };
 use crate::metric::{Fit, FitModel, fit};
 use crate::names::named_enum;
-use crate::observer::Gain;
-use crate::plant::{PoleFinder, observe};
+use crate::observer::{Gain, ObservedModel, Observer};
+use crate::plant::PoleFinder;
 use faer::c64;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -112,7 +114,7 @@ struct Estimate {
     name: Name,
     /// Passes with their numbers: 0 for least squares, 1, 2, ... for IV.
     passes: Vec<(usize, PassReport)>,
-    observer: Option<Observer>,
+    observer: Option<Observed>,
     fit: Option<Fits>,
 }
 
@@ -127,7 +129,7 @@ struct Fits {
     validation: Option<Fit>,
 }
 
-struct Observer {
+struct Observed {
     g: Vec<f64>,
     at_window: Vec<f64>,
     last: Vec<f64>,
@@ -171,6 +173,12 @@ fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
             "--order: expected at least 1, not 0".to_owned(),
         ));
     }
+    if arguments.stage10 != Stage10::Corrected && arguments.solver != Solver::Partitioned {
+        return Err(Error::Input(format!(
+            "--stage10 {}: exists for --solver partitioned only, not '{}'",
+            arguments.stage10, arguments.solver
+        )));
+    }
     arguments
         .gain
         .check(arguments.order)
@@ -206,8 +214,17 @@ fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
             )));
         }
     }
-    Trend::fit(arguments.detrend, &record.u[..window]).subtract(&mut record.u);
-    Trend::fit(arguments.detrend, &record.y[..window]).subtract(&mut record.y);
+    for (name, values) in [("u", &mut record.u), ("y", &mut record.y)] {
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let before = largest(&values[..window]);
+        Trend::fit(arguments.detrend, &values[..window]).subtract(values);
+        if largest(&values[..window]) <= 64.0 * f64::EPSILON * before {
+            return Err(bad(format!(
+                "column {name} is nothing but its {} trend over the window; nothing is left to identify from",
+                arguments.detrend
+            )));
+        }
+    }
     // With u'(k) = u(k), y'(k) = y(k + nk - 1) the delay is 1.
     let shift = arguments.delay - 1;
     record.y.drain(..shift);
@@ -303,37 +320,48 @@ fn conclude(
             window: on(0..window),
             validation: (window < samples).then(|| on(window..samples)),
         };
-        let observer = observer(pass, &arguments.gain, record, window);
+        let observed = pass
+            .observed()
+            .map(|model| observe(model, &arguments.gain, record, window));
         estimate.fit = Some(fits);
-        estimate.observer = Some(observer);
+        let last = estimate.passes.len() - 1;
+        let (number, report) = &mut estimate.passes[last];
+        match observed {
+            Some(Err(kind)) => report.pass.fail(Failure {
+                kind,
+                stage: Stage::Observer,
+                pass: *number,
+            }),
+            Some(Ok(observed)) => estimate.observer = Some(observed),
+            None => {}
+        }
     }
     estimate
 }
 
 /// Stage 12 on the whole record.
-fn observer(pass: &Pass, gain: &Gain, record: &Record, window: usize) -> Observer {
-    let mut g = vec![0.0; pass.a.len()];
-    gain.compute(&pass.a, &mut g);
-    let mut x = pass.x0.clone();
-    let (mut at_window, mut last) = (Vec::new(), x.clone());
-    observe(
-        &pass.a,
-        &pass.b,
-        &g,
-        &mut x,
-        &record.u,
-        &record.y,
-        |k, x| {
-            if k == window {
-                at_window = x.to_vec();
-            }
-            last.copy_from_slice(x);
-        },
-    );
+fn observe(
+    model: ObservedModel<'_>,
+    gain: &Gain,
+    record: &Record,
+    window: usize,
+) -> Result<Observed, FailureKind> {
+    let mut observer = Observer::new(gain.clone(), model.a.len());
+    let (mut at_window, mut last) = (Vec::new(), model.x0.to_vec());
+    observer.run(model, &record.u, &record.y, |k, x| {
+        if k == window {
+            at_window = x.to_vec();
+        }
+        last.copy_from_slice(x);
+    })?;
     if window == record.y.len() {
-        at_window = x;
+        at_window = observer.state().to_vec();
     }
-    Observer { g, at_window, last }
+    Ok(Observed {
+        g: observer.g().to_vec(),
+        at_window,
+        last,
+    })
 }
 
 /// Warnings on standard error, one line each.
@@ -363,25 +391,25 @@ fn warn(report: &Report) {
     }
 }
 
-/// Writes the observer's states under a temporary name, then renames the file.
+/// Writes the last estimator's observer states, k = 0 ... K, where they are known.
 fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Error> {
-    let failed =
-        |error: std::io::Error| Error::Input(format!("--states {}: {error}", path.display()));
-    let Some((estimate, observer)) = report
+    let Some(estimate) = report
         .estimates
         .last()
-        .and_then(|estimate| Some((estimate, estimate.observer.as_ref()?)))
+        .filter(|estimate| estimate.observer.is_some())
     else {
+        eprintln!(
+            "warning: --states {}: not written, there is no observer",
+            path.display()
+        );
         return Ok(());
     };
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".tmp");
-    let temporary = PathBuf::from(temporary);
-    let write = || -> std::io::Result<()> {
-        let mut to = std::io::BufWriter::new(std::fs::File::create(&temporary)?);
-        let pass = &estimate.last().pass;
+    let Some(model) = estimate.last().pass.observed() else {
+        return Ok(());
+    };
+    write_whole("--states", path, |to| {
         write!(to, "# observer {}, gain {}\nk", estimate.name, report.gain)?;
-        for i in 1..=pass.a.len() {
+        for i in 1..=model.a.len() {
             write!(to, ",x{i}")?;
         }
         writeln!(to)?;
@@ -392,29 +420,15 @@ fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Err
             }
             writeln!(to)
         };
-        let mut x = pass.x0.clone();
-        let mut outcome = Ok(());
-        observe(
-            &pass.a,
-            &pass.b,
-            &observer.g,
-            &mut x,
-            &record.u,
-            &record.y,
-            |k, x| {
-                if outcome.is_ok() {
-                    outcome = row(k, x);
-                }
-            },
-        );
-        outcome?;
-        row(record.y.len(), &x)?;
-        to.flush()?;
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|error| {
-        // The temporary file may not even exist; the first error is the one to report.
-        let _ = std::fs::remove_file(&temporary);
-        failed(error)
+        let mut observer = Observer::new(report.gain.clone(), model.a.len());
+        let mut written = Ok(());
+        let observed = observer.run(model, &record.u, &record.y, |k, x| {
+            if written.is_ok() {
+                written = row(k, x);
+            }
+        });
+        written?;
+        observed.map_err(|kind| std::io::Error::other(kind.name()))?;
+        row(record.y.len(), observer.state())
     })
 }

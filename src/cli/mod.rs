@@ -8,6 +8,7 @@
 
 mod error;
 mod estimate;
+mod files;
 mod progress;
 mod replay;
 mod reproduce;

@@ -1,19 +1,20 @@
 //! `asobench reproduce --replay CELL:TRIAL`: every stage of one trial.
 
-use super::error::{Error, failed, input};
+use super::error::{Error, failed};
+use super::files::write_whole;
 use super::reproduce::Arguments;
 use super::{Format, print};
 use crate::data::csv;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
-use crate::estimator::{Drive, Pass, Progress, Window};
-use crate::observer::Gain;
-use crate::plant::observe;
+use crate::estimator::{IvOptions, Pass, Progress, Window};
+use crate::observer::Observer;
 use crate::study::{
-    Cell, Experiment, Figure, ResultsFolder, Row, Trial, TrialRecord, stored_alike,
+    Cell, Experiment, Figure, Row, Trial, TrialRecord, read_manifest, stored_alike,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// A cell, by its claim or its number, and a trial.
@@ -72,24 +73,17 @@ pub(super) fn run(
     let record = trial.record();
     if let Some(path) = &arguments.data {
         let comments = comments(experiment, cell, which.trial);
-        let mut text = Vec::new();
-        csv::write(
-            &mut text,
-            &comments,
-            &record.realisation.u,
-            &record.realisation.y,
-        )
-        .map_err(failed)?;
-        std::fs::write(path, text)
-            .map_err(|error| Error::Input(format!("--data {}: {error}", path.display())))?;
+        let data = record.realisation;
+        write_whole("--data", path, |to| {
+            csv::write(to, &comments, &data.u, &data.y)
+        })?;
+        eprintln!("wrote {}", path.display());
     }
-    let replay = Replay::new(experiment, index, which.trial, &record);
+    let stored = stored(arguments, experiment, index, &record)?;
+    let mut replay = Replay::new(experiment, index, which.trial, &record);
+    replay.stored = stored;
     match arguments.format {
-        Format::Text => print(&format!(
-            "{}{}",
-            replay.text()?,
-            stored(arguments, experiment, index, &record)?
-        ))?,
+        Format::Text => print(&replay.text(arguments.folder())?)?,
         Format::Json => {
             let text = serde_json::to_string_pretty(&replay.json()).map_err(failed)?;
             print(&format!("{text}\n"))?;
@@ -119,31 +113,25 @@ fn comments(experiment: &Experiment, cell: &Cell, trial: u64) -> Vec<String> {
     ]
 }
 
-/// A line that says whether the stored row, if there is one, is the same.
+/// Whether the rows stood bit for bit in the results' folder; `None` where it holds no such trial of this
+/// experiment.
 fn stored(
     arguments: &Arguments,
     experiment: &Experiment,
     cell: usize,
     record: &TrialRecord<'_>,
-) -> Result<String, Error> {
-    let path = arguments.folder();
-    if !path.join("manifest.json").exists() {
-        return Ok(String::new());
+) -> Result<Option<bool>, Error> {
+    let folder = arguments.folder();
+    // Whatever else is in the folder is no concern of a replay.
+    let Ok(Some(manifest)) = read_manifest(folder) else {
+        return Ok(None);
+    };
+    if manifest["experiment"] != experiment.describe() {
+        return Ok(None);
     }
-    let folder = ResultsFolder::open(path).map_err(input)?;
-    let (manifest, design) = (folder.manifest().map_err(input)?, experiment.describe());
-    let Some(manifest) = manifest.filter(|manifest| manifest["experiment"] == design) else {
-        return Ok(String::new());
-    };
     let trials = manifest["trials"].as_u64().unwrap_or(0);
-    let file = path.join("trials.parquet");
-    let alike = stored_alike(&file, experiment, cell, trials, record.rows).map_err(failed)?;
-    let equal = match alike {
-        None => return Ok(String::new()),
-        Some(true) => "equal, bit for bit, the rows stored in",
-        Some(false) => "DIFFER from the rows stored in",
-    };
-    Ok(format!("\nThese rows {equal} {}.\n", file.display()))
+    let file = folder.join("trials.parquet");
+    stored_alike(&file, experiment, cell, trials, record.rows).map_err(failed)
 }
 
 /// One stage's vectors under their names.
@@ -154,6 +142,8 @@ struct Replay<'a> {
     cell: &'a Cell,
     trial: u64,
     seed: u64,
+    /// Whether the rows equal the stored ones; unknown at first.
+    stored: Option<bool>,
     stages: Vec<Stage>,
     rows: Vec<(String, &'a Row)>,
 }
@@ -174,7 +164,9 @@ impl<'a> Replay<'a> {
         )];
         let mut information = Information::new(order);
         information.least_squares(window);
-        let mut model = AuxiliaryModel::new(order, cell.window, Drive::Model, Gain::DeadBeat);
+        // The experiment's readings are the defaults.
+        let IvOptions { drive, gain, .. } = IvOptions::default();
+        let mut model = AuxiliaryModel::new(order, cell.window, drive, gain);
         let mut previous: Option<&Pass> = None;
         for (output, pass) in &record.passes {
             let of = format!("{} pass {}", output.estimator, output.pass);
@@ -205,12 +197,13 @@ impl<'a> Replay<'a> {
             cell,
             trial,
             seed: experiment.seed,
+            stored: None,
             stages,
             rows: record.rows.iter().map(|row| (name(row), row)).collect(),
         }
     }
 
-    fn text(&self) -> Result<String, Error> {
+    fn text(&self, folder: &Path) -> Result<String, Error> {
         let mut text = String::new();
         let Cell {
             claim,
@@ -225,16 +218,6 @@ impl<'a> Replay<'a> {
             self.trial, self.seed
         )
         .map_err(failed)?;
-        for (title, vectors) in &self.stages {
-            writeln!(text, "\n{title}").map_err(failed)?;
-            for (name, values) in vectors {
-                writeln!(text, "  {name}").map_err(failed)?;
-                for line in values.chunks(3) {
-                    let line: Vec<String> = line.iter().map(|v| format!("{v:>24?}")).collect();
-                    writeln!(text, "  {}", line.join(" ")).map_err(failed)?;
-                }
-            }
-        }
         writeln!(text, "\nRows").map_err(failed)?;
         for (name, row) in &self.rows {
             let status = row
@@ -245,6 +228,22 @@ impl<'a> Replay<'a> {
                 if !row[figure].is_nan() {
                     writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure])
                         .map_err(failed)?;
+                }
+            }
+        }
+        let equal = match self.stored {
+            None => "No such trial of this experiment is stored in",
+            Some(true) => "These rows equal, bit for bit, those stored in",
+            Some(false) => "These rows DIFFER from those stored in",
+        };
+        writeln!(text, "\n{equal} {}.", folder.display()).map_err(failed)?;
+        for (title, vectors) in &self.stages {
+            writeln!(text, "\n{title}").map_err(failed)?;
+            for (name, values) in vectors {
+                writeln!(text, "  {name}").map_err(failed)?;
+                for line in values.chunks(3) {
+                    let line: Vec<String> = line.iter().map(|v| format!("{v:>24?}")).collect();
+                    writeln!(text, "  {}", line.join(" ")).map_err(failed)?;
                 }
             }
         }
@@ -275,6 +274,7 @@ impl<'a> Replay<'a> {
             "seed": self.seed,
             "stages": stages,
             "rows": rows,
+            "equal_to_stored": self.stored,
         })
     }
 
@@ -339,20 +339,17 @@ fn observer(
     data: &crate::data::Realisation,
     pass: &Pass,
 ) -> Option<Stage> {
-    if pass.progress < Progress::InitialState {
-        return None;
-    }
-    let mut g = vec![0.0; pass.a.len()];
-    experiment.gain.compute(&pass.a, &mut g);
-    let (mut x, mut at_window, mut last) = (pass.x0.clone(), Vec::new(), Vec::new());
-    observe(&pass.a, &pass.b, &g, &mut x, &data.u, &data.y, |k, x| {
+    let mut observer = Observer::new(experiment.gain.clone(), pass.a.len());
+    let (mut at_window, mut last) = (Vec::new(), Vec::new());
+    let run = observer.run(pass.observed()?, &data.u, &data.y, |k, x| {
         if k == cell.window {
             at_window = x.to_vec();
         }
         last = x.to_vec();
     });
+    run.ok()?;
     let vectors = vec![
-        ("g".to_owned(), g),
+        ("g".to_owned(), observer.g().to_vec()),
         ("xhat(N)".to_owned(), at_window),
         ("xhat(K-1)".to_owned(), last),
     ];

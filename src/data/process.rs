@@ -51,6 +51,8 @@ pub struct Realisation {
     pub scale: f64,
     /// The noise filter's inner signal.
     scratch: Vec<f64>,
+    /// The state under way.
+    x: Vec<f64>,
 }
 
 impl Process {
@@ -124,8 +126,10 @@ impl Process {
         let mut drive = stream(seed, trial, Purpose::NoiseDrive);
         self.noise
             .fill(&mut start, &mut drive, &mut to.scratch, &mut to.f);
+        to.x.clear();
+        to.x.extend_from_slice(&self.x0);
         self.plant
-            .simulate(&self.x0, &to.u, &mut to.y0, &mut to.states);
+            .simulate(&mut to.x, &to.u, &mut to.y0, &mut to.states);
         let (y0, f) = (&to.y0[..window], &to.f[..window]);
         to.scale = self.level.scale(eta, y0, f, self.variances);
         for ((y, y0), f) in to.y.iter_mut().zip(&to.y0).zip(&to.f) {

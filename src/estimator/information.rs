@@ -94,7 +94,7 @@ impl Information {
         &self.rhs
     }
 
-    /// Stage 2: `G = Phi'Phi`, `r = Phi'y`, in 5n + 1 lag sums.
+    /// Stage 2: `G = Phi'Phi`, `r = Phi'y`, in 4n + 1 lag sums.
     ///
     /// # Panics
     /// If the window is shorter than n + 1.

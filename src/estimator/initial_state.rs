@@ -1,10 +1,11 @@
 //! Stage 6: the initial state `x0 = argmin || y - y_u - D x0 ||`.
 //!
 //! Row k of D is `c'A^k` and y_u is the zero-state response `Q u`; both come from recursions, so
-//! neither Q nor any N x N matrix is formed. The first n rows of D are the identity, hence `D'D >= I`:
-//! for a stable A the normal equations are well conditioned and Cholesky serves. For an unstable A the
-//! rows grow like the spectral radius to the power k and `D'D` loses everything; there D is
-//! factorised by Householder QR with column pivoting, rows sorted by size (`sorted_qr.rs`).
+//! neither Q nor any N x N matrix is formed. The first n rows of D are the identity, hence `D'D >= I` and
+//! cond(D'D) is at most the trace of D'D: where that is below [`TRACE_LIMIT`], the normal equations are
+//! well conditioned and Cholesky serves. Otherwise (an unstable A, whose rows grow like the spectral radius
+//! to the power k, or clustered poles near the unit circle) D is factorised by Householder QR with
+//! column pivoting, rows sorted by size (`sorted_qr.rs`).
 
 use super::sorted_qr::SortedQr;
 use super::{FailureKind, Window};
@@ -17,6 +18,9 @@ use faer::{Mat, MatMut, Par};
 /// terms are below 2^-160 of `D'D >= I`, and far below the rounding of the terms before them.
 const NEGLIGIBLE: f64 = 8.271_806_125_530_277e-25; // 2^-80
 
+/// The largest trace of D'D for which x0 is found by Cholesky: four of the sixteen digits may go.
+const TRACE_LIMIT: f64 = 1e4;
+
 /// Buffers for stage 6.
 pub struct InitialState {
     /// `c'A^k`.
@@ -26,7 +30,7 @@ pub struct InitialState {
     /// `D'D`.
     gram: Mat<f64>,
     memory: MemBuffer,
-    /// Made when the first unstable model is met.
+    /// Made when the first ill-conditioned model is met.
     sorted_qr: Option<SortedQr>,
 }
 
@@ -55,14 +59,18 @@ impl InitialState {
         &mut self,
         a: &[f64],
         b: &[f64],
-        unstable: bool,
         window: Window<'_>,
         x0: &mut [f64],
     ) -> Result<(), FailureKind> {
-        if unstable {
-            self.by_sorted_qr(a, b, window, x0)?;
+        let rows = self.relevant_rows(a, window.len());
+        let window = Window::new(window.u, window.y, rows);
+        self.form_normal_equations(a, b, window, x0);
+        let trace: f64 = (0..x0.len()).map(|i| self.gram[(i, i)]).sum();
+        // An overflow makes the trace infinite or NaN; only sorted QR can then tell whether D is finite.
+        if trace <= TRACE_LIMIT {
+            self.solve_normal_equations(x0)?;
         } else {
-            self.by_normal_equations(a, b, window, x0)?;
+            self.by_sorted_qr(a, b, window, x0)?;
         }
         if x0.iter().all(|x| x.is_finite()) {
             Ok(())
@@ -77,25 +85,36 @@ impl InitialState {
         self.state.fill(0.0);
     }
 
-    fn by_normal_equations(
-        &mut self,
-        a: &[f64],
-        b: &[f64],
-        window: Window<'_>,
-        x0: &mut [f64],
-    ) -> Result<(), FailureKind> {
-        let n = x0.len();
+    /// How many rows of D, at least n and at most `rows`, come before all are below [`NEGLIGIBLE`].
+    fn relevant_rows(&mut self, a: &[f64], rows: usize) -> usize {
+        self.start();
+        let row = &mut self.row;
+        crate::signal::arithmetic::with_fma(
+            #[inline(always)]
+            || {
+                for k in 0..rows {
+                    if k >= row.len() && row.iter().all(|r| r.abs() < NEGLIGIBLE) {
+                        return k;
+                    }
+                    next_row(a, row);
+                }
+                rows
+            },
+        )
+    }
+
+    /// `D'D`, and `D'(y - y_u)` in `rhs`.
+    fn form_normal_equations(&mut self, a: &[f64], b: &[f64], window: Window<'_>, rhs: &mut [f64]) {
+        let n = rhs.len();
         self.start();
         self.gram.fill(0.0);
-        x0.fill(0.0);
-        let rows = relevant_rows(a, &mut self.row, window.len());
-        self.start();
+        rhs.fill(0.0);
         let (row, gram) = (&mut self.row, &mut self.gram);
         simulate(
             a,
             b,
             &mut self.state,
-            &window.u[..rows],
+            window.u,
             #[inline(always)]
             |k, state| {
                 let residual = window.y[k] - state[0];
@@ -104,24 +123,25 @@ impl InitialState {
                     for i in j..n {
                         column[i] = row[i].mul_add(row[j], column[i]);
                     }
-                    x0[j] = row[j].mul_add(residual, x0[j]);
+                    rhs[j] = row[j].mul_add(residual, rhs[j]);
                 }
                 next_row(a, row);
             },
         );
-        if !(self.gram.as_ref().norm_max().is_finite() && x0.iter().all(|x| x.is_finite())) {
-            return Err(FailureKind::NonFinite);
-        }
+    }
+
+    /// Overwrites the right-hand side by x0.
+    fn solve_normal_equations(&mut self, x0: &mut [f64]) -> Result<(), FailureKind> {
         let stack = MemStack::new(&mut self.memory);
-        let gram = self.gram.as_mut();
-        llt::factor::cholesky_in_place(
-            gram,
+        let factored = llt::factor::cholesky_in_place(
+            self.gram.as_mut(),
             Default::default(),
             Par::Seq,
             stack,
             Default::default(),
-        )
-        .map_err(|_| FailureKind::Singular)?;
+        );
+        factored.map_err(|_| FailureKind::RankDeficient)?;
+        let n = x0.len();
         let rhs = MatMut::from_column_major_slice_mut(x0, n, 1);
         llt::solve::solve_in_place(self.gram.as_ref(), rhs, Par::Seq, stack);
         Ok(())
@@ -135,21 +155,22 @@ impl InitialState {
         x0: &mut [f64],
     ) -> Result<(), FailureKind> {
         self.start();
-        let (n, rows) = (x0.len(), window.len());
-        let problem = self.sorted_qr.get_or_insert_with(|| SortedQr::new(rows, n));
-        problem.clear();
+        let problem = self
+            .sorted_qr
+            .get_or_insert_with(|| SortedQr::new(x0.len()));
+        problem.begin(window.len());
         let row = &mut self.row;
-        simulate(
-            a,
-            b,
-            &mut self.state,
-            window.u,
-            #[inline(always)]
-            |k, state| {
-                problem.push(row, window.y[k] - state[0]);
-                next_row(a, row);
-            },
-        );
+        for k in 0..window.len() {
+            problem.announce(k, row);
+            next_row(a, row);
+        }
+        problem.sort();
+        row.fill(0.0);
+        row[0] = 1.0;
+        simulate(a, b, &mut self.state, window.u, |k, state| {
+            problem.set(k, row, window.y[k] - state[0]);
+            next_row(a, row);
+        });
         problem.solve(x0)
     }
 }
@@ -163,20 +184,4 @@ fn next_row(a: &[f64], row: &mut [f64]) {
         row[i] = last.mul_add(a[i], row[i - 1]);
     }
     row[0] = last * a[0];
-}
-
-/// How many rows of D, at least n and at most `rows`, are above [`NEGLIGIBLE`].
-fn relevant_rows(a: &[f64], row: &mut [f64], rows: usize) -> usize {
-    crate::signal::arithmetic::with_fma(
-        #[inline(always)]
-        || {
-            for k in 0..rows {
-                if k >= row.len() && row.iter().all(|r| r.abs() < NEGLIGIBLE) {
-                    return k;
-                }
-                next_row(a, row);
-            }
-            rows
-        },
-    )
 }

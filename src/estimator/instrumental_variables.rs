@@ -75,8 +75,9 @@ impl InstrumentalVariables {
     /// Buffers for a shape.
     ///
     /// # Errors
-    /// As for [`Solver::instruments`].
+    /// As for [`Solver::instruments`], or if the gain does not fit the order.
     pub fn new(shape: Shape, options: &IvOptions) -> Result<Self, SetupError> {
+        options.gain.check(shape.order)?;
         Ok(Self {
             auxiliary: options.auxiliary,
             solver: options.solver.instruments(shape, options.stage10)?,

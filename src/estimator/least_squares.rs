@@ -75,9 +75,9 @@ impl StateEstimate {
 
     /// Estimates x0 of a pass whose a, b, h stand, or records the failure.
     pub(super) fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
-        let found =
-            self.initial_state
-                .estimate(&pass.a, &pass.b, pass.unstable, window, &mut self.x0);
+        let found = self
+            .initial_state
+            .estimate(&pass.a, &pass.b, window, &mut self.x0);
         match found {
             Ok(()) => pass.set_initial_state(&self.x0),
             Err(kind) => pass.fail(Failure {

@@ -108,6 +108,9 @@ pub enum SetupError {
         /// The solver.
         solver: Solver,
     },
+    /// The gain does not fit the order.
+    #[error(transparent)]
+    Gain(#[from] crate::observer::GainError),
     /// A printed stage 10 without stage 3's blocks.
     #[error("stage 10 '{stage10}' exists for solver 'partitioned' only, not '{solver}'")]
     Stage10NeedsPartitioned {
@@ -125,7 +128,10 @@ pub enum SetupError {
 pub trait Estimator: Send {
     /// Fills `passes`, one entry per output of the method ([`Method::outputs`]), in order.
     ///
-    /// Every entry must be set: by [`Pass::set_parameters`] and [`Pass::set_initial_state`], or by
+    /// Every entry comes cleared and must be set: by [`Pass::set_parameters`] and [`Pass::set_initial_state`], or by
     /// [`Pass::fail`].
+    ///
+    /// # Panics
+    /// The estimators of this crate panic where the window is not of the shape that they were made for.
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]);
 }

@@ -2,6 +2,7 @@
 
 use super::parameters;
 use crate::names::named_enum;
+use crate::observer::ObservedModel;
 use crate::plant::stability::is_stable;
 
 named_enum! {
@@ -9,9 +10,9 @@ named_enum! {
     FailureKind, "failure" {
         /// A value that is not finite.
         NonFinite = "non-finite",
-        /// An exactly singular matrix.
+        /// An exactly singular matrix: a zero row or column.
         Singular = "singular",
-        /// A matrix that is singular to rounding: [`super::solver::condition::RANK_MULTIPLE`].
+        /// A matrix that is singular to rounding (or whose pivot came out as zero): [`super::solver::condition::RANK_MULTIPLE`].
         RankDeficient = "rank-deficient",
     }
 }
@@ -133,6 +134,15 @@ impl Pass {
         self.unstable = !is_stable(&self.a, &mut self.scratch);
         self.progress = Progress::Parameters;
         Ok(())
+    }
+
+    /// What the observer needs of the pass; `None` before x0 is known.
+    pub fn observed(&self) -> Option<ObservedModel<'_>> {
+        (self.progress == Progress::InitialState).then_some(ObservedModel {
+            a: &self.a,
+            b: &self.b,
+            x0: &self.x0,
+        })
     }
 
     /// Sets x0.

@@ -7,19 +7,23 @@ use faer::linalg::householder;
 use faer::linalg::qr::col_pivoting::factor;
 use faer::linalg::qr::no_pivoting::factor::recommended_block_size;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::reborrow::ReborrowMut;
 use faer::{Conj, Mat, Par};
 
-/// Buffers for problems of one size.
+/// Buffers for problems of any number of rows; they grow to the longest one met.
+///
+/// Rows come twice: first their sizes ([`Self::announce`]), then, after [`Self::sort`], their entries
+/// ([`Self::set`]), which go straight to their places.
 pub(super) struct SortedQr {
-    /// The rows as given, one after the other.
-    rows: Vec<f64>,
-    /// The right-hand side as given.
-    rhs: Vec<f64>,
-    /// Largest entries of the rows.
+    rows: usize,
+    /// Largest entries of the rows as given.
     sizes: Vec<f64>,
+    /// Rows as given, in descending order of size.
     order: Vec<u32>,
+    /// For every row as given, its place.
+    places: Vec<u32>,
     sorted: Mat<f64>,
-    sorted_rhs: Mat<f64>,
+    rhs: Mat<f64>,
     factors: Mat<f64>,
     permutation: Vec<usize>,
     permutation_inverse: Vec<usize>,
@@ -27,8 +31,35 @@ pub(super) struct SortedQr {
 }
 
 impl SortedQr {
-    /// Buffers for `rows` >= `columns`.
-    pub(super) fn new(rows: usize, columns: usize) -> Self {
+    /// Buffers for rows of `columns` entries.
+    pub(super) fn new(columns: usize) -> Self {
+        Self {
+            rows: 0,
+            sizes: Vec::new(),
+            order: Vec::new(),
+            places: Vec::new(),
+            sorted: Mat::zeros(0, columns),
+            rhs: Mat::zeros(0, 1),
+            factors: Mat::zeros(0, columns),
+            permutation: vec![0; columns],
+            permutation_inverse: vec![0; columns],
+            memory: MemBuffer::new(StackReq::EMPTY),
+        }
+    }
+
+    /// Begins a problem of `rows` >= columns rows.
+    pub(super) fn begin(&mut self, rows: usize) {
+        self.rows = rows;
+        self.sizes.resize(rows, 0.0);
+        self.order.resize(rows, 0);
+        self.places.resize(rows, 0);
+        if self.sorted.nrows() < rows {
+            self.grow(rows);
+        }
+    }
+
+    fn grow(&mut self, rows: usize) {
+        let columns = self.sorted.ncols();
         let block = recommended_block_size::<f64>(rows, columns);
         let qr = factor::qr_in_place_scratch::<usize, f64>(
             rows,
@@ -41,44 +72,51 @@ impl SortedQr {
             householder::apply_block_householder_sequence_transpose_on_the_left_in_place_scratch::<
                 f64,
             >(rows, block, 1);
-        Self {
-            rows: Vec::with_capacity(rows * columns),
-            rhs: Vec::with_capacity(rows),
-            sizes: Vec::with_capacity(rows),
-            order: (0..rows as u32).collect(),
-            sorted: Mat::zeros(rows, columns),
-            sorted_rhs: Mat::zeros(rows, 1),
-            factors: Mat::zeros(block, columns),
-            permutation: vec![0; columns],
-            permutation_inverse: vec![0; columns],
-            memory: MemBuffer::new(StackReq::any_of(&[qr, apply])),
+        self.sorted = Mat::zeros(rows, columns);
+        self.rhs = Mat::zeros(rows, 1);
+        self.factors = Mat::zeros(block, columns);
+        self.memory = MemBuffer::new(StackReq::any_of(&[qr, apply]));
+    }
+
+    /// Tells the size of row k.
+    pub(super) fn announce(&mut self, k: usize, row: &[f64]) {
+        self.sizes[k] = row.iter().fold(0.0, |size, r| r.abs().max(size));
+    }
+
+    /// Finds the place of every row: descending order of size; equal ones keep their order.
+    pub(super) fn sort(&mut self) {
+        for (k, order) in self.order.iter_mut().enumerate() {
+            *order = k as u32;
+        }
+        let sizes = &self.sizes;
+        self.order.sort_unstable_by(|&i, &j| {
+            let descending = sizes[j as usize].total_cmp(&sizes[i as usize]);
+            descending.then(i.cmp(&j))
+        });
+        for (place, &k) in self.order.iter().enumerate() {
+            self.places[k as usize] = place as u32;
         }
     }
 
-    /// Forgets the rows.
-    pub(super) fn clear(&mut self) {
-        self.rows.clear();
-        self.rhs.clear();
-        self.sizes.clear();
-    }
-
-    /// Adds a row and its right-hand side.
-    pub(super) fn push(&mut self, row: &[f64], rhs: f64) {
-        self.rows.extend_from_slice(row);
-        self.rhs.push(rhs);
-        self.sizes
-            .push(row.iter().fold(0.0, |size, r| r.abs().max(size)));
+    /// Sets row k and its right-hand side.
+    pub(super) fn set(&mut self, k: usize, row: &[f64], rhs: f64) {
+        let place = self.places[k] as usize;
+        for (j, r) in row.iter().enumerate() {
+            self.sorted[(place, j)] = *r;
+        }
+        self.rhs[(place, 0)] = rhs;
     }
 
     /// Fills `x = argmin || rows x - rhs ||`.
     pub(super) fn solve(&mut self, x: &mut [f64]) -> Result<(), FailureKind> {
-        if !self.rows.iter().chain(&self.rhs).all(|v| v.is_finite()) {
+        let mut sorted = self.sorted.get_mut(..self.rows, ..);
+        let mut rhs = self.rhs.get_mut(..self.rows, ..);
+        if !(sorted.norm_l1().is_finite() && rhs.norm_l1().is_finite()) {
             return Err(FailureKind::NonFinite);
         }
-        self.sort();
         let stack = MemStack::new(&mut self.memory);
         let (_, permutation) = factor::qr_in_place(
-            self.sorted.as_mut(),
+            sorted.rb_mut(),
             self.factors.as_mut(),
             &mut self.permutation,
             &mut self.permutation_inverse,
@@ -87,43 +125,23 @@ impl SortedQr {
             Default::default(),
         );
         let n = x.len();
-        if (0..n).any(|i| self.sorted[(i, i)] == 0.0) {
-            return Err(FailureKind::Singular);
+        if (0..n).any(|i| sorted[(i, i)] == 0.0) {
+            return Err(FailureKind::RankDeficient);
         }
         householder::apply_block_householder_sequence_transpose_on_the_left_in_place_with_conj(
-            self.sorted.as_ref(),
+            sorted.as_ref(),
             self.factors.as_ref(),
             Conj::No,
-            self.sorted_rhs.as_mut(),
+            rhs.rb_mut(),
             Par::Seq,
             stack,
         );
-        let top = self.sorted_rhs.get_mut(..n, ..);
-        solve_upper_triangular_in_place(self.sorted.get(..n, ..), top, Par::Seq);
+        let top = rhs.rb_mut().get_mut(..n, ..);
+        solve_upper_triangular_in_place(sorted.as_ref().get(..n, ..), top, Par::Seq);
         let (forward, _) = permutation.arrays();
         for (i, &column) in forward.iter().enumerate() {
-            x[column] = self.sorted_rhs[(i, 0)];
+            x[column] = rhs[(i, 0)];
         }
         Ok(())
-    }
-
-    /// Copies the rows in descending order of size; equal ones keep their order.
-    fn sort(&mut self) {
-        let columns = self.sorted.ncols();
-        for (position, k) in self.order.iter_mut().enumerate() {
-            *k = position as u32;
-        }
-        let sizes = &self.sizes;
-        self.order.sort_unstable_by(|&i, &j| {
-            let descending = sizes[j as usize].total_cmp(&sizes[i as usize]);
-            descending.then(i.cmp(&j))
-        });
-        for (position, &k) in self.order.iter().enumerate() {
-            let k = k as usize;
-            for j in 0..columns {
-                self.sorted[(position, j)] = self.rows[k * columns + j];
-            }
-            self.sorted_rhs[(position, 0)] = self.rhs[k];
-        }
     }
 }

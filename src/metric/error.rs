@@ -69,7 +69,7 @@ impl Gathered {
 }
 
 impl StateError {
-    /// Adds x(k) and its estimate; returns `e_x(k)^2` in the reading `relative`.
+    /// Adds x(k) and its estimate; returns `e_x(k)^2` in the reading `relative`, NaN where undefined.
     ///
     /// A k where a reading is undefined (x(k) = 0; or `sum x(k) <= 0` as printed) is left out of it.
     #[inline(always)]
@@ -80,7 +80,11 @@ impl StateError {
             size = x.mul_add(*x, size);
             sum += x;
         }
-        let relative = distance / size;
+        let relative = if size > 0.0 {
+            distance / size
+        } else {
+            f64::NAN
+        };
         if size > 0.0 {
             self.relative.add(relative);
         }

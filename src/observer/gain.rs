@@ -16,13 +16,15 @@ pub enum Gain {
     DeadBeat,
     /// At rho times the eigenvalues of A-hat; 1 is no feedback.
     Scaled(f64),
-    /// At given places, n of them, complex ones in conjugate pairs; kept as `phi_1 ... phi_n`.
-    Poles {
-        /// The poles.
-        poles: Vec<c64>,
-        /// The coefficients of their polynomial.
-        phi: Vec<f64>,
-    },
+    /// At given places, n of them, complex ones in conjugate pairs: [`Gain::poles`].
+    Poles(Poles),
+}
+
+/// Placed poles and the coefficients `phi_1 ... phi_n` of their polynomial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Poles {
+    poles: Vec<c64>,
+    phi: Vec<f64>,
 }
 
 /// Why a gain was refused.
@@ -63,7 +65,7 @@ impl Gain {
             .iter()
             .map(|phi| phi.re)
             .collect();
-        Ok(Self::Poles { poles, phi })
+        Ok(Self::Poles(Poles { poles, phi }))
     }
 
     /// Checks that the gain fits an order.
@@ -72,7 +74,7 @@ impl Gain {
     /// [`GainError::Count`].
     pub fn check(&self, order: usize) -> Result<(), GainError> {
         match self {
-            Self::Poles { poles, .. } if poles.len() != order => {
+            Self::Poles(Poles { poles, .. }) if poles.len() != order => {
                 Err(GainError::Count(poles.len(), order))
             }
             _ => Ok(()),
@@ -82,7 +84,7 @@ impl Gain {
     /// Whether a placed pole lies on or outside the unit circle, whatever the model.
     pub fn places_unstable_pole(&self) -> bool {
         match self {
-            Self::Poles { poles, .. } => poles.iter().any(|pole| pole.norm() >= 1.0),
+            Self::Poles(Poles { poles, .. }) => poles.iter().any(|pole| pole.norm() >= 1.0),
             _ => false,
         }
     }
@@ -107,7 +109,7 @@ impl Gain {
                     g[i] = a[n - 1 - i] * (1.0 - power);
                 }
             }
-            Self::Poles { phi, .. } => {
+            Self::Poles(Poles { phi, .. }) => {
                 for i in 0..n {
                     g[i] = phi[i] + a[n - 1 - i];
                 }
@@ -122,7 +124,7 @@ impl std::fmt::Display for Gain {
         match self {
             Self::DeadBeat => f.write_str("dead-beat"),
             Self::Scaled(rho) => write!(f, "scaled:{rho}"),
-            Self::Poles { poles, .. } => {
+            Self::Poles(Poles { poles, .. }) => {
                 f.write_str("poles:")?;
                 for (i, pole) in poles.iter().enumerate() {
                     let comma = if i == 0 { "" } else { "," };

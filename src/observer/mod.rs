@@ -1,5 +1,7 @@
-//! Stage 12: the observer's gain. The observer itself is [`crate::plant::observe`].
+//! Stage 12: the observer and its gain.
 
 mod gain;
+mod luenberger;
 
-pub use gain::{Gain, GainError};
+pub use gain::{Gain, GainError, Poles};
+pub use luenberger::{ObservedModel, Observer};

@@ -1,15 +1,16 @@
 //! The example plant of Nikolov et al. (2023).
 
 use super::{StateSpace, TransferFunction};
+use crate::names::named_enum;
 
-/// Which of the paper's two inconsistent numerators is taken: reading E1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Numerator {
-    /// The printed vector b (the default: the error e_b is defined on b).
-    #[default]
-    StateSpace,
-    /// The printed numerator h of W(z), with b from `T b = h`.
-    TransferFunction,
+named_enum! {
+    /// Which of the paper's two inconsistent numerators is taken: reading E1.
+    Numerator, "numerator" {
+        /// The printed vector b (the default: the error e_b is defined on b).
+        StateSpace = "state-space",
+        /// The printed numerator h of W(z), with b from `T b = h`.
+        TransferFunction = "transfer-function",
+    }
 }
 
 /// The example: n = 6, poles 0.4, 0.3, 0.25, 0.2, 0.15, 0.1.

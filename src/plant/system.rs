@@ -95,18 +95,18 @@ impl StateSpace {
         Some(step_down.energy(&numerator))
     }
 
-    /// Fills `y0` with the noise-free output and `states` (row k holds x(k), n numbers a row), from `x0`.
+    /// Fills `y0` with the noise-free output and `states` (row k holds x(k), n numbers a row), from the
+    /// initial state in `x`, which is left as the state after the last input.
     ///
     /// # Panics
-    /// If `x0` is not of length n, or the outputs' lengths do not fit `u`.
-    pub fn simulate(&self, x0: &[f64], u: &[f64], y0: &mut [f64], states: &mut [f64]) {
+    /// If `x` is not of length n, or the outputs' lengths do not fit `u`.
+    pub fn simulate(&self, x: &mut [f64], u: &[f64], y0: &mut [f64], states: &mut [f64]) {
         let n = self.order();
         assert!(y0.len() == u.len() && states.len() == n * u.len());
-        let mut x = x0.to_vec();
         simulate(
             &self.a,
             &self.b,
-            &mut x,
+            x,
             u,
             #[inline(always)]
             |k, x| {
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(plant.b(), [1.0, 2.0]);
         let mut y = [0.0; 4];
         let mut states = [0.0; 8];
-        plant.simulate(&[0.0; 2], &[1.0, 0.0, 0.0, 0.0], &mut y, &mut states);
+        plant.simulate(&mut [0.0; 2], &[1.0, 0.0, 0.0, 0.0], &mut y, &mut states);
         assert_eq!(y[..3], [0.0, 1.0, 2.0]);
         assert!((y[3] - 2.3).abs() < 1e-15);
         assert_eq!(states[2..4], [1.0, 2.0]);

@@ -166,7 +166,15 @@ impl Panel<'_> {
         } else {
             ""
         };
-        let text = format!("{dotted}the paper's bound, {} {}", self.name, bound.bound);
+        let every = if self.name == "e_x" {
+            " on every k >= N"
+        } else {
+            ""
+        };
+        let text = format!(
+            "{dotted}the paper's bound{every}, {} {}",
+            self.name, bound.bound
+        );
         let height = (range.end / range.start).powf(0.03);
         let label = Text::new(text, (end * 0.99, range.end / height), style);
         chart.draw_series([label]).map_err(refused)?;
@@ -226,7 +234,13 @@ pub fn draw(summary: &Summary, cell: &CellSummary) -> Result<String, FigureError
     let [first, last] = &cell.curves;
     let curves = [Trace::of_curve(first), Trace::of_curve(last)];
     for (area, name, label, traces, figure) in [
-        (&state, "e_x", "e_x(k), relative", curves, Figure::ExMax),
+        (
+            &state,
+            "e_x",
+            "e_x(k), relative (bins of 6 %)",
+            curves,
+            Figure::ExMax,
+        ),
         (&a, "e_a", "e_a, relative", constant(Figure::Ea), Figure::Ea),
         (&b, "e_b", "e_b, relative", constant(Figure::Eb), Figure::Eb),
     ] {

@@ -2,7 +2,9 @@
 
 use super::claims::Bound;
 use crate::metric::{Quantile, Share, Verdict, quantile, verdict};
-use crate::study::{Cell, CurveQuantiles, Curves, Figure, Outcomes, StoreError, TrialTable};
+use crate::study::{
+    CURVE_BIN_ERROR, Cell, CurveQuantiles, Curves, Figure, Outcomes, StoreError, TrialTable,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -130,6 +132,8 @@ pub struct Summary {
     pub trials: u64,
     /// The seed.
     pub seed: u64,
+    /// The largest relative error of the quantiles in `curves`: half a bin.
+    pub curve_relative_error: f64,
     /// Every cell.
     pub cells: Vec<CellSummary>,
     /// Every bound.
@@ -164,6 +168,7 @@ impl Summary {
         Ok(Self {
             trials,
             seed,
+            curve_relative_error: CURVE_BIN_ERROR,
             cells: summaries,
             bounds,
         })

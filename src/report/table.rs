@@ -86,9 +86,9 @@ fn write_line(text: &mut String, left: &str, of: &EstimatorShare) -> fmt::Result
 fn share(met: Share) -> String {
     let percent = |share: f64| 100.0 * share;
     if met.count == 0 {
-        format!("0 (< {:.2} %)", percent(met.high))
+        format!("0 (<{:.2} %)", percent(met.high))
     } else if met.count == met.of {
-        format!("all (> {:.1} %)", (10.0 * percent(met.low)).floor() / 10.0)
+        format!("all (>{:.1} %)", (10.0 * percent(met.low)).floor() / 10.0)
     } else {
         format!(
             "{:.1} \u{b1} {:.1} %",

@@ -20,6 +20,18 @@ pub struct Cell {
     pub horizon: usize,
 }
 
+impl Cell {
+    /// A cell with the default length of its record, K = max(400, N + 200).
+    pub fn new(claim: &str, eta: f64, window: usize) -> Self {
+        Self {
+            claim: claim.to_owned(),
+            eta,
+            window,
+            horizon: 400.max(window + 200),
+        }
+    }
+}
+
 /// A Monte-Carlo experiment. A trial is a pure function of the experiment, a cell and a trial index.
 pub struct Experiment {
     /// Draws the records.
@@ -72,11 +84,10 @@ impl Experiment {
             sequence: Sequence::default(),
         };
         let process = Process::new(plant, vec![1.0; 6], input, noise, LevelReading::default());
+        // The paper's figures end at k = 400, also where N + 200 is more.
         let cell = |claim: &str, eta, window: usize| Cell {
-            claim: claim.to_owned(),
-            eta,
-            window,
             horizon: 400,
+            ..Cell::new(claim, eta, window)
         };
         Self {
             process: process.expect("the paper's process is valid"),

@@ -57,6 +57,30 @@ fn io_error(path: &Path) -> impl Fn(io::Error) -> FolderError + '_ {
     }
 }
 
+/// The manifest of the results in a folder; `None` where there are none.
+///
+/// # Errors
+/// If there are trials without a manifest, or the manifest cannot be read.
+pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
+    let path = folder.join(MANIFEST);
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            return if folder.join(TRIALS).exists() {
+                Err(FolderError::Unknown(folder.to_owned()))
+            } else {
+                Ok(None)
+            };
+        }
+        Err(error) => return Err(io_error(&path)(error)),
+    };
+    let manifest = serde_json::from_str(&text).map_err(|error| FolderError::Manifest {
+        path,
+        reason: error.to_string(),
+    });
+    manifest.map(Some)
+}
+
 impl ResultsFolder {
     /// Opens a folder, making it where needed, and checks that it can be written to.
     ///
@@ -79,36 +103,12 @@ impl ResultsFolder {
         &self.path
     }
 
-    /// The manifest of the results that are there; `None` where there are none.
-    ///
-    /// # Errors
-    /// If there are trials without a manifest, or the manifest cannot be read.
-    pub fn manifest(&self) -> Result<Option<Value>, FolderError> {
-        let path = self.path.join(MANIFEST);
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                return if self.path.join(TRIALS).exists() {
-                    Err(FolderError::Unknown(self.path.clone()))
-                } else {
-                    Ok(None)
-                };
-            }
-            Err(error) => return Err(io_error(&path)(error)),
-        };
-        let manifest = serde_json::from_str(&text).map_err(|error| FolderError::Manifest {
-            path,
-            reason: error.to_string(),
-        });
-        manifest.map(Some)
-    }
-
     /// Refuses a folder that holds results of another design; true where it holds results of this one.
     ///
     /// # Errors
-    /// [`FolderError::OtherDesign`] with the keys that differ, and as for [`Self::manifest`].
+    /// [`FolderError::OtherDesign`] with the keys that differ, and as for [`read_manifest`].
     pub fn check_design(&self, design: &Value) -> Result<bool, FolderError> {
-        let Some(manifest) = self.manifest()? else {
+        let Some(manifest) = read_manifest(&self.path)? else {
             return Ok(false);
         };
         let mut keys = Vec::new();

@@ -11,7 +11,7 @@ mod trial;
 
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use experiment::{Cell, Experiment, ExperimentError};
-pub use folder::{FolderError, ResultsFolder};
+pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use row::{Figure, Row};
 pub use runner::{Block, RunError, run};
 pub use store::{Group, Outcomes, StoreError, TrialTable, TrialWriter, stored_alike};

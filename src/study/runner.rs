@@ -54,7 +54,7 @@ pub enum RunError<E> {
 /// [`RunError`].
 ///
 /// # Panics
-/// If the experiment is not valid ([`Experiment::validate`]).
+/// If the experiment is not valid ([`Experiment::validate`]), or with the panic of an estimator.
 pub fn run<E>(
     experiment: &Experiment,
     trials: u64,
@@ -97,12 +97,23 @@ pub fn run<E>(
     }
 }
 
+/// Ends the run where its worker panics: the block that it took will never come.
+struct EndOnPanic<'a>(&'a AtomicBool);
+
+impl Drop for EndOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
 /// What the workers share.
 struct Shared<'a> {
     experiment: &'a Experiment,
     trials: u64,
     stop: &'a AtomicBool,
-    /// Raised where the consumer failed.
+    /// Raised where the consumer failed or a worker panicked.
     ended: AtomicBool,
     /// The next block to be taken.
     next: AtomicUsize,
@@ -124,6 +135,7 @@ impl Shared<'_> {
 
     /// One worker: takes blocks in order until none is left.
     fn work(&self, sender: &SyncSender<(usize, Block)>) {
+        let _guard = EndOnPanic(&self.ended);
         let mut current: Option<(usize, Trial<'_>, Curves)> = None;
         while !self.stopped() {
             let index = self.next.fetch_add(1, Ordering::Relaxed);

@@ -7,8 +7,8 @@ use crate::estimator::{
     Estimator, Failure, FailureKind, Output, Pass, Progress, SetupError, Stage, Window,
 };
 use crate::metric::{StateError, relative_error, relative_error_as_printed};
-use crate::observer::Gain;
-use crate::plant::{PoleFinder, observe};
+use crate::observer::{ObservedModel, Observer};
+use crate::plant::PoleFinder;
 
 /// Buffers to run trials of one cell: one value per worker.
 pub struct Trial<'e> {
@@ -71,6 +71,7 @@ impl<'e> Trial<'e> {
         let window = Window::new(&record.u, &record.y, cell.window);
         self.rows.clear();
         for Worker { estimator, passes } in &mut self.methods {
+            passes.iter_mut().for_each(Pass::clear);
             estimator.estimate(window, passes);
             for pass in passes {
                 let output = self.rows.len();
@@ -78,9 +79,13 @@ impl<'e> Trial<'e> {
                 self.scorer
                     .score(self.outputs[output].pass, pass, record, &mut row);
                 self.rows.push(row);
-                let (first, last) = (output == 0, output + 1 == self.outputs.len());
-                if let Some(curves) = curves.as_deref_mut().filter(|_| first || last) {
-                    curves.add(last, &self.scorer.curve);
+                if let Some(curves) = curves.as_deref_mut() {
+                    if output == 0 {
+                        curves.add(false, &self.scorer.curve);
+                    }
+                    if output + 1 == self.outputs.len() {
+                        curves.add(true, &self.scorer.curve);
+                    }
                 }
             }
         }
@@ -102,9 +107,7 @@ impl<'e> Trial<'e> {
 struct Scorer {
     truth: Truth,
     window: usize,
-    gain: Gain,
-    g: Vec<f64>,
-    x: Vec<f64>,
+    observer: Observer,
     poles: PoleFinder,
     /// e_x(k), k = 0 ... K-1, of the pass that was measured last; NaN where undefined.
     curve: Vec<f64>,
@@ -129,9 +132,7 @@ impl Scorer {
                 x0: experiment.process.x0().to_vec(),
             },
             window: cell.window,
-            gain: experiment.gain.clone(),
-            g: vec![0.0; n],
-            x: vec![0.0; n],
+            observer: Observer::new(experiment.gain.clone(), n),
             poles: PoleFinder::new(n),
             curve: vec![f64::NAN; cell.horizon],
         }
@@ -154,28 +155,34 @@ impl Scorer {
                 row[printed] = relative_error_as_printed(truth, found);
             }
         }
-        if pass.progress >= Progress::InitialState {
+        if let Some(model) = pass.observed() {
             row[Figure::Ex0] = relative_error(&self.truth.x0, &pass.x0);
             row[Figure::Ex0Printed] = relative_error_as_printed(&self.truth.x0, &pass.x0);
-            self.observe(number, pass, record, row);
+            if let Err(kind) = self.observe(model, record, row) {
+                self.curve.fill(f64::NAN);
+                row.failure = Some(Failure {
+                    kind,
+                    stage: Stage::Observer,
+                    pass: number,
+                });
+            }
         }
     }
 
     /// Stage 12: the observer from k = 0 to K, and its errors from k = N on.
-    fn observe(&mut self, number: usize, pass: &Pass, record: &Realisation, row: &mut Row) {
-        self.gain.compute(&pass.a, &mut self.g);
-        self.x.copy_from_slice(&pass.x0);
-        let n = self.x.len();
+    fn observe(
+        &mut self,
+        model: ObservedModel<'_>,
+        record: &Realisation,
+        row: &mut Row,
+    ) -> Result<(), FailureKind> {
+        let n = model.a.len();
         let mut errors = StateError::default();
         let (window, curve, states) = (self.window, &mut self.curve, &record.states);
-        let (u, y) = (&record.u, &record.y);
-        observe(
-            &pass.a,
-            &pass.b,
-            &self.g,
-            &mut self.x,
-            u,
-            y,
+        self.observer.run(
+            model,
+            &record.u,
+            &record.y,
             #[inline(always)]
             |k, x_hat| {
                 let x = &states[k * n..(k + 1) * n];
@@ -186,19 +193,19 @@ impl Scorer {
                 };
                 curve[k] = square.sqrt();
             },
-        );
-        if errors.maximum().is_infinite() || self.x.iter().any(|x| !x.is_finite()) {
-            self.curve.fill(f64::NAN);
-            row.failure = Some(Failure {
-                kind: FailureKind::NonFinite,
-                stage: Stage::Observer,
-                pass: number,
-            });
-            return;
+        )?;
+        let figures = [
+            (Figure::ExMax, errors.maximum()),
+            (Figure::ExRms, errors.rms()),
+            (Figure::ExMaxPrinted, errors.maximum_as_printed()),
+            (Figure::ExRmsPrinted, errors.rms_as_printed()),
+        ];
+        if figures.iter().any(|(_, value)| value.is_infinite()) {
+            return Err(FailureKind::NonFinite);
         }
-        row[Figure::ExMax] = errors.maximum();
-        row[Figure::ExRms] = errors.rms();
-        row[Figure::ExMaxPrinted] = errors.maximum_as_printed();
-        row[Figure::ExRmsPrinted] = errors.rms_as_printed();
+        for (figure, value) in figures {
+            row[figure] = value;
+        }
+        Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! The estimates as JSON. Numbers are in the shortest form that reads back to the same bits (at most
 //! 17 significant digits); what is undefined is null.
 
-use super::{Estimate, Name, Observer, PassReport, Report};
+use super::{Estimate, Name, Observed, PassReport, Report};
 use crate::cli::error::{Error, failed};
 use crate::estimator::Progress;
 use serde_json::{Map, Value, json};
@@ -48,7 +48,7 @@ fn estimate(estimate: &Estimate) -> Value {
     Value::Object(object)
 }
 
-fn observer(observer: &Observer) -> Value {
+fn observer(observer: &Observed) -> Value {
     json!({
         "g": observer.g,
         "x_at_window": observer.at_window,

@@ -123,8 +123,9 @@ fn write_fit(text: &mut String, on: &str, fit: Fit) -> fmt::Result {
     let name = format!("FIT %, {on}");
     writeln!(
         text,
-        "  {name:<18} {:.3} simulated, {:.3} one-step",
-        fit.simulated, fit.one_step
+        "  {name:<18} {} simulated, {} one-step",
+        percent(fit.simulated),
+        percent(fit.one_step)
     )
 }
 
@@ -144,4 +145,13 @@ fn scientific(value: f64, digits: usize) -> String {
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     format!("{:>18}", format!("{mantissa}e{exponent:+03}"))
+}
+
+/// A FIT; one that is undefined, or so bad that it overflows, is "undefined".
+fn percent(fit: f64) -> String {
+    if fit.is_finite() {
+        format!("{fit:.3}")
+    } else {
+        "undefined".to_owned()
+    }
 }

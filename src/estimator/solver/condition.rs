@@ -59,9 +59,7 @@ impl Equilibration {
         self.rows.fill(0.0);
         for j in 0..matrix.ncols() {
             for (i, scale) in self.rows.iter_mut().enumerate() {
-                let size = matrix[(i, j)].abs();
-                // NaN is kept: `max` would drop it.
-                *scale = if size.is_nan() { size } else { scale.max(size) };
+                *scale = maximum(*scale, matrix[(i, j)].abs());
             }
         }
         if !self.rows.iter().all(|r| r.is_finite()) {
@@ -75,7 +73,7 @@ impl Equilibration {
         }
         for (j, scale) in self.columns.iter_mut().enumerate() {
             let column = (0..matrix.nrows()).map(|i| (self.rows[i] * matrix[(i, j)]).abs());
-            *scale = column.fold(0.0, f64::max);
+            *scale = column.fold(0.0, maximum);
             if *scale == 0.0 {
                 return Err(FailureKind::Singular);
             }
@@ -84,8 +82,8 @@ impl Equilibration {
         Ok(())
     }
 
-    /// Finds one scale for row and column i of a symmetric matrix, the power of two nearest below
-    /// `1 / sqrt(diagonal_i)`.
+    /// Finds one scale for row and column i of a symmetric matrix, the power of two in
+    /// `[1, 2) / sqrt(diagonal_i)`.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] where an entry is not finite, [`FailureKind::Singular`] where a
@@ -135,26 +133,30 @@ impl Equilibration {
         }
     }
 
-    /// The 1-norm condition number of the equilibrated matrix, from the matrix and its inverse.
-    pub fn condition(&self, matrix: MatRef<'_, f64>, inverse: MatRef<'_, f64>) -> f64 {
-        let dimension = matrix.nrows();
-        let (mut norm, mut inverse_norm) = (0.0_f64, 0.0_f64);
-        for j in 0..dimension {
-            let (mut sum, mut inverse_sum) = (0.0, 0.0);
-            for i in 0..dimension {
-                sum += self.rows[i] * matrix[(i, j)].abs();
-                inverse_sum += inverse[(i, j)].abs() / self.columns[i];
-            }
-            norm = maximum(norm, sum * self.columns[j]);
-            inverse_norm = maximum(inverse_norm, inverse_sum / self.rows[j]);
-        }
-        norm * inverse_norm
+    /// The 1-norm of a diagonal block after scaling; its first row and column are number `at` of the matrix.
+    pub fn norm1(&self, block: MatRef<'_, f64>, at: usize) -> f64 {
+        let (rows, columns) = (&self.rows[at..], &self.columns[at..]);
+        let sum = |j: usize| -> f64 {
+            let column = (0..block.nrows()).map(|i| rows[i] * block[(i, j)].abs());
+            column.sum::<f64>() * columns[j]
+        };
+        (0..block.ncols()).map(sum).fold(0.0, maximum)
+    }
+
+    /// The 1-norm of the inverse of a diagonal block after scaling, from the inverse before.
+    pub fn inverse_norm1(&self, inverse: MatRef<'_, f64>, at: usize) -> f64 {
+        let (rows, columns) = (&self.rows[at..], &self.columns[at..]);
+        let sum = |j: usize| -> f64 {
+            let column = (0..inverse.nrows()).map(|i| inverse[(i, j)].abs() / columns[i]);
+            column.sum::<f64>() / rows[j]
+        };
+        (0..inverse.ncols()).map(sum).fold(0.0, maximum)
     }
 }
 
 /// The larger one, NaN if either is.
-fn maximum(x: f64, y: f64) -> f64 {
-    if y > x || y.is_nan() { y } else { x }
+pub(super) fn maximum(x: f64, y: f64) -> f64 {
+    if x.is_nan() || x >= y { x } else { y }
 }
 
 /// The 1-norm of a matrix: its largest column sum.
@@ -168,7 +170,7 @@ pub fn norm1(matrix: MatRef<'_, f64>) -> f64 {
 /// column of the inverse. `scratch` holds as many numbers as R has rows.
 ///
 /// # Errors
-/// [`FailureKind::Singular`] where a diagonal entry is zero.
+/// [`FailureKind::RankDeficient`] where a diagonal entry is zero.
 pub fn triangular_condition(
     r: MatRef<'_, f64>,
     columns: &[f64],
@@ -178,7 +180,7 @@ pub fn triangular_condition(
     let (mut norm, mut inverse_norm) = (0.0_f64, 0.0_f64);
     for j in 0..dimension {
         if r[(j, j)] == 0.0 {
-            return Err(FailureKind::Singular);
+            return Err(FailureKind::RankDeficient);
         }
         let sum: f64 = (0..=j).map(|i| r[(i, j)].abs()).sum();
         norm = maximum(norm, sum * columns[j]);

@@ -55,12 +55,12 @@ impl Inverter {
     }
 }
 
-/// Fails where a pivot is zero or not finite.
+/// Fails where a pivot is zero (singularity that rounding did not happen to hide) or not finite.
 fn check_pivots(lu: MatRef<'_, f64>) -> Result<(), FailureKind> {
     for i in 0..lu.nrows() {
         let pivot = lu[(i, i)];
         if pivot == 0.0 {
-            return Err(FailureKind::Singular);
+            return Err(FailureKind::RankDeficient);
         }
         if !pivot.is_finite() {
             return Err(FailureKind::NonFinite);

@@ -9,7 +9,7 @@ use faer::reborrow::ReborrowMut;
 use faer::{Accum, Mat, Par};
 
 /// The regularisation of `dual`, as a multiple of the Frobenius norm of `Phi Z'`: 2^-26, the square
-/// root of eps/16.
+/// root of eps.
 const REGULARISATION: f64 = 1.490_116_119_384_765_6e-8;
 
 /// `p = Z' (Phi Z' + eps I)^-1 y`, equal to `(Z'Phi + eps I)^-1 Z'y` (push-through identity).

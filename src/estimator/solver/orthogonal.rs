@@ -5,7 +5,7 @@
 //! information matrix.
 
 use super::condition::{
-    Equilibration, check_rank, inverse_norm1_estimate, norm1, triangular_condition,
+    Equilibration, check_rank, inverse_norm1_estimate, maximum, norm1, triangular_condition,
 };
 use super::linear::EquilibratedLu;
 use super::reduction::Reduction;
@@ -113,7 +113,7 @@ impl SolveInstruments for Qr {
         triangle.copy_rhs(&mut solution.p);
         lu.matrix().copy_from(triangle.small());
         let solved = lu.solve(&mut solution.p, &mut solution.condition);
-        solution.condition = solution.condition.max(condition_z);
+        solution.condition = maximum(solution.condition, condition_z);
         solved
     }
 }
@@ -254,7 +254,7 @@ impl SolveInstruments for Svd {
             return Err(FailureKind::NonFinite);
         }
         if self.values[2 * order - 1] == 0.0 {
-            return Err(FailureKind::Singular);
+            return Err(FailureKind::RankDeficient);
         }
         let [x, z, scratch] = &mut self.scratch;
         let (u, s, v) = (&self.u, &self.values, &self.v);
@@ -262,7 +262,7 @@ impl SolveInstruments for Svd {
             apply_inverse(u, s, v, x, scratch, transposed);
         });
         let condition = norm1(self.matrix.as_ref()) * inverse_norm;
-        solution.condition = solution.condition.max(condition);
+        solution.condition = maximum(solution.condition, condition);
         check_rank(solution.condition, order)?;
         self.solve(&mut solution.p);
         Ok(())

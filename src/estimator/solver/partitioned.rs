@@ -1,6 +1,6 @@
 //! Stages 3 and 10: the inverse of G by two n x n inverses.
 
-use super::condition::{Equilibration, check_rank};
+use super::condition::{Equilibration, check_rank, maximum};
 use super::linear::Inverter;
 use super::{Solution, SolveInstruments, SolveLeastSquares, Stage10};
 use crate::estimator::information::Information;
@@ -10,6 +10,10 @@ use faer::{Accum, Mat, MatRef, Par};
 
 /// `C = [M1 + M1 G12 M2 G21 M1, -M1 G12 M2; -M2 G21 M1, M2]` with `M1 = G11^-1` and
 /// `M2 = (G22 - G21 M1 G12)^-1`, and `p = C r`.
+///
+/// The condition is the worst of G's, of G11's as a pivot of G (|G| |M1|) and of the Schur complement's, all
+/// scaled by G's equilibration. There is no pivoting between the blocks: where G11 is near singular and
+/// G is not (which least squares excludes, instruments do not), digits are lost that LU keeps.
 pub struct Partitioned {
     order: usize,
     stage10: Stage10,
@@ -114,7 +118,14 @@ impl Partitioned {
             }
         }
         c22.copy_from(&*m2);
-        *condition = self.equilibration.condition(g, self.inverse.as_ref());
+        let scales = &self.equilibration;
+        let norm = scales.norm1(g, 0);
+        let inverse_norm = maximum(
+            scales.inverse_norm1(self.inverse.as_ref(), 0),
+            scales.inverse_norm1(m1.as_ref(), 0),
+        );
+        let of_schur = scales.norm1(schur.as_ref(), n) * scales.inverse_norm1(m2.as_ref(), n);
+        *condition = maximum(norm * inverse_norm, of_schur);
         check_rank(*condition, n)
     }
 

@@ -1,0 +1,72 @@
+//! Stage 12: the observer on a record.
+
+use super::Gain;
+use crate::estimator::FailureKind;
+use crate::plant::observe;
+
+/// The full-order observer `xhat(k+1) = F xhat(k) + b u(k) + g y(k)`, `F = A - g c'`, `xhat(0) = x0`, with
+/// buffers for one order.
+#[derive(Clone, Debug)]
+pub struct Observer {
+    gain: Gain,
+    g: Vec<f64>,
+    x: Vec<f64>,
+}
+
+/// A model as the observer needs it, each of length n.
+#[derive(Clone, Copy, Debug)]
+pub struct ObservedModel<'a> {
+    /// Last row of A.
+    pub a: &'a [f64],
+    /// Input vector.
+    pub b: &'a [f64],
+    /// Initial state.
+    pub x0: &'a [f64],
+}
+
+impl Observer {
+    /// An observer of order n.
+    pub fn new(gain: Gain, order: usize) -> Self {
+        Self {
+            gain,
+            g: vec![0.0; order],
+            x: vec![0.0; order],
+        }
+    }
+
+    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; [`Self::state`] is then xhat(K).
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] where the state overflows; what was visited must not be used then.
+    ///
+    /// # Panics
+    /// If the model is of another order, or u and y differ in length.
+    #[inline(always)]
+    pub fn run(
+        &mut self,
+        model: ObservedModel<'_>,
+        u: &[f64],
+        y: &[f64],
+        visit: impl FnMut(usize, &[f64]),
+    ) -> Result<(), FailureKind> {
+        self.gain.compute(model.a, &mut self.g);
+        self.x.copy_from_slice(model.x0);
+        observe(model.a, model.b, &self.g, &mut self.x, u, y, visit);
+        // An infinite state stays infinite or becomes NaN: the last one tells of all.
+        if self.x.iter().chain(&self.g).all(|x| x.is_finite()) {
+            Ok(())
+        } else {
+            Err(FailureKind::NonFinite)
+        }
+    }
+
+    /// The gain g of the last run.
+    pub fn g(&self) -> &[f64] {
+        &self.g
+    }
+
+    /// The state after the last sample of the last run.
+    pub fn state(&self) -> &[f64] {
+        &self.x
+    }
+}

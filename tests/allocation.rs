@@ -1,0 +1,47 @@
+//! A trial allocates nothing once its worker has warmed up.
+
+#![expect(unsafe_code, reason = "a global allocator that counts")]
+
+use asobench::study::{Curves, Experiment, Trial};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's contract is the system allocator's.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's contract is the system allocator's.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn a_trial_allocates_nothing() {
+    let experiment = Experiment::nikolov2023(1);
+    for cell in &experiment.cells {
+        let mut trial = Trial::new(&experiment, cell).expect("a valid cell");
+        let mut curves = Curves::new(cell.horizon);
+        // Long enough to meet the first unstable model, whose buffers are made then.
+        for index in 0..3000 {
+            trial.run(index, Some(&mut curves));
+        }
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        for index in 3000..3500 {
+            trial.run(index, Some(&mut curves));
+        }
+        let made = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        assert_eq!(made, 0, "{}: {made} allocations in 500 trials", cell.claim);
+    }
+}
