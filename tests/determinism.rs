@@ -199,7 +199,7 @@ fn nothing_is_carried_from_trial_to_trial() {
     struct OnlyEven(u64);
     impl Estimator for OnlyEven {
         fn estimate(&mut self, _window: Window<'_>, passes: &mut [Pass]) {
-            if self.0 % 2 == 0 {
+            if self.0.is_multiple_of(2) {
                 passes[0].set_parameters(&[0.1; 12], 1.0).expect("finite");
             }
             self.0 += 1;

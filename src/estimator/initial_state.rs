@@ -2,7 +2,7 @@
 //!
 //! Row k of D is `c'A^k` and y_u is the zero-state response `Q u`; both come from recursions, so
 //! neither Q nor any N x N matrix is formed. The first n rows of D are the identity, hence `D'D >= I` and
-//! cond(D'D) is at most the trace of D'D: where that is below [`TRACE_LIMIT`], the normal equations are
+//! cond(D'D) is at most the trace of D'D: where that is below 10^4, the normal equations are
 //! well conditioned and Cholesky serves. Otherwise (an unstable A, whose rows grow like the spectral radius
 //! to the power k, or clustered poles near the unit circle) D is factorised by Householder QR with
 //! column pivoting, rows sorted by size (`sorted_qr.rs`).
