@@ -228,6 +228,23 @@ fn bad_settings_are_refused_by_flag() {
         &["--states", "/nonexistent/x.csv"],
     );
     refuse(&["--order", "1", "--windw", "9"], &["--windw", "--window"]);
+    refuse(&["--order", "-1"], &["--order", "-1", "whole number"]);
+    refuse(&["--order", "1", "--window", "-5"], &["--window", "-5"]);
+    refuse(
+        &["--order", "1", "--states", &path],
+        &["--states", "overwrite the input"],
+    );
+    refuse(
+        &["--order", "1", "--states", "/dev/null"],
+        &["--states", "not a regular file"],
+    );
+    refuse(
+        &["--order", "1", "--gain", "scaled:1e400"],
+        &["--gain", "'1e400'"],
+    );
+    refuse(&["--order", "1", "--solver", "a\n\nb"], &["--solver"]);
+    refused(&["estimate", "a\nb.csv", "--order", "1"], &["a\\nb.csv"]);
+    refused(&["reproduce", "--threads", "65535"], &["--threads", "1024"]);
     refused(&["reproduce", "--threads", "0"], &["--threads", "0"]);
     refused(&["reproduce", "--trials", "0"], &["--trials", "0"]);
     refused(
@@ -455,6 +472,7 @@ fn text_fits_eighty_columns() {
     let out = files.path("out");
     for arguments in [
         vec!["estimate", &file, "--order", "6", "--window", "18"],
+        vec!["reproduce", "--trials", "1", "--out", &out],
         vec!["reproduce", "--trials", "40", "--out", &out],
         vec!["reproduce", "--replay", "c3:3", "--out", &out],
         vec!["reproduce", "--help"],
@@ -545,6 +563,64 @@ fn reproduce_writes_whole_folders() {
         &["--out", "another design", "seed"],
     );
     assert!(content() == bytes, "a refused run must change nothing");
+}
+
+/// Two runs in one folder at once: the second is refused, the first is whole.
+#[test]
+fn two_runs_in_one_folder() {
+    let files = Files::new();
+    let out = files.path("out");
+    let first = Command::new(PROGRAM)
+        .args(["reproduce", "--trials", "20000", "--out", &out])
+        .stdout(Stdio::null())
+        .spawn();
+    let mut first = first.expect("the program runs");
+    while !Path::new(&out).join(".trials.parquet.tmp").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    refused(
+        &["reproduce", "--trials", "10", "--out", &out],
+        &["--out", "another run"],
+    );
+    assert!(first.wait().expect("an exit code").success());
+    let manifest =
+        std::fs::read_to_string(Path::new(&out).join("manifest.json")).expect("a manifest");
+    assert!(manifest.contains("\"trials\": 20000"));
+}
+
+/// A folder that is not the program's is left alone.
+#[test]
+fn foreign_folders_are_refused() {
+    let files = Files::new();
+    let out = files.path("out");
+    std::fs::create_dir(&out).expect("a folder");
+    for (content, part) in [
+        ("", "not a manifest"),
+        ("{}", "no experiment"),
+        ("[1]", "no experiment"),
+    ] {
+        files.write("out/manifest.json", content);
+        refused(
+            &["reproduce", "--trials", "1", "--out", &out],
+            &["--out", part],
+        );
+    }
+    std::fs::remove_file(Path::new(&out).join("manifest.json")).expect("removed");
+    files.write("out/trials.parquet", "");
+    refused(
+        &["reproduce", "--trials", "1", "--out", &out],
+        &["trials.parquet without manifest.json"],
+    );
+    std::fs::remove_file(Path::new(&out).join("trials.parquet")).expect("removed");
+    // A file that cannot be replaced: nothing of this run stays under a temporary name.
+    std::fs::create_dir(Path::new(&out).join("summary.json")).expect("a folder");
+    let output = asobench(&["reproduce", "--trials", "1", "--out", &out]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        listing(Path::new(&out))
+            .iter()
+            .all(|name| !name.ends_with(".tmp"))
+    );
 }
 
 /// A replay equals the stored rows; its data, estimated as a file, give the same numbers bit for bit.

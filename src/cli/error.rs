@@ -33,11 +33,6 @@ impl Error {
     }
 }
 
-/// Bad input from anything that says what it is.
-pub(super) fn input(error: impl std::fmt::Display) -> Error {
-    Error::Input(error.to_string())
-}
-
 /// A failed run from anything that says what it is.
 pub(super) fn failed(error: impl std::fmt::Display) -> Error {
     Error::Failed(error.to_string())
@@ -53,7 +48,9 @@ pub(super) fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
             Ok(ExitCode::SUCCESS)
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            eprint!("{text}");
+            for line in text.lines() {
+                super::note(line);
+            }
             Ok(ExitCode::from(2))
         }
         _ => Err(Error::Input(one_line(&text))),
@@ -62,16 +59,25 @@ pub(super) fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
 
 /// The message and its tip, without the usage below them.
 fn one_line(text: &str) -> String {
-    let message = text.lines().take_while(|line| !line.trim().is_empty());
-    let tips = text
+    let ends = ["\nUsage:", "\nFor more information"];
+    let end = ends
+        .iter()
+        .filter_map(|end| text.find(end))
+        .min()
+        .unwrap_or(text.len());
+    let mut line = String::new();
+    for part in text[..end]
         .lines()
-        .filter_map(|line| line.trim().strip_prefix("tip: "));
-    let message: Vec<&str> = message.map(str::trim).collect();
-    let mut line = message.join(" ");
-    for tip in tips {
-        line = format!("{line}; {tip}");
+        .map(str::trim)
+        .filter(|part| !part.is_empty())
+    {
+        match part.strip_prefix("tip: ") {
+            Some(tip) => line.extend(["; ", tip]),
+            None if line.is_empty() => line.push_str(part.trim_start_matches("error: ")),
+            None => line.extend([" ", part]),
+        }
     }
-    line.trim_start_matches("error: ").to_owned()
+    line
 }
 
 #[cfg(test)]

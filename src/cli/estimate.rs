@@ -2,7 +2,7 @@
 
 use super::error::Error;
 use super::files::write_whole;
-use super::{Format, print};
+use super::{Format, note, print};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
 use crate::estimator::{
@@ -42,13 +42,13 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
     /// Order n of the plant
-    #[arg(long, value_name = "n")]
+    #[arg(long, value_name = "n", allow_hyphen_values = true, value_parser = whole)]
     order: usize,
     /// Delay nk of the input, samples
-    #[arg(long, value_name = "nk", default_value_t = 1, value_parser = parse_delay)]
+    #[arg(long, value_name = "nk", default_value_t = 1, allow_hyphen_values = true, value_parser = whole)]
     delay: usize,
     /// Samples used for estimation, from the first [default: all]; the rest validates
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole)]
     window: Option<usize>,
     /// Estimators, separated by commas: ls, iv
     #[arg(
@@ -59,8 +59,8 @@ pub(super) struct Arguments {
     )]
     estimator: Vec<Name>,
     /// IV passes
-    #[arg(long, value_name = "COUNT", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..))]
-    iterations: u16,
+    #[arg(long, value_name = "COUNT", default_value_t = 4, allow_hyphen_values = true, value_parser = whole)]
+    iterations: usize,
     /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented
     #[arg(long, value_name = "NAME", default_value_t)]
     solver: Solver,
@@ -87,9 +87,9 @@ pub(super) struct Arguments {
     format: Format,
 }
 
-fn parse_delay(text: &str) -> Result<usize, String> {
+fn whole(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(delay) if delay >= 1 => Ok(delay),
+        Ok(number) if number >= 1 => Ok(number),
         _ => Err("expected a whole number of at least 1".to_owned()),
     }
 }
@@ -168,11 +168,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
     let path = arguments.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
-    if arguments.order == 0 {
-        return Err(Error::Input(
-            "--order: expected at least 1, not 0".to_owned(),
-        ));
-    }
     if arguments.stage10 != Stage10::Corrected && arguments.solver != Solver::Partitioned {
         return Err(Error::Input(format!(
             "--stage10 {}: exists for --solver partitioned only, not '{}'",
@@ -239,7 +234,7 @@ fn estimate(arguments: &Arguments, record: &Record, window: usize) -> Result<Rep
     };
     let samples = Window::new(&record.u, &record.y, window);
     let options = IvOptions {
-        iterations: usize::from(arguments.iterations),
+        iterations: arguments.iterations,
         solver: arguments.solver,
         stage10: arguments.stage10,
         auxiliary: arguments.auxiliary,
@@ -367,26 +362,26 @@ fn observe(
 /// Warnings on standard error, one line each.
 fn warn(report: &Report) {
     if report.gain.places_unstable_pole() {
-        eprintln!(
+        note(&format!(
             "warning: --gain {} has a pole on or outside the unit circle",
             report.gain
-        );
+        ));
     }
     for estimate in &report.estimates {
         let last = estimate.last();
         if last.pass.unstable {
-            eprintln!(
+            note(&format!(
                 "warning: {}: A-hat has a pole on or outside the unit circle",
                 estimate.name
-            );
+            ));
         }
         if let (Gain::Scaled(rho), Some(pole)) = (&report.gain, last.poles.first())
             && rho.abs() * pole.norm() >= 1.0
         {
-            eprintln!(
+            note(&format!(
                 "warning: {}: --gain {} leaves a pole on or outside the unit circle",
                 estimate.name, report.gain
-            );
+            ));
         }
     }
 }
@@ -398,16 +393,16 @@ fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Err
         .last()
         .filter(|estimate| estimate.observer.is_some())
     else {
-        eprintln!(
+        note(&format!(
             "warning: --states {}: not written, there is no observer",
             path.display()
-        );
+        ));
         return Ok(());
     };
     let Some(model) = estimate.last().pass.observed() else {
         return Ok(());
     };
-    write_whole("--states", path, |to| {
+    write_whole("--states", path, Some(&report.file), |to| {
         write!(to, "# observer {}, gain {}\nk", estimate.name, report.gain)?;
         for i in 1..=model.a.len() {
             write!(to, ",x{i}")?;

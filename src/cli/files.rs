@@ -1,31 +1,42 @@
 //! Files that the user names: written whole or not at all.
 
 use super::error::Error;
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
 
-/// Writes a file under a temporary name beside it, then renames it. `flag` names the option in a message.
+/// Writes a file under a temporary name beside it, then renames it. `flag` names the option in a message;
+/// `input` is a file that must not be overwritten.
 pub(super) fn write_whole(
     flag: &str,
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+    input: Option<&Path>,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<(), Error> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".tmp");
-    let temporary = PathBuf::from(temporary);
-    let attempt = || -> std::io::Result<()> {
-        if path.is_dir() {
-            return Err(std::io::ErrorKind::IsADirectory.into());
-        }
-        let mut to = BufWriter::new(File::create(&temporary)?);
+    let failed = |error: io::Error| Error::Input(format!("{flag} {}: {error}", path.display()));
+    // A link is followed; a device or a folder is left alone, and so is the input.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if target.exists() && !target.is_file() {
+        return Err(failed(io::Error::other("not a regular file")));
+    }
+    if input.is_some_and(|input| fs::canonicalize(input).is_ok_and(|input| input == target)) {
+        return Err(failed(io::Error::other("would overwrite the input")));
+    }
+    let mut name = std::ffi::OsString::from(".");
+    name.push(target.file_name().unwrap_or_default());
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = target.with_file_name(name);
+    let attempt = || -> io::Result<()> {
+        let mut to = BufWriter::new(File::create_new(&temporary)?);
         write(&mut to)?;
         to.flush()?;
-        std::fs::rename(&temporary, path)
+        fs::rename(&temporary, &target)
     };
     attempt().map_err(|error| {
-        // The temporary file may not even exist; the first error is the one to report.
-        let _ = std::fs::remove_file(&temporary);
-        Error::Input(format!("{flag} {}: {error}", path.display()))
+        if error.kind() != io::ErrorKind::AlreadyExists {
+            // The temporary file may not even exist; the first error is the one to report.
+            let _ = fs::remove_file(&temporary);
+        }
+        failed(error)
     })
 }

@@ -62,7 +62,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             if !error.is_broken_pipe() {
-                eprintln!("asobench: {error}");
+                note(&format!("asobench: {error}"));
             }
             error.exit_code()
         }
@@ -76,4 +76,24 @@ fn print(text: &str) -> Result<(), Error> {
     out.write_all(text.as_bytes())
         .and_then(|()| out.flush())
         .map_err(Error::Output)
+}
+
+/// Prints one line to standard error: control characters are escaped, a text without end is cut, and where
+/// standard error cannot be written to nothing more can be said.
+fn note(line: &str) {
+    use std::io::Write;
+    const LONGEST: usize = 1000;
+    let mut text: String = line
+        .chars()
+        .take(LONGEST)
+        .flat_map(|c| {
+            let plain = (!c.is_control()).then_some(c);
+            let escaped = c.is_control().then(|| c.escape_default());
+            plain.into_iter().chain(escaped.into_iter().flatten())
+        })
+        .collect();
+    if line.chars().count() > LONGEST {
+        text.push_str("...");
+    }
+    let _ = writeln!(std::io::stderr(), "{text}");
 }

@@ -3,7 +3,7 @@
 use super::error::{Error, failed};
 use super::files::write_whole;
 use super::reproduce::Arguments;
-use super::{Format, print};
+use super::{Format, note, print};
 use crate::data::csv;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
@@ -74,12 +74,12 @@ pub(super) fn run(
     if let Some(path) = &arguments.data {
         let comments = comments(experiment, cell, which.trial);
         let data = record.realisation;
-        write_whole("--data", path, |to| {
+        write_whole("--data", path, None, |to| {
             csv::write(to, &comments, &data.u, &data.y)
         })?;
-        eprintln!("wrote {}", path.display());
+        note(&format!("wrote {}", path.display()));
     }
-    let stored = stored(arguments, experiment, index, &record)?;
+    let stored = stored(arguments, experiment, index, &record);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
     replay.stored = stored;
     match arguments.format {
@@ -120,18 +120,16 @@ fn stored(
     experiment: &Experiment,
     cell: usize,
     record: &TrialRecord<'_>,
-) -> Result<Option<bool>, Error> {
+) -> Option<bool> {
     let folder = arguments.folder();
     // Whatever else is in the folder is no concern of a replay.
-    let Ok(Some(manifest)) = read_manifest(folder) else {
-        return Ok(None);
-    };
+    let manifest = read_manifest(folder).ok()??;
     if manifest["experiment"] != experiment.describe() {
-        return Ok(None);
+        return None;
     }
     let trials = manifest["trials"].as_u64().unwrap_or(0);
     let file = folder.join("trials.parquet");
-    stored_alike(&file, experiment, cell, trials, record.rows).map_err(failed)
+    stored_alike(&file, experiment, cell, trials, record.rows).unwrap_or(None)
 }
 
 /// One stage's vectors under their names.

@@ -1,7 +1,7 @@
 //! `asobench reproduce`: the paper's experiment, and what a typical realisation meets of its bounds.
 
-use super::error::{Error, failed, input};
-use super::{Format, print, progress, replay};
+use super::error::{Error, failed};
+use super::{Format, note, print, progress, replay};
 use crate::report::{NIKOLOV2023, Summary, draw, verdict_table};
 use crate::study::{
     Curves, Experiment, FolderError, ResultsFolder, RunError, StoreError, TrialTable, TrialWriter,
@@ -19,13 +19,18 @@ const DEFAULT_FOLDER: &str = "results/reproduce";
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Trials in each of the three cells
-    #[arg(long, value_name = "M", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..=4_000_000_000))]
+    #[arg(long, value_name = "M", default_value_t = 10_000, allow_hyphen_values = true, value_parser = clap::value_parser!(u64).range(1..=4_000_000_000))]
     pub(super) trials: u64,
     /// Seed of the random streams
-    #[arg(long, value_name = "S", default_value_t = 2023)]
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 2023,
+        allow_hyphen_values = true
+    )]
     pub(super) seed: u64,
     /// Threads [default: one per processor]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Folder of the results [default: results/reproduce, replaced at every run]
     #[arg(long, value_name = "DIR")]
@@ -73,7 +78,7 @@ fn open_folder(arguments: &Arguments, experiment: &Experiment) -> Result<Results
             "--out {}: cannot write there ({source})",
             path.display()
         )),
-        other => input(other),
+        other => Error::Input(format!("--out {other}")),
     })?;
     let replaces = if arguments.out.is_none() {
         folder.path().join("trials.parquet").exists()
@@ -83,7 +88,10 @@ fn open_folder(arguments: &Arguments, experiment: &Experiment) -> Result<Results
             .map_err(|error| Error::Input(format!("--out {error}")))?
     };
     if replaces {
-        eprintln!("replacing the results in {}", folder.path().display());
+        note(&format!(
+            "replacing the results in {}",
+            folder.path().display()
+        ));
     }
     Ok(folder)
 }

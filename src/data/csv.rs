@@ -130,7 +130,7 @@ impl Columns {
         number.map(Some).ok_or_else(|| RecordError::Cell {
             line,
             column: NAMES[name],
-            text: row[position].to_owned(),
+            text: row[position].chars().take(40).collect(),
         })
     }
 }

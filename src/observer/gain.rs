@@ -123,15 +123,15 @@ impl std::fmt::Display for Gain {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::DeadBeat => f.write_str("dead-beat"),
-            Self::Scaled(rho) => write!(f, "scaled:{rho}"),
+            Self::Scaled(rho) => write!(f, "scaled:{rho:?}"),
             Self::Poles(Poles { poles, .. }) => {
                 f.write_str("poles:")?;
                 for (i, pole) in poles.iter().enumerate() {
                     let comma = if i == 0 { "" } else { "," };
                     if pole.im == 0.0 {
-                        write!(f, "{comma}{}", pole.re)?;
+                        write!(f, "{comma}{:?}", pole.re)?;
                     } else {
-                        write!(f, "{comma}{}{:+}i", pole.re, pole.im)?;
+                        write!(f, "{comma}{:?}{:+?}i", pole.re, pole.im)?;
                     }
                 }
                 Ok(())
@@ -177,11 +177,8 @@ impl std::str::FromStr for Gain {
         if text == "dead-beat" {
             Ok(Self::DeadBeat)
         } else if let Some(rho) = text.strip_prefix("scaled:") {
-            let rho: f64 = rho.parse().map_err(|_| number(rho))?;
-            if !rho.is_finite() {
-                return Err(number(&rho.to_string()));
-            }
-            Ok(Self::Scaled(rho))
+            let parsed = rho.parse().ok().filter(|rho: &f64| rho.is_finite());
+            parsed.map(Self::Scaled).ok_or_else(|| number(rho))
         } else if let Some(list) = text.strip_prefix("poles:") {
             let poles: Result<Vec<c64>, GainError> = list
                 .split(',')

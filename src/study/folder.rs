@@ -24,8 +24,14 @@ pub enum FolderError {
         /// The reason.
         reason: String,
     },
+    /// Another run has the folder.
+    #[error("{}: another run is writing there", .0.display())]
+    Busy(PathBuf),
     /// The folder holds trials of unknown design.
-    #[error("{}: holds trials.parquet without manifest.json; choose another folder", .0.display())]
+    #[error(
+        "{}: holds trials.parquet without manifest.json (a run that was killed?); remove it or choose another folder",
+        .0.display()
+    )]
     Unknown(PathBuf),
     /// The folder holds results of another design.
     #[error(
@@ -44,6 +50,8 @@ pub enum FolderError {
 #[derive(Debug)]
 pub struct ResultsFolder {
     path: PathBuf,
+    /// Held open for its lock, which ends with the process whatever happens to it.
+    _lock: fs::File,
     pending: Vec<String>,
 }
 
@@ -74,26 +82,33 @@ pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
         }
         Err(error) => return Err(io_error(&path)(error)),
     };
-    let manifest = serde_json::from_str(&text).map_err(|error| FolderError::Manifest {
-        path,
-        reason: error.to_string(),
-    });
-    manifest.map(Some)
+    let manifest: Result<Value, String> = serde_json::from_str(&text).map_err(|e| e.to_string());
+    match manifest {
+        Ok(manifest) if manifest["experiment"].is_object() => Ok(Some(manifest)),
+        Ok(_) => Err("no experiment in it".to_owned()),
+        Err(reason) => Err(reason),
+    }
+    .map_err(|reason| FolderError::Manifest { path, reason })
 }
 
 impl ResultsFolder {
     /// Opens a folder, making it where needed, and checks that it can be written to.
     ///
     /// # Errors
-    /// If it cannot be made or written to.
+    /// If it cannot be made or written to, or another run has it.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
         fs::create_dir_all(path).map_err(io_error(path))?;
+        let lock = fs::File::open(path).map_err(io_error(path))?;
+        if let Err(fs::TryLockError::WouldBlock) = lock.try_lock() {
+            return Err(FolderError::Busy(path.to_owned()));
+        }
         let probe = path.join(".writable.tmp");
         fs::write(&probe, b"asobench")
             .and_then(|()| fs::remove_file(&probe))
             .map_err(io_error(path))?;
         Ok(Self {
             path: path.to_owned(),
+            _lock: lock,
             pending: Vec::new(),
         })
     }
@@ -160,11 +175,12 @@ impl ResultsFolder {
             }
             _ => {}
         }
-        let mut names = std::mem::take(&mut self.pending);
-        names.sort_by_key(|name| name == MANIFEST);
-        for name in names {
-            let path = self.path.join(&name);
-            fs::rename(self.temporary(&name), &path).map_err(io_error(&path))?;
+        self.pending.sort_by_key(|name| name != MANIFEST);
+        // From the end, so that what was not renamed is still pending and removed when this is dropped.
+        while let Some(name) = self.pending.last() {
+            let path = self.path.join(name);
+            fs::rename(self.temporary(name), &path).map_err(io_error(&path))?;
+            self.pending.pop();
         }
         Ok(())
     }

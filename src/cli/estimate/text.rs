@@ -108,7 +108,7 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
             largest.norm()
         )?;
     }
-    if !pass.condition.is_nan() {
+    if pass.condition.is_finite() {
         writeln!(
             text,
             "  {:<18} {}",
@@ -149,8 +149,10 @@ fn scientific(value: f64, digits: usize) -> String {
 
 /// A FIT; one that is undefined, or so bad that it overflows, is "undefined".
 fn percent(fit: f64) -> String {
-    if fit.is_finite() {
+    if fit.abs() < 1e6 {
         format!("{fit:.3}")
+    } else if fit.is_finite() {
+        format!("{fit:.3e}")
     } else {
         "undefined".to_owned()
     }
