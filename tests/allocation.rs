@@ -33,7 +33,7 @@ fn a_trial_allocates_nothing() {
     for cell in &experiment.cells {
         let mut trial = Trial::new(&experiment, cell).expect("a valid cell");
         let mut curves = Curves::new(cell.horizon);
-        // Long enough to meet the first unstable model, whose buffers are made then.
+        // Long enough to meet ill-conditioned models, whose buffers grow to the longest problem met.
         for index in 0..3000 {
             trial.run(index, Some(&mut curves));
         }

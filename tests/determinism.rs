@@ -179,18 +179,46 @@ fn a_panicking_estimator_ends_the_run() {
     experiment
         .methods
         .push(Method::new(vec![output], |_| Ok(Box::new(Panics))));
-    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        let stop = AtomicBool::new(false);
-        run(
-            &experiment,
-            5000,
-            2,
-            &stop,
-            |_| Ok::<(), std::io::Error>(()),
-        )
-        .map(|_| ())
-    }));
-    assert!(ended.is_err());
+    let (sender, receiver) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            let stop = AtomicBool::new(false);
+            run(
+                &experiment,
+                5000,
+                2,
+                &stop,
+                |_| Ok::<(), std::io::Error>(()),
+            )
+            .map(|_| ())
+        }));
+        sender.send(ended.is_err()).expect("somebody waits");
+    });
+    let ended = receiver.recv_timeout(std::time::Duration::from_secs(60));
+    assert_eq!(ended, Ok(true));
+}
+
+/// So does a consumer that panics.
+#[test]
+fn a_panicking_consumer_ends_the_run() {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let ended = std::panic::catch_unwind(|| {
+            let experiment = Experiment::nikolov2023(1);
+            let stop = AtomicBool::new(false);
+            run(
+                &experiment,
+                50_000,
+                2,
+                &stop,
+                |_| -> Result<(), std::io::Error> { panic!("a mistake in a consumer") },
+            )
+            .map(|_| ())
+        });
+        sender.send(ended.is_err()).expect("somebody waits");
+    });
+    let ended = receiver.recv_timeout(std::time::Duration::from_secs(60));
+    assert_eq!(ended, Ok(true));
 }
 
 /// An estimator that leaves a pass unset leaves nothing, not the numbers of the trial before.

@@ -1,7 +1,7 @@
 //! The paper's claims against numbers from elsewhere: exact enumeration, theory, an independent simulation.
 
 use asobench::estimator::{FailureKind, IvOptions, Method, Solver, Stage10};
-use asobench::metric::quantile;
+use asobench::metric::{Share, quantile};
 use asobench::study::{Experiment, Figure, Row, run};
 use std::sync::atomic::AtomicBool;
 
@@ -98,10 +98,10 @@ fn medians_agree_with_an_independent_simulation() {
     }
 }
 
-/// E2. The printed formulas of stage 10 give no estimate: in another sketch no trial of 300 had e_a < 1 with
-/// them, even noise-free.
+/// E2. The printed formulas of stage 10 give no estimate. In another sketch no trial of 300 had e_a < 1 with them,
+/// even noise-free: a share below 1 % with 95 % confidence (rule of three). Here 3,000 trials test that share.
 #[test]
-fn as_printed_stage_ten_never_estimates() {
+fn as_printed_stage_ten_does_not_estimate() {
     for stage10 in [Stage10::AsPrinted, Stage10::AsPrinted2024] {
         for claim in ["C1", "C2"] {
             let mut experiment = only(claim);
@@ -110,10 +110,13 @@ fn as_printed_stage_ten_never_estimates() {
                 ..IvOptions::default()
             };
             experiment.methods = vec![Method::instrumental_variables(options)];
-            let rows = rows(&experiment, 300, 0, 4);
+            let rows = rows(&experiment, 3000, 0, 4);
             let met = rows.iter().filter(|row| row[Figure::Ea] < 1.0).count();
-            println!("{stage10} {claim}: {met} of 300 with e_a < 1");
-            assert!(met == 0, "{stage10} {claim}: {met}");
+            println!("{stage10} {claim}: {met} of 3000 with e_a < 1");
+            assert!(
+                Share::new(met as u64, 3000).high < 0.01,
+                "{stage10} {claim}: {met}"
+            );
         }
     }
 }

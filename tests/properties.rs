@@ -488,3 +488,28 @@ fn a_singular_block_in_a_regular_matrix_is_typed() {
         solution.condition
     );
 }
+
+/// Stage 6 leaves the same bits whatever problems its buffers served before.
+#[test]
+fn the_initial_state_does_not_depend_on_earlier_ones() {
+    use asobench::estimator::initial_state::InitialState;
+    for (order, samples) in [(2, 40), (3, 100), (5, 60), (6, 98), (8, 70)] {
+        let case = Case::new(order, 77, samples, 0.9);
+        // Poles near the unit circle: the way through sorted QR.
+        let poles = vec![faer::c64::new(0.97, 0.0); order];
+        let phi = asobench::plant::polynomial_from_poles(&poles);
+        let a: Vec<f64> = phi.iter().rev().map(|phi| -phi.re).collect();
+        let b = vec![1.0; order];
+        let estimate = |initial: &mut InitialState| {
+            let mut x0 = vec![0.0; order];
+            initial.estimate(&a, &b, case.window(), &mut x0).unwrap();
+            x0.iter().map(|x| x.to_bits()).collect::<Vec<u64>>()
+        };
+        let fresh = estimate(&mut InitialState::new(order));
+        let mut used = InitialState::new(order);
+        let long = Case::new(order, 78, 3000, 0.9);
+        used.estimate(&a, &b, long.window(), &mut vec![0.0; order])
+            .unwrap();
+        assert_eq!(estimate(&mut used), fresh, "order {order}");
+    }
+}

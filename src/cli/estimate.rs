@@ -42,13 +42,13 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
     /// Order n of the plant
-    #[arg(long, value_name = "n", allow_hyphen_values = true, value_parser = whole)]
+    #[arg(long, value_name = "n", allow_negative_numbers = true, value_parser = whole)]
     order: usize,
     /// Delay nk of the input, samples
-    #[arg(long, value_name = "nk", default_value_t = 1, allow_hyphen_values = true, value_parser = whole)]
+    #[arg(long, value_name = "nk", default_value_t = 1, allow_negative_numbers = true, value_parser = whole)]
     delay: usize,
     /// Samples used for estimation, from the first [default: all]; the rest validates
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = whole)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     window: Option<usize>,
     /// Estimators, separated by commas: ls, iv
     #[arg(
@@ -59,7 +59,7 @@ pub(super) struct Arguments {
     )]
     estimator: Vec<Name>,
     /// IV passes
-    #[arg(long, value_name = "COUNT", default_value_t = 4, allow_hyphen_values = true, value_parser = whole)]
+    #[arg(long, value_name = "COUNT", default_value_t = 4, allow_negative_numbers = true, value_parser = whole)]
     iterations: usize,
     /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented
     #[arg(long, value_name = "NAME", default_value_t)]

@@ -129,7 +129,10 @@ fn stored(
     }
     let trials = manifest["trials"].as_u64().unwrap_or(0);
     let file = folder.join("trials.parquet");
-    stored_alike(&file, experiment, cell, trials, record.rows).unwrap_or(None)
+    stored_alike(&file, experiment, cell, trials, record.rows).unwrap_or_else(|error| {
+        note(&format!("warning: the stored rows cannot be read: {error}"));
+        None
+    })
 }
 
 /// One stage's vectors under their names.
@@ -230,7 +233,7 @@ impl<'a> Replay<'a> {
             }
         }
         let equal = match self.stored {
-            None => "No such trial of this experiment is stored in",
+            None => "Not compared: no readable rows of this trial and experiment in",
             Some(true) => "These rows equal, bit for bit, those stored in",
             Some(false) => "These rows DIFFER from those stored in",
         };

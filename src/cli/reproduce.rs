@@ -19,14 +19,14 @@ const DEFAULT_FOLDER: &str = "results/reproduce";
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Trials in each of the three cells
-    #[arg(long, value_name = "M", default_value_t = 10_000, allow_hyphen_values = true, value_parser = clap::value_parser!(u64).range(1..=4_000_000_000))]
+    #[arg(long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=4_000_000_000))]
     pub(super) trials: u64,
     /// Seed of the random streams
     #[arg(
         long,
         value_name = "S",
         default_value_t = 2023,
-        allow_hyphen_values = true
+        allow_negative_numbers = true
     )]
     pub(super) seed: u64,
     /// Threads [default: one per processor]

@@ -51,7 +51,8 @@ impl InitialState {
     /// Fills `x0` (n) for the model (a, b) on the window.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where D or the zero-state response overflows.
+    /// [`FailureKind::NonFinite`] where D or the zero-state response overflows, and
+    /// [`FailureKind::RankDeficient`] where rounding leaves D without full rank.
     ///
     /// # Panics
     /// If `a`, `b`, `x0` are not of the order that the buffers were made for.
@@ -160,10 +161,15 @@ impl InitialState {
             .get_or_insert_with(|| SortedQr::new(x0.len()));
         problem.begin(window.len());
         let row = &mut self.row;
-        for k in 0..window.len() {
-            problem.announce(k, row);
-            next_row(a, row);
-        }
+        crate::signal::arithmetic::with_fma(
+            #[inline(always)]
+            || {
+                for k in 0..window.len() {
+                    problem.announce(k, row);
+                    next_row(a, row);
+                }
+            },
+        );
         problem.sort();
         row.fill(0.0);
         row[0] = 1.0;

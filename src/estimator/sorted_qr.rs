@@ -5,10 +5,13 @@ use super::FailureKind;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::householder;
 use faer::linalg::qr::col_pivoting::factor;
-use faer::linalg::qr::no_pivoting::factor::recommended_block_size;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::reborrow::ReborrowMut;
 use faer::{Conj, Mat, Par};
+
+/// Columns that are factorised together. Fixed, so that the result does not depend on the problems that the
+/// buffers served before.
+const BLOCK: usize = 8;
 
 /// Buffers for problems of any number of rows; they grow to the longest one met.
 ///
@@ -16,6 +19,8 @@ use faer::{Conj, Mat, Par};
 /// ([`Self::set`]), which go straight to their places.
 pub(super) struct SortedQr {
     rows: usize,
+    /// Whether every entry so far is finite.
+    finite: bool,
     /// Largest entries of the rows as given.
     sizes: Vec<f64>,
     /// Rows as given, in descending order of size.
@@ -35,12 +40,13 @@ impl SortedQr {
     pub(super) fn new(columns: usize) -> Self {
         Self {
             rows: 0,
+            finite: true,
             sizes: Vec::new(),
             order: Vec::new(),
             places: Vec::new(),
             sorted: Mat::zeros(0, columns),
             rhs: Mat::zeros(0, 1),
-            factors: Mat::zeros(0, columns),
+            factors: Mat::zeros(BLOCK.min(columns), columns),
             permutation: vec![0; columns],
             permutation_inverse: vec![0; columns],
             memory: MemBuffer::new(StackReq::EMPTY),
@@ -50,6 +56,7 @@ impl SortedQr {
     /// Begins a problem of `rows` >= columns rows.
     pub(super) fn begin(&mut self, rows: usize) {
         self.rows = rows;
+        self.finite = true;
         self.sizes.resize(rows, 0.0);
         self.order.resize(rows, 0);
         self.places.resize(rows, 0);
@@ -60,7 +67,7 @@ impl SortedQr {
 
     fn grow(&mut self, rows: usize) {
         let columns = self.sorted.ncols();
-        let block = recommended_block_size::<f64>(rows, columns);
+        let block = self.factors.nrows();
         let qr = factor::qr_in_place_scratch::<usize, f64>(
             rows,
             columns,
@@ -74,7 +81,6 @@ impl SortedQr {
             >(rows, block, 1);
         self.sorted = Mat::zeros(rows, columns);
         self.rhs = Mat::zeros(rows, 1);
-        self.factors = Mat::zeros(block, columns);
         self.memory = MemBuffer::new(StackReq::any_of(&[qr, apply]));
     }
 
@@ -105,13 +111,14 @@ impl SortedQr {
             self.sorted[(place, j)] = *r;
         }
         self.rhs[(place, 0)] = rhs;
+        self.finite &= rhs.is_finite() && row.iter().all(|r| r.is_finite());
     }
 
     /// Fills `x = argmin || rows x - rhs ||`.
     pub(super) fn solve(&mut self, x: &mut [f64]) -> Result<(), FailureKind> {
         let mut sorted = self.sorted.get_mut(..self.rows, ..);
         let mut rhs = self.rhs.get_mut(..self.rows, ..);
-        if !(sorted.norm_l1().is_finite() && rhs.norm_l1().is_finite()) {
+        if !self.finite {
             return Err(FailureKind::NonFinite);
         }
         let stack = MemStack::new(&mut self.memory);

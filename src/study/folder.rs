@@ -55,6 +55,8 @@ pub struct ResultsFolder {
     pending: Vec<String>,
 }
 
+/// Stays in the folder: removing it would let a third run in beside a second.
+const LOCK: &str = ".lock";
 const MANIFEST: &str = "manifest.json";
 const TRIALS: &str = "trials.parquet";
 
@@ -98,9 +100,18 @@ impl ResultsFolder {
     /// If it cannot be made or written to, or another run has it.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
         fs::create_dir_all(path).map_err(io_error(path))?;
-        let lock = fs::File::open(path).map_err(io_error(path))?;
-        if let Err(fs::TryLockError::WouldBlock) = lock.try_lock() {
-            return Err(FolderError::Busy(path.to_owned()));
+        let lock_path = path.join(LOCK);
+        let lock = fs::File::options()
+            .create(true)
+            .append(true)
+            .open(&lock_path);
+        let lock = lock.map_err(io_error(&lock_path))?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(fs::TryLockError::WouldBlock) => return Err(FolderError::Busy(path.to_owned())),
+            // A file system without locks: two runs at once are then the user's to avoid.
+            Err(fs::TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
+            Err(fs::TryLockError::Error(error)) => return Err(io_error(&lock_path)(error)),
         }
         let probe = path.join(".writable.tmp");
         fs::write(&probe, b"asobench")
@@ -229,7 +240,7 @@ mod tests {
         let mut results = ResultsFolder::open(&path).unwrap();
         results.write("a.txt", b"a").unwrap();
         drop(results);
-        assert_eq!(fs::read_dir(&path).unwrap().count(), 0);
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 1, "only the lock");
 
         let mut results = ResultsFolder::open(&path).unwrap();
         results
@@ -245,9 +256,13 @@ mod tests {
             .map(|f| f.unwrap().file_name())
             .collect();
         names.sort();
-        assert_eq!(names, ["a.txt", "manifest.json"]);
+        assert_eq!(names, [".lock", "a.txt", "manifest.json"]);
 
         let results = ResultsFolder::open(&path).unwrap();
+        assert!(matches!(
+            ResultsFolder::open(&path),
+            Err(FolderError::Busy(_))
+        ));
         assert!(
             results
                 .check_design(&json!({"seed": 1, "x": {"y": 2}}))

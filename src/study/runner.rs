@@ -84,7 +84,7 @@ pub fn run<E>(
     let (sender, receiver) = sync_channel(2 * pool.current_num_threads());
     let delivered = pool.in_place_scope(|scope| {
         scope.spawn_broadcast(|_, _| shared.work(&sender));
-        shared.deliver(&receiver, consume)
+        shared.deliver(receiver, consume)
     });
     let of = trials * experiment.cells.len() as u64;
     match delivered {
@@ -97,7 +97,7 @@ pub fn run<E>(
     }
 }
 
-/// Ends the run where its worker panics: the block that it took will never come.
+/// Ends the run where a worker or the consumer panics: a block that was taken will never come.
 struct EndOnPanic<'a>(&'a AtomicBool);
 
 impl Drop for EndOnPanic<'_> {
@@ -174,12 +174,18 @@ impl Shared<'_> {
         }
     }
 
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "dropping the receiver ends the workers"
+    )]
     /// Hands blocks over in order; returns the number of trials delivered.
     fn deliver<E>(
         &self,
-        receiver: &Receiver<(usize, Block)>,
+        receiver: Receiver<(usize, Block)>,
         mut consume: impl FnMut(Block) -> Result<(), E>,
     ) -> Result<u64, E> {
+        // Where the consumer panics, the receiver goes with it, and so end the workers that wait to send.
+        let _guard = EndOnPanic(&self.ended);
         let mut waiting = BTreeMap::new();
         let (mut next, mut done) = (0, 0);
         let mut outcome = Ok(());
