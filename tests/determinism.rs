@@ -194,7 +194,7 @@ fn a_panicking_estimator_ends_the_run() {
         }));
         sender.send(ended.is_err()).expect("somebody waits");
     });
-    let ended = receiver.recv_timeout(std::time::Duration::from_secs(60));
+    let ended = receiver.recv_timeout(std::time::Duration::from_mins(1));
     assert_eq!(ended, Ok(true));
 }
 
@@ -217,7 +217,7 @@ fn a_panicking_consumer_ends_the_run() {
         });
         sender.send(ended.is_err()).expect("somebody waits");
     });
-    let ended = receiver.recv_timeout(std::time::Duration::from_secs(60));
+    let ended = receiver.recv_timeout(std::time::Duration::from_mins(1));
     assert_eq!(ended, Ok(true));
 }
 
