@@ -1,7 +1,7 @@
 //! Progress on a terminal, and Ctrl-C.
 
 use super::error::{Error, failed};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,9 +13,16 @@ pub(super) fn bar(trials: u64) -> ProgressBar {
     } else {
         ProgressDrawTarget::hidden()
     };
-    let template = "[{bar:32}] {pos}/{len} trials, {per_sec}, ETA {eta}";
+    let template = "[{bar:32}] {pos}/{len} trials, {rate}, ETA {eta}";
     let style = ProgressStyle::with_template(template)
         .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .with_key(
+            "rate",
+            |state: &ProgressState, to: &mut dyn std::fmt::Write| {
+                // A bar that cannot write has nowhere to say so.
+                let _ = write!(to, "{:.0}/s", state.per_sec());
+            },
+        )
         .progress_chars("=> ");
     ProgressBar::with_draw_target(Some(trials), target).with_style(style)
 }
