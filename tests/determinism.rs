@@ -162,6 +162,16 @@ fn a_run_can_be_ended() {
     assert!(message.starts_with("interrupted after") && message.ends_with("of 300000000 trials"));
 }
 
+/// Whether `run` panics within a minute, rather than hang.
+fn panics_in_time(run: impl FnOnce() + Send + 'static) -> bool {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
+        sender.send(ended.is_err()).expect("somebody waits");
+    });
+    receiver.recv_timeout(std::time::Duration::from_mins(1)) == Ok(true)
+}
+
 /// An estimator that panics takes the run down with its panic; it does not hang it.
 #[test]
 fn a_panicking_estimator_ends_the_run() {
@@ -179,46 +189,31 @@ fn a_panicking_estimator_ends_the_run() {
     experiment
         .methods
         .push(Method::new(vec![output], |_| Ok(Box::new(Panics))));
-    let (sender, receiver) = std::sync::mpsc::channel();
-    std::thread::spawn(move || {
-        let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            let stop = AtomicBool::new(false);
-            run(
-                &experiment,
-                5000,
-                2,
-                &stop,
-                |_| Ok::<(), std::io::Error>(()),
-            )
-            .map(|_| ())
-        }));
-        sender.send(ended.is_err()).expect("somebody waits");
-    });
-    let ended = receiver.recv_timeout(std::time::Duration::from_mins(1));
-    assert_eq!(ended, Ok(true));
+    assert!(panics_in_time(move || {
+        let stop = AtomicBool::new(false);
+        let _ = run(
+            &experiment,
+            5000,
+            2,
+            &stop,
+            |_| Ok::<(), std::io::Error>(()),
+        );
+    }));
 }
 
 /// So does a consumer that panics.
 #[test]
 fn a_panicking_consumer_ends_the_run() {
-    let (sender, receiver) = std::sync::mpsc::channel();
-    std::thread::spawn(move || {
-        let ended = std::panic::catch_unwind(|| {
-            let experiment = Experiment::nikolov2023(1);
-            let stop = AtomicBool::new(false);
-            run(
-                &experiment,
-                50_000,
-                2,
-                &stop,
-                |_| -> Result<(), std::io::Error> { panic!("a mistake in a consumer") },
-            )
-            .map(|_| ())
-        });
-        sender.send(ended.is_err()).expect("somebody waits");
-    });
-    let ended = receiver.recv_timeout(std::time::Duration::from_mins(1));
-    assert_eq!(ended, Ok(true));
+    assert!(panics_in_time(|| {
+        let (experiment, stop) = (Experiment::nikolov2023(1), AtomicBool::new(false));
+        let _ = run(
+            &experiment,
+            50_000,
+            2,
+            &stop,
+            |_| -> Result<(), std::io::Error> { panic!("a mistake in a consumer") },
+        );
+    }));
 }
 
 /// An estimator that leaves a pass unset leaves nothing, not the numbers of the trial before.

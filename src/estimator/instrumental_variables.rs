@@ -1,7 +1,7 @@
 //! Instrumental variables: least squares as iteration 0, then passes of stages 7 to 10 (stage 11).
 
 use super::auxiliary::AuxiliaryModel;
-use super::least_squares::{StateEstimate, conclude};
+use super::least_squares::{StateEstimate, conclude, iteration_zero};
 use super::solver::{Solution, SolveInstruments};
 use super::{
     Estimator, Failure, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10, Window,
@@ -92,15 +92,6 @@ impl InstrumentalVariables {
         })
     }
 
-    /// Iteration 0: stages 1 to 6.
-    fn least_squares(&mut self, window: Window<'_>, pass: &mut Pass) {
-        self.solution.condition = f64::NAN;
-        let solved = self.solver.least_squares(window, &mut self.solution);
-        if conclude(solved, &self.solution, Stage::LeastSquares, 0, pass) {
-            self.state.estimate(window, 0, pass);
-        }
-    }
-
     /// One pass: stages 7 to 10, and 5 and 6 where the reading says so.
     fn pass(
         &mut self,
@@ -149,7 +140,8 @@ impl Estimator for InstrumentalVariables {
         let Some(first) = passes.first_mut() else {
             return;
         };
-        self.least_squares(window, first);
+        let (solution, state) = (&mut self.solution, &mut self.state);
+        iteration_zero(&mut *self.solver, solution, state, window, first);
         for number in 1..passes.len() {
             let (done, rest) = passes.split_at_mut(number);
             let (first, previous, pass) = (&done[0], &done[number - 1], &mut rest[0]);

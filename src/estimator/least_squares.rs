@@ -31,11 +31,23 @@ impl Estimator for LeastSquares {
             return;
         };
         pass.clear();
-        self.solution.condition = f64::NAN;
-        let solved = self.solver.least_squares(window, &mut self.solution);
-        if conclude(solved, &self.solution, Stage::LeastSquares, 0, pass) {
-            self.state.estimate(window, 0, pass);
-        }
+        let (solution, state) = (&mut self.solution, &mut self.state);
+        iteration_zero(&mut *self.solver, solution, state, window, pass);
+    }
+}
+
+/// Iteration 0 of every method, stages 1 to 6, into a cleared pass.
+pub(super) fn iteration_zero(
+    solver: &mut (impl SolveLeastSquares + ?Sized),
+    solution: &mut Solution,
+    state: &mut StateEstimate,
+    window: Window<'_>,
+    pass: &mut Pass,
+) {
+    solution.condition = f64::NAN;
+    let solved = solver.least_squares(window, solution);
+    if conclude(solved, solution, Stage::LeastSquares, 0, pass) {
+        state.estimate(window, 0, pass);
     }
 }
 
