@@ -1,0 +1,231 @@
+//! Sums of doubles without rounding.
+
+use super::dd::two_product;
+use serde::{Deserialize, Serialize};
+
+/// Limbs of 32 bits: 2098 for the doubles from 2^-1074 to 2^1024, 78 more for the number of terms.
+const LIMBS: usize = 68;
+/// Additions that a limb of 64 bits takes before carries must run: each adds less than 2^32, and two
+/// sums at this limit can still be merged.
+const LIMIT: u32 = 1 << 29;
+const MANTISSA: u64 = (1 << 52) - 1;
+const LOW: i64 = 0xffff_ffff;
+
+/// The exact sum of doubles: a fixed-point number of 2176 bits in units of 2^-1074.
+///
+/// This is the small superaccumulator of Neal (2015), "Fast exact summation using small and large
+/// superaccumulators". An addition is exact, so the sum does not depend on the order of its terms nor
+/// on how partial sums were merged. Equality and the serialised bytes are those of the number: sign,
+/// first digit, and digits of 32 bits without zeros at the ends.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(into = "Canonical", try_from = "Canonical")]
+pub struct ExactSum {
+    /// Digits in base 2^32, lowest first, each with carries that have not run.
+    limbs: [i64; LIMBS],
+    /// Bound on every limb's size, in units of 2^32.
+    pending: u32,
+}
+
+impl Default for ExactSum {
+    fn default() -> Self {
+        Self {
+            limbs: [0; LIMBS],
+            pending: 0,
+        }
+    }
+}
+
+impl ExactSum {
+    /// Adds x.
+    ///
+    /// # Panics
+    /// In debug builds, if x is not finite; in release builds the sum is then meaningless.
+    #[inline(always)]
+    pub fn add(&mut self, x: f64) {
+        debug_assert!(x.is_finite());
+        if self.pending == LIMIT {
+            self.carry();
+        }
+        self.pending += 1;
+        let bits = x.to_bits();
+        let exponent = (bits >> 52) & 0x7ff;
+        let mantissa = (bits & MANTISSA) | (u64::from(exponent != 0) << 52);
+        // x = mantissa 2^(position - 1074)
+        let position = exponent.saturating_sub(1) as usize;
+        let (limb, shift) = (position / 32, position % 32);
+        let low = mantissa << shift;
+        let high = (mantissa >> 1) >> (63 - shift);
+        let sign = bits.cast_signed() >> 63;
+        let signed = |digit: u64| (digit.cast_signed() ^ sign) - sign;
+        self.limbs[limb] += signed(low & 0xffff_ffff);
+        self.limbs[limb + 1] += signed(low >> 32);
+        self.limbs[limb + 2] += signed(high);
+    }
+
+    /// Adds `x y` without rounding: its rounded value and what was rounded off, by fused multiply-add.
+    ///
+    /// Exact where the product is zero or above 2^-969; below, the second part is rounded to 2^-1074.
+    ///
+    /// # Panics
+    /// In debug builds, if the product is not finite.
+    #[inline(always)]
+    pub fn add_product(&mut self, x: f64, y: f64) {
+        let (high, low) = two_product(x, y);
+        self.add(high);
+        self.add(low);
+    }
+
+    /// Adds another sum.
+    pub fn merge(&mut self, other: &Self) {
+        for (limb, other) in self.limbs.iter_mut().zip(&other.limbs) {
+            *limb += other;
+        }
+        self.pending += other.pending;
+        if self.pending > LIMIT {
+            self.carry();
+        }
+    }
+
+    /// Runs the carries: every limb but the last, which has the sign, comes into [0, 2^32).
+    fn carry(&mut self) {
+        let mut carry = 0;
+        for limb in &mut self.limbs[..LIMBS - 1] {
+            let whole = *limb + carry;
+            *limb = whole & LOW;
+            carry = whole >> 32;
+        }
+        self.limbs[LIMBS - 1] += carry;
+        self.pending = 1;
+    }
+
+    /// Sign and size of the sum.
+    fn magnitude(&self) -> (bool, [u32; LIMBS]) {
+        let mut digits = [0; LIMBS];
+        let mut carry = 0;
+        for (digit, limb) in digits.iter_mut().zip(&self.limbs) {
+            let whole = limb + carry;
+            *digit = (whole & LOW) as u32;
+            carry = whole >> 32;
+        }
+        let negative = carry < 0;
+        if negative {
+            let mut carry = true;
+            for digit in &mut digits {
+                (*digit, carry) = (!*digit).overflowing_add(u32::from(carry));
+            }
+        }
+        (negative, digits)
+    }
+
+    /// The sum, rounded to the nearest double, ties to even; infinite where it is out of range.
+    pub fn value(&self) -> f64 {
+        let (negative, digits) = self.magnitude();
+        let size = round(&digits);
+        if negative { -size } else { size }
+    }
+
+    /// The sum as two doubles: the nearest double, and the nearest one to what is left.
+    pub fn value_dd(&self) -> (f64, f64) {
+        let high = self.value();
+        if !high.is_finite() {
+            return (high, 0.0);
+        }
+        let mut rest = self.clone();
+        rest.add(-high);
+        (high, rest.value())
+    }
+}
+
+/// The double nearest to a number in units of 2^-1074.
+fn round(digits: &[u32; LIMBS]) -> f64 {
+    let Some(last) = digits.iter().rposition(|digit| *digit != 0) else {
+        return 0.0;
+    };
+    let top = 32 * last + 31 - digits[last].leading_zeros() as usize;
+    let lowest = top.saturating_sub(52);
+    let (limb, shift) = (lowest / 32, lowest % 32);
+    let digit = |limb: usize| u128::from(digits.get(limb).copied().unwrap_or(0));
+    let window = digit(limb) | (digit(limb + 1) << 32) | (digit(limb + 2) << 64);
+    let mut mantissa = (window >> shift) as u64;
+    if lowest > 0 {
+        let (limb, shift) = ((lowest - 1) / 32, (lowest - 1) % 32);
+        let half = (digits[limb] >> shift) & 1 == 1;
+        let below = digits[limb] & ((1 << shift) - 1) != 0;
+        let sticky = below || digits[..limb].iter().any(|digit| *digit != 0);
+        mantissa += u64::from(half && (sticky || mantissa & 1 == 1));
+    }
+    // The mantissa's leading bit, where there is one, counts the exponent up by one.
+    let bits = ((lowest as u64) << 52) + mantissa;
+    f64::from_bits(bits.min(f64::INFINITY.to_bits()))
+}
+
+impl PartialEq for ExactSum {
+    fn eq(&self, other: &Self) -> bool {
+        self.magnitude() == other.magnitude()
+    }
+}
+
+impl Eq for ExactSum {}
+
+impl std::fmt::Debug for ExactSum {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("ExactSum").field(&self.value_dd()).finish()
+    }
+}
+
+/// The one form of a sum that is stored.
+#[derive(Serialize, Deserialize)]
+struct Canonical {
+    negative: bool,
+    /// Index of the lowest digit that is not zero.
+    first: u8,
+    /// Digits up to the highest that is not zero.
+    digits: Vec<u32>,
+}
+
+impl From<ExactSum> for Canonical {
+    fn from(sum: ExactSum) -> Self {
+        let (negative, digits) = sum.magnitude();
+        let nonzero = |digit: &u32| *digit != 0;
+        match (
+            digits.iter().position(nonzero),
+            digits.iter().rposition(nonzero),
+        ) {
+            (Some(first), Some(last)) => Self {
+                negative,
+                first: first as u8,
+                digits: digits[first..=last].to_vec(),
+            },
+            _ => Self {
+                negative: false,
+                first: 0,
+                digits: Vec::new(),
+            },
+        }
+    }
+}
+
+/// A stored sum that no sum is stored as.
+#[derive(Debug, thiserror::Error)]
+#[error("not an exact sum: digits beyond the range of doubles, or zeros at their ends")]
+struct NotCanonical;
+
+impl TryFrom<Canonical> for ExactSum {
+    type Error = NotCanonical;
+
+    fn try_from(stored: Canonical) -> Result<Self, NotCanonical> {
+        let (first, count) = (usize::from(stored.first), stored.digits.len());
+        let ends = [stored.digits.first(), stored.digits.last()];
+        let zero_form = count > 0 || (first == 0 && !stored.negative);
+        if first + count > LIMBS || ends.contains(&Some(&0)) || !zero_form {
+            return Err(NotCanonical);
+        }
+        let mut sum = Self::default();
+        for (limb, digit) in sum.limbs[first..].iter_mut().zip(&stored.digits) {
+            let digit = i64::from(*digit);
+            *limb = if stored.negative { -digit } else { digit };
+        }
+        sum.pending = 1;
+        Ok(sum)
+    }
+}

@@ -1,0 +1,298 @@
+//! How values are distributed, in fixed bins: order-independent, mergeable, small.
+
+use super::estimate::{Estimate, Z};
+use super::{Quantile, Share};
+use serde::{Deserialize, Serialize};
+
+/// Largest error of a value taken as the middle of its bin, relative to the value, for normal numbers:
+/// 1024 bins of equal width in every octave. Subnormal numbers have bins of width 2^-1032.
+pub const SKETCH_ERROR: f64 = 1.0 / 2048.0;
+
+/// Bits of the mantissa that a bin leaves open.
+const OPEN_BITS: u32 = 42;
+/// The bin of plus infinity; that of minus infinity is its negative.
+const INFINITE: i32 = (0x7ff << 10) + 1;
+
+/// Counts of values in bins that depend on nothing: sign, exponent and the first ten bits of the mantissa.
+///
+/// Zero has a bin of its own, as have the infinities; -0 is 0. Counts are integers, so a sketch does not
+/// depend on the order of values or merges. The j-th of the c values of a bin [low, high) is taken to be
+/// `low + (j + 1/2) / c (high - low)`, j = 0 ... c-1.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "Canonical", try_from = "Canonical")]
+pub struct Sketch {
+    /// Bins with their counts above zero, in ascending order of value.
+    bins: Vec<(i32, u64)>,
+}
+
+/// The bin of a value; bins ascend with values.
+#[inline(always)]
+fn bin_of(x: f64) -> i32 {
+    let size = (x.abs().to_bits() >> OPEN_BITS) as i32 + 1;
+    if x == 0.0 {
+        0
+    } else if x < 0.0 {
+        -size
+    } else {
+        size
+    }
+}
+
+/// Where a bin begins and ends.
+fn edges(bin: i32) -> (f64, f64) {
+    if bin < 0 {
+        let (low, high) = edges(-bin);
+        return (-high, -low);
+    }
+    let edge = |index: i32| f64::from_bits((index as u64) << OPEN_BITS);
+    match bin {
+        0 => (0.0, 0.0),
+        INFINITE => (f64::INFINITY, f64::INFINITY),
+        _ => (edge(bin - 1), edge(bin).min(f64::MAX)),
+    }
+}
+
+/// The value at `part` of 1 of a bin.
+fn inside(bin: i32, part: f64) -> f64 {
+    let (low, high) = edges(bin);
+    between(low, high, part)
+}
+
+/// `low + part (high - low)` for part in [0, 1], infinite ends included.
+fn between(low: f64, high: f64, part: f64) -> f64 {
+    if part == 0.0 || low == high || low == f64::NEG_INFINITY {
+        low
+    } else {
+        part.mul_add(high - low, low)
+    }
+}
+
+/// An order statistic as the sketch knows it.
+#[derive(Clone, Copy, Debug)]
+struct OrderStatistic {
+    value: f64,
+    /// Half the width of its bin.
+    half_width: f64,
+}
+
+impl Sketch {
+    /// The sketch of some values.
+    ///
+    /// # Panics
+    /// In debug builds, if a value is NaN.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let bin = |x: f64| {
+            debug_assert!(!x.is_nan());
+            bin_of(x)
+        };
+        let mut keys: Vec<i32> = values.into_iter().map(bin).collect();
+        keys.sort_unstable();
+        let runs = keys.chunk_by(|a, b| a == b);
+        Self {
+            bins: runs.map(|run| (run[0], run.len() as u64)).collect(),
+        }
+    }
+
+    /// Adds the counts of another sketch.
+    pub fn merge(&mut self, other: &Self) {
+        if other.bins.is_empty() {
+            return;
+        }
+        let mut bins = Vec::with_capacity(self.bins.len() + other.bins.len());
+        let (mut left, mut right) = (self.bins.as_slice(), other.bins.as_slice());
+        while let ([a, left_rest @ ..], [b, right_rest @ ..]) = (left, right) {
+            match a.0.cmp(&b.0) {
+                std::cmp::Ordering::Less => {
+                    bins.push(*a);
+                    left = left_rest;
+                }
+                std::cmp::Ordering::Greater => {
+                    bins.push(*b);
+                    right = right_rest;
+                }
+                std::cmp::Ordering::Equal => {
+                    bins.push((a.0, a.1 + b.1));
+                    (left, right) = (left_rest, right_rest);
+                }
+            }
+        }
+        bins.extend_from_slice(left);
+        bins.extend_from_slice(right);
+        self.bins = bins;
+    }
+
+    /// Number of values.
+    pub fn count(&self) -> u64 {
+        self.bins.iter().map(|(_, count)| count).sum()
+    }
+
+    /// The order statistic of a rank in 0 ... count-1.
+    fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
+        let mut before = 0;
+        for &(bin, count) in &self.bins {
+            if rank < before + count {
+                let part = ((rank - before) as f64 + 0.5) / count as f64;
+                let (low, high) = edges(bin);
+                return Some(OrderStatistic {
+                    value: between(low, high, part),
+                    half_width: if low == high { 0.0 } else { (high - low) / 2.0 },
+                });
+            }
+            before += count;
+        }
+        None
+    }
+
+    /// The value at a fractional position between the order statistics 0 ... count-1, and the half width
+    /// of the wider of the two bins; None of an empty sketch.
+    fn at(&self, count: u64, position: f64) -> Option<OrderStatistic> {
+        let position = position.clamp(0.0, count.saturating_sub(1) as f64);
+        let rank = position.floor() as u64;
+        let low = self.order_statistic(rank)?;
+        let high = self.order_statistic(rank + 1).unwrap_or(low);
+        Some(OrderStatistic {
+            value: between(low.value, high.value, position.fract()),
+            half_width: low.half_width.max(high.half_width),
+        })
+    }
+
+    /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows them.
+    /// NaN for an empty sketch.
+    ///
+    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as in
+    /// [`quantile`](super::quantile()), but at least half the width of the value's bin over 1.96: where the
+    /// values are denser than the bins, the bin bounds what is known.
+    ///
+    /// # Panics
+    /// In debug builds, if q is not in [0, 1].
+    pub fn quantile(&self, q: f64) -> Quantile {
+        debug_assert!((0.0..=1.0).contains(&q));
+        let count = self.count();
+        let m = count as f64;
+        let half = Z * (m * q * (1.0 - q)).sqrt();
+        let middle = m * q - 0.5;
+        let found = (
+            self.at(count, q * (m - 1.0)),
+            self.at(count, middle - half),
+            self.at(count, middle + half),
+        );
+        match found {
+            (Some(at), Some(low), Some(high)) => Quantile {
+                value: at.value,
+                mcse: ((high.value - low.value) / 2.0).max(at.half_width) / Z,
+            },
+            _ => Quantile::UNDEFINED,
+        }
+    }
+
+    /// The value of [`Self::quantile`] alone.
+    pub(super) fn quantile_value(&self, q: f64) -> f64 {
+        let count = self.count();
+        self.at(count, q * (count as f64 - 1.0))
+            .map_or(f64::NAN, |at| at.value)
+    }
+
+    /// The mean without the `g = floor(gamma M)` smallest and largest of M values.
+    ///
+    /// Its standard error is Tukey and McLaughlin's (1963): `s_w / ((1 - 2 g / M) sqrt M)`, with s_w the
+    /// standard deviation (divisor M - 1) of the winsorised sample, in which the values left out are
+    /// replaced by the nearest one kept. Undefined for an empty sketch; without error for one value.
+    ///
+    /// # Panics
+    /// In debug builds, if gamma is not in [0, 1/2).
+    pub fn trimmed_mean(&self, gamma: f64) -> Estimate {
+        debug_assert!((0.0..0.5).contains(&gamma));
+        let count = self.count();
+        let cut = (gamma * count as f64).floor() as u64;
+        let kept = self.kept(cut, count - cut);
+        let (Some(first), Some(last)) = (kept.first(), kept.last()) else {
+            return Estimate::UNDEFINED;
+        };
+        let (m, g) = (count as f64, cut as f64);
+        let inner = m - 2.0 * g;
+        let mean = kept.iter().map(|(x, n)| x * n).sum::<f64>() / inner;
+        let low = self.order_statistic(cut).map_or(first.0, |at| at.value);
+        let high = self
+            .order_statistic(count - cut - 1)
+            .map_or(last.0, |at| at.value);
+        // Winsorised, about the trimmed mean.
+        let all = || kept.iter().copied().chain([(low, g), (high, g)]);
+        let sum: f64 = all().map(|(x, n)| (x - mean) * n).sum();
+        let squares: f64 = all().map(|(x, n)| (x - mean) * (x - mean) * n).sum();
+        let variance = (squares - sum * sum / m) / (m - 1.0);
+        Estimate::new(mean, variance.max(0.0).sqrt() * m.sqrt() / inner)
+    }
+
+    /// The order statistics of the ranks in `from..to`: the mean of those in one bin, and their number.
+    fn kept(&self, from: u64, to: u64) -> Vec<(f64, f64)> {
+        let mut before = 0;
+        let mut kept = Vec::with_capacity(self.bins.len());
+        for &(bin, count) in &self.bins {
+            let first = from.clamp(before, before + count) - before;
+            let last = to.clamp(before, before + count) - before;
+            if first < last {
+                let part = (first + last) as f64 / 2.0 / count as f64;
+                kept.push((inside(bin, part), (last - first) as f64));
+            }
+            before += count;
+        }
+        kept
+    }
+
+    /// The share of values below x. Of the values in x's own bin those count that the sketch places below
+    /// x, so it is exact for x >= 0 of at most 11 significant bits, which begins a bin.
+    pub fn share_below(&self, x: f64) -> Share {
+        let own = bin_of(x);
+        let (low, high) = edges(own);
+        let part = if low < high {
+            (x - low) / (high - low)
+        } else {
+            0.0
+        };
+        let below = self.bins.iter().map(|&(bin, count)| match bin.cmp(&own) {
+            std::cmp::Ordering::Less => count,
+            std::cmp::Ordering::Equal => (part * count as f64).round() as u64,
+            std::cmp::Ordering::Greater => 0,
+        });
+        Share::new(below.sum(), self.count())
+    }
+}
+
+/// A sketch as it is stored: the gap between a bin and the one before (the first: from the lowest bin
+/// there is), and the count.
+#[derive(Serialize, Deserialize)]
+struct Canonical(Vec<(u32, u64)>);
+
+impl From<Sketch> for Canonical {
+    fn from(sketch: Sketch) -> Self {
+        let mut previous = -INFINITE;
+        let gap = |(bin, count): (i32, u64)| {
+            let gap = bin.abs_diff(previous);
+            previous = bin;
+            (gap, count)
+        };
+        Self(sketch.bins.into_iter().map(gap).collect())
+    }
+}
+
+/// A stored sketch that no sketch is stored as.
+#[derive(Debug, thiserror::Error)]
+#[error("not a sketch: bins out of range or order, or empty")]
+struct NotCanonical;
+
+impl TryFrom<Canonical> for Sketch {
+    type Error = NotCanonical;
+
+    fn try_from(stored: Canonical) -> Result<Self, NotCanonical> {
+        let mut bin = -INFINITE;
+        let mut bins = Vec::with_capacity(stored.0.len());
+        for (index, (gap, count)) in stored.0.into_iter().enumerate() {
+            bin = bin.checked_add_unsigned(gap).ok_or(NotCanonical)?;
+            if bin > INFINITE || count == 0 || (gap == 0 && index > 0) {
+                return Err(NotCanonical);
+            }
+            bins.push((bin, count));
+        }
+        Ok(Self { bins })
+    }
+}

@@ -1,0 +1,153 @@
+//! Rates: slopes in log-log coordinates over cells that share their random numbers.
+
+use super::Sample;
+use super::estimate::nan_is_null;
+use crate::names::named_enum;
+use serde::{Deserialize, Serialize};
+
+/// Groups of trials that the jackknife deletes in turn; a trial's group is its index modulo this.
+pub const JACKKNIFE_GROUPS: usize = 20;
+
+/// Student's 97.5 % point for `JACKKNIFE_GROUPS - 1` = 19 degrees of freedom.
+const T19: f64 = 2.093_024_054_408_263;
+
+named_enum! {
+    /// The statistic of a cell whose rate is wanted.
+    SlopeOf, "statistic" {
+        /// Root mean square over trials.
+        Rmse = "rmse",
+        /// Median over trials.
+        Median = "median",
+    }
+}
+
+/// A slope of log(statistic) on log(x).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Slope {
+    /// The slope by ordinary least squares.
+    #[serde(with = "nan_is_null")]
+    pub value: f64,
+    /// The jackknife's standard error, from G = [`JACKKNIFE_GROUPS`] groups.
+    #[serde(with = "nan_is_null")]
+    pub mcse: f64,
+    /// Cells.
+    pub points: usize,
+}
+
+impl Slope {
+    /// The 95 % interval `value -+ t mcse`, t = 2.093 of Student's law with G - 1 = 19 degrees of freedom:
+    /// an error from 20 groups is too uncertain for 1.96, which would cover 93.5 %.
+    pub fn interval(&self) -> (f64, f64) {
+        (self.value - T19 * self.mcse, self.value + T19 * self.mcse)
+    }
+}
+
+/// Why there is no slope.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoSlope {
+    /// As many abscissas as cells, and at least two, are needed.
+    #[error("a slope needs at least two points, each with its cell")]
+    TooFewPoints,
+    /// An abscissa is not positive and finite, or all are equal.
+    #[error("abscissas must be positive, finite and not all equal")]
+    Abscissa,
+    /// A cell does not have [`JACKKNIFE_GROUPS`] groups, each with a trial.
+    #[error("cell {cell}: needs 20 groups with a figure in each")]
+    Groups {
+        /// Index of the cell.
+        cell: usize,
+    },
+    /// A cell's statistic, of all trials or with a group left out, is zero, negative or undefined.
+    #[error("cell {cell}: the statistic is zero, negative or undefined, so it has no logarithm")]
+    Statistic {
+        /// Index of the cell.
+        cell: usize,
+    },
+}
+
+/// The slope of log(statistic) on log(x) by ordinary least squares over cells, with its standard error.
+///
+/// `cells[i]` has the figure of x\[i\] in [`JACKKNIFE_GROUPS`] samples, one per group of trials. Cells that
+/// share their random numbers are dependent, so the residuals of the line say nothing of its error. The
+/// same group is left out of all cells at once: `MCSE^2 = (G - 1)/G sum_g (b_(g) - mean b)^2` (Efron and
+/// Stein 1981). This is the error of the slope of the line that fits these cells best; whether a line fits
+/// is not asked.
+///
+/// Logarithms are the platform's, so the last bits may differ between machines.
+///
+/// # Errors
+/// [`NoSlope`] where the slope is undefined.
+pub fn slope(x: &[f64], cells: &[Vec<Sample>], statistic: SlopeOf) -> Result<Slope, NoSlope> {
+    if x.len() != cells.len() || x.len() < 2 {
+        return Err(NoSlope::TooFewPoints);
+    }
+    let weights = weights(x).ok_or(NoSlope::Abscissa)?;
+    let (mut whole, mut deleted) = (0.0, [0.0; JACKKNIFE_GROUPS]);
+    for (cell, (groups, weight)) in cells.iter().zip(weights).enumerate() {
+        if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
+            return Err(NoSlope::Groups { cell });
+        }
+        let log = |statistic: f64| {
+            if statistic > 0.0 && statistic.is_finite() {
+                Ok(statistic.ln())
+            } else {
+                Err(NoSlope::Statistic { cell })
+            }
+        };
+        let (all, without) = match statistic {
+            SlopeOf::Rmse => rmses(groups),
+            SlopeOf::Median => medians(groups),
+        };
+        whole += weight * log(all)?;
+        for (slope, statistic) in deleted.iter_mut().zip(without) {
+            *slope += weight * log(statistic)?;
+        }
+    }
+    let groups = JACKKNIFE_GROUPS as f64;
+    let mean = deleted.iter().sum::<f64>() / groups;
+    let squares: f64 = deleted.iter().map(|b| (b - mean) * (b - mean)).sum();
+    Ok(Slope {
+        value: whole,
+        mcse: ((groups - 1.0) / groups * squares).sqrt(),
+        points: x.len(),
+    })
+}
+
+/// The weights w of the slope `sum_i w_i log(statistic_i)`: `w_i = (l_i - mean l) / sum (l - mean l)^2` with
+/// l = log x.
+fn weights(x: &[f64]) -> Option<Vec<f64>> {
+    if !x.iter().all(|x| *x > 0.0 && x.is_finite()) || x.iter().all(|other| *other == x[0]) {
+        return None;
+    }
+    let logs: Vec<f64> = x.iter().map(|x| x.ln()).collect();
+    let mean = logs.iter().sum::<f64>() / logs.len() as f64;
+    let squares: f64 = logs.iter().map(|l| (l - mean) * (l - mean)).sum();
+    (squares > 0.0).then(|| logs.iter().map(|l| (l - mean) / squares).collect())
+}
+
+/// The RMSE of all groups, and without each of them.
+fn rmses(groups: &[Sample]) -> (f64, Vec<f64>) {
+    let without = |left_out: usize| {
+        let others = groups.iter().enumerate();
+        Sample::rmse_of_all(others.filter_map(|(g, group)| (g != left_out).then_some(group)))
+    };
+    (
+        Sample::rmse_of_all(groups.iter()),
+        (0..groups.len()).map(without).collect(),
+    )
+}
+
+/// The median of all groups, and without each of them.
+fn medians(groups: &[Sample]) -> (f64, Vec<f64>) {
+    let merged = |samples: &mut dyn Iterator<Item = &Sample>| {
+        let mut merged = Sample::default();
+        samples.for_each(|sample| merged.merge(sample));
+        merged
+    };
+    let all = merged(&mut groups.iter()).median_value();
+    let without = |left_out: usize| {
+        let others = groups.iter().enumerate();
+        merged(&mut others.filter_map(|(g, group)| (g != left_out).then_some(group))).median_value()
+    };
+    (all, (0..groups.len()).map(without).collect())
+}
