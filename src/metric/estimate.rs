@@ -46,6 +46,11 @@ impl Default for Estimate {
     }
 }
 
+/// x, or 0 where rounding has made it negative; NaN is kept, which `max` would not do.
+pub(super) fn not_negative(x: f64) -> f64 {
+    if x < 0.0 { 0.0 } else { x }
+}
+
 /// NaN stands as null in files. JSON has no infinities either and makes them null, postcard keeps them.
 pub(super) mod nan_is_null {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};

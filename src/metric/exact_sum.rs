@@ -229,3 +229,198 @@ impl TryFrom<Canonical> for ExactSum {
         Ok(sum)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn sum(terms: impl IntoIterator<Item = f64>) -> ExactSum {
+        let mut sum = ExactSum::default();
+        for x in terms {
+            sum.add(x);
+        }
+        sum
+    }
+
+    fn bytes(sum: &ExactSum) -> Vec<u8> {
+        postcard::to_stdvec(sum).unwrap()
+    }
+
+    /// Any finite double.
+    fn finite() -> impl Strategy<Value = f64> {
+        any::<u64>()
+            .prop_map(f64::from_bits)
+            .prop_filter("finite", |x| x.is_finite())
+    }
+
+    /// Python's math.fsum: Shewchuk's expansion of partial sums, rounded to nearest even at the end.
+    /// The terms must not overflow on the way.
+    fn fsum(terms: &[f64]) -> f64 {
+        let mut partials: Vec<f64> = Vec::new();
+        for &term in terms {
+            let mut x = term;
+            let mut kept = Vec::new();
+            for &y in &partials {
+                let (large, small) = if x.abs() < y.abs() { (y, x) } else { (x, y) };
+                let high = large + small;
+                let low = small - (high - large);
+                if low != 0.0 {
+                    kept.push(low);
+                }
+                x = high;
+            }
+            kept.push(x);
+            partials = kept;
+        }
+        let mut high = partials.pop().unwrap_or(0.0);
+        let mut low = 0.0;
+        while let Some(y) = partials.pop() {
+            let x = high;
+            high = x + y;
+            low = y - (high - x);
+            if low != 0.0 {
+                break;
+            }
+        }
+        if let Some(next) = partials.last()
+            && ((low < 0.0 && *next < 0.0) || (low > 0.0 && *next > 0.0))
+        {
+            let (twice, x) = (2.0 * low, high + 2.0 * low);
+            if twice == x - high {
+                high = x;
+            }
+        }
+        high
+    }
+
+    #[test]
+    fn ill_conditioned_sums() {
+        let max = f64::MAX;
+        let tiny = f64::from_bits(1);
+        assert_eq!(sum([]).value(), 0.0);
+        assert_eq!(sum([1e308, 1.0, -1e308]).value(), 1.0);
+        assert_eq!(sum([max, max, -max, tiny, -max]).value(), tiny);
+        assert_eq!(sum([max, max]).value(), f64::INFINITY);
+        assert_eq!(sum([-max, -max]).value(), f64::NEG_INFINITY);
+        assert_eq!(sum([0.1; 10]).value(), 1.0);
+        assert_eq!(sum([-0.0]).value().to_bits(), 0);
+        // Ties go to even, and anything below the tie decides it.
+        let half = f64::EPSILON / 2.0;
+        assert_eq!(sum([1.0, half]).value(), 1.0);
+        assert_eq!(sum([1.0, half, tiny]).value(), 1.0 + f64::EPSILON);
+        assert_eq!(
+            sum([1.0, f64::EPSILON, half]).value(),
+            1.0 + 2.0 * f64::EPSILON
+        );
+        // The largest double and half its unit in the last place round to infinity, anything less does not.
+        let unit = 2.0_f64.powi(970);
+        assert_eq!(sum([max, unit]).value(), f64::INFINITY);
+        assert_eq!(sum([max, unit, -tiny]).value(), max);
+        assert_eq!(sum([1.0, 1e-20, 1e-40]).value_dd(), (1.0, 1e-20));
+        assert_eq!(sum([1e-310, -1e-300]).value(), 1e-310 - 1e-300);
+    }
+
+    #[test]
+    fn carries_run_when_limbs_are_full() {
+        let mut total = sum([f64::MAX, -1.0]);
+        // Doubling is 2^40 additions.
+        for _ in 0..40 {
+            let copy = total.clone();
+            total.merge(&copy);
+        }
+        let mut back = total.clone();
+        for _ in 0..70 {
+            back.carry();
+        }
+        assert_eq!(total, back);
+        // -2^40 is left when the large terms are taken away again.
+        let mut large = sum([-f64::MAX]);
+        for _ in 0..40 {
+            let copy = large.clone();
+            large.merge(&copy);
+        }
+        total.merge(&large);
+        assert_eq!(total.value(), -(2.0_f64.powi(40)));
+    }
+
+    #[test]
+    fn products_are_exact() {
+        let mut squares = ExactSum::default();
+        // 0.1^2 - (fl(0.1^2) + rest) = 0
+        squares.add_product(0.1, 0.1);
+        squares.add_product(-0.1, 0.1);
+        assert_eq!(squares, ExactSum::default());
+        // (2^53 - 1)^2 = 2^106 - 2^54 + 1
+        let x = 2.0_f64.powi(53) - 1.0;
+        squares.add_product(x, x);
+        squares.add(-(2.0_f64.powi(106)));
+        squares.add(2.0_f64.powi(54));
+        assert_eq!(squares.value(), 1.0);
+    }
+
+    #[test]
+    fn storage_is_compact_and_checked() {
+        assert_eq!(bytes(&ExactSum::default()), [0, 0, 0]);
+        // 1.0 is one digit.
+        assert!(bytes(&sum([1.0])).len() <= 8);
+        assert_eq!(bytes(&sum([1.0])), bytes(&sum([-1.0, 3.0, -1.0])));
+        // Zeros at an end, digits out of range, a negative zero.
+        for digits in [
+            (false, 0_u8, vec![0_u32, 1]),
+            (false, 0, vec![1, 0]),
+            (false, 67, vec![1, 1]),
+            (true, 0, vec![]),
+        ] {
+            let bytes = postcard::to_stdvec(&digits).unwrap();
+            assert!(postcard::from_bytes::<ExactSum>(&bytes).is_err());
+        }
+    }
+
+    proptest! {
+        /// Terms m 2^e with |m| < 2^53 and 0 <= e < 60: their sum in units of 2^-60 is a 128-bit integer,
+        /// whose conversion to a double is correctly rounded. `scale` moves it all over the range.
+        #[test]
+        fn agrees_with_integers(
+            terms in prop::collection::vec((-(1_i64 << 53)..(1 << 53), 0..60_u32), 0..60),
+            scale in -1074..850_i32,
+        ) {
+            let exact: i128 = terms.iter().map(|(m, e)| i128::from(*m) << e).sum();
+            // 2^scale in two factors, both in range.
+            let (a, b) = (scale / 2, scale - scale / 2);
+            let scaled = |x: f64| x * 2.0_f64.powi(a) * 2.0_f64.powi(b);
+            let found = sum(terms.iter().map(|(m, e)| scaled((i128::from(*m) << e) as f64)));
+            // Scaling rounds only below the normal range, and integers times 2^-1074 never do.
+            prop_assert_eq!(found.value().to_bits(), scaled(exact as f64 + 0.0).to_bits());
+        }
+
+        #[test]
+        fn agrees_with_fsum(terms in prop::collection::vec(finite(), 0..40)) {
+            let terms: Vec<f64> = terms.iter().map(|x| x * 2.0_f64.powi(-8)).collect();
+            prop_assert_eq!(sum(terms.iter().copied()).value(), fsum(&terms));
+        }
+
+        #[test]
+        fn order_and_grouping_do_not_matter(
+            terms in prop::collection::vec(finite(), 1..40).prop_flat_map(|terms| {
+                (Just(terms.clone()), Just(terms).prop_shuffle())
+            }),
+            cut in 0..40_usize,
+        ) {
+            let (terms, shuffled) = terms;
+            let whole = sum(terms);
+            let cut = cut.min(shuffled.len());
+            let mut merged = sum(shuffled[cut..].iter().copied());
+            merged.merge(&sum(shuffled[..cut].iter().copied()));
+            prop_assert_eq!(&whole, &merged);
+            prop_assert_eq!(bytes(&whole), bytes(&merged));
+            let (high, low) = whole.value_dd();
+            prop_assert_eq!(merged.value_dd(), (high, low));
+            prop_assert!(!high.is_finite() || high + low == high);
+            let read: ExactSum = postcard::from_bytes(&bytes(&whole)).unwrap();
+            prop_assert_eq!(&read, &whole);
+            prop_assert_eq!(bytes(&read), bytes(&whole));
+            prop_assert!(bytes(&whole).len() <= 3 + 5 * LIMBS);
+        }
+    }
+}

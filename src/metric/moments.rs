@@ -5,7 +5,7 @@
 //! stated here by the fourth moment, and square roots by the delta method.
 
 use super::dd::{Dd, powers};
-use super::estimate::{Estimate, nan_is_null};
+use super::estimate::{Estimate, nan_is_null, not_negative};
 use super::{ExactSum, Quantile, Sketch};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
@@ -176,7 +176,7 @@ impl Sample {
         squares.add_product(m, square);
         squares.add_product(m, square_low);
         let rest = rest.value();
-        (squares.value() - rest * (rest / m)).max(0.0) / (m - 1.0)
+        not_negative(squares.value() - rest * (rest / m)) / (m - 1.0)
     }
 
     /// The standard deviation s.
@@ -187,7 +187,7 @@ impl Sample {
         let m = self.count as f64;
         let variance = self.variance();
         let rest = (m - 3.0) / (m - 1.0) * variance * variance;
-        let of_variance = (self.fourth_central() - rest).max(0.0) / m;
+        let of_variance = not_negative(self.fourth_central() - rest) / m;
         let mcse = if variance == 0.0 {
             0.0
         } else {
@@ -208,7 +208,7 @@ impl Sample {
         // s4 - 4 c s3 + 6 c^2 s2 - 3 c^3 s1
         let inner = times(6.0, s2) - c * times(3.0, s1);
         let sum = s4 - c * (times(4.0, s3) - c * inner);
-        sum.over(m).value().max(0.0)
+        not_negative(sum.over(m).value())
     }
 
     /// The mean square, MCSE the standard deviation of `x^2` over `sqrt M`.
@@ -220,7 +220,7 @@ impl Sample {
         }
         let s2 = Dd::from(self.squares.value_dd());
         let s4 = Dd::from(self.fourths.value_dd());
-        let spread = (s4 - (s2 * s2).over(Dd::from(m))).value().max(0.0);
+        let spread = not_negative((s4 - (s2 * s2).over(Dd::from(m))).value());
         let mcse = (spread / (m - 1.0) / m).sqrt();
         Estimate::new(s2.value() / m, self.with_fourths(mcse))
     }
@@ -346,9 +346,212 @@ pub struct Statistics {
     /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out of
     /// range. Then the figure has a heavy tail (or there are fewer than some ten trials): mean, sd, MSE and
     /// RMSE say little, and their standard errors, which rest on fourth moments, even less. Read the
-    /// quantiles and the trimmed mean. The reverse does not hold: not every heavy tail shows.
+    /// quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 % are flagged; their 95 %
+    /// intervals of the RMSE hold the truth in some 60 % (`tests/coverage.rs`). The reverse does not hold: of
+    /// studies of Student's law with 4 degrees of freedom, whose squares have no variance, 10 to 30 % are
+    /// flagged, and the intervals hold the truth in 89 %.
     pub dominated: bool,
     /// The largest `x^2` over the sum of `x^2`.
     #[serde(with = "nan_is_null")]
     pub largest_share: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::normal::fill_standard_normal;
+    use crate::signal::{Purpose, stream};
+    use proptest::prelude::*;
+
+    fn normals(seed: u64, count: usize) -> Vec<f64> {
+        let mut z = vec![0.0; count];
+        fill_standard_normal(&mut stream(seed, 0, Purpose::NoiseDrive), &mut z);
+        z
+    }
+
+    fn near(found: f64, expected: f64, tolerance: f64) {
+        assert!(
+            (found - expected).abs() <= tolerance * expected.abs(),
+            "{found:e} {expected:e}"
+        );
+    }
+
+    /// 1 ... M: mean (M + 1)/2, variance M (M + 1)/12, mean fourth central moment
+    /// (M^2 - 1)(3 M^2 - 7)/240, mean square (M + 1)(2 M + 1)/6, sum of fourth powers
+    /// M (M + 1)(2 M + 1)(3 M^2 + 3 M - 1)/30.
+    #[test]
+    fn consecutive_integers() {
+        let count = 1000;
+        let m = f64::from(count);
+        let found = Sample::of((1..=count).map(f64::from)).statistics();
+        let eps = 8.0 * f64::EPSILON;
+        assert_eq!(found.mean.value, 500.5);
+        let variance = m * (m + 1.0) / 12.0;
+        near(found.mean.mcse, (variance / m).sqrt(), eps);
+        near(found.sd.value, variance.sqrt(), eps);
+        let fourth = (m * m - 1.0) * (3.0 * m * m - 7.0) / 240.0;
+        let of_variance = (fourth - variance * variance * (m - 3.0) / (m - 1.0)) / m;
+        near(
+            found.sd.mcse,
+            (of_variance / (4.0 * variance)).sqrt(),
+            2.0 * eps,
+        );
+        let mse = (m + 1.0) * (2.0 * m + 1.0) / 6.0;
+        near(found.mse.value, mse, eps);
+        let fourths = (m + 1.0) * (2.0 * m + 1.0) * (3.0 * m * m + 3.0 * m - 1.0) / 30.0;
+        let mcse = ((fourths - mse * mse) / (m - 1.0)).sqrt();
+        near(found.mse.mcse, mcse, 2.0 * eps);
+        near(found.rmse.value, mse.sqrt(), eps);
+        near(found.rmse.mcse, mcse / (2.0 * mse.sqrt()), 2.0 * eps);
+        assert_eq!((found.min, found.max, found.count), (1.0, m, 1000));
+        near(found.largest_share, 1.0 / mse * m, eps);
+        assert!(!found.dominated);
+        // Integers stand where their bins begin, so the sketch takes each too large.
+        near(found.trimmed.value, 500.5, crate::metric::SKETCH_ERROR);
+        near(found.q25.value, 250.75, 2.0 * crate::metric::SKETCH_ERROR);
+    }
+
+    /// An offset of 2^40 costs x^4 160 bits against the spread's, and leaves sd and its error alone: x + 2^40
+    /// is exact for these x, so both must be those without the offset.
+    #[test]
+    fn offsets_do_not_cancel() {
+        let plain = Sample::of((0..500).map(|i| f64::from((i * i) % 97)));
+        for offset in [2.0_f64.powi(20), 2.0_f64.powi(40)] {
+            let moved = Sample::of((0..500).map(|i| f64::from((i * i) % 97) + offset));
+            let (a, b) = (plain.sd(), moved.sd());
+            near(b.value, a.value, 1e-15);
+            near(moved.mean().mcse, plain.mean().mcse, 1e-15);
+            assert_eq!(moved.mean().value, plain.mean().value + offset);
+            // mu_4 carries 2^-104 of mean x^4: (offset / sd)^4 2^-104.
+            let condition = (offset / a.value).powi(4) * 2.0_f64.powi(-100);
+            if condition < 0.01 {
+                near(b.mcse, a.mcse, condition.max(1e-14));
+            }
+        }
+        let constant = Sample::of([0.1; 30]).statistics();
+        assert_eq!((constant.sd.value, constant.sd.mcse), (0.0, 0.0));
+        assert_eq!((constant.mean.value, constant.mean.mcse), (0.1, 0.0));
+        assert_eq!(constant.q50.value, 0.1);
+    }
+
+    /// Theory, at a million values within 4.5 standard errors, the errors themselves within 2 %: uniform
+    /// (mean 1/2, variance 1/12, mu_4 = 1/80), normal (sd error sigma / sqrt(2 M)), exponential (mean and sd
+    /// 1, mu_4 = 9, E x^4 = 24, median ln 2).
+    #[test]
+    fn known_distributions() {
+        let count = 1 << 20;
+        let m = f64::from(count);
+        let z = normals(5, 2 * count as usize);
+        let exponential = z.as_chunks::<2>().0.iter();
+        let exponential: Vec<f64> = exponential.map(|[a, b]| 0.5 * (a * a + b * b)).collect();
+        let uniform = exponential.iter().map(|x| (-x).exp());
+        // mean, sd, its error, mean square, its error, median, its error
+        let laws = [
+            (
+                Sample::of(uniform),
+                [0.5, (1.0_f64 / 12.0).sqrt(), 1.0 / 3.0, 0.5],
+                [1.0 / 80.0, 1.0 / 5.0 - 1.0 / 9.0, 0.5],
+            ),
+            (
+                Sample::of(z[..count as usize].iter().copied()),
+                [0.0, 1.0, 1.0, 0.0],
+                [3.0, 2.0, (0.5 * std::f64::consts::PI).sqrt()],
+            ),
+            (
+                Sample::of(exponential.iter().copied()),
+                [1.0, 1.0, 2.0, std::f64::consts::LN_2],
+                [9.0, 20.0, 1.0],
+            ),
+        ];
+        for (sample, [mean, sd, mse, median], [fourth, of_square, of_median]) in laws {
+            let found = sample.statistics();
+            let root = m.sqrt();
+            let of_sd = (fourth - sd.powi(4)).sqrt() / (2.0 * sd) / root;
+            let of_mse = of_square.sqrt() / root;
+            for (estimate, truth, error) in [
+                (found.mean, mean, sd / root),
+                (found.sd, sd, of_sd),
+                (found.mse, mse, of_mse),
+                (found.rmse, mse.sqrt(), of_mse / (2.0 * mse.sqrt())),
+            ] {
+                assert!((estimate.value - truth).abs() < 4.5 * error, "{found:?}");
+                near(estimate.mcse, error, 0.02);
+            }
+            assert!((found.q50.value - median).abs() < 4.5 * of_median / root + 2e-4);
+            let floor = median * crate::metric::SKETCH_ERROR / super::super::Z;
+            near(found.q50.mcse, (of_median / root).max(floor), 0.1);
+            assert!(!found.dominated && found.overflowed == 0);
+        }
+    }
+
+    #[test]
+    fn powers_that_overflow_are_counted() {
+        let fourth = Sample::of([1e80, 1.0, -1.0]).statistics();
+        assert_eq!(fourth.overflowed, 1);
+        assert!(fourth.mean.mcse.is_finite() && fourth.rmse.value.is_finite());
+        assert!(fourth.sd.value.is_finite() && fourth.sd.mcse.is_nan());
+        assert!(fourth.mse.mcse.is_nan() && fourth.rmse.mcse.is_nan() && fourth.dominated);
+        let square = Sample::of([1e200, 1.0, -1.0]).statistics();
+        assert!(square.mean.value.is_finite() && square.mean.mcse.is_nan());
+        assert!(square.sd.value.is_nan() && square.mse.value.is_nan() && square.dominated);
+        // Each power is in range, their sum is not.
+        let sum = Sample::of([1e77, -1e77, 9e76].repeat(50)).statistics();
+        assert!(sum.overflowed == 0 && sum.mse.value.is_finite() && sum.sd.value.is_finite());
+        assert!(sum.mse.mcse.is_nan() && sum.rmse.mcse.is_nan() && sum.sd.mcse.is_nan());
+        let infinite = Sample::of([f64::INFINITY, 1.0, 2.0]).statistics();
+        assert!(infinite.mean.value.is_nan() && infinite.max == f64::INFINITY);
+        assert!(infinite.overflowed == 1 && infinite.q05.value.is_finite());
+        let undefined = Sample::of([f64::NAN, 1.0]).statistics();
+        assert_eq!((undefined.count, undefined.undefined), (1, 1));
+        assert!(undefined.mean.value == 1.0 && undefined.mean.mcse.is_nan());
+        let empty = Sample::default().statistics();
+        assert!(empty.mean.value.is_nan() && empty.min.is_nan() && !empty.dominated);
+    }
+
+    #[test]
+    fn undefined_numbers_are_null_in_json_and_come_back() {
+        let found = Sample::of([f64::NAN, 1.0]).statistics();
+        let text = serde_json::to_string(&found).unwrap();
+        assert!(text.contains(r#""mean":{"value":1.0,"mcse":null}"#));
+        let read: Statistics = serde_json::from_str(&text).unwrap();
+        assert_eq!(serde_json::to_string(&read).unwrap(), text);
+        assert!(read.mean.mcse.is_nan());
+        let full = Sample::of(normals(1, 50)).statistics();
+        let bytes = postcard::to_stdvec(&full).unwrap();
+        assert_eq!(postcard::from_bytes::<Statistics>(&bytes).unwrap(), full);
+    }
+
+    fn value() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            4 => -2.0..2.0,
+            1 => any::<u64>().prop_map(f64::from_bits),
+            1 => Just(0.0),
+            1 => Just(-0.0),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn order_and_grouping_do_not_matter(
+            values in prop::collection::vec(value(), 0..60)
+                .prop_flat_map(|values| (Just(values.clone()), Just(values).prop_shuffle())),
+            cuts in (0..60_usize, 0..60_usize),
+        ) {
+            let (values, shuffled) = values;
+            let whole = Sample::of(values.iter().copied());
+            let (a, b) = (cuts.0.min(cuts.1).min(values.len()), cuts.0.max(cuts.1).min(values.len()));
+            let mut merged = Sample::of(shuffled[b..].iter().copied());
+            let mut rest = Sample::of(shuffled[..a].iter().copied());
+            rest.merge(&Sample::of(shuffled[a..b].iter().copied()));
+            merged.merge(&rest);
+            let bytes = postcard::to_stdvec(&whole).unwrap();
+            prop_assert_eq!(&whole, &merged);
+            prop_assert_eq!(&bytes, &postcard::to_stdvec(&merged).unwrap());
+            let read: Sample = postcard::from_bytes(&bytes).unwrap();
+            prop_assert_eq!(
+                postcard::to_stdvec(&read.statistics()).unwrap(),
+                postcard::to_stdvec(&merged.statistics()).unwrap()
+            );
+        }
+    }
 }

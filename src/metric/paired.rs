@@ -1,7 +1,7 @@
 //! Two methods on the same trials.
 
 use super::dd::{Dd, powers, product};
-use super::estimate::Estimate;
+use super::estimate::{Estimate, not_negative};
 use super::moments::{DOMINANT_SHARE, finite, largest_share};
 use super::{ExactSum, Quantile, Sample, Share, Sketch};
 use crate::signal::arithmetic::with_fma;
@@ -145,7 +145,7 @@ impl Paired {
         let cross = xy.over(x2).over(y2);
         let spread = x4.over(x2).over(x2) - (cross + cross) + y4.over(y2).over(y2);
         let ratio = x2.over(y2).value().sqrt();
-        let mcse = 0.5 * ratio * (spread.value().max(0.0) / (m - 1.0)).sqrt();
+        let mcse = 0.5 * ratio * (not_negative(spread.value()) / (m - 1.0)).sqrt();
         Estimate::new(ratio, mcse)
     }
 
@@ -211,4 +211,116 @@ pub struct PairedStatistics {
     /// Whether one trial has more than [`DOMINANT_SHARE`] of either sum of squares, or a fourth power
     /// overflowed: then `mean_difference` and `rmse_ratio` are not to be trusted.
     pub dominated: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::normal::fill_standard_normal;
+    use crate::signal::{Purpose, stream};
+
+    fn normals(trial: u64, count: usize) -> Vec<f64> {
+        let mut z = vec![0.0; count];
+        fill_standard_normal(&mut stream(21, trial, Purpose::NoiseDrive), &mut z);
+        z
+    }
+
+    fn pairs(count: usize) -> Vec<(Option<f64>, Option<f64>)> {
+        let shared = normals(0, count);
+        let own = normals(1, count);
+        let pair = |(a, b): (&f64, &f64)| (Some(1.5 * a + b), Some(a - b));
+        shared.iter().zip(&own).map(pair).collect()
+    }
+
+    /// The linearised ratio, trial by trial: sd of x^2/X - y^2/Y over the trials, times R/2 over sqrt M.
+    #[test]
+    fn the_ratio_of_rmses_by_residuals() {
+        let pairs = pairs(1000);
+        let squares: Vec<(f64, f64)> = pairs
+            .iter()
+            .map(|(x, y)| (x.unwrap().powi(2), y.unwrap().powi(2)))
+            .collect();
+        let m = squares.len() as f64;
+        let x = squares.iter().map(|s| s.0).sum::<f64>() / m;
+        let y = squares.iter().map(|s| s.1).sum::<f64>() / m;
+        let spread: f64 = squares.iter().map(|s| (s.0 / x - s.1 / y).powi(2)).sum();
+        let ratio = (x / y).sqrt();
+        let expected = ratio / 2.0 * (spread / (m * (m - 1.0))).sqrt();
+        let found = Paired::of(pairs).rmse_ratio();
+        assert!((found.value - ratio).abs() < 1e-13);
+        assert!((found.mcse / expected - 1.0).abs() < 1e-12);
+    }
+
+    /// Equal methods: no difference at all, and no share. Nearly equal ones, y = x (1 + 1e-9 w): the error of
+    /// the ratio is some 1e-9 / sqrt M, which sums in doubles (1e-16 of 1) would not show to three digits.
+    #[test]
+    fn methods_that_hardly_differ() {
+        let x = normals(2, 400);
+        let equal = Paired::of(x.iter().map(|x| (Some(*x), Some(*x)))).statistics();
+        assert_eq!((equal.ties, equal.share_smaller.of), (400, 0));
+        assert!(equal.share_smaller.share.is_nan());
+        assert_eq!((equal.rmse_ratio.value, equal.rmse_ratio.mcse), (1.0, 0.0));
+        assert_eq!(equal.mean_difference.mcse, 0.0);
+        let w = normals(3, 400);
+        let near = x.iter().zip(&w).map(|(x, w)| (*x, x * (1.0 + 1e-9 * w)));
+        let near: Vec<(f64, f64)> = near.collect();
+        let found = Paired::of(near.iter().map(|(x, y)| (Some(*x), Some(*y)))).rmse_ratio();
+        // d(x^2/X - y^2/Y) = -(2/X) (x (y - x) - x^2 mean(x (y - x))/X) to first order
+        let mean = x.iter().map(|x| x * x).sum::<f64>() / 400.0;
+        let shift = near.iter().map(|(x, y)| x * (y - x)).sum::<f64>() / 400.0;
+        let residual = |(x, y): &(f64, f64)| (x * (y - x) - x * x * shift / mean) / mean;
+        let squares: f64 = near.iter().map(|pair| residual(pair).powi(2)).sum();
+        let expected = (squares / (400.0 * 399.0)).sqrt();
+        assert!(
+            (found.mcse / expected - 1.0).abs() < 1e-6,
+            "{found:?} {expected:e}"
+        );
+    }
+
+    #[test]
+    fn missing_figures_are_counted() {
+        let pairs = [
+            (Some(1.0), Some(2.0)),
+            (Some(3.0), None),
+            (None, Some(1.0)),
+            (Some(f64::NAN), None),
+            (Some(2.0), Some(2.0)),
+            (Some(0.0), Some(0.0)),
+            (Some(6.0), Some(3.0)),
+        ];
+        let found = Paired::of(pairs).statistics();
+        let counts = [
+            found.both,
+            found.only_first,
+            found.only_second,
+            found.neither,
+        ];
+        assert_eq!(counts, [4, 1, 1, 1]);
+        assert_eq!(found.ties, 2);
+        assert_eq!((found.share_smaller.count, found.share_smaller.of), (1, 2));
+        // 1/2, 1, 2; 0/0 is none.
+        assert_eq!(Paired::of(pairs).ratio().count(), 3);
+        assert!((found.median_ratio.value - 1.0).abs() < 1e-3);
+        assert_eq!(found.mean_difference.value, 0.5);
+        let large = Paired::of([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))]).statistics();
+        assert!(large.rmse_ratio.value.is_nan() && large.dominated);
+        let none = Paired::default().statistics();
+        assert!(none.rmse_ratio.value.is_nan() && !none.dominated);
+    }
+
+    #[test]
+    fn order_and_grouping_do_not_matter() {
+        let mut pairs = pairs(300);
+        pairs[7].0 = None;
+        pairs[8].1 = Some(1e90);
+        let whole = Paired::of(pairs.iter().copied());
+        let mut merged = Paired::default();
+        for block in pairs.rchunks(37) {
+            merged.merge(&Paired::of(block.iter().rev().copied()));
+        }
+        assert_eq!(whole, merged);
+        let bytes = postcard::to_stdvec(&whole).unwrap();
+        assert_eq!(bytes, postcard::to_stdvec(&merged).unwrap());
+        assert_eq!(postcard::from_bytes::<Paired>(&bytes).unwrap(), whole);
+    }
 }

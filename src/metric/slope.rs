@@ -151,3 +151,78 @@ fn medians(groups: &[Sample]) -> (f64, Vec<f64>) {
     };
     (all, (0..groups.len()).map(without).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::normal::fill_standard_normal;
+    use crate::signal::{Purpose, stream};
+
+    fn groups(values: &[f64]) -> Vec<Sample> {
+        let group = |g: usize| values[g..].iter().step_by(JACKKNIFE_GROUPS).copied();
+        (0..JACKKNIFE_GROUPS)
+            .map(|g| Sample::of(group(g)))
+            .collect()
+    }
+
+    fn normals(trial: u64, count: usize) -> Vec<f64> {
+        let mut z = vec![0.0; count];
+        fill_standard_normal(&mut stream(31, trial, Purpose::NoiseDrive), &mut z);
+        z
+    }
+
+    /// Cells that are multiples x^-1/2 of the same numbers: the slope is -1/2 without error; that of the
+    /// medians to the resolution of the bins.
+    #[test]
+    fn shared_numbers_leave_no_error() {
+        let z: Vec<f64> = normals(0, 400).iter().map(|z| z.abs()).collect();
+        let x = [10.0, 100.0, 1000.0];
+        let cell = |x: &f64| groups(&z.iter().map(|z| z / x.sqrt()).collect::<Vec<_>>());
+        let cells: Vec<_> = x.iter().map(cell).collect();
+        let found = slope(&x, &cells, SlopeOf::Rmse).unwrap();
+        assert!((found.value + 0.5).abs() < 1e-14 && found.mcse < 1e-14 && found.points == 3);
+        let found = slope(&x, &cells, SlopeOf::Median).unwrap();
+        assert!((found.value + 0.5).abs() < 1e-3 && found.mcse < 1e-3);
+    }
+
+    /// Two cells, RMSE: the slope is log(R2/R1)/log(x2/x1); the jackknife written out.
+    #[test]
+    fn two_cells_by_hand() {
+        let (a, b) = (normals(1, 200), normals(2, 200));
+        let cells = [groups(&a), groups(&b)];
+        let found = slope(&[1.0, std::f64::consts::E], &cells, SlopeOf::Rmse).unwrap();
+        let log_ratio = |keep: &dyn Fn(usize) -> bool| {
+            let square = |z: &[f64]| -> f64 {
+                let kept = z.iter().enumerate().filter(|(i, _)| keep(i % 20));
+                kept.map(|(_, z)| z * z).sum()
+            };
+            0.5 * (square(&b) / square(&a)).ln()
+        };
+        assert!((found.value - log_ratio(&|_| true)).abs() < 1e-14);
+        let deleted: Vec<f64> = (0..20).map(|g| log_ratio(&|i| i != g)).collect();
+        let mean = deleted.iter().sum::<f64>() / 20.0;
+        let squares: f64 = deleted.iter().map(|b| (b - mean).powi(2)).sum();
+        assert!((found.mcse - (0.95 * squares).sqrt()).abs() < 1e-13);
+        // Theory: log of an RMSE of 200 normal numbers has error 1/sqrt(400); two of them.
+        assert!((found.mcse / (2.0_f64 / 400.0).sqrt() - 1.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn reasons_for_no_slope() {
+        let full = groups(&normals(3, 40));
+        let zero = groups(&[0.0; 40]);
+        let short = groups(&normals(3, 19));
+        let of = |x: &[f64], cells: &[Vec<Sample>]| slope(x, cells, SlopeOf::Rmse);
+        let two = [full.clone(), full.clone()];
+        assert_eq!(of(&[1.0], &two), Err(NoSlope::TooFewPoints));
+        assert_eq!(of(&[1.0], &two[..1]), Err(NoSlope::TooFewPoints));
+        assert_eq!(of(&[1.0, 0.0], &two), Err(NoSlope::Abscissa));
+        assert_eq!(of(&[2.0, 2.0], &two), Err(NoSlope::Abscissa));
+        let found = of(&[1.0, 2.0], &[full.clone(), zero]);
+        assert_eq!(found, Err(NoSlope::Statistic { cell: 1 }));
+        let found = of(&[1.0, 2.0], &[short, full.clone()]);
+        assert_eq!(found, Err(NoSlope::Groups { cell: 0 }));
+        let found = of(&[1.0, 2.0], &[full.clone(), full[..5].to_vec()]);
+        assert_eq!(found, Err(NoSlope::Groups { cell: 1 }));
+    }
+}
