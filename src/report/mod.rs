@@ -2,7 +2,9 @@
 
 mod claims;
 mod figures;
+mod markup;
 mod number;
+pub mod plot;
 mod summary;
 mod table;
 
