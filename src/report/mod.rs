@@ -2,6 +2,7 @@
 
 mod claims;
 mod figures;
+pub mod html;
 mod markup;
 mod number;
 pub mod plot;
