@@ -1,6 +1,8 @@
 //! Claims, tables and figures: readers of stored results, never of a running study.
 
 mod claims;
+#[cfg(test)]
+mod demo;
 mod figures;
 pub mod html;
 mod markup;

@@ -97,7 +97,11 @@ impl CellText {
             Some(target) => format!("<a href=\"{}\">{shown}</a>", escape(target)),
             None => shown,
         };
-        let class = if numeric { " class=\"number\"" } else { "" };
+        let class = match (numeric, self.text.chars().count() > 24) {
+            (true, _) => " class=\"number\"",
+            (false, true) => " class=\"prose\"",
+            (false, false) => "",
+        };
         let value = self.sort_value.filter(|value| value.is_finite());
         let value = value.map_or_else(String::new, |v| format!(" data-value=\"{v:?}\""));
         format!("<td{class}{value}>{content}</td>")

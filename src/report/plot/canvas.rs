@@ -29,7 +29,7 @@ pub const STYLE: &str = concat!(
     ".asoplot .line{stroke:currentColor;stroke-width:2;fill:none;stroke-linejoin:round}",
     ".asoplot .thin{stroke:currentColor;stroke-width:1.2;fill:none}",
     ".asoplot .trace{stroke:currentColor;stroke-width:1;stroke-opacity:.35;fill:none}",
-    ".asoplot .band{fill:currentColor;fill-opacity:.16}",
+    ".asoplot .band{fill:currentColor;fill-opacity:.16;stroke:currentColor;stroke-opacity:.4;stroke-linejoin:round}",
     ".asoplot .dot{fill:currentColor}",
     ".asoplot .open{fill:#fff;stroke:currentColor;stroke-width:1.8}",
     ".asoplot .box{fill:currentColor;fill-opacity:.22;stroke:currentColor;stroke-width:1.5}",

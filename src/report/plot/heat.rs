@@ -79,7 +79,7 @@ impl Heat {
         let middle = |from: usize, to: usize| {
             layout.left + layout.cell * f64::midpoint(from as f64, to as f64)
         };
-        let whole = layout.width - layout.left - EDGE;
+        let whole = layout.cell * self.columns.len().max(1) as f64;
         for line in wrap(&self.column_label, LABEL, whole) {
             let x = layout.left + whole / 2.0;
             canvas.text("", Anchor::Middle, (x, y + 14.0), &line);
@@ -173,7 +173,7 @@ impl Heat {
             Shading::Linear => "Darker: greater.".to_owned(),
             Shading::Log => "Darker: greater, by logarithm.".to_owned(),
             Shading::About(centre) | Shading::Ratio(centre) => {
-                format!("Blue: below {centre}; red: above {centre}; the darker the farther.")
+                format!("Blue: below {centre}; orange: above {centre}; the darker the farther.")
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::canvas::{Canvas, course};
 use super::frame::Frame;
 use super::legend::{Legend, Look};
-use super::thin::thin;
+use super::thin::{envelope, thin};
 use super::{Course, Plot, Point, Scale, Series, Style};
 
 type Place = (f64, f64);
@@ -20,12 +20,6 @@ struct Berth {
 pub(super) fn draw(canvas: &mut Canvas, frame: &Frame<'_>, legend: &Legend) {
     let berths = berths(frame);
     let cut = frame.cut();
-    canvas.clipped(cut, |canvas| {
-        for reference in &frame.plot.references {
-            let dashes = legend.reference_dashes(&reference.label);
-            reference_line(canvas, frame, reference.course, dashes);
-        }
-    });
     for (series, berth) in frame.plot.series.iter().zip(berths) {
         let look = legend.look(&series.label);
         let pen = Pen { frame, look, berth };
@@ -34,6 +28,13 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame<'_>, legend: &Legend) {
             pen.markers(canvas, series);
         });
     }
+    // On top, where a wide band does not hide them.
+    canvas.clipped(cut, |canvas| {
+        for reference in &frame.plot.references {
+            let dashes = legend.reference_dashes(&reference.label);
+            reference_line(canvas, frame, reference.course, dashes);
+        }
+    });
 }
 
 /// How many of the values a logarithmic axis cannot show, and how many lie outside given ends.
@@ -77,7 +78,7 @@ fn berths(frame: &Frame<'_>) -> Vec<Berth> {
     let pitch = match (names, boxes) {
         (true, _) => (0.78 * axis.unit() / count).min(60.0),
         (false, true) => 26.0,
-        (false, false) => 9.0,
+        (false, false) => 7.0,
     };
     let mut index = 0.0;
     let mut berth = |series: &Series| {
@@ -197,17 +198,14 @@ impl Pen<'_> {
             ))
         };
         for part in parts(points, ends) {
-            let low = thin(&part.iter().map(|(low, _)| *low).collect::<Vec<_>>());
-            let high = thin(&part.iter().map(|(_, high)| *high).collect::<Vec<_>>());
+            let low = envelope(part.iter().map(|(low, _)| *low), f64::max);
+            let high = envelope(part.iter().map(|(_, high)| *high), f64::min);
             if let ([low], [high]) = (low.as_slice(), high.as_slice()) {
                 canvas.line("thin", "", *low, *high);
                 continue;
             }
             let outline: Vec<Place> = high.iter().chain(low.iter().rev()).copied().collect();
             canvas.path("band", "", &format!("{}Z", course(&outline)));
-            for edge in [low, high] {
-                canvas.path("trace", "", &course(&edge));
-            }
         }
         self.polyline(canvas, "line", self.look.dashes(), points);
     }

@@ -254,6 +254,6 @@ fn room_of_x(plot: &Plot) -> f64 {
     match (plot.series.iter().all(|series| bare(series.style)), boxes) {
         (true, _) => 0.0,
         (_, true) => 0.12,
-        _ => 0.04,
+        _ => 0.06,
     }
 }

@@ -29,6 +29,29 @@ fn keep(column: &[(f64, f64)], kept: &mut Vec<(f64, f64)>) {
     }
 }
 
+/// One edge of a band: of the points in one column of pixels the outermost, that is the one that `outer` prefers in
+/// y; both ends stay.
+pub(super) fn envelope(
+    points: impl Iterator<Item = (f64, f64)>,
+    outer: impl Fn(f64, f64) -> f64,
+) -> Vec<(f64, f64)> {
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    let mut last = None;
+    for (i, point) in points.enumerate() {
+        last = Some(point);
+        match kept.last_mut() {
+            // The first point stays as it is.
+            Some(kept) if i > 1 && kept.0.floor() == point.0.floor() => {
+                kept.1 = outer(kept.1, point.1);
+            }
+            _ => kept.push(point),
+        }
+    }
+    let end = last.filter(|end| kept.last().is_some_and(|kept| kept.0 < end.0));
+    kept.extend(end);
+    kept
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,6 +75,23 @@ mod tests {
             assert!(kept.contains(&points[point]));
         }
         assert!(kept.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    #[test]
+    fn the_edge_of_a_band_encloses_every_point() {
+        let x = |i: i32| f64::from(i) * 0.01;
+        let points: Vec<(f64, f64)> = (0..5000).map(|i| (x(i), f64::from(i * 31 % 97))).collect();
+        let kept = envelope(points.iter().copied(), f64::max);
+        assert!(kept.len() < 60);
+        assert_eq!((kept[0].0, kept[kept.len() - 1].0), (x(0), x(4999)));
+        for column in 1..49 {
+            let high = kept
+                .iter()
+                .find(|point| point.0.floor() == f64::from(column));
+            assert_eq!(high.unwrap().1, 96.0);
+        }
+        let one = [(1.0, 2.0)];
+        assert_eq!(envelope(one.into_iter(), f64::max), one);
     }
 
     #[test]
