@@ -16,11 +16,11 @@ pub struct HeatCell {
 /// How a value becomes a shade.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shading {
-    /// From the least (light) to the greatest (dark) in proportion.
+    /// From the least (faint) to the greatest (strong) in proportion.
     Linear,
     /// The same by logarithm.
     Log,
-    /// By the distance from a centre, in blue below and in vermilion above.
+    /// By the distance from a centre, blue below and orange above.
     About(f64),
     /// The same by the logarithm of the ratio to a positive centre.
     Ratio(f64),
@@ -170,10 +170,10 @@ impl Heat {
     /// What the shades mean.
     fn key(&self) -> String {
         match self.shading {
-            Shading::Linear => "Darker: greater.".to_owned(),
-            Shading::Log => "Darker: greater, by logarithm.".to_owned(),
+            Shading::Linear => "Stronger shade: greater.".to_owned(),
+            Shading::Log => "Stronger shade: greater, by logarithm.".to_owned(),
             Shading::About(centre) | Shading::Ratio(centre) => {
-                format!("Blue: below {centre}; orange: above {centre}; the darker the farther.")
+                format!("Blue: below {centre}; orange: above {centre}; the stronger the farther.")
             }
         }
     }
@@ -253,7 +253,7 @@ impl Layout {
 
     /// Class of the colour and opacity.
     fn shade(&self, value: f64) -> Option<(&'static str, f64)> {
-        const DARKEST: f64 = 0.55;
+        const STRONGEST: f64 = 0.55;
         let place = self.place(value)?;
         Some(match self.shading {
             Shading::Linear | Shading::Log => {
@@ -263,7 +263,7 @@ impl Layout {
                 } else {
                     0.0
                 };
-                ("s0", 0.04 + (DARKEST - 0.04) * share)
+                ("s0", 0.04 + (STRONGEST - 0.04) * share)
             }
             Shading::About(_) | Shading::Ratio(_) => {
                 let reach = self.high.max(-self.low);
@@ -272,7 +272,7 @@ impl Layout {
                 } else {
                     0.0
                 };
-                (if place < 0.0 { "s0" } else { "s1" }, DARKEST * share)
+                (if place < 0.0 { "s0" } else { "s1" }, STRONGEST * share)
             }
         })
     }

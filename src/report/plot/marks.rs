@@ -75,10 +75,12 @@ fn berths(frame: &Frame<'_>) -> Vec<Berth> {
     };
     let count = series.iter().filter(moved).count().max(1) as f64;
     let boxes = series.iter().any(|series| series.style == Style::Boxes);
+    // Less in the narrow panels of a grid.
+    let size = ((frame.area[2] - frame.area[0]) / 800.0).clamp(0.5, 1.0);
     let pitch = match (names, boxes) {
         (true, _) => (0.78 * axis.unit() / count).min(60.0),
-        (false, true) => 26.0,
-        (false, false) => 7.0,
+        (false, true) => 26.0 * size,
+        (false, false) => 7.0 * size,
     };
     let mut index = 0.0;
     let mut berth = |series: &Series| {
