@@ -1,8 +1,13 @@
 //! Claims, tables and figures: readers of stored results, never of a running study.
 
 mod claims;
+#[cfg(test)]
+mod demo;
 mod figures;
+pub mod html;
+mod markup;
 mod number;
+pub mod plot;
 mod summary;
 mod table;
 

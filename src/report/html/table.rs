@@ -1,0 +1,335 @@
+//! One table for a page, a spreadsheet and Markdown.
+
+use super::verdict::Verdict;
+use crate::report::markup::escape;
+
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// The quantity.
+    pub title: String,
+    /// Its unit; empty without one.
+    pub unit: String,
+    /// Whether cells are numbers: aligned to the right, sorted by value, written to CSV with all digits.
+    pub numeric: bool,
+}
+
+impl Column {
+    /// A column of texts.
+    pub fn text(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            unit: String::new(),
+            numeric: false,
+        }
+    }
+
+    /// A column of numbers.
+    pub fn number(title: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            unit: unit.into(),
+            numeric: true,
+        }
+    }
+
+    /// Title and unit in one text.
+    fn heading(&self) -> String {
+        if self.unit.is_empty() {
+            self.title.clone()
+        } else {
+            format!("{} ({})", self.title, self.unit)
+        }
+    }
+}
+
+/// A cell of a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CellText {
+    /// What is shown.
+    pub text: String,
+    /// What it is sorted by; sorted last in a column of numbers where undefined.
+    pub sort_value: Option<f64>,
+    /// Shown as a badge instead of the text.
+    pub verdict: Option<Verdict>,
+    /// Where a click leads, `#id` of a section or a file beside the page.
+    pub link: Option<String>,
+}
+
+impl CellText {
+    /// A text, sorted as text.
+    pub fn text(text: impl Into<String>) -> Self {
+        Self {
+            text: text.into(),
+            ..Self::default()
+        }
+    }
+
+    /// A number with the text that shows it, as [`crate::report::uncertain`] makes it.
+    pub fn number(text: impl Into<String>, value: f64) -> Self {
+        Self {
+            sort_value: value.is_finite().then_some(value),
+            ..Self::text(text)
+        }
+    }
+
+    /// A verdict as a badge, sorted from what holds to what is undecided.
+    pub fn verdict(verdict: Verdict) -> Self {
+        Self {
+            sort_value: Some(f64::from(verdict as u8)),
+            verdict: Some(verdict),
+            ..Self::text(verdict.name())
+        }
+    }
+
+    /// The same cell with a link.
+    #[must_use]
+    pub fn link(mut self, target: impl Into<String>) -> Self {
+        self.link = Some(target.into());
+        self
+    }
+
+    fn html(&self, numeric: bool) -> String {
+        let shown = self
+            .verdict
+            .map_or_else(|| escape(&self.text), Verdict::badge);
+        let content = match &self.link {
+            Some(target) => format!("<a href=\"{}\">{shown}</a>", escape(target)),
+            None => shown,
+        };
+        let class = match (numeric, self.text.chars().count() > 24) {
+            (true, _) => " class=\"number\"",
+            (false, true) => " class=\"prose\"",
+            (false, false) => "",
+        };
+        let value = self.sort_value.filter(|value| value.is_finite());
+        let value = value.map_or_else(String::new, |v| format!(" data-value=\"{v:?}\""));
+        format!("<td{class}{value}>{content}</td>")
+    }
+}
+
+/// A table of texts and numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// What it shows.
+    pub caption: String,
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// The rows; a row that is shorter than the columns ends with empty cells.
+    pub rows: Vec<Vec<CellText>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(caption: impl Into<String>, columns: Vec<Column>) -> Self {
+        Self {
+            caption: caption.into(),
+            columns,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = CellText>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// The cells of a row, one for each column.
+    fn cells<'a>(
+        &'a self,
+        row: &'a [CellText],
+    ) -> impl Iterator<Item = (&'a Column, Option<&'a CellText>)> {
+        let columns = self.columns.iter().enumerate();
+        columns.map(|(i, column)| (column, row.get(i)))
+    }
+
+    /// The table as HTML with sortable columns; `number` counts the tables of a page.
+    pub(super) fn html(&self, number: usize) -> String {
+        // Printed on one page if possible; a long one is cut between rows.
+        let long = if self.rows.len() > 30 { " long" } else { "" };
+        let caption = escape(&self.caption);
+        let heads: String = self.columns.iter().map(head).collect();
+        let mut html = format!(
+            "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"Table {number}\">\n\
+             <table class=\"sortable{long}\">\n\
+             <caption><span><b>Table {number}.</b> {caption}</span></caption>\n\
+             <thead><tr>{heads}</tr></thead>\n<tbody>\n"
+        );
+        for row in &self.rows {
+            html.push_str("<tr>");
+            for (column, cell) in self.cells(row) {
+                html.push_str(&cell.cloned().unwrap_or_default().html(column.numeric));
+            }
+            html.push_str("</tr>\n");
+        }
+        html.push_str("</tbody>\n</table>\n</div>\n");
+        html
+    }
+
+    /// The table as CSV (RFC 4180: CRLF, quotes where needed). Numbers have all digits, that is the sort value of a
+    /// numeric cell; other cells are their texts.
+    pub fn csv(&self) -> String {
+        let headings = self.columns.iter().map(|c| csv_field(&c.heading()));
+        let mut csv = csv_line(headings);
+        for row in &self.rows {
+            let fields = self.cells(row).map(|(column, cell)| match cell {
+                Some(CellText {
+                    sort_value: Some(value),
+                    ..
+                }) if column.numeric => shortest(*value),
+                Some(cell) => csv_field(&cell.text),
+                None => String::new(),
+            });
+            csv.push_str(&csv_line(fields));
+        }
+        csv
+    }
+
+    /// The table as Markdown (GitHub's dialect), its caption in bold above.
+    pub fn markdown(&self) -> String {
+        let mut text = String::new();
+        if !self.caption.is_empty() {
+            for part in ["**", &markdown(&self.caption), "**\n\n"] {
+                text.push_str(part);
+            }
+        }
+        let headings = self.columns.iter().map(|c| markdown(&c.heading()));
+        text.push_str(&markdown_line(headings));
+        let rules = self.columns.iter().map(|column| {
+            let rule = if column.numeric { "--:" } else { ":--" };
+            rule.to_owned()
+        });
+        text.push_str(&markdown_line(rules));
+        for row in &self.rows {
+            let cells = self.cells(row).map(|(_, cell)| {
+                let text = cell.map_or("", |cell| cell.text.as_str());
+                markdown(text)
+            });
+            text.push_str(&markdown_line(cells));
+        }
+        text
+    }
+}
+
+/// The head of a column: a button that sorts.
+fn head(column: &Column) -> String {
+    let class = if column.numeric {
+        " class=\"number\""
+    } else {
+        ""
+    };
+    let unit = if column.unit.is_empty() {
+        String::new()
+    } else {
+        format!(" <span class=\"unit\">{}</span>", escape(&column.unit))
+    };
+    let title = escape(&column.title);
+    format!("<th scope=\"col\"{class}><button type=\"button\">{title}{unit}</button></th>")
+}
+
+/// A number that reads back to the same bits.
+fn shortest(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e15).contains(&value.abs());
+    if plain {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
+
+fn csv_field(text: &str) -> String {
+    if text.contains([',', '"', '\r', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+fn csv_line(fields: impl Iterator<Item = String>) -> String {
+    let mut line = fields.collect::<Vec<_>>().join(",");
+    line.push_str("\r\n");
+    line
+}
+
+/// A text inside a table of Markdown: nothing in it is markup, and it stays on one line.
+fn markdown(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.lines().collect::<Vec<_>>().join(" ").chars() {
+        if matches!(character, '\\' | '|' | '`' | '*' | '<' | '[' | ']' | '~') {
+            escaped.push('\\');
+        }
+        escaped.push(character);
+    }
+    escaped
+}
+
+fn markdown_line(cells: impl Iterator<Item = String>) -> String {
+    format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::markup::elements;
+
+    fn table() -> Table {
+        let columns = vec![
+            Column::text("estimator"),
+            Column::number("median, e_a", "%"),
+            Column::text("verdict"),
+        ];
+        let mut table = Table::new("P(A|B) < 1 & more", columns);
+        table.row([
+            CellText::text("LS, \"plain\"\nsolve").link("#c\"2"),
+            CellText::number("0.0879(5)", 0.087_912_345_678_9),
+            CellText::verdict(Verdict::DoesNotHold),
+        ]);
+        table.row([
+            CellText::text("a|b *c* `d` e_a <b>"),
+            CellText::number("-", f64::NAN),
+        ]);
+        table.row([CellText::text(""), CellText::number("3.2e-13", 3.2e-13)]);
+        table
+    }
+
+    #[test]
+    fn csv_is_quoted_and_has_all_digits() {
+        let expected = "estimator,\"median, e_a (%)\",verdict\r\n\
+                        \"LS, \"\"plain\"\"\nsolve\",0.0879123456789,does not hold\r\n\
+                        a|b *c* `d` e_a <b>,-,\r\n\
+                        ,3.2e-13,\r\n";
+        assert_eq!(table().csv(), expected);
+    }
+
+    #[test]
+    fn numbers_of_csv_read_back_to_the_same_bits() {
+        for value in [0.1 + 0.2, 5e-324, f64::MAX, -1.0 / 3.0, 1e15, 0.0] {
+            assert_eq!(shortest(value).parse::<f64>().unwrap(), value);
+        }
+    }
+
+    #[test]
+    fn markdown_has_no_stray_pipe_or_markup() {
+        let expected = "**P(A\\|B) \\< 1 & more**\n\n\
+                        | estimator | median, e_a (%) | verdict |\n\
+                        | :-- | --: | :-- |\n\
+                        | LS, \"plain\" solve | 0.0879(5) | does not hold |\n\
+                        | a\\|b \\*c\\* \\`d\\` e_a \\<b> | - |  |\n\
+                        |  | 3.2e-13 |  |\n";
+        assert_eq!(table().markdown(), expected);
+    }
+
+    #[test]
+    fn html_is_escaped_and_sorts_by_value() {
+        let html = table().html(3);
+        let cells = elements(&html).unwrap();
+        assert_eq!(cells.iter().filter(|name| *name == "td").count(), 9);
+        assert!(html.contains("<b>Table 3.</b> P(A|B) &lt; 1 &amp; more"));
+        assert!(
+            html.contains("<td class=\"number\" data-value=\"0.0879123456789\">0.0879(5)</td>")
+        );
+        assert!(html.contains("<td class=\"number\">-</td>"));
+        assert!(html.contains("e_a &lt;b&gt;</td>"));
+        assert!(html.contains("<a href=\"#c&quot;2\">"));
+    }
+}

@@ -1,0 +1,301 @@
+//! Statistical graphics as SVG in one style, independent of where the numbers come from.
+//!
+//! Series differ by colour (Okabe and Ito's palette, which colour-blind readers tell apart), by dashes and by
+//! markers. Colours are those of CSS classes: a figure follows the reader's light or dark scheme, and prints light.
+//! A document stands alone, and many can be inline in one page: no element has an id and every rule is scoped.
+//! The same input gives the same text.
+
+mod canvas;
+mod frame;
+mod heat;
+mod legend;
+mod marks;
+mod metrics;
+mod multiples;
+mod scale;
+mod thin;
+
+#[cfg(test)]
+mod tests;
+
+pub use canvas::STYLE;
+pub use heat::{Heat, HeatCell, Shading};
+pub use multiples::{Sharing, small_multiples};
+
+/// How an axis places its values.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scale {
+    /// In proportion.
+    Linear,
+    /// By logarithm; values that are not above zero are not drawn, and the figure says how many.
+    Log,
+    /// By name: value i stands at the i-th name. On the y axis the first name is at the top.
+    Categories(Vec<String>),
+}
+
+/// An axis of a plot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity and unit.
+    pub label: String,
+    /// How values are placed.
+    pub scale: Scale,
+    /// The ends; without them the axis holds every value drawn.
+    pub range: Option<(f64, f64)>,
+}
+
+impl Axis {
+    fn new(label: impl Into<String>, scale: Scale) -> Self {
+        Self {
+            label: label.into(),
+            scale,
+            range: None,
+        }
+    }
+
+    /// A linear axis that holds every value.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self::new(label, Scale::Linear)
+    }
+
+    /// A logarithmic axis that holds every positive value.
+    pub fn log(label: impl Into<String>) -> Self {
+        Self::new(label, Scale::Log)
+    }
+
+    /// An axis of names.
+    pub fn categories(label: impl Into<String>, names: &[impl AsRef<str>]) -> Self {
+        let names = names.iter().map(|name| name.as_ref().to_owned()).collect();
+        Self::new(label, Scale::Categories(names))
+    }
+
+    /// The same axis with given ends.
+    #[must_use]
+    pub fn range(mut self, low: f64, high: f64) -> Self {
+        self.range = Some((low, high));
+        self
+    }
+}
+
+/// A value with an interval. Any number that is not finite is undefined: a line has a gap there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Place on the x axis.
+    pub x: f64,
+    /// Place on the y axis.
+    pub y: f64,
+    /// Lower end of the interval (in y; in x where the y axis has categories).
+    pub low: f64,
+    /// Upper end of the interval.
+    pub high: f64,
+    /// First and third quartile, for [`Style::Boxes`].
+    pub quartiles: [f64; 2],
+}
+
+impl Point {
+    /// A value without interval.
+    pub fn new(x: f64, y: f64) -> Self {
+        Self::interval(x, y, f64::NAN, f64::NAN)
+    }
+
+    /// A value with the interval from `low` to `high`.
+    pub fn interval(x: f64, y: f64, low: f64, high: f64) -> Self {
+        Self {
+            x,
+            y,
+            low,
+            high,
+            quartiles: [f64::NAN; 2],
+        }
+    }
+
+    /// A value with its 95 % interval, 1.96 standard errors to either side.
+    pub fn uncertain(x: f64, y: f64, standard_error: f64) -> Self {
+        let half = 1.96 * standard_error;
+        Self::interval(x, y, y - half, y + half)
+    }
+
+    /// The 5, 25, 50, 75 and 95 % quantiles at x.
+    pub fn quantiles(x: f64, [q05, q25, q50, q75, q95]: [f64; 5]) -> Self {
+        Self {
+            quartiles: [q25, q75],
+            ..Self::interval(x, q50, q05, q95)
+        }
+    }
+}
+
+/// How a series is drawn. Every line is thinned to the resolution of the figure; extremes stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// A line through the points.
+    Line,
+    /// A marker at every point.
+    Markers,
+    /// A line through the points and the band of their intervals.
+    Band,
+    /// Markers with bars, joined by a thin line unless an axis has categories. Bars of several series at one place
+    /// are drawn side by side.
+    ErrorBars,
+    /// A line that keeps each value until the next point, as an empirical distribution does.
+    Steps,
+    /// Many thin translucent lines, separated by undefined points: single trials.
+    Traces,
+    /// Boxes between the quartiles with the median, whiskers over the interval. Boxes of several series at one
+    /// place are drawn side by side.
+    Boxes,
+}
+
+/// Points that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// The name in the legend; without one the series is not in the legend.
+    pub label: String,
+    /// How it is drawn.
+    pub style: Style,
+    /// The points, joined in this order.
+    pub points: Vec<Point>,
+    /// The place in the palette, so that an estimator looks the same in every figure; otherwise the first free one.
+    pub slot: Option<usize>,
+}
+
+impl Series {
+    /// A series with the first free place in the palette.
+    pub fn new(label: impl Into<String>, style: Style, points: Vec<Point>) -> Self {
+        Self {
+            label: label.into(),
+            style,
+            points,
+            slot: None,
+        }
+    }
+
+    /// The same series with a given place in the palette.
+    #[must_use]
+    pub fn slot(mut self, slot: usize) -> Self {
+        self.slot = Some(slot);
+        self
+    }
+
+    /// Single trials as thin lines: the values of each over 0, 1, 2, ...
+    pub fn traces(label: impl Into<String>, trials: &[impl AsRef<[f64]>]) -> Self {
+        let gap = Point::new(f64::NAN, f64::NAN);
+        let points = trials.iter().flat_map(|trial| {
+            let values = trial.as_ref().iter().enumerate();
+            values
+                .map(|(k, value)| Point::new(k as f64, *value))
+                .chain([gap])
+        });
+        Self::new(label, Style::Traces, points.collect())
+    }
+}
+
+/// Where a reference line lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Course {
+    /// y is this.
+    Horizontal(f64),
+    /// x is this.
+    Vertical(f64),
+    /// A line in the coordinates of the axes, a logarithm counted in decades: slope -1/2 through a point on two
+    /// logarithmic axes is y ~ x^(-1/2).
+    Sloped {
+        /// Rise over run.
+        slope: f64,
+        /// A point (x, y) of the line.
+        through: (f64, f64),
+    },
+}
+
+/// A line to compare with: a bound of the paper, a rate of theory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// The name in the legend.
+    pub label: String,
+    /// Where it lies.
+    pub course: Course,
+}
+
+impl Reference {
+    /// A reference line.
+    pub fn new(label: impl Into<String>, course: Course) -> Self {
+        Self {
+            label: label.into(),
+            course,
+        }
+    }
+}
+
+/// A plot of series over two axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plot {
+    /// What it shows.
+    pub title: String,
+    /// The same in a sentence or two for readers who do not see it; the title where empty.
+    pub description: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// What is drawn, the last on top.
+    pub series: Vec<Series>,
+    /// Lines to compare with.
+    pub references: Vec<Reference>,
+}
+
+impl Plot {
+    /// A plot without series.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+        Self {
+            title: title.into(),
+            description: String::new(),
+            x,
+            y,
+            series: Vec::new(),
+            references: Vec::new(),
+        }
+    }
+
+    /// Box plots side by side: for each group (an estimator, say) the 5, 25, 50, 75 and 95 % quantiles in every
+    /// category, `None` where undefined.
+    pub fn boxes<L: Into<String>>(
+        title: impl Into<String>,
+        x: Axis,
+        y: Axis,
+        groups: impl IntoIterator<Item = (L, Vec<Option<[f64; 5]>>)>,
+    ) -> Self {
+        let mut plot = Self::new(title, x, y);
+        for (label, boxes) in groups {
+            let boxes = boxes.into_iter().enumerate();
+            let points = boxes.filter_map(|(i, q)| Some(Point::quantiles(i as f64, q?)));
+            let series = Series::new(label, Style::Boxes, points.collect());
+            plot.series.push(series);
+        }
+        plot
+    }
+
+    /// The plot with a description for readers who do not see it.
+    #[must_use]
+    pub fn describe(mut self, description: impl Into<String>) -> Self {
+        self.description = description.into();
+        self
+    }
+
+    /// The plot with one more series.
+    #[must_use]
+    pub fn series(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// The plot with one more reference line.
+    #[must_use]
+    pub fn reference(mut self, label: impl Into<String>, course: Course) -> Self {
+        self.references.push(Reference::new(label, course));
+        self
+    }
+
+    /// The plot as an SVG document.
+    pub fn svg(&self) -> String {
+        multiples::single(self)
+    }
+}
