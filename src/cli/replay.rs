@@ -7,7 +7,7 @@ use super::{Format, note, print};
 use crate::data::csv;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
-use crate::estimator::{IvOptions, Pass, Progress, Window};
+use crate::estimator::{Instruments, IvOptions, Pass, Progress, Window};
 use crate::observer::Observer;
 use crate::study::{
     Cell, Experiment, Figure, Row, Trial, TrialRecord, read_manifest, stored_alike,
@@ -183,7 +183,7 @@ impl<'a> Replay<'a> {
             {
                 let yhat = vec![("yhat".to_owned(), model.yhat.clone())];
                 stages.push((format!("Stage 7, {of}: auxiliary model"), yhat));
-                information.instruments(window, &model.yhat);
+                information.instruments(window, Instruments::new(&model.yhat));
             }
             if previous.is_none_or(|before| before.progress == Progress::InitialState) {
                 stages.push((
