@@ -45,6 +45,14 @@ impl Truth {
         }
         multiply_toeplitz(&self.a, &mut self.h);
     }
+
+    /// Forgets the trial before: n numbers each that are NaN.
+    fn forget(&mut self, order: usize) {
+        for part in [&mut self.a, &mut self.b, &mut self.h, &mut self.x0] {
+            part.clear();
+            part.resize(order, f64::NAN);
+        }
+    }
 }
 
 /// Buffers for one realisation of a process. All samples are k = 0 ... K-1 of the record; with
@@ -71,7 +79,7 @@ pub struct Realisation {
     pub truth: Truth,
     /// Samples that were drawn before the record's first one: the open-loop part before a controller starts.
     pub origin: usize,
-    /// Why there is no record, if there is none: `u` and `y` are then NaN, and the truth stands as far as it was
+    /// Why there is no record, if there is none: `u` and `y` are then NaN, and so is the truth where no plant was
     /// drawn.
     pub failure: Option<DrawFailure>,
     /// The noise filter's inner signal.
@@ -98,6 +106,8 @@ impl Realisation {
             buffer.resize(samples, 0.0);
         }
         self.states.resize(samples * order, 0.0);
+        self.truth.forget(order);
+        self.scale = f64::NAN;
         self.origin = 0;
         self.failure = None;
     }

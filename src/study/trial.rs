@@ -68,11 +68,14 @@ impl<'e> Trial<'e> {
         let record = &mut self.realisation;
         let (process, seed) = (&experiment.process, experiment.seed);
         process.realise(seed, trial, cell.eta, cell.window, cell.horizon, record);
-        let window = Window::new(&record.u, &record.y, cell.window);
+        let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
         self.rows.clear();
         for Worker { estimator, passes } in &mut self.methods {
             passes.iter_mut().for_each(Pass::clear);
-            estimator.estimate(window, passes);
+            match record.failure {
+                Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
+                None => estimator.estimate(window, passes),
+            }
             for pass in passes {
                 let output = self.rows.len();
                 let mut row = Row::new(trial, output);
