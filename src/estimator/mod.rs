@@ -1,7 +1,7 @@
 //! Estimators of (a, b, h, x0) from a window of u and y: stages 1 to 11.
 //!
 //! One file per mathematical object: [`regressors`] (stages 1 and 8), [`information`] (2 and 9),
-//! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] (7); one per
+//! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] and [`reflection`] (7); one per
 //! method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11).
 
 pub mod auxiliary;
@@ -12,7 +12,7 @@ mod least_squares;
 mod method;
 pub mod parameters;
 mod pass;
-mod reflection;
+pub mod reflection;
 pub mod regressors;
 pub mod solver;
 mod sorted_qr;
