@@ -3,7 +3,7 @@
 
 use asobench::estimator::information::Information;
 use asobench::estimator::solver::Solution;
-use asobench::estimator::{Shape, Solver, Stage10, Window};
+use asobench::estimator::{Instruments, Shape, Solver, Stage10, Window};
 use asobench::plant::random_stable;
 use asobench::signal::{NoiseFilter, Purpose, RandomSigns, Sequence, stream};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -46,7 +46,7 @@ fn solvers(criterion: &mut Criterion) {
             .measurement_time(Duration::from_secs(1));
         for (order, window) in SHAPES {
             let [u, y0, y] = record(order, window);
-            let samples = Window { u: &u, y: &y };
+            let samples = Window::new(&u, &y, y.len());
             let shape = Shape { order, window };
             for &solver in Solver::ALL {
                 if instruments && solver == Solver::Cholesky {
@@ -66,7 +66,13 @@ fn solvers(criterion: &mut Criterion) {
                         .least_squares(samples, &mut solution)
                         .expect("a regular record");
                     group.bench_function(id, |b| {
-                        b.iter(|| prepared.instruments(black_box(samples), &y0, &mut solution));
+                        b.iter(|| {
+                            prepared.instruments(
+                                black_box(samples),
+                                Instruments::new(&y0),
+                                &mut solution,
+                            )
+                        });
                     });
                 } else {
                     group.bench_function(id, |b| {
@@ -86,17 +92,17 @@ fn blocks(criterion: &mut Criterion) {
         .measurement_time(Duration::from_secs(1));
     for (order, window) in SHAPES {
         let [u, y0, y] = record(order, window);
-        let samples = Window { u: &u, y: &y };
+        let samples = Window::new(&u, &y, y.len());
         let mut information = Information::new(order);
         let id = |name| BenchmarkId::new(name, format!("n{order}_N{window}"));
         group.bench_function(id("recurrence_ls"), |b| {
             b.iter(|| information.least_squares(black_box(samples)));
         });
         group.bench_function(id("recurrence_iv"), |b| {
-            b.iter(|| information.instruments(black_box(samples), &y0));
+            b.iter(|| information.instruments(black_box(samples), Instruments::new(&y0)));
         });
         group.bench_function(id("product"), |b| {
-            b.iter(|| information.by_product(black_box(samples), &y0));
+            b.iter(|| information.by_product(black_box(samples), Instruments::new(&y0)));
         });
     }
     group.finish();

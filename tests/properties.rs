@@ -3,8 +3,8 @@
 use asobench::estimator::information::Information;
 use asobench::estimator::solver::{Solution, condition::RANK_MULTIPLE};
 use asobench::estimator::{
-    Auxiliary, Drive, Estimator, FailureKind, InstrumentalVariables, IvOptions, LeastSquares, Pass,
-    Shape, Solver, Stage10, Window,
+    Auxiliary, Drive, Estimator, FailureKind, InstrumentalVariables, Instruments, IvOptions,
+    LeastSquares, Pass, Shape, Solver, Stage10, Window,
 };
 use asobench::metric::relative_error;
 use asobench::observer::Gain;
@@ -59,10 +59,7 @@ impl Case {
     }
 
     fn window(&self) -> Window<'_> {
-        Window {
-            u: &self.u,
-            y: &self.y,
-        }
+        Window::new(&self.u, &self.y, self.y.len())
     }
 }
 
@@ -99,7 +96,7 @@ proptest! {
     #[test]
     fn noise_free_recovery(order in 1_usize..=8, seed in any::<u64>(), extra in 20_usize..200) {
         let case = Case::new(order, seed, 3 * order + extra, 0.9);
-        let window = Window { u: &case.u, y: &case.y0 };
+        let window = Window::new(&case.u, &case.y0, case.y0.len());
         let by_qr = least_squares(case.shape(), window, Solver::Qr);
         prop_assert_eq!(by_qr.failure, None);
         prop_assert!(relative_error(case.plant.a(), &by_qr.a) < 100.0 * f64::EPSILON * by_qr.condition);
@@ -129,15 +126,22 @@ proptest! {
             difference <= 1e-13 * scale && rhs.fold(0.0, f64::max) <= 1e-13 * scale
         };
         fast.least_squares(case.window());
-        plain.by_product(case.window(), &case.y);
+        plain.by_product(case.window(), Instruments::new(&case.y));
         prop_assert!(agree(&fast, &plain));
         // Instruments that grow, decay or have an offset too.
         for growth in [1.0, 1.1, 0.9] {
             let grow = |(k, y): (usize, &f64)| 3.0 + y * f64::powi(growth, k as i32);
             let yhat: Vec<f64> = case.y0.iter().enumerate().map(grow).collect();
-            fast.instruments(case.window(), &yhat);
-            plain.by_product(case.window(), &yhat);
+            fast.instruments(case.window(), Instruments::new(&yhat));
+            plain.by_product(case.window(), Instruments::new(&yhat));
             prop_assert!(agree(&fast, &plain), "growth {growth}");
+            // Another signal in the place of u.
+            let r: Vec<f64> = case.u.iter().zip(&case.y).map(|(u, y)| u + 0.5 * y).collect();
+            let instruments = Instruments { output: &yhat, input: Some(&r) };
+            fast.instruments(case.window(), instruments);
+            plain.by_product(case.window(), instruments);
+            prop_assert!(agree(&fast, &plain), "growth {growth}, r");
+            fast.least_squares(case.window());
         }
     }
 
@@ -160,7 +164,7 @@ proptest! {
                 let solved = if instruments {
                     let mut solver = solver.instruments(shape, Stage10::Corrected).unwrap();
                     let first = solver.least_squares(window, &mut solution);
-                    first.and_then(|()| solver.instruments(window, output, &mut solution))
+                    first.and_then(|()| solver.instruments(window, Instruments::new(output), &mut solution))
                 } else {
                     let mut solver = solver.least_squares(shape).unwrap();
                     solver.least_squares(window, &mut solution)
@@ -182,7 +186,7 @@ proptest! {
         let case = Case::new(order, seed, 3 * order + 80, 0.8);
         let scaled_u: Vec<f64> = case.u.iter().map(|u| d * u).collect();
         let scaled_y: Vec<f64> = case.y.iter().map(|y| c * y).collect();
-        let scaled = Window { u: &scaled_u, y: &scaled_y };
+        let scaled = Window::new(&scaled_u, &scaled_y, scaled_y.len());
         for solver in [Solver::Partitioned, Solver::Qr] {
             let plain = least_squares(case.shape(), case.window(), solver);
             let pass = least_squares(case.shape(), scaled, solver);
@@ -328,7 +332,7 @@ fn rank_deficiency_is_typed_by_every_solver() {
         order: 2,
         window: 60,
     };
-    let window = Window { u: &u, y: &y };
+    let window = Window::new(&u, &y, y.len());
     for solver in ALL_SOLVERS {
         let pass = least_squares(shape, window, solver);
         if solver == Solver::Dual {
@@ -350,7 +354,11 @@ fn rank_deficiency_is_typed_by_every_solver() {
     }
     // Zero output: a zero column is exactly singular.
     let zeros = vec![0.0; 60];
-    let pass = least_squares(shape, Window { u: &u, y: &zeros }, Solver::Partitioned);
+    let pass = least_squares(
+        shape,
+        Window::new(&u, &zeros, zeros.len()),
+        Solver::Partitioned,
+    );
     assert_eq!(
         pass.failure.map(|failure| failure.kind),
         Some(FailureKind::Singular)
@@ -358,7 +366,7 @@ fn rank_deficiency_is_typed_by_every_solver() {
     // A value that is not finite.
     y[30] = f64::INFINITY;
     for solver in ALL_SOLVERS {
-        let pass = least_squares(shape, Window { u: &u, y: &y }, solver);
+        let pass = least_squares(shape, Window::new(&u, &y, y.len()), solver);
         let kind = pass.failure.map(|failure| failure.kind);
         assert_eq!(kind, Some(FailureKind::NonFinite), "{solver}");
     }
@@ -422,7 +430,7 @@ fn the_initial_state_of_an_unstable_plant() {
     let (mut y, mut states) = (vec![0.0; 150], vec![0.0; 450]);
     let x0_true = [1.0, -2.0, 3.0];
     plant.simulate(&mut x0_true.clone(), &u, &mut y, &mut states);
-    let window = Window { u: &u, y: &y };
+    let window = Window::new(&u, &y, y.len());
     let mut x0 = [0.0; 3];
     let mut initial = asobench::estimator::initial_state::InitialState::new(3);
     initial
@@ -448,7 +456,7 @@ fn the_initial_state_of_clustered_poles() {
         let mut x0 = vec![0.0; order];
         let mut initial = asobench::estimator::initial_state::InitialState::new(order);
         initial
-            .estimate(plant.a(), plant.b(), Window { u: &u, y: &y }, &mut x0)
+            .estimate(plant.a(), plant.b(), Window::new(&u, &y, y.len()), &mut x0)
             .unwrap();
         let error = relative_error(&x0_true, &x0);
         assert!(error < 1e-6, "order {order}, pole {pole}: {error:e}");
@@ -472,7 +480,10 @@ fn a_singular_block_in_a_regular_matrix_is_typed() {
             .unwrap();
         let mut solution = Solution::new(1);
         solver.least_squares(window, &mut solution).unwrap();
-        (solver.instruments(window, &yhat, &mut solution), solution)
+        (
+            solver.instruments(window, Instruments::new(&yhat), &mut solution),
+            solution,
+        )
     };
     let (by_lu, solution) = run(Solver::Lu);
     assert!(

@@ -240,6 +240,7 @@ fn estimate(arguments: &Arguments, record: &Record, window: usize) -> Result<Rep
         auxiliary: arguments.auxiliary,
         drive: arguments.drive,
         gain: arguments.gain.clone(),
+        ..IvOptions::default()
     };
     let mut estimates: Vec<Estimate> = Vec::new();
     for &name in &arguments.estimator {

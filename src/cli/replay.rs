@@ -7,7 +7,7 @@ use super::{Format, note, print};
 use crate::data::csv;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
-use crate::estimator::{IvOptions, Pass, Progress, Window};
+use crate::estimator::{Instruments, IvOptions, Pass, Progress, Window};
 use crate::observer::Observer;
 use crate::study::{
     Cell, Experiment, Figure, Row, Trial, TrialRecord, read_manifest, stored_alike,
@@ -72,7 +72,7 @@ pub(super) fn run(
     trial.run(which.trial, None);
     let record = trial.record();
     if let Some(path) = &arguments.data {
-        let comments = comments(experiment, cell, which.trial);
+        let comments = comments(experiment, cell, &record, which.trial);
         let data = record.realisation;
         write_whole("--data", path, None, |to| {
             csv::write(to, &comments, &data.u, &data.y)
@@ -93,8 +93,13 @@ pub(super) fn run(
 }
 
 /// The truth, as comment lines of a CSV file.
-fn comments(experiment: &Experiment, cell: &Cell, trial: u64) -> Vec<String> {
-    let plant = experiment.process.plant();
+fn comments(
+    experiment: &Experiment,
+    cell: &Cell,
+    record: &TrialRecord<'_>,
+    trial: u64,
+) -> Vec<String> {
+    let truth = &record.realisation.truth;
     vec![
         format!(
             "asobench reproduce --seed {} --replay {}:{trial}",
@@ -102,14 +107,14 @@ fn comments(experiment: &Experiment, cell: &Cell, trial: u64) -> Vec<String> {
         ),
         format!(
             "order: {}; window: {}; eta: {} %",
-            plant.order(),
+            truth.a.len(),
             cell.window,
             cell.eta
         ),
-        format!("true a: {:?}", plant.a()),
-        format!("true b: {:?}", plant.b()),
-        format!("true h: {:?}", plant.h()),
-        format!("true x0: {:?}", experiment.process.x0()),
+        format!("true a: {:?}", truth.a),
+        format!("true b: {:?}", truth.b),
+        format!("true h: {:?}", truth.h),
+        format!("true x0: {:?}", truth.x0),
     ]
 }
 
@@ -152,7 +157,7 @@ struct Replay<'a> {
 impl<'a> Replay<'a> {
     fn new(experiment: &'a Experiment, index: usize, trial: u64, record: &TrialRecord<'a>) -> Self {
         let cell = &experiment.cells[index];
-        let order = experiment.process.plant().order();
+        let order = experiment.process.order();
         let data = record.realisation;
         let window = Window::new(&data.u, &data.y, cell.window);
         let mut stages = vec![(
@@ -178,7 +183,7 @@ impl<'a> Replay<'a> {
             {
                 let yhat = vec![("yhat".to_owned(), model.yhat.clone())];
                 stages.push((format!("Stage 7, {of}: auxiliary model"), yhat));
-                information.instruments(window, &model.yhat);
+                information.instruments(window, Instruments::new(&model.yhat));
             }
             if previous.is_none_or(|before| before.progress == Progress::InitialState) {
                 stages.push((

@@ -1,20 +1,47 @@
-//! The data-generating process: plant, input, noise and noise level.
+//! The data-generating process: plant, input, noise and noise level, feedback.
 
-use crate::plant::{StateSpace, SystemError};
+use super::feedback::run_controlled;
+use super::source::{Plants, Resolved};
+use super::{Feedback, NoiseColour, PlantSource, Realisation};
+use crate::plant::SystemError;
 use crate::signal::{
-    LevelReading, NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, RandomSigns, stream,
+    Input, LevelOf, LevelOver, LevelReading, NoiseFilter, NoiseFilterError, Purpose, fill_white,
+    stream,
 };
 use serde_json::{Value, json};
 
-/// What draws a record: `y(k) = x_1(k) + s f(k)` with `x(k+1) = A x(k) + b u(k)` from x0.
+/// What a process is made of.
+#[derive(Clone, Debug)]
+pub struct ProcessSettings {
+    /// The plant.
+    pub plant: PlantSource,
+    /// The initial state at k = 0, n numbers, in every trial.
+    pub x0: Vec<f64>,
+    /// The reference r, which is u in open loop. Amplitude 0 (r = 0) is for closed loops.
+    pub input: Input,
+    /// The colour of the measurement noise.
+    pub noise: NoiseColour,
+    /// How the noise level eta is read.
+    pub level: LevelReading,
+    /// Standard deviation of the input-measurement noise, per cent of the input's amplitude, which is the process
+    /// standard deviation of r, and of u in open loop.
+    pub input_noise: f64,
+    /// What closes the loop.
+    pub feedback: Feedback,
+}
+
+/// What draws a record: `y(k) = x_1(k) + s f(k)` with `x(k+1) = A x(k) + b u0(k)` from x0.
+///
+/// In open loop u0 = r. The measured input is `u(k) = u0(k) + w(k)`, w white and Gaussian, zero by default.
+///
+/// The factor s gives the noise level eta, Eq. (6), by the variance of x_1 in open loop. In a closed one x_1 holds
+/// noise that went around the loop, so the noise-free loop stands in its place: with output feedback the loop driven
+/// by r alone from x0, in the window k = 0 ... N-1; with a controller, whose part before the record is in open loop,
+/// the open-loop response over that part (not over the record's window), and s stays the same throughout.
 #[derive(Clone, Debug)]
 pub struct Process {
-    plant: StateSpace,
-    x0: Vec<f64>,
-    input: RandomSigns,
-    noise: NoiseFilter,
-    level: LevelReading,
-    variances: ProcessVariances,
+    settings: ProcessSettings,
+    plants: Plants,
 }
 
 /// Why a process was refused.
@@ -26,83 +53,111 @@ pub enum ProcessError {
     /// The noise filter.
     #[error(transparent)]
     Noise(#[from] NoiseFilterError),
+    /// Order or radius of random plants.
+    #[error("random plants need an order of at least 1 and a radius in (0, 1), not {0} and {1}")]
+    RandomPlant(usize, f64),
     /// x0 has another length than the order, or is not finite.
     #[error("x0 must be {0} finite numbers, one per state")]
     InitialState(usize),
-    /// The amplitude is zero or not finite.
-    #[error("the input's amplitude must be finite and positive, not {0}")]
+    /// The amplitude is negative or not finite, or zero in open loop.
+    #[error("the input's amplitude must be finite and positive (or 0 with feedback), not {0}")]
     Amplitude(f64),
-}
-
-/// Buffers for one realisation of a process.
-#[derive(Clone, Debug, Default)]
-pub struct Realisation {
-    /// The input u(k), k = 0 ... K-1.
-    pub u: Vec<f64>,
-    /// The measured output y(k).
-    pub y: Vec<f64>,
-    /// The noise-free output x_1(k).
-    pub y0: Vec<f64>,
-    /// The unscaled noise f(k).
-    pub f: Vec<f64>,
-    /// The true states, n numbers a row: row k holds x(k).
-    pub states: Vec<f64>,
-    /// The factor s of the noise; NaN where the noise level cannot be reached.
-    pub scale: f64,
-    /// The noise filter's inner signal.
-    scratch: Vec<f64>,
-    /// The state under way.
-    x: Vec<f64>,
+    /// The input-measurement noise.
+    #[error(
+        "the input-measurement noise must be a finite percentage of at least 0 of an amplitude above 0, \
+         not {0} % of {1}"
+    )]
+    InputNoise(f64, f64),
+    /// A reading of eta that only an open loop has.
+    #[error(
+        "with feedback eta is read as 'exact' of the 'noise-free' output, not '{over}' of '{of}'"
+    )]
+    LevelWithFeedback {
+        /// Realisation or process.
+        over: LevelOver,
+        /// Noise-free or measured output.
+        of: LevelOf,
+    },
+    /// A controller without samples before it, over which the noise level could be set.
+    #[error("a controller needs at least 2 samples in open loop before it, not {0}")]
+    Pilot(usize),
 }
 
 impl Process {
-    /// A process.
+    /// A process in open loop with exactly measured input.
     ///
     /// # Errors
-    /// If x0 does not fit the plant or the amplitude is not positive.
+    /// As for [`Self::from_settings`].
     pub fn new(
-        plant: StateSpace,
+        plant: impl Into<PlantSource>,
         x0: Vec<f64>,
-        input: RandomSigns,
-        noise: NoiseFilter,
+        input: impl Into<Input>,
+        noise: impl Into<NoiseColour>,
         level: LevelReading,
     ) -> Result<Self, ProcessError> {
-        if x0.len() != plant.order() || !x0.iter().all(|x| x.is_finite()) {
-            return Err(ProcessError::InitialState(plant.order()));
-        }
-        if !(input.amplitude > 0.0 && input.amplitude.is_finite()) {
-            return Err(ProcessError::Amplitude(input.amplitude));
-        }
-        let energy = plant.energy().unwrap_or(f64::NAN);
-        let variances = ProcessVariances {
-            output: input.amplitude * input.amplitude * energy,
-            noise: noise.variance(),
-        };
-        Ok(Self {
-            plant,
+        Self::from_settings(ProcessSettings {
+            plant: plant.into(),
             x0,
-            input,
-            noise,
+            input: input.into(),
+            noise: noise.into(),
             level,
-            variances,
+            input_noise: 0.0,
+            feedback: Feedback::None,
         })
     }
 
-    /// The plant.
-    pub fn plant(&self) -> &StateSpace {
-        &self.plant
+    /// A process.
+    ///
+    /// # Errors
+    /// What does not fit, the first that is found.
+    pub fn from_settings(settings: ProcessSettings) -> Result<Self, ProcessError> {
+        let order = settings.plant.order();
+        if settings.x0.len() != order || !settings.x0.iter().all(|x| x.is_finite()) {
+            return Err(ProcessError::InitialState(order));
+        }
+        let closed = !matches!(settings.feedback, Feedback::None);
+        let amplitude = settings.input.amplitude();
+        let positive = amplitude > 0.0 && amplitude.is_finite();
+        if !(positive || closed && amplitude == 0.0) {
+            return Err(ProcessError::Amplitude(amplitude));
+        }
+        let percent = settings.input_noise;
+        if !(percent == 0.0 || percent > 0.0 && percent.is_finite() && positive) {
+            return Err(ProcessError::InputNoise(percent, amplitude));
+        }
+        if closed && settings.level != LevelReading::default() {
+            let LevelReading { over, of } = settings.level;
+            return Err(ProcessError::LevelWithFeedback { over, of });
+        }
+        if let Feedback::Controlled(law) = &settings.feedback
+            && law.pilot() < 2
+        {
+            return Err(ProcessError::Pilot(law.pilot()));
+        }
+        let plants = Plants::new(&settings.plant, &settings.noise, amplitude)?;
+        Ok(Self { settings, plants })
     }
 
-    /// The initial state x0.
-    pub fn x0(&self) -> &[f64] {
-        &self.x0
+    /// What the process is made of.
+    pub fn settings(&self) -> &ProcessSettings {
+        &self.settings
+    }
+
+    /// The order n of every trial's plant.
+    pub fn order(&self) -> usize {
+        self.settings.x0.len()
+    }
+
+    /// The external input, r.
+    pub fn input(&self) -> &Input {
+        &self.settings.input
     }
 
     /// Draws trial `trial` of `seed` for K = `horizon` samples, with noise level `eta` (per cent) in the
-    /// window k = 0 ... N-1.
+    /// window k = 0 ... N-1 (with a controller: in the part before the record).
     ///
-    /// u and f depend on seed and trial alone: the same whatever eta, window and horizon (which only
-    /// cuts them).
+    /// Plant, r, f and the input-measurement noise depend on seed and trial alone: the same whatever eta, window
+    /// and horizon (which only cuts them). A loop that diverges gives values that are not finite.
     ///
     /// # Panics
     /// If the window is longer than the horizon.
@@ -116,35 +171,116 @@ impl Process {
         to: &mut Realisation,
     ) {
         assert!(window <= horizon);
-        for buffer in [&mut to.u, &mut to.y, &mut to.y0, &mut to.f] {
-            buffer.resize(horizon, 0.0);
+        let settings = &self.settings;
+        let pilot = settings.feedback.pilot();
+        to.resize(self.order(), pilot + horizon);
+        let (colour, amplitude) = (&settings.noise, settings.input.amplitude());
+        let resolved = match self.plants.of_trial((seed, trial), colour, amplitude) {
+            Ok(resolved) => resolved,
+            Err(failure) => {
+                to.begin_at(self.order(), pilot);
+                return to.fail(failure);
+            }
+        };
+        let Resolved { plant, noise, .. } = &*resolved;
+        to.truth.set(plant, &settings.x0);
+        self.draw_signals((seed, trial), noise, to);
+        match &settings.feedback {
+            Feedback::None => self.run_open(&resolved, eta, window, to),
+            Feedback::Output(law) => {
+                self.rest(to);
+                law.run(plant, 0.0, to);
+                let (y0, f) = (&to.y0[..window], &to.f[..window]);
+                to.scale = settings.level.scale(eta, y0, f, resolved.variances);
+                self.rest(to);
+                law.run(plant, to.scale, to);
+                Self::measure_input(to);
+            }
+            Feedback::Controlled(law) => {
+                self.run_open(&resolved, eta, pilot, to);
+                self.draw_input_noise((seed, trial), &mut to.u);
+                self.rest(to);
+                let outcome = run_controlled(law, plant, to.scale, to);
+                to.begin_at(self.order(), pilot);
+                if let Err(failure) = outcome {
+                    to.fail(failure);
+                }
+            }
         }
-        to.states.resize(horizon * self.plant.order(), 0.0);
+    }
+
+    /// Fills r, f and, with the input-measurement noise, u.
+    fn draw_signals(&self, names: (u64, u64), noise: &NoiseFilter, to: &mut Realisation) {
+        let (seed, trial) = names;
         let mut input = stream(seed, trial, Purpose::Input);
-        self.input.fill(&mut input, &mut to.u);
+        self.settings.input.fill(&mut input, &mut to.r);
         let mut start = stream(seed, trial, Purpose::NoiseStart);
         let mut drive = stream(seed, trial, Purpose::NoiseDrive);
-        self.noise
-            .fill(&mut start, &mut drive, &mut to.scratch, &mut to.f);
+        noise.fill(&mut start, &mut drive, &mut to.scratch, &mut to.f);
+        self.draw_input_noise(names, &mut to.u);
+    }
+
+    /// The plant at its initial state.
+    fn rest(&self, to: &mut Realisation) {
         to.x.clear();
-        to.x.extend_from_slice(&self.x0);
-        self.plant
-            .simulate(&mut to.x, &to.u, &mut to.y0, &mut to.states);
+        to.x.extend_from_slice(&self.settings.x0);
+    }
+
+    /// u0 = r; the noise level holds in the first `window` samples.
+    fn run_open(&self, resolved: &Resolved, eta: f64, window: usize, to: &mut Realisation) {
+        to.u0.copy_from_slice(&to.r);
+        self.rest(to);
+        let plant = &resolved.plant;
+        plant.simulate(&mut to.x, &to.u0, &mut to.y0, &mut to.states);
         let (y0, f) = (&to.y0[..window], &to.f[..window]);
-        to.scale = self.level.scale(eta, y0, f, self.variances);
+        let level = self.settings.level;
+        to.scale = level.scale(eta, y0, f, resolved.variances);
         for ((y, y0), f) in to.y.iter_mut().zip(&to.y0).zip(&to.f) {
             *y = to.scale.mul_add(*f, *y0);
+        }
+        Self::measure_input(to);
+    }
+
+    /// Fills `u` with the input-measurement noise: zeros by default, when nothing is drawn.
+    fn draw_input_noise(&self, (seed, trial): (u64, u64), u: &mut [f64]) {
+        let deviation = self.settings.input_noise / 100.0 * self.settings.input.amplitude();
+        if deviation == 0.0 {
+            u.fill(0.0);
+        } else {
+            fill_white(&mut stream(seed, trial, Purpose::InputNoise), deviation, u);
+        }
+    }
+
+    /// Adds the true input to the noise in `u`.
+    fn measure_input(to: &mut Realisation) {
+        for (u, u0) in to.u.iter_mut().zip(&to.u0) {
+            *u += u0;
         }
     }
 
     /// Every setting, for a manifest.
     pub fn describe(&self) -> Value {
+        let ProcessSettings {
+            plant,
+            x0,
+            input,
+            noise,
+            level,
+            input_noise,
+            feedback,
+        } = &self.settings;
+        let sequence = match input {
+            Input::Signs(signs) => json!(signs.sequence),
+            Input::Gaussian { .. } => Value::Null,
+        };
         json!({
-            "plant": { "a": self.plant.a(), "b": self.plant.b() },
-            "x0": self.x0,
-            "input": { "amplitude": self.input.amplitude, "sequence": self.input.sequence },
-            "noise": { "numerator": self.noise.numerator(), "denominator": self.noise.denominator() },
-            "eta": { "over": self.level.over, "of": self.level.of },
+            "plant": plant.describe(),
+            "x0": x0,
+            "input": { "law": input.law(), "amplitude": input.amplitude(), "sequence": sequence },
+            "noise": noise.describe(self.plants.noise()),
+            "eta": { "over": level.over, "of": level.of },
+            "input_noise": input_noise,
+            "feedback": feedback.describe(),
         })
     }
 }
@@ -153,6 +289,7 @@ impl Process {
 mod tests {
     use super::*;
     use crate::plant::{Numerator, nikolov2023};
+    use crate::signal::RandomSigns;
     use crate::signal::arithmetic::variance;
 
     #[test]

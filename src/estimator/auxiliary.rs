@@ -37,6 +37,25 @@ impl AuxiliaryModel {
         x0: &[f64],
         window: Window<'_>,
     ) -> Result<(), FailureKind> {
+        self.run_driven(a, b, x0, window, window.u)
+    }
+
+    /// The same, driven by `input` in the place of u.
+    ///
+    /// # Errors
+    /// As for [`Self::run`].
+    ///
+    /// # Panics
+    /// If `input` is not as long as the window.
+    pub fn run_driven(
+        &mut self,
+        a: &[f64],
+        b: &[f64],
+        x0: &[f64],
+        window: Window<'_>,
+        input: &[f64],
+    ) -> Result<(), FailureKind> {
+        assert_eq!(input.len(), window.len());
         self.x.copy_from_slice(x0);
         let yhat = &mut self.yhat;
         match self.drive {
@@ -44,7 +63,7 @@ impl AuxiliaryModel {
                 a,
                 b,
                 &mut self.x,
-                window.u,
+                input,
                 #[inline(always)]
                 |k, x| yhat[k] = x[0],
             ),
@@ -55,7 +74,7 @@ impl AuxiliaryModel {
                     b,
                     &self.g,
                     &mut self.x,
-                    window.u,
+                    input,
                     window.y,
                     #[inline(always)]
                     |k, x| yhat[k] = x[0],

@@ -7,8 +7,8 @@
 //! so one row and one column of lag sums make an n x n block: O(N n) operations instead of O(N n^2).
 //! `Z'y` is the column j = -1 of a block against y, and gives that block's first column with it.
 
-use super::Window;
 use super::regressors::fill_rows;
+use super::{Instruments, Window};
 use crate::signal::arithmetic::{dot, with_fma};
 use faer::linalg::matmul::matmul;
 use faer::reborrow::ReborrowMut;
@@ -121,16 +121,18 @@ impl Information {
         g12.copy_from(g21.transpose());
     }
 
-    /// Stage 9: `G = Z'Phi`, `r = Z'y` with yhat for y in the instruments. Only G11, G12 and the first
-    /// half of r change; the rest is of the window's last [`Self::least_squares`].
+    /// Stage 9: `G = Z'Phi`, `r = Z'y` with yhat for y in the instruments. G11, G12 and the first half of r
+    /// change; where u itself stays in Z the rest is of the window's last [`Self::least_squares`]. Where another
+    /// signal takes u's place, G21, G22 and the second half of r change too.
     ///
     /// # Panics
-    /// If `yhat` is not as long as the window.
-    pub fn instruments(&mut self, window: Window<'_>, yhat: &[f64]) {
+    /// If an instrument is not as long as the window.
+    pub fn instruments(&mut self, window: Window<'_>, instruments: Instruments<'_>) {
+        let yhat = instruments.output;
         assert_eq!(yhat.len(), window.len());
         let n = self.order;
-        let rhs1 = &mut self.rhs[..n];
-        let (g11, g12, ..) = self.matrix.as_mut().split_at_mut(n, n);
+        let (rhs1, rhs2) = self.rhs.split_at_mut(n);
+        let (g11, g12, g21, g22) = self.matrix.as_mut().split_at_mut(n, n);
         with_fma(
             #[inline(always)]
             || {
@@ -141,19 +143,30 @@ impl Information {
                 block(g12, yhat, window.u, -1.0);
             },
         );
+        if let Some(input) = instruments.input {
+            assert_eq!(input.len(), window.len());
+            with_fma(
+                #[inline(always)]
+                || {
+                    block_with_rhs(g21, rhs2, input, window.y, -1.0);
+                    block(g22, input, window.u, 1.0);
+                },
+            );
+        }
     }
 
     /// The same blocks by the plain product of the data matrices: what the recurrence is checked
-    /// and measured against. `output` is y for stage 2 and yhat for stage 9.
+    /// and measured against. For stage 2 the instruments are y and u themselves.
     ///
     /// # Panics
-    /// If `output` is not as long as the window.
-    pub fn by_product(&mut self, window: Window<'_>, output: &[f64]) {
+    /// If an instrument is not as long as the window.
+    pub fn by_product(&mut self, window: Window<'_>, instruments: Instruments<'_>) {
         let rows = window.len() - self.order;
         let mut phi = Mat::zeros(rows, 2 * self.order);
         let mut z = Mat::zeros(rows, 2 * self.order);
-        fill_rows(window, window.y, self.order, 0, phi.as_mut());
-        fill_rows(window, output, self.order, 0, z.as_mut());
+        fill_rows(window.y, window.u, self.order, 0, phi.as_mut());
+        let (output, input) = (instruments.output, instruments.input(window));
+        fill_rows(output, input, self.order, 0, z.as_mut());
         let product = Accum::Replace;
         matmul(
             self.matrix.as_mut(),

@@ -64,7 +64,7 @@ impl InitialState {
         x0: &mut [f64],
     ) -> Result<(), FailureKind> {
         let rows = self.relevant_rows(a, window.len());
-        let window = Window::new(window.u, window.y, rows);
+        let window = Window::with_reference(window.u, window.y, window.r, rows);
         self.form_normal_equations(a, b, window, x0);
         let trace: f64 = (0..x0.len()).map(|i| self.gram[(i, i)]).sum();
         // An overflow makes the trace infinite or NaN; only sorted QR can then tell whether D is finite.

@@ -1,10 +1,12 @@
 //! Instrumental variables: least squares as iteration 0, then passes of stages 7 to 10 (stage 11).
 
 use super::auxiliary::AuxiliaryModel;
-use super::least_squares::{StateEstimate, conclude, iteration_zero};
-use super::solver::{Solution, SolveInstruments};
+use super::least_squares::{StartState, StateEstimate, conclude, iteration_zero};
+use super::reflection::{PoleReflection, Stabilise};
+use super::solver::{Instruments, Solution, SolveInstruments};
 use super::{
-    Estimator, Failure, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10, Window,
+    Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10,
+    Window,
 };
 use crate::names::named_enum;
 use crate::observer::Gain;
@@ -32,6 +34,16 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// What the instruments are formed from: claim C7.
+    InstrumentSource, "source of the instruments" {
+        /// The input u, which drives the auxiliary model and stands in Z (the default).
+        Input = "u",
+        /// The reference r in both places: free of noise that came through the loop.
+        Reference = "r",
+    }
+}
+
 /// The readings of the IV passes.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct IvOptions {
@@ -47,6 +59,12 @@ pub struct IvOptions {
     pub drive: Drive,
     /// The observer's gain where it drives the auxiliary model.
     pub gain: Gain,
+    /// What the instruments are formed from.
+    pub instruments: InstrumentSource,
+    /// What is done to an unstable auxiliary model.
+    pub stabilise: Stabilise,
+    /// Whether x0 is estimated, in iteration 0 too.
+    pub initial_state: StartState,
 }
 
 impl Default for IvOptions {
@@ -58,6 +76,9 @@ impl Default for IvOptions {
             auxiliary: Auxiliary::default(),
             drive: Drive::default(),
             gain: Gain::default(),
+            instruments: InstrumentSource::default(),
+            stabilise: Stabilise::default(),
+            initial_state: StartState::default(),
         }
     }
 }
@@ -69,27 +90,54 @@ pub struct InstrumentalVariables {
     solution: Solution,
     state: StateEstimate,
     model: AuxiliaryModel,
+    source: InstrumentSource,
+    reflection: Option<PoleReflection>,
 }
 
 impl InstrumentalVariables {
     /// Buffers for a shape.
     ///
     /// # Errors
-    /// As for [`Solver::instruments`], or if the gain does not fit the order.
+    /// As for [`Solver::instruments`], or if the gain does not fit the order, or if instruments are to be formed
+    /// from r by an observer, which y drives.
     pub fn new(shape: Shape, options: &IvOptions) -> Result<Self, SetupError> {
         options.gain.check(shape.order)?;
+        if options.instruments == InstrumentSource::Reference && options.drive != Drive::Model {
+            return Err(SetupError::ReferenceNeedsModel(options.drive));
+        }
+        let reflect = options.stabilise == Stabilise::Reflect;
         Ok(Self {
             auxiliary: options.auxiliary,
             solver: options.solver.instruments(shape, options.stage10)?,
             solution: Solution::new(shape.order),
-            state: StateEstimate::new(shape.order),
+            state: StateEstimate::new(shape.order, options.initial_state),
             model: AuxiliaryModel::new(
                 shape.order,
                 shape.window,
                 options.drive,
                 options.gain.clone(),
             ),
+            source: options.instruments,
+            reflection: reflect.then(|| PoleReflection::new(shape.order)),
         })
+    }
+
+    /// Stage 7: yhat of A-hat of `previous` and of b and x0 of `source`, stabilised where asked for.
+    fn simulate(
+        &mut self,
+        window: Window<'_>,
+        previous: &Pass,
+        source: &Pass,
+    ) -> Result<(), FailureKind> {
+        let input = match self.source {
+            InstrumentSource::Input => window.u,
+            InstrumentSource::Reference => window.r,
+        };
+        let (a, b) = match &mut self.reflection {
+            Some(reflection) if previous.unstable => reflection.run(&previous.a, &source.b)?,
+            _ => (previous.a.as_slice(), source.b.as_slice()),
+        };
+        self.model.run_driven(a, b, &source.x0, window, input)
     }
 
     /// One pass: stages 7 to 10, and 5 and 6 where the reading says so.
@@ -106,7 +154,7 @@ impl InstrumentalVariables {
             Auxiliary::Refresh => previous,
             Auxiliary::Frozen | Auxiliary::Literal => first,
         };
-        if let Err(kind) = self.model.run(&previous.a, &source.b, &source.x0, window) {
+        if let Err(kind) = self.simulate(window, previous, source) {
             pass.fail(Failure {
                 kind,
                 stage: Stage::AuxiliaryModel,
@@ -115,9 +163,13 @@ impl InstrumentalVariables {
             return;
         }
         self.solution.condition = f64::NAN;
+        let instruments = Instruments {
+            output: &self.model.yhat,
+            input: (self.source == InstrumentSource::Reference).then_some(window.r),
+        };
         let solved = self
             .solver
-            .instruments(window, &self.model.yhat, &mut self.solution);
+            .instruments(window, instruments, &mut self.solution);
         if !conclude(solved, &self.solution, Stage::Instruments, number, pass) {
             return;
         }

@@ -3,6 +3,17 @@
 use super::initial_state::InitialState;
 use super::solver::{Solution, SolveLeastSquares};
 use super::{Estimator, Failure, FailureKind, Pass, SetupError, Shape, Solver, Stage, Window};
+use crate::names::named_enum;
+
+named_enum! {
+    /// Whether stage 6 is run: claim C8.
+    StartState, "initial state" {
+        /// x0 is estimated, stage 6 (the default).
+        Estimate = "estimate",
+        /// x0 = 0 is taken.
+        Zero = "zero",
+    }
+}
 
 /// `p = argmin || y - Phi p ||`, then b (stage 5) and x0 (stage 6).
 pub struct LeastSquares {
@@ -20,8 +31,15 @@ impl LeastSquares {
         Ok(Self {
             solver: solver.least_squares(shape)?,
             solution: Solution::new(shape.order),
-            state: StateEstimate::new(shape.order),
+            state: StateEstimate::new(shape.order, StartState::default()),
         })
+    }
+
+    /// The same with x0 estimated or taken as zero.
+    #[must_use]
+    pub fn with_start(mut self, start: StartState) -> Self {
+        self.state.start = start;
+        self
     }
 }
 
@@ -73,20 +91,27 @@ pub(super) fn conclude(
 
 /// Stage 6 for one pass.
 pub(super) struct StateEstimate {
+    start: StartState,
     initial_state: InitialState,
     x0: Vec<f64>,
 }
 
 impl StateEstimate {
-    pub(super) fn new(order: usize) -> Self {
+    pub(super) fn new(order: usize, start: StartState) -> Self {
         Self {
+            start,
             initial_state: InitialState::new(order),
             x0: vec![0.0; order],
         }
     }
 
-    /// Estimates x0 of a pass whose a, b, h stand, or records the failure.
+    /// Sets x0 of a pass whose a, b, h stand, or records the failure.
     pub(super) fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
+        if self.start == StartState::Zero {
+            self.x0.fill(0.0);
+            pass.set_initial_state(&self.x0);
+            return;
+        }
         let found = self
             .initial_state
             .estimate(&pass.a, &pass.b, window, &mut self.x0);

@@ -1,7 +1,7 @@
 //! Estimators of (a, b, h, x0) from a window of u and y: stages 1 to 11.
 //!
 //! One file per mathematical object: [`regressors`] (stages 1 and 8), [`information`] (2 and 9),
-//! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] (7); one per
+//! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] and [`reflection`] (7); one per
 //! method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11).
 
 pub mod auxiliary;
@@ -12,34 +12,49 @@ mod least_squares;
 mod method;
 pub mod parameters;
 mod pass;
+pub mod reflection;
 pub mod regressors;
 pub mod solver;
 mod sorted_qr;
 
-pub use instrumental_variables::{Auxiliary, Drive, InstrumentalVariables, IvOptions};
-pub use least_squares::LeastSquares;
+pub use instrumental_variables::{
+    Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions,
+};
+pub use least_squares::{LeastSquares, StartState};
 pub use method::{Method, Output};
 pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
-pub use solver::{Solver, Stage10};
+pub use reflection::{PoleReflection, Stabilise};
+pub use solver::{Instruments, Solver, Stage10};
 
-/// The samples that an estimator sees: `u(k)` and `y(k)` for k = 0 ... N-1.
+/// The samples that an estimator sees: `u(k)`, `y(k)` and `r(k)` for k = 0 ... N-1.
 #[derive(Clone, Copy, Debug)]
 pub struct Window<'a> {
     /// The input.
     pub u: &'a [f64],
     /// The measured output.
     pub y: &'a [f64],
+    /// The external reference of a closed loop; u itself in open loop.
+    pub r: &'a [f64],
 }
 
 impl<'a> Window<'a> {
-    /// The first `length` samples of a record.
+    /// The first `length` samples of a record in open loop: r = u.
     ///
     /// # Panics
     /// If the record is shorter.
     pub fn new(u: &'a [f64], y: &'a [f64], length: usize) -> Self {
+        Self::with_reference(u, y, u, length)
+    }
+
+    /// The first `length` samples of a record with its reference r.
+    ///
+    /// # Panics
+    /// If the record is shorter.
+    pub fn with_reference(u: &'a [f64], y: &'a [f64], r: &'a [f64], length: usize) -> Self {
         Self {
             u: &u[..length],
             y: &y[..length],
+            r: &r[..length],
         }
     }
 
@@ -111,6 +126,9 @@ pub enum SetupError {
     /// The gain does not fit the order.
     #[error(transparent)]
     Gain(#[from] crate::observer::GainError),
+    /// Instruments from r without the simulation that r drives.
+    #[error("instruments formed from 'r' need stage 7 as 'model', not '{0}'")]
+    ReferenceNeedsModel(Drive),
     /// A printed stage 10 without stage 3's blocks.
     #[error("stage 10 '{stage10}' exists for solver 'partitioned' only, not '{solver}'")]
     Stage10NeedsPartitioned {

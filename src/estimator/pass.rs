@@ -1,6 +1,7 @@
 //! What one pass of an estimator leaves: the model, or the failure that stopped it.
 
 use super::parameters;
+use crate::data::DrawFailure;
 use crate::names::named_enum;
 use crate::observer::ObservedModel;
 use crate::plant::stability::is_stable;
@@ -20,6 +21,8 @@ named_enum! {
 /// The stage of the paper's algorithm in which something failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
+    /// Stage 1: the record could not be drawn.
+    Data = 1,
     /// Stage 3: p of iteration 0.
     LeastSquares = 3,
     /// Stage 6: the initial state.
@@ -41,6 +44,37 @@ pub struct Failure {
     pub stage: Stage,
     /// In which pass; later passes, which have nothing to start from, carry the same failure.
     pub pass: usize,
+}
+
+impl From<DrawFailure> for FailureKind {
+    fn from(failure: DrawFailure) -> Self {
+        match failure {
+            DrawFailure::NonFinite => Self::NonFinite,
+            DrawFailure::Singular => Self::Singular,
+            DrawFailure::RankDeficient => Self::RankDeficient,
+        }
+    }
+}
+
+impl From<FailureKind> for DrawFailure {
+    fn from(kind: FailureKind) -> Self {
+        match kind {
+            FailureKind::NonFinite => Self::NonFinite,
+            FailureKind::Singular => Self::Singular,
+            FailureKind::RankDeficient => Self::RankDeficient,
+        }
+    }
+}
+
+impl From<DrawFailure> for Failure {
+    /// Of every pass of a trial without a record.
+    fn from(failure: DrawFailure) -> Self {
+        Self {
+            kind: failure.into(),
+            stage: Stage::Data,
+            pass: 0,
+        }
+    }
 }
 
 impl std::fmt::Display for Failure {

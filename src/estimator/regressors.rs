@@ -4,24 +4,25 @@
 //! instruments Z have yhat in the place of y. The two halves of stage 1 stack to these rows, so the
 //! sums over the halves are sums over all rows.
 
-use super::Window;
 use faer::MatMut;
 
 /// Writes rows `first`, `first + 1`, ... of the data matrix (`N - n` rows, 2n columns) into `block`.
 ///
-/// `output` is y for the regressors (stage 1) and yhat for the instruments (stage 8).
+/// `output` is y for the regressors (stage 1) and yhat for the instruments (stage 8); `input` is u, or for
+/// instruments the signal that they are formed from.
 ///
 /// # Panics
-/// If `block` does not have 2n columns or reaches beyond the last row.
+/// If `block` does not have 2n columns or reaches beyond the last row, or the signals differ in length.
 pub fn fill_rows(
-    window: Window<'_>,
     output: &[f64],
+    input: &[f64],
     order: usize,
     first: usize,
     mut block: MatMut<'_, f64>,
 ) {
     let rows = block.nrows();
-    assert!(block.ncols() == 2 * order && first + rows + order <= window.len());
+    assert!(output.len() == input.len());
+    assert!(block.ncols() == 2 * order && first + rows + order <= output.len());
     for i in 0..order {
         // Row r is k = n + first + r; column i holds lag i + 1.
         let from = order + first - 1 - i;
@@ -30,7 +31,7 @@ pub fn fill_rows(
             outputs[row] = -output;
         }
         let mut inputs = block.rb_mut().col_mut(order + i);
-        for (row, input) in window.u[from..from + rows].iter().enumerate() {
+        for (row, input) in input[from..from + rows].iter().enumerate() {
             inputs[row] = *input;
         }
     }

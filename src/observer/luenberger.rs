@@ -60,6 +60,22 @@ impl Observer {
         }
     }
 
+    /// One step more on the model of the last [`Self::run`]: from xhat(k) to xhat(k+1) by u(k) and y(k).
+    ///
+    /// # Panics
+    /// If the model is of another order.
+    pub fn advance(&mut self, model: ObservedModel<'_>, u: f64, y: f64) {
+        observe(
+            model.a,
+            model.b,
+            &self.g,
+            &mut self.x,
+            &[u],
+            &[y],
+            |_, _| {},
+        );
+    }
+
     /// The gain g of the last run.
     pub fn g(&self) -> &[f64] {
         &self.g

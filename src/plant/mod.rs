@@ -11,5 +11,5 @@ mod system;
 pub use paper::{Numerator, nikolov2023};
 pub use poles::{PoleFinder, polynomial_from_poles};
 pub use random::random_stable;
-pub use simulate::{observe, simulate};
+pub use simulate::{drive, observe, simulate};
 pub use system::{StateSpace, SystemError, TransferFunction};

@@ -51,6 +51,31 @@ pub fn simulate(
     );
 }
 
+/// The same where every input depends on the state: `u(k) = visit(k, x(k))`, k = 0 ... samples - 1.
+///
+/// # Panics
+/// If `a`, `b` and `x` are not of one length n >= 1.
+#[inline(always)]
+pub fn drive(
+    a: &[f64],
+    b: &[f64],
+    x: &mut [f64],
+    samples: usize,
+    mut visit: impl FnMut(usize, &[f64]) -> f64,
+) {
+    let n = x.len();
+    assert!(n > 0 && a.len() == n && b.len() == n);
+    with_fma(
+        #[inline(always)]
+        || {
+            for k in 0..samples {
+                let u = visit(k, x);
+                advance::<false>(a, b, &[], x, u, 0.0);
+            }
+        },
+    );
+}
+
 /// The same with output feedback, stage 12: `x(k+1) = A x(k) + b u(k) + g (y(k) - x_1(k))`, which is
 /// `F x + b u + g y` with `F = A - g c'`.
 ///

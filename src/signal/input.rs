@@ -1,5 +1,7 @@
-//! Input sequences.
+//! Input sequences, all of mean zero and of the amplitude as standard deviation.
 
+use super::arithmetic::with_fma;
+use super::normal::fill_standard_normal;
 use super::stream::Stream;
 use crate::names::named_enum;
 use rand::Rng;
@@ -48,10 +50,100 @@ impl RandomSigns {
     }
 }
 
+/// The external input of a process.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Input {
+    /// Random signs.
+    Signs(RandomSigns),
+    /// White Gaussian numbers of mean zero.
+    Gaussian {
+        /// Their standard deviation, in units of u.
+        amplitude: f64,
+    },
+}
+
+named_enum! {
+    /// The law of an input's samples.
+    InputLaw, "input" {
+        /// [`Input::Signs`] (the default).
+        Signs = "signs",
+        /// [`Input::Gaussian`].
+        Gaussian = "gaussian",
+    }
+}
+
+impl Input {
+    /// An input by its names. `sequence` holds for signs; Gaussian numbers are always fresh.
+    pub const fn new(law: InputLaw, amplitude: f64, sequence: Sequence) -> Self {
+        match law {
+            InputLaw::Signs => Self::Signs(RandomSigns {
+                amplitude,
+                sequence,
+            }),
+            InputLaw::Gaussian => Self::Gaussian { amplitude },
+        }
+    }
+
+    /// The law's name.
+    pub const fn law(&self) -> InputLaw {
+        match self {
+            Self::Signs(_) => InputLaw::Signs,
+            Self::Gaussian { .. } => InputLaw::Gaussian,
+        }
+    }
+
+    /// The standard deviation, in units of u.
+    pub const fn amplitude(&self) -> f64 {
+        match *self {
+            Self::Signs(RandomSigns { amplitude, .. }) | Self::Gaussian { amplitude } => amplitude,
+        }
+    }
+
+    /// Fills `u` from the stream. A longer `u` extends a shorter one.
+    pub fn fill(&self, stream: &mut Stream, u: &mut [f64]) {
+        match *self {
+            Self::Signs(signs) => signs.fill(stream, u),
+            Self::Gaussian { amplitude } => fill_white(stream, amplitude, u),
+        }
+    }
+}
+
+impl From<RandomSigns> for Input {
+    fn from(signs: RandomSigns) -> Self {
+        Self::Signs(signs)
+    }
+}
+
+/// Fills `z` with white Gaussian numbers of mean zero and the given standard deviation.
+pub fn fill_white(stream: &mut Stream, deviation: f64, z: &mut [f64]) {
+    fill_standard_normal(stream, z);
+    with_fma(
+        #[inline(always)]
+        || z.iter_mut().for_each(|z| *z *= deviation),
+    );
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::signal::stream::{Purpose, stream};
+
+    /// Mean and variance of Gaussian input within 4.5 standard errors of 0 and amplitude^2.
+    #[test]
+    fn gaussian_input_has_the_amplitude_as_standard_deviation() {
+        const COUNT: usize = 1_000_000;
+        let input = Input::new(InputLaw::Gaussian, 10.0, Sequence::default());
+        let mut u = vec![0.0; COUNT];
+        input.fill(&mut stream(1, 0, Purpose::Input), &mut u);
+        let mean = u.iter().sum::<f64>() / COUNT as f64;
+        let variance = u.iter().map(|u| u * u).sum::<f64>() / COUNT as f64;
+        assert!(mean.abs() < 4.5 * 10.0 / (COUNT as f64).sqrt(), "{mean}");
+        let error = 100.0 * (2.0 / COUNT as f64).sqrt();
+        assert!((variance - 100.0).abs() < 4.5 * error, "{variance}");
+        let mut short = vec![0.0; 77];
+        input.fill(&mut stream(1, 0, Purpose::Input), &mut short);
+        assert_eq!(short, u[..77]);
+    }
 
     fn signs(sequence: Sequence, count: usize) -> Vec<f64> {
         let mut u = vec![0.0; count];

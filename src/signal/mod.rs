@@ -9,7 +9,7 @@ mod noise;
 pub mod normal;
 mod stream;
 
-pub use input::{RandomSigns, Sequence};
+pub use input::{Input, InputLaw, RandomSigns, Sequence, fill_white};
 pub use level::{LevelOf, LevelOver, LevelReading, ProcessVariances};
 pub use noise::{NoiseFilter, NoiseFilterError};
 pub use stream::{Purpose, Stream, stream};

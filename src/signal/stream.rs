@@ -15,7 +15,7 @@ pub type Stream = Xoshiro256PlusPlus;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
-    /// The signs of the input u.
+    /// The input r: the signs, or the normal numbers.
     Input = 1,
     /// The white sequence that drives the noise filter.
     NoiseDrive = 2,
@@ -23,6 +23,10 @@ pub enum Purpose {
     NoiseStart = 3,
     /// Random plants.
     Plant = 4,
+    /// The noise of the input's measurement.
+    InputNoise = 5,
+    /// A fresh input, on which models are compared with the plant.
+    FreshInput = 6,
 }
 
 /// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64 bits.

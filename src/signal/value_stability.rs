@@ -48,6 +48,24 @@ fn words() {
                 0xaaaa_293a_11bc_12cd,
             ],
         ),
+        (
+            Purpose::InputNoise,
+            [
+                0x6674_2828_4e9a_cb0e,
+                0x1885_0151_2345_49e0,
+                0xa918_c8eb_f085_7ad6,
+                0x7906_3fe1_75c6_d580,
+            ],
+        ),
+        (
+            Purpose::FreshInput,
+            [
+                0xe4c6_00c5_0552_ac06,
+                0xebb0_4737_e6d8_395a,
+                0x407e_f642_925d_f89f,
+                0xbe5b_1cba_f2f3_ede1,
+            ],
+        ),
     ] {
         let mut words = stream(2023, 7, purpose);
         assert_eq!([(); 4].map(|()| words.next_u64()), expected, "{purpose:?}");

@@ -105,7 +105,7 @@ impl Experiment {
     /// The order n and window N of a cell.
     pub fn shape(&self, cell: &Cell) -> Shape {
         Shape {
-            order: self.process.plant().order(),
+            order: self.process.order(),
             window: cell.window,
         }
     }
@@ -124,7 +124,7 @@ impl Experiment {
         if self.cells.is_empty() || self.methods.is_empty() {
             return Err(ExperimentError::Empty);
         }
-        self.gain.check(self.process.plant().order())?;
+        self.gain.check(self.process.order())?;
         for cell in &self.cells {
             if !(cell.eta >= 0.0 && cell.eta.is_finite()) {
                 return Err(ExperimentError::Level(cell.eta));

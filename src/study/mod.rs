@@ -6,6 +6,7 @@ mod experiment;
 mod folder;
 mod row;
 mod runner;
+mod state_feedback;
 mod store;
 mod trial;
 
@@ -14,5 +15,6 @@ pub use experiment::{Cell, Experiment, ExperimentError};
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use row::{Figure, Row};
 pub use runner::{Block, RunError, run};
+pub use state_feedback::StateFeedback;
 pub use store::{Group, Outcomes, StoreError, TrialTable, TrialWriter, stored_alike};
 pub use trial::{Trial, TrialRecord};

@@ -43,7 +43,7 @@ impl<'e> Trial<'e> {
     /// # Errors
     /// If a method cannot serve the cell.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, SetupError> {
-        let order = experiment.process.plant().order();
+        let order = experiment.process.order();
         let mut methods = Vec::new();
         for method in &experiment.methods {
             methods.push(Worker {
@@ -68,11 +68,14 @@ impl<'e> Trial<'e> {
         let record = &mut self.realisation;
         let (process, seed) = (&experiment.process, experiment.seed);
         process.realise(seed, trial, cell.eta, cell.window, cell.horizon, record);
-        let window = Window::new(&record.u, &record.y, cell.window);
+        let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
         self.rows.clear();
         for Worker { estimator, passes } in &mut self.methods {
             passes.iter_mut().for_each(Pass::clear);
-            estimator.estimate(window, passes);
+            match record.failure {
+                Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
+                None => estimator.estimate(window, passes),
+            }
             for pass in passes {
                 let output = self.rows.len();
                 let mut row = Row::new(trial, output);
@@ -105,7 +108,6 @@ impl<'e> Trial<'e> {
 
 /// Measures passes against the truth.
 struct Scorer {
-    truth: Truth,
     window: usize,
     observer: Observer,
     poles: PoleFinder,
@@ -113,24 +115,10 @@ struct Scorer {
     curve: Vec<f64>,
 }
 
-struct Truth {
-    a: Vec<f64>,
-    b: Vec<f64>,
-    h: Vec<f64>,
-    x0: Vec<f64>,
-}
-
 impl Scorer {
     fn new(experiment: &Experiment, cell: &Cell) -> Self {
-        let plant = experiment.process.plant();
-        let n = plant.order();
+        let n = experiment.process.order();
         Self {
-            truth: Truth {
-                a: plant.a().to_vec(),
-                b: plant.b().to_vec(),
-                h: plant.h(),
-                x0: experiment.process.x0().to_vec(),
-            },
             window: cell.window,
             observer: Observer::new(experiment.gain.clone(), n),
             poles: PoleFinder::new(n),
@@ -141,23 +129,24 @@ impl Scorer {
     /// Fills the row of a pass, whose number is for its failures.
     fn score(&mut self, number: usize, pass: &Pass, record: &Realisation, row: &mut Row) {
         row.failure = pass.failure;
+        let truth = &record.truth;
         row[Figure::Condition] = pass.condition;
         self.curve.fill(f64::NAN);
         if pass.progress >= Progress::Parameters {
             row.unstable = Some(pass.unstable);
             row[Figure::SpectralRadius] = self.poles.spectral_radius(&pass.a);
             for (truth, found, relative, printed) in [
-                (&self.truth.a, &pass.a, Figure::Ea, Figure::EaPrinted),
-                (&self.truth.b, &pass.b, Figure::Eb, Figure::EbPrinted),
-                (&self.truth.h, &pass.h, Figure::Eh, Figure::EhPrinted),
+                (&truth.a, &pass.a, Figure::Ea, Figure::EaPrinted),
+                (&truth.b, &pass.b, Figure::Eb, Figure::EbPrinted),
+                (&truth.h, &pass.h, Figure::Eh, Figure::EhPrinted),
             ] {
                 row[relative] = relative_error(truth, found);
                 row[printed] = relative_error_as_printed(truth, found);
             }
         }
         if let Some(model) = pass.observed() {
-            row[Figure::Ex0] = relative_error(&self.truth.x0, &pass.x0);
-            row[Figure::Ex0Printed] = relative_error_as_printed(&self.truth.x0, &pass.x0);
+            row[Figure::Ex0] = relative_error(&truth.x0, &pass.x0);
+            row[Figure::Ex0Printed] = relative_error_as_printed(&truth.x0, &pass.x0);
             if let Err(kind) = self.observe(model, record, row) {
                 self.curve.fill(f64::NAN);
                 row.failure = Some(Failure {

@@ -85,19 +85,43 @@ pub trait SolveLeastSquares: Send {
     ) -> Result<(), FailureKind>;
 }
 
+/// What the instruments Z hold in the places of y and u, as long as the window.
+#[derive(Clone, Copy, Debug)]
+pub struct Instruments<'a> {
+    /// yhat, in the place of y.
+    pub output: &'a [f64],
+    /// What stands in the place of u, such as r; `None` where u itself stays (stage 9: "G21, G22 unchanged").
+    pub input: Option<&'a [f64]>,
+}
+
+impl<'a> Instruments<'a> {
+    /// Instruments with yhat for y, and u itself.
+    pub const fn new(output: &'a [f64]) -> Self {
+        Self {
+            output,
+            input: None,
+        }
+    }
+
+    /// The signal in the place of u on a window.
+    pub fn input(self, window: Window<'a>) -> &'a [f64] {
+        self.input.unwrap_or(window.u)
+    }
+}
+
 /// Solves for p with instruments too.
 pub trait SolveInstruments: SolveLeastSquares {
-    /// `Z'Phi p = Z'y`, with yhat in the place of y in the instruments Z.
+    /// `Z'Phi p = Z'y`, Z as Phi with the instruments' signals in the places of y and u.
     ///
-    /// Must follow [`SolveLeastSquares::least_squares`] on the same window, whose blocks it reuses
-    /// (stage 9: "G21, G22 unchanged").
+    /// Must follow [`SolveLeastSquares::least_squares`] on the same window, whose blocks it reuses where u itself
+    /// stays in Z.
     ///
     /// # Errors
     /// The failure's kind; `solution.p` is then undefined.
     fn instruments(
         &mut self,
         window: Window<'_>,
-        yhat: &[f64],
+        instruments: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind>;
 }

@@ -1,7 +1,7 @@
 //! The (N-n)-dimensional forms that the paper compares its partitioned inverse with.
 
 use super::linear::EquilibratedLu;
-use super::{Solution, SolveInstruments, SolveLeastSquares};
+use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
 use crate::estimator::regressors::fill_rows;
 use crate::estimator::{FailureKind, Window};
 use faer::linalg::matmul::matmul;
@@ -41,11 +41,11 @@ impl Dual {
     fn solve(
         &mut self,
         window: Window<'_>,
-        output: &[f64],
+        z: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
-        fill_rows(window, window.y, self.order, 0, self.phi.as_mut());
-        fill_rows(window, output, self.order, 0, self.z.as_mut());
+        fill_rows(window.y, window.u, self.order, 0, self.phi.as_mut());
+        fill_rows(z.output, z.input(window), self.order, 0, self.z.as_mut());
         let mut matrix = self.lu.matrix();
         matmul(
             matrix.rb_mut(),
@@ -75,7 +75,7 @@ impl SolveLeastSquares for Dual {
         window: Window<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
-        self.solve(window, window.y, solution)
+        self.solve(window, Instruments::new(window.y), solution)
     }
 }
 
@@ -83,10 +83,10 @@ impl SolveInstruments for Dual {
     fn instruments(
         &mut self,
         window: Window<'_>,
-        yhat: &[f64],
+        instruments: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
-        self.solve(window, yhat, solution)
+        self.solve(window, instruments, solution)
     }
 }
 
@@ -113,7 +113,7 @@ impl Augmented {
     fn solve(
         &mut self,
         window: Window<'_>,
-        output: &[f64],
+        z: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
         let rows = window.len() - self.order;
@@ -123,8 +123,8 @@ impl Augmented {
         for i in 0..rows {
             identity[(i, i)] = 1.0;
         }
-        fill_rows(window, window.y, self.order, 0, phi);
-        fill_rows(window, output, self.order, 0, self.z.as_mut());
+        fill_rows(window.y, window.u, self.order, 0, phi);
+        fill_rows(z.output, z.input(window), self.order, 0, self.z.as_mut());
         let mut z_transposed = z_transposed;
         z_transposed.copy_from(self.z.transpose());
         self.rhs[..rows].copy_from_slice(&window.y[self.order..]);
@@ -141,7 +141,7 @@ impl SolveLeastSquares for Augmented {
         window: Window<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
-        self.solve(window, window.y, solution)
+        self.solve(window, Instruments::new(window.y), solution)
     }
 }
 
@@ -149,9 +149,9 @@ impl SolveInstruments for Augmented {
     fn instruments(
         &mut self,
         window: Window<'_>,
-        yhat: &[f64],
+        instruments: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
-        self.solve(window, yhat, solution)
+        self.solve(window, instruments, solution)
     }
 }

@@ -9,7 +9,7 @@ use super::condition::{
 };
 use super::linear::EquilibratedLu;
 use super::reduction::Reduction;
-use super::{Solution, SolveInstruments, SolveLeastSquares};
+use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
 use crate::estimator::{FailureKind, Window};
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -35,14 +35,14 @@ impl Triangle {
         }
     }
 
-    /// R of the data matrix with `output`, its columns' scales and its condition.
+    /// R of the data matrix with the signals of `z`, its columns' scales and its condition.
     fn reduce(
         &mut self,
         window: Window<'_>,
-        output: &[f64],
+        z: Instruments<'_>,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
-        self.reduction.run(window, output)?;
+        self.reduction.run(window, z)?;
         let r = self.reduction.r();
         self.equilibration.of_columns(r)?;
         *condition = triangular_condition(r, &self.equilibration.columns, &mut self.scratch)?;
@@ -89,7 +89,7 @@ impl SolveLeastSquares for Qr {
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
         let triangle = &mut self.regressors;
-        triangle.reduce(window, window.y, &mut solution.condition)?;
+        triangle.reduce(window, Instruments::new(window.y), &mut solution.condition)?;
         triangle.copy_rhs(&mut solution.p);
         let dimension = solution.p.len();
         let p = MatMut::from_column_major_slice_mut(&mut solution.p, dimension, 1);
@@ -102,12 +102,12 @@ impl SolveInstruments for Qr {
     fn instruments(
         &mut self,
         window: Window<'_>,
-        yhat: &[f64],
+        instruments: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
         let (triangle, lu) = (&mut self.instruments, &mut self.lu);
         let mut condition_z = f64::NAN;
-        let reduced = triangle.reduce(window, yhat, &mut condition_z);
+        let reduced = triangle.reduce(window, instruments, &mut condition_z);
         solution.condition = condition_z;
         reduced?;
         triangle.copy_rhs(&mut solution.p);
@@ -221,7 +221,7 @@ impl SolveLeastSquares for Svd {
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
         let triangle = &mut self.regressors;
-        triangle.reduce(window, window.y, &mut solution.condition)?;
+        triangle.reduce(window, Instruments::new(window.y), &mut solution.condition)?;
         triangle.copy_rhs(&mut solution.p);
         let r = triangle.reduction.r();
         self.matrix.copy_from(r);
@@ -241,11 +241,11 @@ impl SolveInstruments for Svd {
     fn instruments(
         &mut self,
         window: Window<'_>,
-        yhat: &[f64],
+        instruments: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
         let triangle = &mut self.instruments;
-        triangle.reduce(window, yhat, &mut solution.condition)?;
+        triangle.reduce(window, instruments, &mut solution.condition)?;
         triangle.copy_rhs(&mut solution.p);
         self.matrix.copy_from(triangle.small());
         self.equilibration.of(self.matrix.as_ref())?;

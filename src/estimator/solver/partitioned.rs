@@ -2,7 +2,7 @@
 
 use super::condition::{Equilibration, check_rank, maximum};
 use super::linear::Inverter;
-use super::{Solution, SolveInstruments, SolveLeastSquares, Stage10};
+use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares, Stage10};
 use crate::estimator::information::Information;
 use crate::estimator::{FailureKind, Window};
 use faer::linalg::matmul::matmul;
@@ -177,10 +177,10 @@ impl SolveInstruments for Partitioned {
     fn instruments(
         &mut self,
         window: Window<'_>,
-        yhat: &[f64],
+        instruments: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
-        self.information.instruments(window, yhat);
+        self.information.instruments(window, instruments);
         self.invert(&mut solution.condition)?;
         self.print_as(self.stage10);
         self.multiply_rhs(&mut solution.p);

@@ -1,5 +1,6 @@
 //! Householder QR of a tall data matrix by blocks of rows, in memory that does not grow with N.
 
+use super::Instruments;
 use crate::estimator::regressors::fill_rows;
 use crate::estimator::{FailureKind, Window};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -49,20 +50,25 @@ impl Reduction {
         }
     }
 
-    /// Reduces the window; `output` is y for regressors and yhat for instruments.
-    pub(super) fn run(&mut self, window: Window<'_>, output: &[f64]) -> Result<(), FailureKind> {
+    /// Reduces the window; for regressors `z` holds y and u themselves.
+    pub(super) fn run(
+        &mut self,
+        window: Window<'_>,
+        z: Instruments<'_>,
+    ) -> Result<(), FailureKind> {
         let (n, width) = (self.order, 2 * self.order);
         let total = window.len() - n;
         let (mut first, mut carried) = (0, 0);
         while first < total {
             let fresh = BLOCK_ROWS.min(total - first);
             let rows = carried + fresh;
-            fill_rows(window, output, n, first, self.z.get_mut(carried..rows, ..));
+            let block = self.z.get_mut(carried..rows, ..);
+            fill_rows(z.output, z.input(window), n, first, block);
             let phi_columns = self.companions.ncols() - 1;
             let companions = self.companions.get_mut(carried..rows, ..);
             let (mut phi, mut y) = companions.split_at_col_mut(phi_columns);
             if phi.ncols() > 0 {
-                fill_rows(window, window.y, n, first, phi.rb_mut());
+                fill_rows(window.y, window.u, n, first, phi.rb_mut());
             }
             for row in 0..fresh {
                 y[(row, 0)] = window.y[n + first + row];

@@ -2,7 +2,7 @@
 
 use super::condition::{Equilibration, check_rank, inverse_norm1_estimate, norm1};
 use super::linear::EquilibratedLu;
-use super::{Solution, SolveInstruments, SolveLeastSquares};
+use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
 use crate::estimator::information::Information;
 use crate::estimator::{FailureKind, Window};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -46,10 +46,10 @@ impl SolveInstruments for Lu {
     fn instruments(
         &mut self,
         window: Window<'_>,
-        yhat: &[f64],
+        instruments: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind> {
-        self.information.instruments(window, yhat);
+        self.information.instruments(window, instruments);
         self.solve(solution)
     }
 }

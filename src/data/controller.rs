@@ -1,0 +1,111 @@
+//! Controllers of a caller's own, such as an adaptive state feedback.
+
+use super::DrawFailure;
+use serde_json::Value;
+use std::sync::Arc;
+
+/// What a controller has seen when it must give u(k): samples from the trial's first one on, the open-loop part
+/// included.
+#[derive(Clone, Copy, Debug)]
+pub struct History<'a> {
+    /// The reference r(0) ... r(k).
+    pub r: &'a [f64],
+    /// The measured input u(0) ... u(k-1).
+    pub u: &'a [f64],
+    /// The measured output y(0) ... y(k).
+    pub y: &'a [f64],
+}
+
+impl History<'_> {
+    /// The present k.
+    pub const fn k(&self) -> usize {
+        self.u.len()
+    }
+}
+
+/// A controller in the loop, with buffers of its own: one value per worker.
+pub trait Controller: Send {
+    /// Forgets the trial before.
+    fn reset(&mut self);
+
+    /// The input u(k) that is to drive the plant. Called once for every k from [`ControlLaw::pilot`] on, in order.
+    ///
+    /// # Errors
+    /// [`DrawFailure`] where no input can be given; the trial then has no record.
+    fn control(&mut self, history: History<'_>) -> Result<f64, DrawFailure>;
+}
+
+/// Makes controllers.
+type Factory = dyn Fn() -> Box<dyn Controller> + Send + Sync;
+
+/// How workers make their own controller, when it starts and what it is called.
+#[derive(Clone)]
+pub struct ControlLaw {
+    pilot: usize,
+    description: Value,
+    factory: Arc<Factory>,
+}
+
+impl ControlLaw {
+    /// A law. The loop is open (u = r) for the first `pilot` samples, which precede the record; `description` is
+    /// what a manifest says of it.
+    pub fn new(
+        pilot: usize,
+        description: Value,
+        factory: impl Fn() -> Box<dyn Controller> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            pilot,
+            description,
+            factory: Arc::new(factory),
+        }
+    }
+
+    /// Samples in open loop, N1.
+    pub const fn pilot(&self) -> usize {
+        self.pilot
+    }
+
+    /// Every setting, for a manifest.
+    pub const fn description(&self) -> &Value {
+        &self.description
+    }
+}
+
+impl std::fmt::Debug for ControlLaw {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ControlLaw")
+            .field("pilot", &self.pilot)
+            .field("description", &self.description)
+            .finish_non_exhaustive()
+    }
+}
+
+/// A controller kept from trial to trial with the law that it was made by. A copy begins without one.
+#[derive(Default)]
+pub(super) struct Kept(Option<(Arc<Factory>, Box<dyn Controller>)>);
+
+impl Kept {
+    /// The law's controller, reset; made anew where the one kept is of another law.
+    pub(super) fn of(&mut self, law: &ControlLaw) -> &mut dyn Controller {
+        if !matches!(&self.0, Some((factory, _)) if Arc::ptr_eq(factory, &law.factory)) {
+            self.0 = None;
+        }
+        let made = || (Arc::clone(&law.factory), (law.factory)());
+        let (_, controller) = self.0.get_or_insert_with(made);
+        controller.reset();
+        &mut **controller
+    }
+}
+
+impl Clone for Kept {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl std::fmt::Debug for Kept {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(if self.0.is_some() { "Kept(..)" } else { "None" })
+    }
+}

@@ -1,0 +1,212 @@
+//! Where a trial's plant and the colour of its noise come from.
+
+use super::{DrawFailure, ProcessError};
+use crate::plant::{StateSpace, random_stable};
+use crate::signal::{NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};
+use serde_json::{Value, json};
+use std::borrow::Cow;
+
+/// The plant of a process.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PlantSource {
+    /// The same one in every trial.
+    Fixed(StateSpace),
+    /// One of its own for every trial, from the stream of [`Purpose::Plant`]: [`random_stable`].
+    Random {
+        /// The order n.
+        order: usize,
+        /// The radius of the disc of poles, in (0, 1).
+        radius: f64,
+    },
+}
+
+impl PlantSource {
+    /// The order n of every trial's plant.
+    pub fn order(&self) -> usize {
+        match self {
+            Self::Fixed(plant) => plant.order(),
+            Self::Random { order, .. } => *order,
+        }
+    }
+
+    /// Every setting, for a manifest.
+    pub fn describe(&self) -> Value {
+        match self {
+            Self::Fixed(plant) => json!({ "a": plant.a(), "b": plant.b() }),
+            Self::Random { order, radius } => {
+                json!({ "random": { "order": order, "radius": radius } })
+            }
+        }
+    }
+}
+
+impl From<StateSpace> for PlantSource {
+    fn from(plant: StateSpace) -> Self {
+        Self::Fixed(plant)
+    }
+}
+
+/// The colour of the measurement noise f.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoiseColour {
+    /// White noise through `1/A(q)` of the trial's plant: `A(q) y = B(q) u + white`.
+    InverseDenominator,
+    /// White noise through a filter; [`NoiseFilter::white`] leaves it white.
+    Filter(NoiseFilter),
+}
+
+impl NoiseColour {
+    /// Every setting, for a manifest; the coefficients too where they are known.
+    pub(super) fn describe(&self, filter: Option<&NoiseFilter>) -> Value {
+        let coefficients = |filter: &NoiseFilter| json!({ "numerator": filter.numerator(), "denominator": filter.denominator() });
+        match (self, filter) {
+            (Self::Filter(filter), _) => coefficients(filter),
+            (Self::InverseDenominator, None) => json!({ "colour": self.to_string() }),
+            (Self::InverseDenominator, Some(filter)) => {
+                let mut described = coefficients(filter);
+                described["colour"] = json!(self.to_string());
+                described
+            }
+        }
+    }
+}
+
+impl From<NoiseFilter> for NoiseColour {
+    fn from(filter: NoiseFilter) -> Self {
+        Self::Filter(filter)
+    }
+}
+
+/// Why a noise colour was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoiseColourError {
+    /// A text that is no colour.
+    #[error(
+        "noise '{0}': expected white, 1/A or c_0,c_1,.../1,d_1,... (such as 1,0.5/1,-0.9 or 1/1,-0.9)"
+    )]
+    Form(String),
+    /// The filter.
+    #[error(transparent)]
+    Filter(#[from] NoiseFilterError),
+}
+
+impl std::str::FromStr for NoiseColour {
+    type Err = NoiseColourError;
+
+    /// Reads `white`, `1/A` or `c_0,c_1,.../1,d_1,...`.
+    fn from_str(text: &str) -> Result<Self, NoiseColourError> {
+        let form = || NoiseColourError::Form(text.to_owned());
+        match text {
+            "white" => return Ok(Self::Filter(NoiseFilter::white())),
+            "1/A" => return Ok(Self::InverseDenominator),
+            _ => {}
+        }
+        let (numerator, denominator) = text.split_once('/').ok_or_else(form)?;
+        let numbers = |list: &str| -> Result<Vec<f64>, NoiseColourError> {
+            let numbers: Result<_, _> = list.split(',').map(|part| part.trim().parse()).collect();
+            numbers.map_err(|_| form())
+        };
+        let filter = NoiseFilter::new(&numbers(numerator)?, &numbers(denominator)?)?;
+        Ok(Self::Filter(filter))
+    }
+}
+
+impl std::fmt::Display for NoiseColour {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self::Filter(filter) = self else {
+            return f.write_str("1/A");
+        };
+        if *filter == NoiseFilter::white() {
+            return f.write_str("white");
+        }
+        let list = |c: &[f64]| c.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+        let (numerator, denominator) = (filter.numerator(), filter.denominator());
+        write!(f, "{}/{}", list(numerator), list(&denominator))
+    }
+}
+
+/// A plant with what depends on it.
+#[derive(Clone, Debug)]
+pub(super) struct Resolved {
+    pub(super) plant: StateSpace,
+    pub(super) noise: NoiseFilter,
+    /// In open loop.
+    pub(super) variances: ProcessVariances,
+}
+
+impl Resolved {
+    fn new(
+        plant: StateSpace,
+        noise: &NoiseColour,
+        amplitude: f64,
+    ) -> Result<Self, NoiseFilterError> {
+        let noise = match noise {
+            NoiseColour::InverseDenominator => NoiseFilter::new(&[1.0], &plant.denominator())?,
+            NoiseColour::Filter(filter) => filter.clone(),
+        };
+        let energy = plant.energy().unwrap_or(f64::NAN);
+        let variances = ProcessVariances {
+            output: amplitude * amplitude * energy,
+            noise: noise.variance(),
+        };
+        Ok(Self {
+            plant,
+            noise,
+            variances,
+        })
+    }
+}
+
+/// The plants of a process, checked.
+#[derive(Clone, Debug)]
+pub(super) enum Plants {
+    Fixed(Resolved),
+    Random { order: usize, radius: f64 },
+}
+
+impl Plants {
+    pub(super) fn new(
+        source: &PlantSource,
+        noise: &NoiseColour,
+        amplitude: f64,
+    ) -> Result<Self, ProcessError> {
+        match *source {
+            PlantSource::Fixed(ref plant) => {
+                let resolved = Resolved::new(plant.clone(), noise, amplitude)?;
+                Ok(Self::Fixed(resolved))
+            }
+            PlantSource::Random { order, radius } => {
+                if order > 0 && radius > 0.0 && radius < 1.0 {
+                    Ok(Self::Random { order, radius })
+                } else {
+                    Err(ProcessError::RandomPlant(order, radius))
+                }
+            }
+        }
+    }
+
+    /// The noise filter, where it is the same in every trial.
+    pub(super) fn noise(&self) -> Option<&NoiseFilter> {
+        match self {
+            Self::Fixed(resolved) => Some(&resolved.noise),
+            Self::Random { .. } => None,
+        }
+    }
+
+    /// The plant of a trial. Fails where rounding takes a random plant's `1/A` for unstable.
+    pub(super) fn of_trial(
+        &self,
+        (seed, trial): (u64, u64),
+        noise: &NoiseColour,
+        amplitude: f64,
+    ) -> Result<Cow<'_, Resolved>, DrawFailure> {
+        match *self {
+            Self::Fixed(ref resolved) => Ok(Cow::Borrowed(resolved)),
+            Self::Random { order, radius } => {
+                let plant = random_stable(order, radius, &mut stream(seed, trial, Purpose::Plant));
+                let resolved = Resolved::new(plant, noise, amplitude);
+                resolved.map(Cow::Owned).map_err(|_| DrawFailure::NonFinite)
+            }
+        }
+    }
+}
