@@ -1,7 +1,7 @@
 //! One whole trial of the paper's experiment: record, least squares, four IV passes, observers, errors.
 
 use asobench::data::Realisation;
-use asobench::study::{Curves, Experiment, Trial};
+use asobench::study::{Curves, Experiment, Trial, Trials};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 
@@ -11,16 +11,21 @@ fn trial(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(1));
     for cell in &experiment.cells[1..] {
         let mut trial = Trial::new(&experiment, cell).expect("a valid cell");
-        let mut curves = Curves::new(cell.horizon);
+        let mut trials = Trials {
+            curves: Some(Curves::new(cell.horizon)),
+            ..Trials::default()
+        };
         let mut index = 0;
         group.bench_function(BenchmarkId::new("whole", cell.window), |b| {
             b.iter(|| {
                 index += 1;
-                black_box(trial.run(index, Some(&mut curves)).len())
+                trials.rows.clear();
+                trial.run_into(index, &mut trials);
+                black_box(trials.rows.len())
             });
         });
         let (mut record, mut index) = (Realisation::default(), 0);
-        let process = &experiment.process;
+        let process = &cell.process;
         group.bench_function(BenchmarkId::new("record", cell.window), |b| {
             b.iter(|| {
                 index += 1;

@@ -50,13 +50,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         });
         experiment.methods.push(ridge);
     }
-    experiment.validate()?;
 
     let outputs = experiment.outputs();
     let mut errors = vec![Vec::new(); experiment.cells.len() * outputs.len()];
     run(&experiment, 2000, 2, &AtomicBool::new(false), |block| {
         for row in block.rows.iter().filter(|row| row.failure.is_none()) {
-            errors[block.cell * outputs.len() + row.output].push(row[Figure::Ea]);
+            errors[block.span.cell * outputs.len() + row.output].push(row[Figure::Ea]);
         }
         Ok::<(), std::io::Error>(())
     })?;

@@ -10,11 +10,22 @@ pub struct UnknownName {
     /// What was given.
     pub given: String,
     /// The valid names.
-    pub valid: Vec<&'static str>,
+    pub valid: Vec<String>,
+}
+
+impl UnknownName {
+    /// `given` where one of `valid` was expected.
+    pub fn new(what: &'static str, given: &str, valid: &[&str]) -> Self {
+        Self {
+            what,
+            given: given.to_owned(),
+            valid: valid.iter().map(|&name| name.to_owned()).collect(),
+        }
+    }
 }
 
 /// ", did you mean 'name'?" for the nearest valid name, or nothing where none is near.
-fn nearest(given: &str, valid: &[&'static str]) -> String {
+fn nearest(given: &str, valid: &[String]) -> String {
     valid
         .iter()
         .map(|name| (strsim::jaro_winkler(given, name), name))
@@ -32,7 +43,7 @@ macro_rules! named_enum {
         }
     ) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum $name {
             $(#[$first_meta])* #[default] $first,
             $($(#[$variant_meta])* $variant,)*
@@ -62,10 +73,9 @@ macro_rules! named_enum {
 
             fn from_str(given: &str) -> Result<Self, Self::Err> {
                 let found = Self::ALL.iter().find(|value| value.name() == given);
-                found.copied().ok_or_else(|| $crate::names::UnknownName {
-                    what: $what,
-                    given: given.to_owned(),
-                    valid: Self::ALL.iter().map(|value| value.name()).collect(),
+                found.copied().ok_or_else(|| {
+                    let valid: Vec<&str> = Self::ALL.iter().map(|value| value.name()).collect();
+                    $crate::names::UnknownName::new($what, given, &valid)
                 })
             }
         }
@@ -73,6 +83,24 @@ macro_rules! named_enum {
         impl serde::Serialize for $name {
             fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
                 serializer.serialize_str(self.name())
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let name = String::deserialize(deserializer)?;
+                name.parse().map_err(serde::de::Error::custom)
+            }
+        }
+
+        impl schemars::JsonSchema for $name {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                let names: Vec<&str> = Self::ALL.iter().map(|value| value.name()).collect();
+                schemars::json_schema!({ "type": "string", "enum": names })
             }
         }
     };

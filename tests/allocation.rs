@@ -2,7 +2,7 @@
 
 #![expect(unsafe_code, reason = "a global allocator that counts")]
 
-use asobench::study::{Curves, Experiment, Trial};
+use asobench::study::{Curves, Experiment, Trial, Trials};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -29,17 +29,29 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_trial_allocates_nothing() {
-    let experiment = Experiment::nikolov2023(1);
+    let mut experiment = Experiment::nikolov2023(1);
+    // Everything that a trial can be asked for.
+    experiment.file.parameters = true;
     for cell in &experiment.cells {
         let mut trial = Trial::new(&experiment, cell).expect("a valid cell");
-        let mut curves = Curves::new(cell.horizon);
+        let mut trials = Trials {
+            curves: Some(Curves::new(cell.horizon)),
+            ..Trials::default()
+        };
+        let mut run = |index| {
+            trials.rows.clear();
+            trials.parameters.clear();
+            trial.run_into(index, &mut trials);
+            assert_eq!((trials.rows.len(), trials.parameters.len()), (5, 5 * 12));
+            trial.run(index);
+        };
         // Long enough to meet ill-conditioned models, whose buffers grow to the longest problem met.
         for index in 0..3000 {
-            trial.run(index, Some(&mut curves));
+            run(index);
         }
         let before = ALLOCATIONS.load(Ordering::Relaxed);
         for index in 3000..3500 {
-            trial.run(index, Some(&mut curves));
+            run(index);
         }
         let made = ALLOCATIONS.load(Ordering::Relaxed) - before;
         assert_eq!(made, 0, "{}: {made} allocations in 500 trials", cell.claim);

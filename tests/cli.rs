@@ -500,6 +500,11 @@ fn help_texts() {
         ("help", vec!["--help"]),
         ("help_reproduce", vec!["reproduce", "--help"]),
         ("help_estimate", vec!["estimate", "--help"]),
+        ("help_run", vec!["run", "--help"]),
+        ("help_check", vec!["check", "--help"]),
+        ("help_new", vec!["new", "--help"]),
+        ("help_schema", vec!["schema", "--help"]),
+        ("help_replay", vec!["replay", "--help"]),
     ] {
         insta::assert_snapshot!(name, stdout(&asobench(&arguments)));
     }
@@ -548,6 +553,7 @@ fn reproduce_writes_whole_folders() {
         "fig3.svg",
         "manifest.json",
         "summary.json",
+        "summary.parquet",
         "trials.parquet",
     ];
     assert_eq!(listing(Path::new(&out)), expected);
@@ -701,7 +707,10 @@ fn output_folders_that_cannot_take_the_results() {
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert_eq!(message.lines().count(), 1, "{message}");
-    assert!(message.contains("trials.parquet"), "{message}");
+    assert!(
+        message.contains(&out) && message.contains("blocks"),
+        "{message}"
+    );
     assert_eq!(listing(Path::new(&out)), Vec::<String>::new());
 }
 
@@ -716,7 +725,11 @@ fn an_interrupted_run_leaves_nothing() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program runs");
-    while !Path::new(&out).join(".trials.parquet.tmp").exists() {
+    let blocks = Path::new(&out).join("blocks");
+    let stored = |entry: std::io::Result<std::fs::DirEntry>| {
+        entry.is_ok_and(|entry| entry.path().extension().is_some_and(|e| e == "block"))
+    };
+    while !std::fs::read_dir(&blocks).is_ok_and(|mut blocks| blocks.any(stored)) {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     std::thread::sleep(std::time::Duration::from_millis(300));
@@ -728,7 +741,7 @@ fn an_interrupted_run_leaves_nothing() {
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(130), "{message}");
     assert!(
-        message.contains("interrupted after") && message.contains("nothing was written"),
+        message.contains("interrupted with") && message.contains("nothing was written"),
         "{message}"
     );
     assert_eq!(listing(Path::new(&out)), Vec::<String>::new());

@@ -5,13 +5,14 @@ use asobench::data::{
     Realisation,
 };
 use asobench::estimator::{
-    Estimator, FailureKind, InstrumentSource, InstrumentalVariables, IvOptions, LeastSquares,
-    Method, Pass, SetupError, Shape, Solver, Stabilise, Stage, StartState, Window,
+    Estimator, FailureKind, InstrumentSource, InstrumentalVariables, IvOptions, LeastSquares, Pass,
+    SetupError, Shape, Solver, Stabilise, Stage, StartState, Window,
 };
 use asobench::observer::Gain;
 use asobench::plant::{PoleFinder, StateSpace, TransferFunction};
 use asobench::signal::{Input, InputLaw, LevelOf, LevelOver, LevelReading, NoiseFilter, Sequence};
-use asobench::study::{Cell, Experiment, StateFeedback, Trial};
+use asobench::study::file::ExperimentFile;
+use asobench::study::{Experiment, StateFeedback, Trial};
 
 const SEED: u64 = 2023;
 
@@ -308,19 +309,26 @@ fn state_feedback_closes_the_loop_at_the_first_sample() {
 /// A pilot record from which nothing can be identified fails the whole trial, typed; no number is printed.
 #[test]
 fn a_failed_pilot_identification_fails_every_output() {
-    let mut settings = settings("white", state_feedback(50));
-    settings.input = Input::new(InputLaw::Signs, 0.0, Sequence::Independent);
-    let process = process(settings);
-    let mut experiment = Experiment {
-        process,
-        cells: vec![Cell::new("C7", 10.0, 100)],
-        methods: vec![Method::instrumental_variables(IvOptions::default())],
-        gain: Gain::DeadBeat,
-        seed: SEED,
-    };
-    experiment.cells[0].horizon = 150;
+    let file = ExperimentFile::parse(
+        "[settings]
+        plant = 'mine'
+        noise = 'white'
+        feedback = 'state'
+        eta = 10
+        amplitude = 0
+        window = 100
+        horizon = 150
+        [plants.mine]
+        a = [-0.7, 1.5]
+        h = [1.0, 0.5]
+        [feedbacks.state]
+        state_gain = [0.1, 0.2]
+        identify = 50",
+    );
+    let experiment = Experiment::new(file.unwrap()).unwrap();
+    assert_eq!(experiment.outputs().len(), 5);
     let mut trial = Trial::new(&experiment, &experiment.cells[0]).unwrap();
-    let rows = trial.run(0, None);
+    let rows = trial.run(0);
     assert_eq!(rows.len(), 5);
     for row in rows {
         let failure = row.failure.unwrap();

@@ -1,6 +1,6 @@
 //! The paper's claims against numbers from elsewhere: exact enumeration, theory, an independent simulation.
 
-use asobench::estimator::{FailureKind, IvOptions, Method, Solver, Stage10};
+use asobench::estimator::{FailureKind, IvOptions, LsOptions, Method, Solver, Stage10};
 use asobench::metric::{Share, quantile};
 use asobench::study::{Experiment, Figure, Row, run};
 use std::sync::atomic::AtomicBool;
@@ -10,12 +10,13 @@ fn rows(experiment: &Experiment, trials: u64, cell: usize, output: usize) -> Vec
     let mut rows = Vec::new();
     let stop = AtomicBool::new(false);
     run(experiment, trials, 2, &stop, |block| {
-        if block.cell == cell {
+        if block.span.cell == cell {
             rows.extend(block.rows.iter().filter(|row| row.output == output));
         }
         Ok::<(), std::io::Error>(())
     })
     .expect("a run");
+    rows.sort_by_key(|row: &Row| row.trial);
     rows
 }
 
@@ -33,7 +34,11 @@ fn only(claim: &str) -> Experiment {
 fn noise_free_errors_are_rounding_and_the_rest_is_typed() {
     const TRIALS: u64 = 20_000;
     let mut experiment = only("C1");
-    experiment.methods.push(Method::least_squares(Solver::Qr));
+    let by_qr = LsOptions {
+        solver: Solver::Qr,
+        ..LsOptions::default()
+    };
+    experiment.methods.push(Method::least_squares(by_qr));
     // QR of Phi decides the same trials: it sees singular values, not their squares.
     let by_qr = rows(&experiment, TRIALS, 0, 5);
     let rows = rows(&experiment, TRIALS, 0, 0);

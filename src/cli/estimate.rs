@@ -6,8 +6,8 @@ use super::{Format, note, print};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
 use crate::estimator::{
-    Auxiliary, Drive, Failure, FailureKind, IvOptions, Method, Pass, Progress, Shape, Solver,
-    Stage, Stage10, Window,
+    Auxiliary, Drive, Failure, FailureKind, IvOptions, LsOptions, Method, Pass, Progress, Shape,
+    Solver, Stage, Stage10, Window,
 };
 use crate::metric::{Fit, FitModel, fit};
 use crate::names::named_enum;
@@ -248,7 +248,10 @@ fn estimate(arguments: &Arguments, record: &Record, window: usize) -> Result<Rep
             continue;
         }
         let method = match name {
-            Name::LeastSquares => Method::least_squares(arguments.solver),
+            Name::LeastSquares => Method::least_squares(LsOptions {
+                solver: arguments.solver,
+                ..LsOptions::default()
+            }),
             Name::InstrumentalVariables => Method::instrumental_variables(options.clone()),
         };
         let mut estimator = method

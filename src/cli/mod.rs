@@ -6,12 +6,17 @@
     reason = "this is the place that prints"
 )]
 
+mod check;
 mod error;
 mod estimate;
 mod files;
 mod progress;
 mod replay;
+mod report;
 mod reproduce;
+mod run;
+mod template;
+mod timing;
 
 use crate::names::named_enum;
 use clap::{Parser, Subcommand};
@@ -35,7 +40,14 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Reproduce(reproduce::Arguments),
+    Run(run::Arguments),
+    Check(check::Arguments),
+    New(template::Arguments),
+    Replay(replay::Arguments),
+    Report(report::Arguments),
     Estimate(estimate::Arguments),
+    /// Print the JSON schema of experiment files, for editors
+    Schema,
 }
 
 named_enum! {
@@ -54,7 +66,13 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let done = match Cli::try_parse_from(arguments) {
         Ok(Cli { command }) => match command {
             Command::Reproduce(arguments) => reproduce::run(&arguments),
+            Command::Run(arguments) => run::run(&arguments),
+            Command::Check(arguments) => check::run(&arguments),
+            Command::New(arguments) => template::run(&arguments),
+            Command::Replay(arguments) => replay::run(&arguments),
+            Command::Report(arguments) => report::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
+            Command::Schema => template::schema(),
         },
         Err(error) => error::usage(&error),
     };

@@ -1,20 +1,21 @@
-//! `asobench reproduce --replay CELL:TRIAL`: every stage of one trial.
+//! `asobench replay` and `asobench reproduce --replay`: every stage of one trial.
 
 use super::error::{Error, failed};
 use super::files::write_whole;
-use super::reproduce::Arguments;
 use super::{Format, note, print};
-use crate::data::csv;
+use crate::data::{Realisation, csv};
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
-use crate::estimator::{Instruments, IvOptions, Pass, Progress, Window};
+use crate::estimator::solver::Instruments;
+use crate::estimator::{Auxiliary, InstrumentSource, Pass, Progress, Stabilise, Window};
 use crate::observer::Observer;
+use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
-    Cell, Experiment, Figure, Row, Trial, TrialRecord, read_manifest, stored_alike,
+    Cell, Experiment, Figure, ObserverStart, Row, Trial, TrialRecord, read_manifest, stored_alike,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// A cell, by its claim or its number, and a trial.
@@ -37,12 +38,18 @@ impl std::str::FromStr for Which {
     }
 }
 
+impl std::fmt::Display for Which {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}", self.cell, self.trial)
+    }
+}
+
 impl Which {
-    fn cell(&self, experiment: &Experiment) -> Result<usize, Error> {
+    fn cell(&self, flag: &str, experiment: &Experiment) -> Result<usize, Error> {
         let cells = &experiment.cells;
         let by_claim = cells
             .iter()
-            .position(|cell| cell.claim.eq_ignore_ascii_case(&self.cell));
+            .position(|cell| !cell.claim.is_empty() && cell.claim.eq_ignore_ascii_case(&self.cell));
         let by_number = || {
             self.cell
                 .parse()
@@ -50,40 +57,103 @@ impl Which {
                 .filter(|number| *number < cells.len())
         };
         by_claim.or_else(by_number).ok_or_else(|| {
-            let claims: Vec<&str> = cells.iter().map(|cell| cell.claim.as_str()).collect();
+            let claims = cells.iter().map(|cell| cell.claim.as_str());
+            let mut claims: Vec<&str> = claims.filter(|claim| !claim.is_empty()).collect();
+            claims.dedup();
+            claims.truncate(5);
+            let numbers = format!("a number of 0 to {}", cells.len() - 1);
+            let expected = if claims.is_empty() {
+                numbers
+            } else {
+                format!("{}, or {numbers}", claims.join(", "))
+            };
             Error::Input(format!(
-                "--replay: no cell '{}'; expected {} or 0 to {}",
-                self.cell,
-                claims.join(", "),
-                cells.len() - 1
+                "{flag}no cell '{}'; expected {expected}",
+                self.cell
             ))
         })
     }
 }
 
-pub(super) fn run(
-    arguments: &Arguments,
+/// Compute one trial of a results folder again and print every stage.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Folder of the results, as `asobench run` left it
+    folder: PathBuf,
+    /// Cell, by its claim or number, and trial: C2:17 or 1:17
+    #[arg(value_name = "CELL:TRIAL")]
+    which: Which,
+    /// Write that trial's k, u, y to a file for `asobench estimate`
+    #[arg(long, value_name = "FILE.csv")]
+    data: Option<PathBuf>,
+    /// Form of the output: text or json
+    #[arg(long, value_name = "FORMAT", default_value_t)]
+    format: Format,
+}
+
+/// What to do with a replay.
+pub(super) struct Options<'a> {
+    /// The flag that names the trial, for messages; empty where it is an argument.
+    pub(super) flag: &'static str,
+    /// The folder whose rows are compared.
+    pub(super) folder: &'a Path,
+    /// The command that makes this replay.
+    pub(super) command: String,
+    /// Where the record goes.
+    pub(super) data: Option<&'a Path>,
+    /// The form of the output.
+    pub(super) format: Format,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let folder = &arguments.folder;
+    let wrong = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
+    let Some(manifest) = read_manifest(folder).map_err(|e| wrong(&e))? else {
+        let message = format!("{}: no results there (no manifest.json)", folder.display());
+        return Err(Error::Input(message));
+    };
+    let file = ExperimentFile::from_json(&manifest["experiment"]);
+    let experiment = file.and_then(Experiment::new).map_err(|error| {
+        Error::Input(format!(
+            "{}: {error}",
+            folder.join("manifest.json").display()
+        ))
+    })?;
+    let command = format!("asobench replay {} {}", folder.display(), arguments.which);
+    let options = Options {
+        flag: "",
+        folder,
+        command,
+        data: arguments.data.as_deref(),
+        format: arguments.format,
+    };
+    show(&experiment, &arguments.which, &options)
+}
+
+/// Replays a trial and prints it.
+pub(super) fn show(
     experiment: &Experiment,
     which: &Which,
+    options: &Options<'_>,
 ) -> Result<ExitCode, Error> {
-    let index = which.cell(experiment)?;
+    let index = which.cell(options.flag, experiment)?;
     let cell = &experiment.cells[index];
     let mut trial = Trial::new(experiment, cell).map_err(failed)?;
-    trial.run(which.trial, None);
+    trial.run(which.trial);
     let record = trial.record();
-    if let Some(path) = &arguments.data {
-        let comments = comments(experiment, cell, &record, which.trial);
+    if let Some(path) = options.data {
+        let comments = comments(cell, record.realisation, &options.command);
         let data = record.realisation;
         write_whole("--data", path, None, |to| {
             csv::write(to, &comments, &data.u, &data.y)
         })?;
         note(&format!("wrote {}", path.display()));
     }
-    let stored = stored(arguments, experiment, index, &record);
+    let stored = stored(options.folder, experiment, index, &record);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
     replay.stored = stored;
-    match arguments.format {
-        Format::Text => print(&replay.text(arguments.folder())?)?,
+    match options.format {
+        Format::Text => print(&replay.text(options.folder)?)?,
         Format::Json => {
             let text = serde_json::to_string_pretty(&replay.json()).map_err(failed)?;
             print(&format!("{text}\n"))?;
@@ -93,18 +163,10 @@ pub(super) fn run(
 }
 
 /// The truth, as comment lines of a CSV file.
-fn comments(
-    experiment: &Experiment,
-    cell: &Cell,
-    record: &TrialRecord<'_>,
-    trial: u64,
-) -> Vec<String> {
-    let truth = &record.realisation.truth;
+fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
+    let truth = &record.truth;
     vec![
-        format!(
-            "asobench reproduce --seed {} --replay {}:{trial}",
-            experiment.seed, cell.claim
-        ),
+        command.to_owned(),
         format!(
             "order: {}; window: {}; eta: {} %",
             truth.a.len(),
@@ -121,20 +183,26 @@ fn comments(
 /// Whether the rows stood bit for bit in the results' folder; `None` where it holds no such trial of this
 /// experiment.
 fn stored(
-    arguments: &Arguments,
+    folder: &Path,
     experiment: &Experiment,
     cell: usize,
     record: &TrialRecord<'_>,
 ) -> Option<bool> {
-    let folder = arguments.folder();
     // Whatever else is in the folder is no concern of a replay.
     let manifest = read_manifest(folder).ok()??;
-    if manifest["experiment"] != experiment.describe() {
+    let stored = ExperimentFile::from_json(&manifest["experiment"]).and_then(Experiment::new);
+    if stored.ok()?.design() != experiment.design() {
         return None;
     }
-    let trials = manifest["trials"].as_u64().unwrap_or(0);
     let file = folder.join("trials.parquet");
-    stored_alike(&file, experiment, cell, trials, record.rows).unwrap_or_else(|error| {
+    if !file.exists() {
+        return None;
+    }
+    let trials: Vec<u64> = match &manifest["trials"] {
+        Value::Array(counts) => counts.iter().filter_map(Value::as_u64).collect(),
+        count => vec![count.as_u64()?; experiment.cells.len()],
+    };
+    stored_alike(&file, experiment, cell, &trials, record.rows).unwrap_or_else(|error| {
         note(&format!("warning: the stored rows cannot be read: {error}"));
         None
     })
@@ -146,6 +214,7 @@ type Stage = (String, Vec<(String, Vec<f64>)>);
 /// All that one trial computed, by stage.
 struct Replay<'a> {
     cell: &'a Cell,
+    index: usize,
     trial: u64,
     seed: u64,
     /// Whether the rows equal the stored ones; unknown at first.
@@ -157,9 +226,8 @@ struct Replay<'a> {
 impl<'a> Replay<'a> {
     fn new(experiment: &'a Experiment, index: usize, trial: u64, record: &TrialRecord<'a>) -> Self {
         let cell = &experiment.cells[index];
-        let order = experiment.process.order();
         let data = record.realisation;
-        let window = Window::new(&data.u, &data.y, cell.window);
+        let window = Window::with_reference(&data.u, &data.y, &data.r, cell.window);
         let mut stages = vec![(
             "Stage 1: data".to_owned(),
             vec![
@@ -168,32 +236,14 @@ impl<'a> Replay<'a> {
                 ("noise factor".to_owned(), vec![data.scale]),
             ],
         )];
-        let mut information = Information::new(order);
-        information.least_squares(window);
-        // The experiment's readings are the defaults.
-        let IvOptions { drive, gain, .. } = IvOptions::default();
-        let mut model = AuxiliaryModel::new(order, cell.window, drive, gain);
-        let mut previous: Option<&Pass> = None;
-        for (output, pass) in &record.passes {
-            let of = format!("{} pass {}", output.estimator, output.pass);
-            let (first, solve) = if output.pass == 0 { (2, 3) } else { (9, 10) };
-            if let Some(before) = previous
-                && before.progress == Progress::InitialState
-                && model.run(&before.a, &before.b, &before.x0, window).is_ok()
-            {
-                let yhat = vec![("yhat".to_owned(), model.yhat.clone())];
-                stages.push((format!("Stage 7, {of}: auxiliary model"), yhat));
-                information.instruments(window, Instruments::new(&model.yhat));
+        for (table, passes) in experiment.file.methods.iter().zip(&record.methods) {
+            for (number, pass) in passes.iter().enumerate() {
+                let of = format!("{} pass {number}", table.output_name(number));
+                let solve = if number == 0 { 3 } else { 10 };
+                stages.extend(information(table, window, passes, number, &of));
+                stages.extend(parameters(&of, solve, pass));
+                stages.extend(observer(&of, cell, data, pass));
             }
-            if previous.is_none_or(|before| before.progress == Progress::InitialState) {
-                stages.push((
-                    format!("Stage {first}, {of}: information blocks, G by columns"),
-                    blocks(&information),
-                ));
-            }
-            stages.extend(parameters(&of, solve, pass));
-            stages.extend(observer(&of, experiment, cell, data, pass));
-            previous = Some(pass);
         }
         let name = |row: &Row| {
             let (output, _) = &record.passes[row.output];
@@ -201,8 +251,9 @@ impl<'a> Replay<'a> {
         };
         Self {
             cell,
+            index,
             trial,
-            seed: experiment.seed,
+            seed: experiment.file.seed,
             stored: None,
             stages,
             rows: record.rows.iter().map(|row| (name(row), row)).collect(),
@@ -216,10 +267,16 @@ impl<'a> Replay<'a> {
             eta,
             window,
             horizon,
+            ..
         } = self.cell;
+        let name = if claim.is_empty() {
+            self.index.to_string()
+        } else {
+            claim.clone()
+        };
         writeln!(
             text,
-            "Cell {claim} (eta = {eta} %, N = {window}, K = {horizon}), trial {}, seed {}\n\
+            "Cell {name} (eta = {eta} %, N = {window}, K = {horizon}), trial {}, seed {}\n\
              p = (alpha, beta), A(q) = 1 + alpha_1 q^-1 + ..., a_i = -alpha_(n+1-i), h = beta",
             self.trial, self.seed
         )
@@ -275,7 +332,14 @@ impl<'a> Replay<'a> {
             .map(|(_, row)| self.row_json(row))
             .collect();
         json!({
-            "cell": self.cell,
+            "cell": {
+                "index": self.index,
+                "claim": self.cell.claim,
+                "eta": self.cell.eta,
+                "window": self.cell.window,
+                "horizon": self.cell.horizon,
+                "settings": self.cell.settings,
+            },
             "trial": self.trial,
             "seed": self.seed,
             "stages": stages,
@@ -297,6 +361,54 @@ impl<'a> Replay<'a> {
         }
         Value::Object(object)
     }
+}
+
+/// Stages 7 and 2 or 9 of a pass, where it got so far; not of a reflected auxiliary model, which is not kept.
+fn information(
+    table: &MethodTable,
+    window: Window<'_>,
+    passes: &[Pass],
+    number: usize,
+    of: &str,
+) -> Vec<Stage> {
+    let order = passes[number].a.len();
+    let mut information = Information::new(order);
+    information.least_squares(window);
+    let stage = |first: usize, information: &Information| {
+        let title = format!("Stage {first}, {of}: information blocks, G by columns");
+        (title, blocks(information))
+    };
+    if number == 0 {
+        return vec![stage(2, &information)];
+    }
+    let (Some(options), previous) = (table.iv_options(), &passes[number - 1]) else {
+        return Vec::new();
+    };
+    let known = previous.progress == Progress::InitialState;
+    if !known || options.stabilise != Stabilise::None {
+        return Vec::new();
+    }
+    let source = match options.auxiliary {
+        Auxiliary::Refresh => previous,
+        Auxiliary::Frozen | Auxiliary::Literal => &passes[0],
+    };
+    let input = match options.instruments {
+        InstrumentSource::Input => None,
+        InstrumentSource::Reference => Some(window.r),
+    };
+    let mut model = AuxiliaryModel::new(order, window.len(), options.drive, options.gain);
+    let driver = input.unwrap_or(window.u);
+    if model
+        .run_driven(&previous.a, &source.b, &source.x0, window, driver)
+        .is_err()
+    {
+        return Vec::new();
+    }
+    let output = &model.yhat;
+    information.instruments(window, Instruments { output, input });
+    let yhat = vec![("yhat".to_owned(), output.clone())];
+    let auxiliary = (format!("Stage 7, {of}: auxiliary model"), yhat);
+    vec![auxiliary, stage(9, &information)]
 }
 
 fn blocks(information: &Information) -> Vec<(String, Vec<f64>)> {
@@ -338,16 +450,15 @@ fn parameters(of: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
 }
 
 /// Stage 12 of a pass.
-fn observer(
-    of: &str,
-    experiment: &Experiment,
-    cell: &Cell,
-    data: &crate::data::Realisation,
-    pass: &Pass,
-) -> Option<Stage> {
-    let mut observer = Observer::new(experiment.gain.clone(), pass.a.len());
+fn observer(of: &str, cell: &Cell, data: &Realisation, pass: &Pass) -> Option<Stage> {
+    let mut observer = Observer::new(cell.gain.clone(), pass.a.len());
     let (mut at_window, mut last) = (Vec::new(), Vec::new());
-    let run = observer.run(pass.observed()?, &data.u, &data.y, |k, x| {
+    let zero = vec![0.0; pass.a.len()];
+    let mut model = pass.observed()?;
+    if cell.observer_start == ObserverStart::Zero {
+        model.x0 = &zero;
+    }
+    let run = observer.run(model, &data.u, &data.y, |k, x| {
         if k == cell.window {
             at_window = x.to_vec();
         }

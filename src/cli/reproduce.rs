@@ -1,12 +1,11 @@
 //! `asobench reproduce`: the paper's experiment, and what a typical realisation meets of its bounds.
 
 use super::error::{Error, failed};
-use super::{Format, note, print, progress, replay};
-use crate::report::{NIKOLOV2023, Summary, draw, verdict_table};
-use crate::study::{
-    Curves, Experiment, FolderError, ResultsFolder, RunError, StoreError, TrialTable, TrialWriter,
-    run as run_study,
-};
+use super::run::{execute, threads};
+use super::{Format, print, replay};
+use crate::report::{draw, verdict_table};
+use crate::study::file::TrialRule;
+use crate::study::{CellSummary, Experiment, OutputShare, RunOptions, Summary};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -55,119 +54,74 @@ impl Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let experiment = Experiment::nikolov2023(arguments.seed);
-    experiment.validate().map_err(failed)?;
     if let Some(which) = &arguments.replay {
-        return replay::run(arguments, &experiment, which);
+        let options = replay::Options {
+            flag: "--replay: ",
+            folder: arguments.folder(),
+            command: format!(
+                "asobench reproduce --seed {} --replay {which}",
+                arguments.seed
+            ),
+            data: arguments.data.as_deref(),
+            format: arguments.format,
+        };
+        return replay::show(&experiment, which, &options);
     }
-    let folder = open_folder(arguments, &experiment)?;
-    let (summary, path) = compute(arguments, &experiment, folder)?;
+    let path = arguments.folder();
+    let rule = TrialRule::Fixed(arguments.trials);
+    let options = RunOptions {
+        threads: threads(arguments.threads),
+        fresh: true,
+        replace: arguments.out.is_none(),
+        ..RunOptions::default()
+    };
+    let figures = |summary: &Summary| {
+        let drawn = summary.cells.iter().enumerate();
+        drawn
+            .map(|(i, cell)| Ok((format!("fig{}.svg", i + 1), draw(cell)?)))
+            .collect()
+    };
+    let summary = execute(path, "--out ", &experiment, rule, options, figures)?;
     match arguments.format {
-        Format::Text => print(&report(arguments, &summary, &path))?,
+        Format::Text => print(&report(arguments, &summary, path))?,
         Format::Json => {
-            let text = serde_json::to_string_pretty(&summary.bounds).map_err(failed)?;
+            let text = serde_json::to_string_pretty(&json(&summary)).map_err(failed)?;
             print(&format!("{text}\n"))?;
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Opens the folder, refusing one of another design unless it is the default one.
-fn open_folder(arguments: &Arguments, experiment: &Experiment) -> Result<ResultsFolder, Error> {
-    let folder = ResultsFolder::open(arguments.folder()).map_err(|error| match error {
-        FolderError::Io { path, source } => Error::Input(format!(
-            "--out {}: cannot write there ({source})",
-            path.display()
-        )),
-        other => Error::Input(format!("--out {other}")),
-    })?;
-    let replaces = if arguments.out.is_none() {
-        folder.path().join("trials.parquet").exists()
-    } else {
-        folder
-            .check_design(&experiment.describe())
-            .map_err(|error| Error::Input(format!("--out {error}")))?
+/// Every bound with what its first and last output make of it.
+fn json(summary: &Summary) -> Value {
+    let of_cell = |cell: &CellSummary| -> Vec<Value> {
+        let output = |share: &OutputShare, figure| {
+            let output = cell.output(&share.output)?;
+            Some(json!({
+                "estimator": output.estimator,
+                "pass": output.pass,
+                "quantiles": output.figures.get(&figure),
+                "met": share.met,
+            }))
+        };
+        let bounds = cell.bounds.iter().map(|summary| {
+            let bound = &summary.bound;
+            let ends = [summary.outputs.first(), summary.outputs.last()];
+            let ends = ends.map(|share| share.and_then(|share| output(share, bound.figure)));
+            json!({
+                "claim": cell.claim,
+                "figure": bound.figure,
+                "label": bound.label(),
+                "bound": bound.text(),
+                "value": bound.below,
+                "rounding": bound.rounding,
+                "estimators": ends,
+                "verdict": summary.verdict,
+            })
+        });
+        bounds.collect()
     };
-    if replaces {
-        note(&format!(
-            "replacing the results in {}",
-            folder.path().display()
-        ));
-    }
-    Ok(folder)
-}
-
-/// Runs the study and writes every file; returns the summary and the folder.
-fn compute(
-    arguments: &Arguments,
-    experiment: &Experiment,
-    mut folder: ResultsFolder,
-) -> Result<(Summary, PathBuf), Error> {
-    let trials = folder.stage("trials.parquet");
-    let curves = run_trials(arguments, experiment, &trials)?;
-    let table = TrialTable::open(&trials).map_err(failed)?;
-    let summary = Summary::of(
-        &table,
-        &experiment.cells,
-        &curves,
-        NIKOLOV2023,
-        arguments.trials,
-        arguments.seed,
-    )
-    .map_err(failed)?;
-    for (i, cell) in summary.cells.iter().enumerate() {
-        let svg = draw(&summary, cell).map_err(failed)?;
-        let name = format!("fig{}.svg", i + 1);
-        folder.write(&name, svg.as_bytes()).map_err(failed)?;
-    }
-    let mut write_json = |name, value: Value| {
-        let text = serde_json::to_string_pretty(&value).map_err(failed)?;
-        folder
-            .write(name, format!("{text}\n").as_bytes())
-            .map_err(failed)
-    };
-    write_json("summary.json", json!(summary))?;
-    write_json("manifest.json", manifest(arguments, experiment))?;
-    let path = folder.path().to_owned();
-    folder.publish().map_err(failed)?;
-    Ok((summary, path))
-}
-
-/// Runs every trial into the staged Parquet file; returns the curves of each cell.
-fn run_trials(
-    arguments: &Arguments,
-    experiment: &Experiment,
-    path: &Path,
-) -> Result<Vec<Curves>, Error> {
-    let threads = arguments.threads.map_or_else(
-        || std::thread::available_parallelism().map_or(1, usize::from),
-        usize::from,
-    );
-    let stop = progress::stop_flag()?;
-    let bar = progress::bar(arguments.trials * experiment.cells.len() as u64);
-    let mut writer = TrialWriter::create(path, experiment).map_err(failed)?;
-    let ran = run_study(experiment, arguments.trials, threads, &stop, |block| {
-        bar.inc(block.trials.end - block.trials.start);
-        writer.write(&block)
-    });
-    bar.finish_and_clear();
-    let curves = ran.map_err(|error: RunError<StoreError>| match error {
-        RunError::Interrupted { .. } => Error::Interrupted(format!("{error}; nothing was written")),
-        other => failed(other),
-    })?;
-    writer.finish().map_err(failed)?;
-    Ok(curves)
-}
-
-/// What made the results: nothing of the host, the time or the threads.
-fn manifest(arguments: &Arguments, experiment: &Experiment) -> Value {
-    json!({
-        "program": "asobench",
-        "version": env!("CARGO_PKG_VERSION"),
-        "git_revision": option_env!("ASOBENCH_GIT_REVISION"),
-        "command": "reproduce",
-        "trials": arguments.trials,
-        "experiment": experiment.describe(),
-    })
+    summary.cells.iter().flat_map(of_cell).collect()
 }
 
 /// The table with its notes.

@@ -42,6 +42,7 @@ type Factory = dyn Fn() -> Box<dyn Controller> + Send + Sync;
 #[derive(Clone)]
 pub struct ControlLaw {
     pilot: usize,
+    silent: bool,
     description: Value,
     factory: Arc<Factory>,
 }
@@ -56,9 +57,22 @@ impl ControlLaw {
     ) -> Self {
         Self {
             pilot,
+            silent: false,
             description,
             factory: Arc::new(factory),
         }
+    }
+
+    /// The same with r = 0 once the loop is closed.
+    #[must_use]
+    pub fn without_reference(mut self) -> Self {
+        self.silent = true;
+        self
+    }
+
+    /// Whether r = 0 once the loop is closed.
+    pub const fn is_silent(&self) -> bool {
+        self.silent
     }
 
     /// Samples in open loop, N1.
@@ -76,6 +90,7 @@ impl std::fmt::Debug for ControlLaw {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("ControlLaw")
             .field("pilot", &self.pilot)
+            .field("silent", &self.silent)
             .field("description", &self.description)
             .finish_non_exhaustive()
     }

@@ -214,6 +214,11 @@ impl Process {
         let (seed, trial) = names;
         let mut input = stream(seed, trial, Purpose::Input);
         self.settings.input.fill(&mut input, &mut to.r);
+        if let Feedback::Controlled(law) = &self.settings.feedback
+            && law.is_silent()
+        {
+            to.r[law.pilot()..].fill(0.0);
+        }
         let mut start = stream(seed, trial, Purpose::NoiseStart);
         let mut drive = stream(seed, trial, Purpose::NoiseDrive);
         noise.fill(&mut start, &mut drive, &mut to.scratch, &mut to.f);

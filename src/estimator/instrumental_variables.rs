@@ -45,7 +45,8 @@ named_enum! {
 }
 
 /// The readings of the IV passes.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct IvOptions {
     /// Number of passes: reading E11 (four, or five).
     pub iterations: usize,

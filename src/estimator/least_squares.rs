@@ -4,6 +4,7 @@ use super::initial_state::InitialState;
 use super::solver::{Solution, SolveLeastSquares};
 use super::{Estimator, Failure, FailureKind, Pass, SetupError, Shape, Solver, Stage, Window};
 use crate::names::named_enum;
+use serde::{Deserialize, Serialize};
 
 named_enum! {
     /// Whether stage 6 is run: claim C8.
@@ -13,6 +14,16 @@ named_enum! {
         /// x0 = 0 is taken.
         Zero = "zero",
     }
+}
+
+/// The choices of least squares.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LsOptions {
+    /// How p is solved for.
+    pub solver: Solver,
+    /// Whether x0 is estimated.
+    pub initial_state: StartState,
 }
 
 /// `p = argmin || y - Phi p ||`, then b (stage 5) and x0 (stage 6).

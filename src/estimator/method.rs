@@ -1,7 +1,8 @@
 //! A method under study: what it is called and how workers make their own copy of it.
 
-use super::{Estimator, InstrumentalVariables, IvOptions, LeastSquares, SetupError, Shape, Solver};
-use serde_json::{Value, json};
+use super::{
+    Estimator, InstrumentalVariables, IvOptions, LeastSquares, LsOptions, SetupError, Shape,
+};
 
 /// One line of a method's results: an estimator's name and the number of its pass.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -12,13 +13,25 @@ pub struct Output {
     pub pass: usize,
 }
 
+impl Output {
+    /// "ls", "iv(4)": the name, with the pass where it is not 0.
+    pub fn label(&self) -> String {
+        match self.pass {
+            0 => self.estimator.clone(),
+            pass => format!("{}({pass})", self.estimator),
+        }
+    }
+}
+
 /// Makes an estimator with buffers for a shape.
 type Factory = dyn Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync;
 
 /// A method: the names of its outputs and a factory of estimators.
 pub struct Method {
     outputs: Vec<Output>,
-    options: Value,
+    /// The passes that are reported, ascending.
+    reported: Vec<usize>,
+    passes: usize,
     factory: Box<Factory>,
 }
 
@@ -29,34 +42,23 @@ impl Method {
         factory: impl Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync + 'static,
     ) -> Self {
         Self {
+            reported: (0..outputs.len()).collect(),
+            passes: outputs.len(),
             outputs,
-            options: Value::Null,
             factory: Box::new(factory),
         }
     }
 
-    /// Adds what a manifest should say of the method's options.
-    #[must_use]
-    pub fn with_options(mut self, options: Value) -> Self {
-        self.options = options;
-        self
-    }
-
-    /// Every setting, for a manifest.
-    pub fn describe(&self) -> Value {
-        json!({ "outputs": self.outputs, "options": self.options })
-    }
-
     /// Least squares: one output, ("ls", 0).
-    pub fn least_squares(solver: Solver) -> Self {
+    pub fn least_squares(options: LsOptions) -> Self {
         let output = Output {
             estimator: "ls".to_owned(),
             pass: 0,
         };
         Self::new(vec![output], move |shape| {
-            Ok(Box::new(LeastSquares::new(shape, solver)?))
+            let estimator = LeastSquares::new(shape, options.solver)?;
+            Ok(Box::new(estimator.with_start(options.initial_state)))
         })
-        .with_options(json!({ "solver": solver }))
     }
 
     /// Instrumental variables with its iteration 0: ("ls", 0), ("iv", 1), ("iv", 2), ...
@@ -68,16 +70,52 @@ impl Method {
                 pass,
             })
             .collect();
-        let described = json!(options);
         Self::new(outputs, move |shape| {
             Ok(Box::new(InstrumentalVariables::new(shape, &options)?))
         })
-        .with_options(described)
+    }
+
+    /// Gives every output another name; "iv" and "ls" leave what is so called, with iteration 0 as "ls".
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Self {
+        if !matches!(name, "iv" | "ls") {
+            for output in &mut self.outputs {
+                name.clone_into(&mut output.estimator);
+            }
+        }
+        self
+    }
+
+    /// Reports only some passes.
+    ///
+    /// # Errors
+    /// The pass that the method does not have.
+    pub fn reporting(mut self, passes: &[usize]) -> Result<Self, usize> {
+        if let Some(beyond) = passes.iter().find(|pass| **pass >= self.passes) {
+            return Err(*beyond);
+        }
+        self.reported.retain(|pass| passes.contains(pass));
+        self.outputs = self
+            .reported
+            .iter()
+            .map(|pass| self.outputs[*pass].clone())
+            .collect();
+        Ok(self)
     }
 
     /// What the method reports, in order.
     pub fn outputs(&self) -> &[Output] {
         &self.outputs
+    }
+
+    /// The numbers of the passes that are reported, one per output.
+    pub fn reported(&self) -> &[usize] {
+        &self.reported
+    }
+
+    /// How many passes [`Estimator::estimate`] fills.
+    pub fn passes(&self) -> usize {
+        self.passes
     }
 
     /// An estimator with buffers for a shape.

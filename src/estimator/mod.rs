@@ -9,6 +9,7 @@ pub mod information;
 pub mod initial_state;
 mod instrumental_variables;
 mod least_squares;
+mod limit;
 mod method;
 pub mod parameters;
 mod pass;
@@ -20,7 +21,8 @@ mod sorted_qr;
 pub use instrumental_variables::{
     Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions,
 };
-pub use least_squares::{LeastSquares, StartState};
+pub use least_squares::{LeastSquares, LsOptions, StartState};
+pub use limit::{LimitError, least_squares_limit};
 pub use method::{Method, Output};
 pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
 pub use reflection::{PoleReflection, Stabilise};

@@ -19,7 +19,9 @@ named_enum! {
 }
 
 /// The stage of the paper's algorithm in which something failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub enum Stage {
     /// Stage 1: the record could not be drawn.
     Data = 1,
@@ -36,7 +38,7 @@ pub enum Stage {
 }
 
 /// A numerical failure: data, recorded and counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Failure {
     /// Why.
     pub kind: FailureKind,

@@ -146,6 +146,13 @@ impl serde::Serialize for Gain {
     }
 }
 
+impl<'de> serde::Deserialize<'de> for Gain {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        text.parse().map_err(serde::de::Error::custom)
+    }
+}
+
 /// Reads `0.3`, `-0.2`, `0.1+0.3i`, `0.1-0.3i` or `0.3i`.
 fn parse_pole(text: &str) -> Option<c64> {
     let number = |text: &str| text.parse::<f64>().ok().filter(|x| x.is_finite());

@@ -3,8 +3,9 @@
 //! Blue and vermilion of Okabe and Ito's palette, solid and dashed, so that the two estimators differ in
 //! print and for a colour-blind reader.
 
-use super::summary::{BoundSummary, CellSummary, Quantiles, Summary};
-use crate::study::{CurveQuantiles, Figure};
+use super::table::shown;
+use crate::metric::Statistics;
+use crate::study::{BoundSummary, CellSummary, CurveQuantiles, Figure};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -41,6 +42,10 @@ struct Point {
 }
 
 impl Trace {
+    fn empty() -> Self {
+        Self { points: Vec::new() }
+    }
+
     fn of_curve(curve: &CurveQuantiles) -> Self {
         let point = |k: usize| {
             Some(Point {
@@ -56,7 +61,7 @@ impl Trace {
     }
 
     /// A constant from k = N to K - 1: the estimate is made once.
-    fn constant(quantiles: &Quantiles, window: usize, horizon: usize) -> Self {
+    fn constant(quantiles: &Statistics, window: usize, horizon: usize) -> Self {
         let defined = quantiles.count > 0;
         let ends = [window as f64, horizon as f64 - 1.0];
         let point = |k| Point {
@@ -84,7 +89,7 @@ struct Panel<'a> {
 impl Panel<'_> {
     /// The range of y: all bands and the bound, with room around.
     fn range(&self) -> Range<f64> {
-        let bound = self.bound.and_then(|bound| bound.value);
+        let bound = self.bound.and_then(|bound| bound.bound.below);
         let points = self.traces.iter().flat_map(|trace| &trace.points);
         let values = points.flat_map(|p| [p.low, p.high]).chain(bound);
         let (low, high) = values
@@ -154,14 +159,14 @@ impl Panel<'_> {
         let Some(bound) = self.bound else {
             return Ok(());
         };
-        if let Some(value) = bound.value {
+        if let Some(value) = bound.bound.below {
             let line = [(0.0, value), (end, value)];
             let dots = DashedLineSeries::new(line, 2, 4, BLACK.stroke_width(2));
             chart.draw_series(dots).map_err(refused)?;
         }
         let right = Pos::new(HPos::Right, VPos::Top);
         let style = (FONT, 14).into_font().color(&BLACK).pos(right);
-        let dotted = if bound.value.is_some() {
+        let dotted = if bound.bound.below.is_some() {
             "dotted: "
         } else {
             ""
@@ -173,7 +178,8 @@ impl Panel<'_> {
         };
         let text = format!(
             "{dotted}the paper's bound{every}, {} {}",
-            self.name, bound.bound
+            self.name,
+            bound.bound.text()
         );
         let height = (range.end / range.start).powf(0.03);
         let label = Text::new(text, (end * 0.99, range.end / height), style);
@@ -211,7 +217,7 @@ fn label(tick: f64) -> String {
 ///
 /// # Errors
 /// If the drawing library refuses.
-pub fn draw(summary: &Summary, cell: &CellSummary) -> Result<String, FigureError> {
+pub fn draw(cell: &CellSummary) -> Result<String, FigureError> {
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
     root.fill(&WHITE).map_err(refused)?;
@@ -219,20 +225,22 @@ pub fn draw(summary: &Summary, cell: &CellSummary) -> Result<String, FigureError
     draw_head(&head, cell)?;
     let (state, parameters) = body.split_vertically((SIZE.1 - HEAD) * 2 / 5);
     let (a, b) = parameters.split_vertically((SIZE.1 - HEAD) * 3 / 10);
-    let settings = &cell.settings;
     let bound = |figure: Figure| {
-        let mut bounds = summary.bounds.iter();
-        bounds.find(|bound| bound.claim == settings.claim && bound.figure == figure)
+        cell.bounds
+            .iter()
+            .find(|bound| bound.bound.figure == figure)
     };
     let constant = |figure: Figure| {
         [cell.outputs.first(), cell.outputs.last()].map(|output| {
-            let quantiles = output.and_then(|output| output.quantiles.get(figure.name()));
-            let trace = quantiles.map(|q| Trace::constant(q, settings.window, settings.horizon));
-            trace.unwrap_or(Trace { points: Vec::new() })
+            let quantiles = output.and_then(|output| output.figures.get(&figure));
+            let trace = quantiles.map(|q| Trace::constant(q, cell.window, cell.horizon));
+            trace.unwrap_or_else(Trace::empty)
         })
     };
-    let [first, last] = &cell.curves;
-    let curves = [Trace::of_curve(first), Trace::of_curve(last)];
+    let curves = match &cell.curves {
+        Some([first, last]) => [Trace::of_curve(first), Trace::of_curve(last)],
+        None => [Trace::empty(), Trace::empty()],
+    };
     for (area, name, label, traces, figure) in [
         (
             &state,
@@ -249,8 +257,8 @@ pub fn draw(summary: &Summary, cell: &CellSummary) -> Result<String, FigureError
             label,
             traces,
             bound: bound(figure),
-            window: settings.window,
-            horizon: settings.horizon,
+            window: cell.window,
+            horizon: cell.horizon,
         };
         panel.draw(area)?;
     }
@@ -261,19 +269,15 @@ pub fn draw(summary: &Summary, cell: &CellSummary) -> Result<String, FigureError
 
 /// Title and key.
 fn draw_head(area: &Area<'_>, cell: &CellSummary) -> Result<(), FigureError> {
-    let settings = &cell.settings;
-    let trials = cell
-        .outputs
-        .first()
-        .map_or(0, |output| output.outcomes.trials);
-    let noise = if settings.eta == 0.0 {
+    let trials = cell.trials;
+    let noise = if cell.eta == 0.0 {
         "noise-free".to_owned()
     } else {
-        format!("noise level {} %", settings.eta)
+        format!("noise level {} %", cell.eta)
     };
     let title = format!(
         "{}: {noise}, N = {}, {trials} trials",
-        settings.claim, settings.window
+        cell.claim, cell.window
     );
     let text = |text: String, x: i32, y: i32, size: i32| Text::new(text, (x, y), (FONT, size));
     area.draw(&text(title, 92, 14, 20)).map_err(refused)?;
@@ -291,7 +295,7 @@ fn draw_head(area: &Area<'_>, cell: &CellSummary) -> Result<(), FigureError> {
             let line = PathElement::new([(x + from, 54), (x + to, 54)], COLOURS[i].stroke_width(2));
             area.draw(&line).map_err(refused)?;
         }
-        let label = output.map_or(String::new(), super::summary::OutputSummary::label);
+        let label = output.map_or_else(String::new, |output| shown(&output.label()));
         let label = format!("{label}: median, 5-95 %");
         area.draw(&text(label, x + 54, 46, 15)).map_err(refused)?;
         x += 240;

@@ -1,18 +1,24 @@
 //! Claims, tables and figures: readers of stored results, never of a running study.
 
+#[allow(clippy::format_push_string, reason = "sentences of a few words")]
 mod claims;
 #[cfg(test)]
 mod demo;
+#[allow(clippy::format_push_string, reason = "sentences of a few words")]
+mod document;
 mod figures;
+mod folder;
 pub mod html;
 mod markup;
 mod number;
 pub mod plot;
-mod summary;
+mod results;
 mod table;
 
-pub use claims::{Bound, Limit, NIKOLOV2023};
+pub use claims::{Claim, Number, claims};
+pub use document::{Files, report};
 pub use figures::{FigureError, draw};
+pub use folder::{WriteError, write as write_report};
 pub use number::uncertain;
-pub use summary::{BoundSummary, CellSummary, EstimatorShare, OutputSummary, Quantiles, Summary};
+pub use results::{ResultsError, Study, Time};
 pub use table::verdict_table;

@@ -5,6 +5,11 @@
 ///
 /// An undefined value is `-`; an error that is undefined or zero is left out, with four digits shown.
 pub fn uncertain(value: f64, error: f64) -> String {
+    rounded(value, error, 17)
+}
+
+/// The same with at most `most` digits of the value; a smaller error is shown as 1 of the last of them.
+pub fn rounded(value: f64, error: f64, most: i32) -> String {
     if !value.is_finite() {
         return "-".to_owned();
     }
@@ -14,19 +19,23 @@ pub fn uncertain(value: f64, error: f64) -> String {
     let size = if value == 0.0 { error } else { value.abs() };
     let exponent = exponent_of(size);
     if (-4..5).contains(&exponent) {
-        return with_error(value, error);
+        return with_error(value, error, most);
     }
     let scale = 10.0_f64.powi(-exponent);
-    format!("{}e{exponent}", with_error(value * scale, error * scale))
+    format!(
+        "{}e{exponent}",
+        with_error(value * scale, error * scale, most)
+    )
 }
 
-/// The value rounded to the decimal of its error's first digit.
-fn with_error(value: f64, error: f64) -> String {
+/// The value rounded to the decimal of its error's first digit, or to `most` digits.
+fn with_error(value: f64, error: f64, most: i32) -> String {
     let mut decimals = -exponent_of(error);
     if digits(error, decimals) >= 10 {
         decimals -= 1;
     }
-    let decimals = decimals.max(0);
+    let size = if value == 0.0 { error } else { value.abs() };
+    let decimals = decimals.min(most - 1 - exponent_of(size)).max(0);
     format!("{value:.*}({})", decimals as usize, digits(error, decimals))
 }
 
@@ -74,6 +83,14 @@ mod tests {
             (f64::NAN, 1.0, "-"),
         ] {
             assert_eq!(uncertain(value, error), text);
+        }
+        for (value, error, text) in [
+            (1.698_912e-11, 4e-15, "1.70(1)e-11"),
+            (0.130_861, 3e-5, "0.131(1)"),
+            (0.087_912, 0.005_2, "0.088(5)"),
+            (12_345.0, 1.0, "12345(1)"),
+        ] {
+            assert_eq!(rounded(value, error, 3), text);
         }
     }
 }

@@ -1,9 +1,12 @@
 //! The verdict table, at most 80 columns wide.
 
-use super::number::uncertain;
-use super::summary::{BoundSummary, CellSummary, EstimatorShare, Quantiles, Summary};
-use crate::metric::Share;
+use super::number::{rounded, uncertain};
+use crate::metric::{Quantile, Share, Statistics};
+use crate::study::{BoundSummary, CellSummary, OutputShare, Summary};
 use std::fmt::{self, Write};
+
+/// Columns of `median [5 %, 95 %]`.
+const SPREAD: usize = 39;
 
 /// The verdicts on every bound, with the figures behind them.
 ///
@@ -13,6 +16,11 @@ pub fn verdict_table(summary: &Summary) -> String {
     let mut text = String::new();
     write_table(&mut text, summary).expect("writing to a string does not fail");
     text
+}
+
+/// "LS", "IV(4)": an output's label as tables show it.
+pub fn shown(label: &str) -> String {
+    label.to_uppercase()
 }
 
 fn write_table(text: &mut String, summary: &Summary) -> fmt::Result {
@@ -25,29 +33,23 @@ fn write_table(text: &mut String, summary: &Summary) -> fmt::Result {
     for cell in &summary.cells {
         writeln!(text, "{rule}")?;
         write_cell(text, cell)?;
-        let claim = &cell.settings.claim;
-        for bound in summary.bounds.iter().filter(|b| b.claim == claim) {
-            write_bound(text, bound)?;
+        for bound in &cell.bounds {
+            write_bound(text, cell, bound)?;
         }
     }
     writeln!(text, "{rule}")
 }
 
 fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
-    let settings = &cell.settings;
-    let noise = if settings.eta == 0.0 {
+    let noise = if cell.eta == 0.0 {
         "noise-free".to_owned()
     } else {
-        format!("eta = {} %", settings.eta)
+        format!("eta = {} %", cell.eta)
     };
-    let trials = cell
-        .outputs
-        .first()
-        .map_or(0, |output| output.outcomes.trials);
     write!(
         text,
-        "{}  {noise}, N = {}, {trials} trials",
-        settings.claim, settings.window
+        "{}  {noise}, N = {}, {} trials",
+        cell.claim, cell.window, cell.trials
     )?;
     for (i, output) in [cell.outputs.first(), cell.outputs.last()]
         .iter()
@@ -58,32 +60,41 @@ fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
         write!(
             text,
             "{before} {} {}",
-            output.label(),
+            shown(&output.label()),
             output.outcomes.failed()
         )?;
     }
     writeln!(text)
 }
 
-fn write_bound(text: &mut String, bound: &BoundSummary) -> fmt::Result {
-    let [first, last] = &bound.estimators;
-    write_line(
-        text,
-        &format!("    {:<7} {}", bound.label, bound.bound),
-        first,
-    )?;
-    write_line(text, &format!("    {}", bound.verdict), last)
-}
-
-fn write_line(text: &mut String, left: &str, of: &EstimatorShare) -> fmt::Result {
-    let (label, spread, share) = (of.label(), spread(&of.quantiles), share(of.met));
-    let line = format!("{left:<20} {label:<5} {spread:<39} {share:>13}");
-    writeln!(text, "{}", line.trim_end())
+fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> fmt::Result {
+    let of = &bound.bound;
+    let lines = [
+        (
+            format!("    {:<7} {}", of.label(), of.text()),
+            bound.outputs.first(),
+        ),
+        (format!("    {}", bound.verdict), bound.outputs.last()),
+    ];
+    for (left, output) in lines {
+        let Some(OutputShare { output, met }) = output else {
+            continue;
+        };
+        let statistics = cell.output(output).and_then(|o| o.figures.get(&of.figure));
+        let (label, spread, share) = (
+            shown(output),
+            statistics.map_or_else(String::new, spread),
+            share(*met),
+        );
+        let line = format!("{left:<20} {label:<5} {spread:<39} {share:>13}");
+        writeln!(text, "{}", line.trim_end())?;
+    }
+    Ok(())
 }
 
 /// A share in per cent with its standard error; where that is 0, because no trial or every trial counts, the
 /// other end of the 95 % interval instead.
-fn share(met: Share) -> String {
+pub fn share(met: Share) -> String {
     let percent = |share: f64| 100.0 * share;
     if met.count == 0 {
         format!("0 (<{:.2} %)", percent(met.high))
@@ -98,13 +109,15 @@ fn share(met: Share) -> String {
     }
 }
 
-/// `median [5 %, 95 %]`, each with its standard error.
-fn spread(quantiles: &Quantiles) -> String {
-    let text = |q: crate::metric::Quantile| uncertain(q.value, q.mcse);
-    format!(
-        "{} [{}, {}]",
-        text(quantiles.q50),
-        text(quantiles.q05),
-        text(quantiles.q95)
-    )
+/// `median [5 %, 95 %]`, each with its standard error; with fewer digits where the column is too narrow.
+fn spread(of: &Statistics) -> String {
+    let spread = |text: fn(Quantile) -> String| {
+        format!("{} [{}, {}]", text(of.q50), text(of.q05), text(of.q95))
+    };
+    let all = spread(|q| uncertain(q.value, q.mcse));
+    if all.len() <= SPREAD {
+        all
+    } else {
+        spread(|q| rounded(q.value, q.mcse, 3))
+    }
 }

@@ -15,10 +15,40 @@ const BINS: usize = ((HIGHEST_EXPONENT - LOWEST_EXPONENT) << BINS_PER_OCTAVE_LOG
 pub const CURVE_BIN_ERROR: f64 = 1.0 / 32.0;
 
 /// Histograms of e_x(k) for the first and the last output of a trial, k = 0 ... K-1.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Sparse", into = "Sparse")]
 pub struct Curves {
     horizon: usize,
     counts: Vec<u32>,
+}
+
+/// The bins that are not empty, as they are stored.
+#[derive(Serialize, Deserialize)]
+struct Sparse {
+    horizon: usize,
+    bins: Vec<(u32, u32)>,
+}
+
+impl From<Curves> for Sparse {
+    fn from(curves: Curves) -> Self {
+        let bins = (0..).zip(curves.counts).filter(|(_, count)| *count > 0);
+        Self {
+            horizon: curves.horizon,
+            bins: bins.collect(),
+        }
+    }
+}
+
+impl From<Sparse> for Curves {
+    fn from(sparse: Sparse) -> Self {
+        let mut curves = Self::new(sparse.horizon);
+        for (bin, count) in sparse.bins {
+            if let Some(place) = curves.counts.get_mut(bin as usize) {
+                *place = count;
+            }
+        }
+        curves
+    }
 }
 
 /// Quantiles of e_x(k), k = 0 ... K-1, of one output; `None` (null) where no trial has the figure.

@@ -1,6 +1,7 @@
 //! A folder of results: written whole or not at all.
 
-use serde_json::Value;
+use super::experiment::design_of;
+use serde_json::{Value, json};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,14 @@ pub enum FolderError {
     /// Another run has the folder.
     #[error("{}: another run is writing there", .0.display())]
     Busy(PathBuf),
+    /// A newer version's results.
+    #[error("{}: written by asobench {version}, which is newer than this one ({})", .path.display(), env!("CARGO_PKG_VERSION"))]
+    Newer {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        version: String,
+    },
     /// The folder holds trials of unknown design.
     #[error(
         "{}: holds trials.parquet without manifest.json (a run that was killed?); remove it or choose another folder",
@@ -59,6 +68,8 @@ pub struct ResultsFolder {
 const LOCK: &str = ".lock";
 const MANIFEST: &str = "manifest.json";
 const TRIALS: &str = "trials.parquet";
+const BLOCKS: &str = "blocks";
+const DESIGN: &str = "blocks/design.json";
 
 fn io_error(path: &Path) -> impl Fn(io::Error) -> FolderError + '_ {
     move |source| FolderError::Io {
@@ -129,23 +140,88 @@ impl ResultsFolder {
         &self.path
     }
 
-    /// Refuses a folder that holds results of another design; true where it holds results of this one.
+    /// Makes the folder one of this design, refusing one that holds results or blocks of another.
     ///
     /// # Errors
-    /// [`FolderError::OtherDesign`] with the keys that differ, and as for [`read_manifest`].
-    pub fn check_design(&self, design: &Value) -> Result<bool, FolderError> {
-        let Some(manifest) = read_manifest(&self.path)? else {
-            return Ok(false);
+    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], and as for [`read_manifest`].
+    pub fn claim_design(&self, design: &Value) -> Result<(), FolderError> {
+        if let Some(manifest) = read_manifest(&self.path)? {
+            let experiment = design_of(&manifest["experiment"]);
+            let stored = json!({ "version": manifest["version"], "experiment": experiment });
+            self.compare(&self.path.join(MANIFEST), &stored, design)?;
+        }
+        let path = self.path.join(DESIGN);
+        let unreadable = |reason: String| FolderError::Manifest {
+            path: path.clone(),
+            reason,
         };
+        match fs::read_to_string(&path) {
+            Ok(text) => {
+                let stored = serde_json::from_str(&text).map_err(|e| unreadable(e.to_string()))?;
+                self.compare(&path, &stored, design)
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let folder = self.path.join(BLOCKS);
+                fs::create_dir_all(&folder).map_err(io_error(&folder))?;
+                let temporary = folder.join(".design.json.tmp");
+                fs::write(&temporary, design.to_string())
+                    .and_then(|()| fs::rename(&temporary, &path))
+                    .map_err(io_error(&path))
+            }
+            Err(error) => Err(io_error(&path)(error)),
+        }
+    }
+
+    fn compare(&self, path: &Path, stored: &Value, design: &Value) -> Result<(), FolderError> {
+        if let Some(version) = stored["version"].as_str()
+            && is_newer(version)
+        {
+            return Err(FolderError::Newer {
+                path: path.to_owned(),
+                version: version.to_owned(),
+            });
+        }
         let mut keys = Vec::new();
-        differences("", &manifest["experiment"], design, &mut keys);
+        differences("", stored, design, &mut keys);
         if keys.is_empty() {
-            return Ok(true);
+            return Ok(());
+        }
+        for key in &mut keys {
+            *key = key.trim_start_matches("experiment.").to_owned();
         }
         Err(FolderError::OtherDesign {
             path: self.path.clone(),
             keys,
         })
+    }
+
+    /// Forgets what is in a folder: blocks and manifest, so that results of any design can go there.
+    ///
+    /// # Errors
+    /// If they cannot be removed.
+    pub fn clear(path: &Path) -> Result<(), FolderError> {
+        for name in [MANIFEST, TRIALS] {
+            let path = path.join(name);
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(io_error(&path)(error));
+                }
+                _ => {}
+            }
+        }
+        Self::remove_blocks(path)
+    }
+
+    /// Removes the blocks: what remains are the results.
+    ///
+    /// # Errors
+    /// If they cannot be removed.
+    pub fn remove_blocks(path: &Path) -> Result<(), FolderError> {
+        let blocks = path.join(BLOCKS);
+        match fs::remove_dir_all(&blocks) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(io_error(&blocks)(error)),
+            _ => Ok(()),
+        }
     }
 
     /// The temporary path of a file that [`Self::publish`] will rename to `name`.
@@ -173,12 +249,20 @@ impl ResultsFolder {
         written.map_err(io_error(&path))
     }
 
+    /// Writes a JSON file under its temporary name.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_json(&mut self, name: &str, value: &Value) -> Result<(), FolderError> {
+        self.write(name, format!("{value}\n").as_bytes())
+    }
+
     /// Renames every staged file to its name; the manifest last, and an older one removed first, so
     /// that a manifest always tells of the files beside it.
     ///
     /// # Errors
     /// If a file cannot be renamed.
-    pub fn publish(mut self) -> Result<(), FolderError> {
+    pub fn publish(&mut self) -> Result<(), FolderError> {
         let manifest = self.path.join(MANIFEST);
         match fs::remove_file(&manifest) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
@@ -207,6 +291,17 @@ impl Drop for ResultsFolder {
     }
 }
 
+/// Whether a version is above this program's.
+fn is_newer(version: &str) -> bool {
+    let numbers = |version: &str| -> Vec<u64> {
+        version
+            .split('.')
+            .map(|part| part.parse().unwrap_or(0))
+            .collect()
+    };
+    numbers(version) > numbers(env!("CARGO_PKG_VERSION"))
+}
+
 /// Collects the paths of values that differ.
 fn differences(path: &str, left: &Value, right: &Value, keys: &mut Vec<String>) {
     match (left, right) {
@@ -231,7 +326,6 @@ fn differences(path: &str, left: &Value, right: &Value, keys: &mut Vec<String>) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     #[test]
     fn results_appear_whole_or_not_at_all() {
@@ -257,24 +351,26 @@ mod tests {
             .collect();
         names.sort();
         assert_eq!(names, [".lock", "a.txt", "manifest.json"]);
+        drop(results);
 
         let results = ResultsFolder::open(&path).unwrap();
         assert!(matches!(
             ResultsFolder::open(&path),
             Err(FolderError::Busy(_))
         ));
-        assert!(
-            results
-                .check_design(&json!({"seed": 1, "x": {"y": 2}}))
-                .unwrap()
-        );
-        let error = results
-            .check_design(&json!({"seed": 2, "x": {"y": 3}}))
-            .unwrap_err();
-        assert!(
-            error.to_string().contains("(different: seed, x.y)"),
-            "{error}"
-        );
+        let design = |seed: u64, y: u64| {
+            let experiment = json!({"seed": seed, "x": {"y": y}});
+            json!({"version": null, "experiment": experiment})
+        };
+        results.claim_design(&design(1, 2)).unwrap();
+        let error = results.claim_design(&design(2, 3)).unwrap_err().to_string();
+        assert!(error.contains("(different: seed, x.y)"), "{error}");
+        fs::remove_file(path.join(MANIFEST)).unwrap();
+        let error = results.claim_design(&design(1, 3)).unwrap_err().to_string();
+        assert!(error.contains("(different: x.y)"), "by the blocks: {error}");
+        fs::write(path.join(DESIGN), r#"{"version": "99.0.0"}"#).unwrap();
+        let error = results.claim_design(&design(1, 2)).unwrap_err().to_string();
+        assert!(error.contains("99.0.0, which is newer"), "{error}");
     }
 
     #[test]
@@ -283,7 +379,7 @@ mod tests {
         fs::write(folder.path().join(TRIALS), b"").unwrap();
         let results = ResultsFolder::open(folder.path()).unwrap();
         assert!(matches!(
-            results.check_design(&json!({})),
+            results.claim_design(&json!({})),
             Err(FolderError::Unknown(_))
         ));
     }

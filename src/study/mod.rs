@@ -1,20 +1,32 @@
 //! A study: an experiment, its trials (pure functions), the runner (the only threads) and the store
 //! (the only files).
 
+mod blocks;
+mod campaign;
 mod curves;
 mod experiment;
+pub mod file;
 mod folder;
 mod row;
 mod runner;
+mod score;
 mod state_feedback;
 mod store;
+mod summary;
+mod tally;
 mod trial;
 
+pub use blocks::BlockError;
+pub use campaign::{Campaign, CampaignError, Event, RunOptions};
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
-pub use experiment::{Cell, Experiment, ExperimentError};
+pub use experiment::{Cell, Experiment, NIKOLOV2023, ObserverStart};
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use row::{Figure, Row};
-pub use runner::{Block, RunError, run};
+pub use runner::{Block, RunError, Span, block_size, run, run_spans, spans};
 pub use state_feedback::StateFeedback;
-pub use store::{Group, Outcomes, StoreError, TrialTable, TrialWriter, stored_alike};
+pub use store::{StoreError, TrialWriter, stored_alike};
+pub use summary::{
+    BoundSummary, CellSummary, ComparisonSummary, OutputShare, OutputSummary, SlopeSummary, Summary,
+};
+pub use tally::{CellTally, Outcomes, OutputTally, Trials};
 pub use trial::{Trial, TrialRecord};

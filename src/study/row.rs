@@ -2,6 +2,7 @@
 
 use crate::estimator::Failure;
 use crate::names::named_enum;
+use serde::{Deserialize, Serialize};
 use std::ops::{Index, IndexMut};
 
 named_enum! {
@@ -35,11 +36,17 @@ named_enum! {
         SpectralRadius = "spectral_radius",
         /// Condition number: [`crate::estimator::solver::Solution::condition`].
         Condition = "condition",
+        /// Relative error of the impulse response: [`crate::metric::Response::impulse_response_error`].
+        ImpulseResponse = "e_g",
+        /// Simulated FIT on fresh data, per cent: [`crate::metric::Response::fresh_fit`].
+        FreshFit = "fit_fresh",
+        /// Relative change of a from the pass before; null for pass 0.
+        Change = "change",
     }
 }
 
 /// One output of one method on one trial.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// The trial's index.
     pub trial: u64,

@@ -1,23 +1,36 @@
-//! The runner: blocks of trials over rayon's threads, delivered in order.
+//! The runner: blocks of trials over rayon's threads.
 
+use super::tally::{CellTally, Trials};
 use super::{Curves, Experiment, Row, Trial};
-use std::collections::BTreeMap;
+use crate::estimator::Method;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-/// Trials in a block: the unit of work and of delivery. No result depends on it.
-const BLOCK: u64 = 256;
+/// Samples times outputs in a block, about: half a second of work.
+const BLOCK_WORK: usize = 1 << 21;
 
-/// The rows of a contiguous range of trials of one cell.
-pub struct Block {
+/// A block that takes longer is delivered as far as it is, and goes on as another.
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// A contiguous range of trials of one cell: what one worker is given.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Span {
     /// The cell's index.
     pub cell: usize,
     /// The trials.
     pub trials: Range<u64>,
+}
+
+/// A contiguous range of trials of one cell, computed.
+pub struct Block {
+    /// The cell and the trials.
+    pub span: Span,
     /// Their rows: all outputs of the first trial, then of the next.
     pub rows: Vec<Row>,
+    /// What is left of them.
+    pub tally: CellTally,
 }
 
 /// Why a run ended early.
@@ -34,7 +47,7 @@ pub enum RunError<E> {
     /// The `stop` flag was raised.
     #[error("interrupted after {done} of {of} trials")]
     Interrupted {
-        /// Trials that were computed, over all cells.
+        /// Trials that were delivered, over all cells.
         done: u64,
         /// Trials that were asked for, over all cells.
         of: u64,
@@ -44,24 +57,70 @@ pub enum RunError<E> {
     Consumer(E),
 }
 
-/// Runs trials 0 ... `trials` - 1 of every cell of a valid experiment on `threads` threads.
-///
-/// `consume` sees the blocks in order (cell by cell, trials ascending) on the calling thread, whatever
-/// the threads; its error, or raising `stop`, ends the run after the blocks under way. Returns the
-/// curves of every cell.
+/// Trials in a block of a cell by default: half a second of work, about.
+pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
+    let outputs: usize = experiment.methods.iter().map(Method::passes).sum();
+    let work = BLOCK_WORK / (experiment.cells[cell].horizon * outputs.max(1));
+    (work as u64).clamp(1, 1 << 16)
+}
+
+/// Cuts a range of a cell's trials into spans of `block` trials, by default [`block_size`]. No result depends on it.
+pub fn spans(
+    experiment: &Experiment,
+    cell: usize,
+    trials: Range<u64>,
+    block: Option<u64>,
+) -> Vec<Span> {
+    let block = block.unwrap_or_else(|| block_size(experiment, cell)).max(1);
+    let starts = (trials.start..trials.end).step_by(usize::try_from(block).unwrap_or(usize::MAX));
+    starts
+        .map(|start| Span {
+            cell,
+            trials: start..trials.end.min(start.saturating_add(block)),
+        })
+        .collect()
+}
+
+/// Runs trials 0 ... `trials` - 1 of every cell on `threads` threads; see [`run_spans`].
 ///
 /// # Errors
 /// [`RunError`].
 ///
 /// # Panics
-/// If the experiment is not valid ([`Experiment::validate`]), or with the panic of an estimator.
+/// With the panic of an estimator or of `consume`.
 pub fn run<E>(
     experiment: &Experiment,
     trials: u64,
     threads: usize,
     stop: &AtomicBool,
     consume: impl FnMut(Block) -> Result<(), E>,
-) -> Result<Vec<Curves>, RunError<E>> {
+) -> Result<(), RunError<E>> {
+    let cells = 0..experiment.cells.len();
+    let all: Vec<Span> = cells
+        .flat_map(|cell| spans(experiment, cell, 0..trials, None))
+        .collect();
+    run_spans(experiment, &all, threads, stop, consume)
+}
+
+/// Runs spans on `threads` threads.
+///
+/// `consume` sees blocks on the calling thread as they are finished, in no certain order; a span that takes long
+/// comes as several blocks. The error of `consume`, or raising `stop`, ends the run with the trials under way: what
+/// is finished of every span is still delivered.
+///
+/// # Errors
+/// [`RunError`].
+///
+/// # Panics
+/// With the panic of an estimator or of `consume`.
+pub fn run_spans<E>(
+    experiment: &Experiment,
+    spans: &[Span],
+    threads: usize,
+    stop: &AtomicBool,
+    consume: impl FnMut(Block) -> Result<(), E>,
+) -> Result<(), RunError<E>> {
+    let threads = threads.min(spans.len()).max(1);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -69,108 +128,120 @@ pub fn run<E>(
             threads,
             reason: error.to_string(),
         })?;
-    let curves = experiment
-        .cells
-        .iter()
-        .map(|cell| Curves::new(cell.horizon));
     let shared = Shared {
         experiment,
-        trials,
+        spans,
         stop,
         ended: AtomicBool::new(false),
         next: AtomicUsize::new(0),
-        curves: Mutex::new(curves.collect()),
     };
-    let (sender, receiver) = sync_channel(2 * pool.current_num_threads());
+    let (sender, receiver) = sync_channel(threads);
     let delivered = pool.in_place_scope(|scope| {
         scope.spawn_broadcast(|_, _| shared.work(&sender));
-        shared.deliver(receiver, consume)
+        shared.deliver(receiver, threads, consume)
     });
-    let of = trials * experiment.cells.len() as u64;
+    let of = spans
+        .iter()
+        .map(|span| span.trials.end - span.trials.start)
+        .sum();
     match delivered {
         Err(error) => Err(RunError::Consumer(error)),
         Ok(done) if done < of => Err(RunError::Interrupted { done, of }),
-        Ok(_) => Ok(shared
-            .curves
-            .into_inner()
-            .unwrap_or_else(PoisonError::into_inner)),
+        Ok(_) => Ok(()),
     }
 }
 
-/// Ends the run where a worker or the consumer panics: a block that was taken will never come.
-struct EndOnPanic<'a>(&'a AtomicBool);
+/// Says that a worker is done, also where it panics, which ends the run.
+struct Done<'a> {
+    sender: &'a SyncSender<Option<Block>>,
+    ended: &'a AtomicBool,
+}
 
-impl Drop for EndOnPanic<'_> {
+impl Drop for Done<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.0.store(true, Ordering::Relaxed);
+            self.ended.store(true, Ordering::Relaxed);
         }
+        // Where the receiver is gone, nobody waits.
+        let _ = self.sender.send(None);
     }
 }
 
 /// What the workers share.
 struct Shared<'a> {
     experiment: &'a Experiment,
-    trials: u64,
+    spans: &'a [Span],
     stop: &'a AtomicBool,
     /// Raised where the consumer failed or a worker panicked.
     ended: AtomicBool,
-    /// The next block to be taken.
+    /// The next span to be taken.
     next: AtomicUsize,
-    curves: Mutex<Vec<Curves>>,
 }
 
 impl Shared<'_> {
-    fn blocks_per_cell(&self) -> usize {
-        self.trials.div_ceil(BLOCK) as usize
-    }
-
-    fn blocks(&self) -> usize {
-        self.blocks_per_cell() * self.experiment.cells.len()
-    }
-
     fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed) || self.ended.load(Ordering::Relaxed)
     }
 
-    /// One worker: takes blocks in order until none is left.
-    fn work(&self, sender: &SyncSender<(usize, Block)>) {
-        let _guard = EndOnPanic(&self.ended);
-        let mut current: Option<(usize, Trial<'_>, Curves)> = None;
+    /// One worker: takes spans in order until none is left.
+    fn work(&self, sender: &SyncSender<Option<Block>>) {
+        let _done = Done {
+            sender,
+            ended: &self.ended,
+        };
+        let mut current: Option<(usize, Trial<'_>)> = None;
         while !self.stopped() {
-            let index = self.next.fetch_add(1, Ordering::Relaxed);
-            if index >= self.blocks() {
-                break;
-            }
-            let cell = index / self.blocks_per_cell();
-            if current.as_ref().is_none_or(|(known, ..)| *known != cell) {
-                self.merge(current.take());
-                let settings = &self.experiment.cells[cell];
-                let trial = Trial::new(self.experiment, settings).expect("a valid experiment");
-                current = Some((cell, trial, Curves::new(settings.horizon)));
-            }
-            let Some((_, trial, curves)) = &mut current else {
-                break;
+            let Some(span) = self.spans.get(self.next.fetch_add(1, Ordering::Relaxed)) else {
+                return;
             };
-            let first = (index % self.blocks_per_cell()) as u64 * BLOCK;
-            let trials = first..(first + BLOCK).min(self.trials);
-            let mut rows = Vec::new();
-            for index in trials.clone() {
-                rows.extend_from_slice(trial.run(index, Some(curves)));
+            if current
+                .as_ref()
+                .is_none_or(|(known, _)| *known != span.cell)
+            {
+                let cell = &self.experiment.cells[span.cell];
+                let trial = Trial::new(self.experiment, cell).expect("a valid experiment");
+                current = Some((span.cell, trial));
             }
-            let block = Block { cell, trials, rows };
-            if sender.send((index, block)).is_err() {
-                break;
+            let Some((_, trial)) = &mut current else {
+                return;
+            };
+            let mut from = span.trials.start;
+            while from < span.trials.end && !self.stopped() {
+                let block = self.block(trial, span.cell, from..span.trials.end);
+                from = block.span.trials.end;
+                if sender.send(Some(block)).is_err() {
+                    return;
+                }
             }
         }
-        self.merge(current);
     }
 
-    /// Adds a worker's curves of one cell to the whole.
-    fn merge(&self, part: Option<(usize, Trial<'_>, Curves)>) {
-        if let Some((cell, _, curves)) = part {
-            let mut whole = self.curves.lock().unwrap_or_else(PoisonError::into_inner);
-            whole[cell].merge(&curves);
+    /// Trials of one cell, at least one, as far as time and the stop flag allow.
+    fn block(&self, trial: &mut Trial<'_>, cell: usize, trials: Range<u64>) -> Block {
+        let settings = &self.experiment.cells[cell];
+        let begin = Instant::now();
+        let mut of = Trials {
+            curves: self
+                .experiment
+                .file
+                .curves
+                .then(|| Curves::new(settings.horizon)),
+            ..Trials::default()
+        };
+        let mut end = trials.start;
+        while end == trials.start
+            || end < trials.end && !self.stopped() && begin.elapsed() < LONGEST
+        {
+            trial.run_into(end, &mut of);
+            end += 1;
+        }
+        Block {
+            span: Span {
+                cell,
+                trials: trials.start..end,
+            },
+            tally: CellTally::of(self.experiment, settings, &mut of),
+            rows: of.rows,
         }
     }
 
@@ -178,37 +249,38 @@ impl Shared<'_> {
         clippy::needless_pass_by_value,
         reason = "dropping the receiver ends the workers"
     )]
-    /// Hands blocks over in order; returns the number of trials delivered.
+    /// Hands blocks over until every worker is done; returns the number of trials delivered.
     fn deliver<E>(
         &self,
-        receiver: Receiver<(usize, Block)>,
+        receiver: Receiver<Option<Block>>,
+        mut working: usize,
         mut consume: impl FnMut(Block) -> Result<(), E>,
     ) -> Result<u64, E> {
-        // Where the consumer panics, the receiver goes with it, and so end the workers that wait to send.
-        let _guard = EndOnPanic(&self.ended);
-        let mut waiting = BTreeMap::new();
-        let (mut next, mut done) = (0, 0);
-        let mut outcome = Ok(());
-        // After a stop no more blocks are taken, and waiting for the next one in order may be in vain.
-        while next < self.blocks() {
-            match receiver.recv_timeout(std::time::Duration::from_millis(50)) {
-                Ok((index, block)) => {
-                    waiting.insert(index, block);
-                }
-                Err(_) if self.stopped() => break,
-                Err(_) => {}
-            }
-            while let Some(block) = waiting.remove(&next) {
-                next += 1;
-                done += block.trials.end - block.trials.start;
-                if outcome.is_ok() {
-                    outcome = consume(block);
-                    if outcome.is_err() {
-                        self.ended.store(true, Ordering::Relaxed);
-                    }
+        /// Where the consumer panics, the workers end; the receiver, dropped with it, frees those that wait to send.
+        struct EndOnPanic<'a>(&'a AtomicBool);
+        impl Drop for EndOnPanic<'_> {
+            fn drop(&mut self) {
+                if std::thread::panicking() {
+                    self.0.store(true, Ordering::Relaxed);
                 }
             }
         }
-        outcome.map(|()| done)
+        let _guard = EndOnPanic(&self.ended);
+        let mut done = 0;
+        while working > 0 {
+            let Ok(message) = receiver.recv() else {
+                break;
+            };
+            let Some(block) = message else {
+                working -= 1;
+                continue;
+            };
+            done += block.span.trials.end - block.span.trials.start;
+            if let Err(error) = consume(block) {
+                self.ended.store(true, Ordering::Relaxed);
+                return Err(error);
+            }
+        }
+        Ok(done)
     }
 }

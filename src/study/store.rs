@@ -1,13 +1,15 @@
-//! The trials file: Parquet, written row group by row group, read column by column.
+//! Parquet files: the trials, written row group by row group, and the summary as a table.
 
-use super::row::{Figure, Row};
-use super::{Block, Experiment};
+use super::experiment::{Cell, Experiment};
+use super::file::Scalar;
+use super::row::Row;
+use super::summary::{OutputSummary, Summary};
 use crate::estimator::Output;
+use crate::metric::{Estimate, Quantile, Statistics};
 use polars::prelude::{
-    BatchedWriter, Column, DataFrame, DataType, Field, NamedFrom, ParquetCompression,
-    ParquetReader, ParquetWriter, PolarsError, PolarsResult, Schema, SerReader, Series,
+    BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
+    PolarsError, PolarsResult, SerReader, Series,
 };
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -38,8 +40,8 @@ pub enum StoreError {
 
 /// Writes the trials of an experiment to one Parquet file.
 ///
-/// Columns: `cell, claim, eta, window, trial, estimator, pass, status, failed_pass, failed_stage,
-/// unstable`, then every [`Figure`]; eta in per cent; null where undefined.
+/// Columns: `cell, claim, eta, window`, every other setting that varies, `trial, estimator, pass, status,
+/// failed_pass, failed_stage, unstable`, then every measure; eta in per cent; null where undefined.
 pub struct TrialWriter<'e> {
     experiment: &'e Experiment,
     outputs: Vec<Output>,
@@ -52,31 +54,6 @@ pub struct TrialWriter<'e> {
 /// A row and the index of its cell.
 type Waiting = (usize, Row);
 
-/// The columns before the figures, with their types.
-fn leading_fields() -> [(&'static str, DataType); 11] {
-    [
-        ("cell", DataType::UInt32),
-        ("claim", DataType::String),
-        ("eta", DataType::Float64),
-        ("window", DataType::UInt32),
-        ("trial", DataType::UInt64),
-        ("estimator", DataType::String),
-        ("pass", DataType::UInt32),
-        ("status", DataType::String),
-        ("failed_pass", DataType::UInt32),
-        ("failed_stage", DataType::UInt32),
-        ("unstable", DataType::Boolean),
-    ]
-}
-
-fn schema() -> Schema {
-    let figures = Figure::ALL.iter().map(|f| (f.name(), DataType::Float64));
-    let fields = leading_fields().into_iter().chain(figures);
-    fields
-        .map(|(name, data_type)| Field::new(name.into(), data_type))
-        .collect()
-}
-
 impl<'e> TrialWriter<'e> {
     /// Opens a file, replacing one that is there.
     ///
@@ -88,14 +65,17 @@ impl<'e> TrialWriter<'e> {
             Ok(file) => file,
             Err(source) => return Err(StoreError::Io { path, source }),
         };
-        let writer = ParquetWriter::new(BufWriter::new(file))
-            .with_compression(ParquetCompression::Zstd(None))
-            .set_parallel(false)
-            .batched(&schema());
+        let outputs = experiment.outputs();
+        let writer = frame(experiment, &outputs, &[]).and_then(|empty| {
+            ParquetWriter::new(BufWriter::new(file))
+                .with_compression(ParquetCompression::Zstd(None))
+                .set_parallel(false)
+                .batched(empty.schema())
+        });
         match writer {
             Ok(writer) => Ok(Self {
                 experiment,
-                outputs: experiment.outputs(),
+                outputs,
                 path,
                 writer,
                 rows: Vec::with_capacity(GROUP_ROWS),
@@ -104,13 +84,13 @@ impl<'e> TrialWriter<'e> {
         }
     }
 
-    /// Appends a block.
+    /// Appends rows of a cell: whole trials.
     ///
     /// # Errors
     /// If a group that became full cannot be written.
-    pub fn write(&mut self, block: &Block) -> Result<(), StoreError> {
-        for trial in block.rows.chunks(self.outputs.len()) {
-            self.rows.extend(trial.iter().map(|row| (block.cell, *row)));
+    pub fn write(&mut self, cell: usize, rows: &[Row]) -> Result<(), StoreError> {
+        for trial in rows.chunks(self.outputs.len()) {
+            self.rows.extend(trial.iter().map(|row| (cell, *row)));
             if self.rows.len() >= GROUP_ROWS {
                 self.write_group()?;
             }
@@ -153,14 +133,10 @@ impl<'e> TrialWriter<'e> {
 
 /// The table of some rows.
 fn frame(experiment: &Experiment, outputs: &[Output], rows: &[Waiting]) -> PolarsResult<DataFrame> {
-    let cell = |row: &Waiting| &experiment.cells[row.0];
     let output = |row: &Waiting| &outputs[row.1.output];
     let failure = |row: &Waiting| row.1.failure;
-    let mut columns = vec![
-        column(rows, "cell", |row| row.0 as u32),
-        column(rows, "claim", |row| cell(row).claim.as_str()),
-        column(rows, "eta", |row| cell(row).eta),
-        column(rows, "window", |row| cell(row).window as u32),
+    let mut columns = cell_columns(experiment, rows, |row| row.0);
+    columns.extend([
         column(rows, "trial", |row| row.1.trial),
         column(rows, "estimator", |row| output(row).estimator.as_str()),
         column(rows, "pass", |row| output(row).pass as u32),
@@ -172,15 +148,154 @@ fn frame(experiment: &Experiment, outputs: &[Output], rows: &[Waiting]) -> Polar
             failure(row).map(|f| f.stage as u32)
         }),
         column(rows, "unstable", |row| row.1.unstable),
-    ];
-    for &figure in Figure::ALL {
-        let defined = |row: &Waiting| Some(row.1[figure]).filter(|value| !value.is_nan());
-        columns.push(column(rows, figure.name(), defined));
+    ]);
+    for &figure in &experiment.file.measures {
+        columns.push(column(rows, figure.name(), |row| defined(row.1[figure])));
     }
     DataFrame::new(rows.len(), columns)
 }
 
-fn column<'a, T>(rows: &'a [Waiting], name: &str, value: impl Fn(&'a Waiting) -> T) -> Column
+/// The columns that say which cell a row is of.
+fn cell_columns<'e, R>(
+    experiment: &'e Experiment,
+    rows: &[R],
+    cell_of: impl Fn(&R) -> usize,
+) -> Vec<Column> {
+    let cell = |row: &R| -> &'e Cell { &experiment.cells[cell_of(row)] };
+    let mut columns = vec![
+        column(rows, "cell", |row| cell_of(row) as u32),
+        column(rows, "claim", |row| cell(row).claim.as_str()),
+        column(rows, "eta", |row| cell(row).eta),
+        column(rows, "window", |row| cell(row).window as u32),
+    ];
+    for key in experiment.axes() {
+        let number = |scalar: Option<&Scalar>| match scalar {
+            Some(Scalar::Number(number)) => Some(*number),
+            _ => None,
+        };
+        let setting = |row: &R| cell(row).settings.get(&key);
+        if experiment
+            .cells
+            .iter()
+            .all(|cell| number(cell.settings.get(&key)).is_some())
+        {
+            columns.push(column(rows, key.name(), |row| number(setting(row))));
+        } else {
+            columns.push(column(rows, key.name(), |row| {
+                setting(row).map(ToString::to_string)
+            }));
+        }
+    }
+    columns
+}
+
+/// A number, `None` (null) where it is undefined.
+fn defined(x: f64) -> Option<f64> {
+    Some(x).filter(|x| !x.is_nan())
+}
+
+/// Writes the summary as a table: a row for every cell, output and figure.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_summary(
+    path: &Path,
+    experiment: &Experiment,
+    summary: &Summary,
+) -> Result<(), StoreError> {
+    let parquet = |source| StoreError::Parquet {
+        path: path.to_owned(),
+        source,
+    };
+    let io = |source| StoreError::Io {
+        path: path.to_owned(),
+        source,
+    };
+    let mut table = summary_frame(experiment, summary).map_err(parquet)?;
+    let file = File::create(path).map_err(io)?;
+    let writer =
+        ParquetWriter::new(BufWriter::new(file)).with_compression(ParquetCompression::Zstd(None));
+    writer
+        .set_parallel(false)
+        .finish(&mut table)
+        .map_err(parquet)?;
+    File::open(path)
+        .and_then(|file| file.sync_all())
+        .map_err(io)
+}
+
+/// A row of the summary's table: cell, output, the figure's name and its statistics.
+type SummaryRow<'a> = (usize, &'a OutputSummary, String, &'a Statistics);
+
+fn summary_frame(experiment: &Experiment, summary: &Summary) -> PolarsResult<DataFrame> {
+    let mut rows: Vec<SummaryRow<'_>> = Vec::new();
+    for cell in &summary.cells {
+        for output in &cell.outputs {
+            let figures = output
+                .figures
+                .iter()
+                .map(|(figure, of)| (figure.to_string(), of));
+            let parameters = output
+                .parameters
+                .iter()
+                .map(|(name, of)| (format!("error of {name}"), of));
+            rows.extend(
+                figures
+                    .chain(parameters)
+                    .map(|(name, of)| (cell.cell, output, name, of)),
+            );
+        }
+    }
+    let rows = &rows[..];
+    let mut columns = cell_columns(experiment, rows, |row| row.0);
+    columns.extend([
+        column(rows, "estimator", |row| row.1.estimator.as_str()),
+        column(rows, "pass", |row| row.1.pass as u32),
+        column(rows, "trials", |row| row.1.outcomes.trials),
+        column(rows, "failed", |row| row.1.outcomes.failed()),
+        column(rows, "unstable", |row| row.1.outcomes.unstable),
+        column(rows, "figure", |row| row.2.as_str()),
+        column(rows, "count", |row| row.3.count),
+    ]);
+    let estimates: [Named<Estimate>; 5] = [
+        ("mean", |s| s.mean),
+        ("sd", |s| s.sd),
+        ("mse", |s| s.mse),
+        ("rmse", |s| s.rmse),
+        ("trimmed", |s| s.trimmed),
+    ];
+    for (name, of) in estimates {
+        columns.push(column(rows, name, |row| defined(of(row.3).value)));
+        columns.push(column(rows, &format!("{name}_mcse"), |row| {
+            defined(of(row.3).mcse)
+        }));
+    }
+    let quantiles: [Named<Quantile>; 5] = [
+        ("q05", |s| s.q05),
+        ("q25", |s| s.q25),
+        ("q50", |s| s.q50),
+        ("q75", |s| s.q75),
+        ("q95", |s| s.q95),
+    ];
+    for (name, of) in quantiles {
+        columns.push(column(rows, name, |row| defined(of(row.3).value)));
+        columns.push(column(rows, &format!("{name}_mcse"), |row| {
+            defined(of(row.3).mcse)
+        }));
+    }
+    columns.extend([
+        column(rows, "min", |row| defined(row.3.min)),
+        column(rows, "max", |row| defined(row.3.max)),
+        column(rows, "largest_share", |row| defined(row.3.largest_share)),
+        column(rows, "dominated", |row| row.3.dominated),
+    ]);
+    DataFrame::new(rows.len(), columns)
+}
+
+/// A column's name, and what it takes of the statistics.
+type Named<T> = (&'static str, fn(&Statistics) -> T);
+
+fn column<'a, R, T>(rows: &'a [R], name: &str, value: impl Fn(&'a R) -> T) -> Column
 where
     Series: NamedFrom<Vec<T>, [T]>,
 {
@@ -188,169 +303,20 @@ where
     Series::new(name.into(), values).into()
 }
 
-/// One output of one method in one cell: what a summary is made of.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Group {
-    /// The cell's index.
-    pub cell: u32,
-    /// The estimator's name.
-    pub estimator: String,
-    /// The pass.
-    pub pass: u32,
-}
-
-/// A stored trials file, read one column at a time.
-pub struct TrialTable {
-    path: PathBuf,
-    groups: Vec<Group>,
-    /// For every row, the index of its group.
-    group_of: Vec<u32>,
-}
-
-impl TrialTable {
-    /// Opens a file and reads which rows belong together.
-    ///
-    /// # Errors
-    /// If the file cannot be read or lacks a column.
-    pub fn open(path: &Path) -> Result<Self, StoreError> {
-        let mut table = Self {
-            path: path.to_owned(),
-            groups: Vec::new(),
-            group_of: Vec::new(),
-        };
-        let frame = table.read(&["cell", "estimator", "pass"])?;
-        let found = table.index(&frame);
-        found.map_err(|source| table.parquet_error(source))?;
-        Ok(table)
-    }
-
-    fn index(&mut self, frame: &DataFrame) -> PolarsResult<()> {
-        let cells = frame.column("cell")?.u32()?;
-        let estimators = frame.column("estimator")?.str()?;
-        let passes = frame.column("pass")?.u32()?;
-        let mut known: BTreeMap<(u32, String, u32), u32> = BTreeMap::new();
-        for ((cell, estimator), pass) in cells.iter().zip(estimators.iter()).zip(passes.iter()) {
-            let key = (
-                cell.unwrap_or_default(),
-                estimator.unwrap_or_default().to_owned(),
-                pass.unwrap_or_default(),
-            );
-            let next = known.len() as u32;
-            let group = *known
-                .entry(key)
-                .or_insert_with_key(|(cell, estimator, pass)| {
-                    self.groups.push(Group {
-                        cell: *cell,
-                        estimator: estimator.clone(),
-                        pass: *pass,
-                    });
-                    next
-                });
-            self.group_of.push(group);
-        }
-        Ok(())
-    }
-
-    /// The groups, in the order of the file.
-    pub fn groups(&self) -> &[Group] {
-        &self.groups
-    }
-
-    /// A figure of every row, NaN where it is null.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
-    pub fn figure(&self, figure: Figure) -> Result<Vec<f64>, StoreError> {
-        let frame = self.read(&[figure.name()])?;
-        let column = frame.column(figure.name()).and_then(|column| column.f64());
-        let values = column.map(|c| c.iter().map(|v| v.unwrap_or(f64::NAN)).collect());
-        values.map_err(|source| self.parquet_error(source))
-    }
-
-    /// Indices of a group's rows, in the order of trials.
-    pub fn rows_of(&self, group: usize) -> impl Iterator<Item = usize> {
-        let rows = self.group_of.iter().enumerate();
-        rows.filter(move |(_, of)| **of as usize == group)
-            .map(|(row, _)| row)
-    }
-
-    /// For every group, how many rows have each status, and how many an unstable A-hat.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
-    pub fn outcomes(&self) -> Result<Vec<Outcomes>, StoreError> {
-        let frame = self.read(&["status", "unstable"])?;
-        let mut outcomes = vec![Outcomes::default(); self.groups.len()];
-        let counted = (|| {
-            let statuses = frame.column("status")?.str()?;
-            let unstable = frame.column("unstable")?.bool()?;
-            let rows = statuses.iter().zip(unstable.iter()).zip(&self.group_of);
-            for ((status, unstable), group) in rows {
-                let outcome = &mut outcomes[*group as usize];
-                outcome.trials += 1;
-                outcome.unstable += u64::from(unstable == Some(true));
-                let status = status.unwrap_or_default();
-                if status != "ok" {
-                    *outcome.failures.entry(status.to_owned()).or_default() += 1;
-                }
-            }
-            Ok(())
-        })();
-        counted.map_err(|source| self.parquet_error(source))?;
-        Ok(outcomes)
-    }
-
-    fn read(&self, columns: &[&str]) -> Result<DataFrame, StoreError> {
-        let columns = columns.iter().map(|&name| name.to_owned()).collect();
-        read_columns(&self.path, Some(columns), None)
-    }
-
-    fn parquet_error(&self, source: PolarsError) -> StoreError {
-        StoreError::Parquet {
-            path: self.path.clone(),
-            source,
-        }
-    }
-}
-
-/// Counts of a group.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Outcomes {
-    /// Rows.
-    pub trials: u64,
-    /// Rows by failure.
-    pub failures: BTreeMap<String, u64>,
-    /// Rows with an unstable A-hat.
-    pub unstable: u64,
-}
-
-impl Outcomes {
-    /// Rows with a failure.
-    pub fn failed(&self) -> u64 {
-        self.failures.values().sum()
-    }
-}
-
-fn read_columns(
-    path: &Path,
-    columns: Option<Vec<String>>,
-    slice: Option<(usize, usize)>,
-) -> Result<DataFrame, StoreError> {
+fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, StoreError> {
     let file = File::open(path).map_err(|source| StoreError::Io {
         path: path.to_owned(),
         source,
     })?;
-    let reader = ParquetReader::new(file)
-        .with_columns(columns)
-        .with_slice(slice);
+    let reader = ParquetReader::new(file).with_slice(Some((first, count)));
     reader.finish().map_err(|source| StoreError::Parquet {
         path: path.to_owned(),
         source,
     })
 }
 
-/// Whether `rows`, all outputs of one trial of a cell, stand bit for bit in a stored file of `trials`
-/// trials a cell; `None` where the file has no such trial.
+/// Whether `rows`, all outputs of one trial of a cell, stand bit for bit in a stored file whose cells have so many
+/// trials each; `None` where the file has no such trial.
 ///
 /// # Errors
 /// If the file cannot be read.
@@ -358,14 +324,19 @@ pub fn stored_alike(
     path: &Path,
     experiment: &Experiment,
     cell: usize,
-    trials: u64,
+    trials: &[u64],
     rows: &[Row],
 ) -> Result<Option<bool>, StoreError> {
-    let Some(trial) = rows.first().map(|row| row.trial).filter(|t| *t < trials) else {
+    let Some(trial) = rows
+        .first()
+        .map(|row| row.trial)
+        .filter(|t| *t < trials[cell])
+    else {
         return Ok(None);
     };
-    let first = (cell as u64 * trials + trial) as usize * rows.len();
-    let stored = read_columns(path, None, Some((first, rows.len())))?;
+    let before: u64 = trials[..cell].iter().sum();
+    let first = (before + trial) as usize * rows.len();
+    let stored = read_rows(path, first, rows.len())?;
     let waiting: Vec<Waiting> = rows.iter().map(|row| (cell, *row)).collect();
     let alike = frame(experiment, &experiment.outputs(), &waiting)
         .and_then(|replayed| same_bits(&replayed, &stored));

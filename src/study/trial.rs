@@ -1,14 +1,12 @@
 //! One trial: draw a record, run every method on it, measure every pass.
 
 use super::row::{Figure, Row};
-use super::{Cell, Curves, Experiment};
+use super::score::{self, Scorer};
+use super::tally::Trials;
+use super::{Cell, Experiment};
 use crate::data::Realisation;
-use crate::estimator::{
-    Estimator, Failure, FailureKind, Output, Pass, Progress, SetupError, Stage, Window,
-};
-use crate::metric::{StateError, relative_error, relative_error_as_printed};
-use crate::observer::{ObservedModel, Observer};
-use crate::plant::PoleFinder;
+use crate::estimator::{Estimator, Output, Pass, Progress, SetupError, Window};
+use crate::metric::relative_error;
 
 /// Buffers to run trials of one cell: one value per worker.
 pub struct Trial<'e> {
@@ -16,15 +14,18 @@ pub struct Trial<'e> {
     cell: &'e Cell,
     outputs: Vec<Output>,
     realisation: Realisation,
-    methods: Vec<Worker>,
+    methods: Vec<Worker<'e>>,
     scorer: Scorer,
-    rows: Vec<Row>,
+    /// What [`Self::run`] computed last.
+    last: Trials,
 }
 
 /// A method's estimator and its passes.
-struct Worker {
+struct Worker<'e> {
     estimator: Box<dyn Estimator>,
     passes: Vec<Pass>,
+    /// The passes that are reported.
+    reported: &'e [usize],
 }
 
 /// Everything that one trial computed, for a replay.
@@ -33,22 +34,24 @@ pub struct TrialRecord<'a> {
     pub realisation: &'a Realisation,
     /// The passes of every output, in order.
     pub passes: Vec<(&'a Output, &'a Pass)>,
+    /// All passes of every method, reported or not.
+    pub methods: Vec<&'a [Pass]>,
     /// The rows as they are stored.
     pub rows: &'a [Row],
 }
 
 impl<'e> Trial<'e> {
-    /// Buffers for a cell of a valid experiment.
+    /// Buffers for a cell of an experiment.
     ///
     /// # Errors
     /// If a method cannot serve the cell.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, SetupError> {
-        let order = experiment.process.order();
         let mut methods = Vec::new();
         for method in &experiment.methods {
             methods.push(Worker {
-                estimator: method.prepare(experiment.shape(cell))?,
-                passes: vec![Pass::new(order); method.outputs().len()],
+                estimator: method.prepare(cell.shape())?,
+                passes: vec![Pass::new(cell.order); method.passes()],
+                reported: method.reported(),
             });
         }
         Ok(Self {
@@ -58,143 +61,96 @@ impl<'e> Trial<'e> {
             realisation: Realisation::default(),
             methods,
             scorer: Scorer::new(experiment, cell),
-            rows: Vec::new(),
+            last: Trials::default(),
         })
     }
 
-    /// Runs a trial: its rows, one per output. `curves` gathers e_x(k) of the first and last output.
-    pub fn run(&mut self, trial: u64, mut curves: Option<&mut Curves>) -> &[Row] {
-        let (experiment, cell) = (self.experiment, self.cell);
+    /// Runs a trial: its rows, one per output.
+    pub fn run(&mut self, trial: u64) -> &[Row] {
+        let mut last = std::mem::take(&mut self.last);
+        last.rows.clear();
+        last.parameters.clear();
+        self.run_into(trial, &mut last);
+        self.last = last;
+        &self.last.rows
+    }
+
+    /// Runs a trial and appends what is wanted of it.
+    pub fn run_into(&mut self, trial: u64, to: &mut Trials) {
+        let (file, cell) = (&self.experiment.file, self.cell);
         let record = &mut self.realisation;
-        let (process, seed) = (&experiment.process, experiment.seed);
-        process.realise(seed, trial, cell.eta, cell.window, cell.horizon, record);
+        let process = &cell.process;
+        process.realise(
+            file.seed,
+            trial,
+            cell.eta,
+            cell.window,
+            cell.horizon,
+            record,
+        );
+        self.scorer.begin(file.seed, trial, record);
         let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
-        self.rows.clear();
-        for Worker { estimator, passes } in &mut self.methods {
+        let mut output = 0;
+        for Worker {
+            estimator,
+            passes,
+            reported,
+        } in &mut self.methods
+        {
             passes.iter_mut().for_each(Pass::clear);
             match record.failure {
-                Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
                 None => estimator.estimate(window, passes),
+                Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
             }
-            for pass in passes {
-                let output = self.rows.len();
+            for &number in *reported {
+                let pass = &passes[number];
                 let mut row = Row::new(trial, output);
+                if let Some(before) = number.checked_sub(1) {
+                    row[Figure::Change] = change(&passes[before], pass);
+                }
                 self.scorer
                     .score(self.outputs[output].pass, pass, record, &mut row);
-                self.rows.push(row);
-                if let Some(curves) = curves.as_deref_mut() {
+                to.rows.push(row);
+                if file.parameters {
+                    score::append_parameter_errors(pass, record, &mut to.parameters);
+                }
+                if let Some(curves) = &mut to.curves {
                     if output == 0 {
-                        curves.add(false, &self.scorer.curve);
+                        curves.add(false, self.scorer.curve());
                     }
                     if output + 1 == self.outputs.len() {
-                        curves.add(true, &self.scorer.curve);
+                        curves.add(true, self.scorer.curve());
                     }
                 }
+                output += 1;
             }
         }
-        &self.rows
     }
 
     /// What the last [`Self::run`] computed.
     pub fn record(&self) -> TrialRecord<'_> {
-        let passes = self.methods.iter().flat_map(|method| &method.passes);
+        let passes = self
+            .methods
+            .iter()
+            .flat_map(|method| method.reported.iter().map(|number| &method.passes[*number]));
         TrialRecord {
             realisation: &self.realisation,
             passes: self.outputs.iter().zip(passes).collect(),
-            rows: &self.rows,
+            methods: self
+                .methods
+                .iter()
+                .map(|method| &method.passes[..])
+                .collect(),
+            rows: &self.last.rows,
         }
     }
 }
 
-/// Measures passes against the truth.
-struct Scorer {
-    window: usize,
-    observer: Observer,
-    poles: PoleFinder,
-    /// e_x(k), k = 0 ... K-1, of the pass that was measured last; NaN where undefined.
-    curve: Vec<f64>,
-}
-
-impl Scorer {
-    fn new(experiment: &Experiment, cell: &Cell) -> Self {
-        let n = experiment.process.order();
-        Self {
-            window: cell.window,
-            observer: Observer::new(experiment.gain.clone(), n),
-            poles: PoleFinder::new(n),
-            curve: vec![f64::NAN; cell.horizon],
-        }
-    }
-
-    /// Fills the row of a pass, whose number is for its failures.
-    fn score(&mut self, number: usize, pass: &Pass, record: &Realisation, row: &mut Row) {
-        row.failure = pass.failure;
-        let truth = &record.truth;
-        row[Figure::Condition] = pass.condition;
-        self.curve.fill(f64::NAN);
-        if pass.progress >= Progress::Parameters {
-            row.unstable = Some(pass.unstable);
-            row[Figure::SpectralRadius] = self.poles.spectral_radius(&pass.a);
-            for (truth, found, relative, printed) in [
-                (&truth.a, &pass.a, Figure::Ea, Figure::EaPrinted),
-                (&truth.b, &pass.b, Figure::Eb, Figure::EbPrinted),
-                (&truth.h, &pass.h, Figure::Eh, Figure::EhPrinted),
-            ] {
-                row[relative] = relative_error(truth, found);
-                row[printed] = relative_error_as_printed(truth, found);
-            }
-        }
-        if let Some(model) = pass.observed() {
-            row[Figure::Ex0] = relative_error(&truth.x0, &pass.x0);
-            row[Figure::Ex0Printed] = relative_error_as_printed(&truth.x0, &pass.x0);
-            if let Err(kind) = self.observe(model, record, row) {
-                self.curve.fill(f64::NAN);
-                row.failure = Some(Failure {
-                    kind,
-                    stage: Stage::Observer,
-                    pass: number,
-                });
-            }
-        }
-    }
-
-    /// Stage 12: the observer from k = 0 to K, and its errors from k = N on.
-    fn observe(
-        &mut self,
-        model: ObservedModel<'_>,
-        record: &Realisation,
-        row: &mut Row,
-    ) -> Result<(), FailureKind> {
-        let n = model.a.len();
-        let mut errors = StateError::default();
-        let (window, curve, states) = (self.window, &mut self.curve, &record.states);
-        self.observer.run(
-            model,
-            &record.u,
-            &record.y,
-            #[inline(always)]
-            |k, x_hat| {
-                let x = &states[k * n..(k + 1) * n];
-                let square = if k < window {
-                    StateError::default().add(x, x_hat)
-                } else {
-                    errors.add(x, x_hat)
-                };
-                curve[k] = square.sqrt();
-            },
-        )?;
-        let figures = [
-            (Figure::ExMax, errors.maximum()),
-            (Figure::ExRms, errors.rms()),
-            (Figure::ExMaxPrinted, errors.maximum_as_printed()),
-            (Figure::ExRmsPrinted, errors.rms_as_printed()),
-        ];
-        if figures.iter().any(|(_, value)| value.is_infinite()) {
-            return Err(FailureKind::NonFinite);
-        }
-        for (figure, value) in figures {
-            row[figure] = value;
-        }
-        Ok(())
+/// `|| a - a_before || / || a_before ||`; NaN where one of them is not known.
+fn change(before: &Pass, pass: &Pass) -> f64 {
+    if before.progress.min(pass.progress) >= Progress::Parameters {
+        relative_error(&before.a, &pass.a)
+    } else {
+        f64::NAN
     }
 }

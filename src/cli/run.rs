@@ -1,0 +1,174 @@
+//! `asobench run`: a study from an experiment file, in a folder that can be gone on with.
+
+use super::error::{Error, failed};
+use super::{note, print, progress};
+use crate::report::FigureError;
+use crate::study::file::{ExperimentFile, TrialRule};
+use crate::study::{
+    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, RunError, RunOptions,
+    Summary,
+};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Run an experiment file. A run that was stopped or killed goes on with the same command; more --trials
+/// extend it.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    study: StudyArguments,
+    /// Folder of the results [default: results/NAME of NAME.toml]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Threads [default: one per processor]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Trials in a block, the unit of work and of storage [default: half a second of work]
+    #[arg(long, value_name = "B", value_parser = clap::value_parser!(u64).range(1..))]
+    block: Option<u64>,
+    /// Compute damaged block files again
+    #[arg(long)]
+    repair: bool,
+}
+
+/// Which study.
+#[derive(clap::Args)]
+pub(super) struct StudyArguments {
+    /// Experiment file, such as experiments/window.toml
+    file: PathBuf,
+    /// Trials in each cell, in the place of the file's
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=4_000_000_000))]
+    trials: Option<u64>,
+    /// Set a key, such as eta=5 or methods.0.solver=lu; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// The file's quick variant, of a minute or less
+    #[arg(long)]
+    quick: bool,
+}
+
+impl StudyArguments {
+    /// The study, and how many trials it is to have.
+    pub(super) fn experiment(&self) -> Result<(Experiment, TrialRule), Error> {
+        let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
+        let mut file = ExperimentFile::read(&self.file).map_err(|e| input(&e))?;
+        if self.quick {
+            file = file.quick();
+        }
+        for assignment in &self.set {
+            file = file
+                .set(assignment)
+                .map_err(|e| Error::Input(format!("--set {e}")))?;
+        }
+        if let Some(trials) = self.trials {
+            file.trials = TrialRule::Fixed(trials);
+        }
+        let rule = file.trials.clone();
+        let experiment = Experiment::new(file)
+            .map_err(|error| Error::Input(format!("{}: {error}", self.file.display())))?;
+        Ok((experiment, rule))
+    }
+
+    /// The file's name without folder and extension.
+    pub(super) fn name(&self) -> String {
+        let stem = self.file.file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let (experiment, rule) = arguments.study.experiment()?;
+    let name = arguments.study.name();
+    let quick = if arguments.study.quick { "-quick" } else { "" };
+    let default = Path::new("results").join(format!("{name}{quick}"));
+    let path = arguments.out.clone().unwrap_or(default);
+    let options = RunOptions {
+        threads: threads(arguments.threads),
+        block: arguments.block,
+        repair: arguments.repair,
+        ..RunOptions::default()
+    };
+    let timing = experiment.file.timing;
+    let summary = execute(&path, "--out ", &experiment, rule, options, |_| {
+        Ok(Vec::new())
+    })?;
+    if timing {
+        note("measuring times, one thread");
+        super::timing::measure(&experiment, &path)?;
+    }
+    let cells = summary.cells.len();
+    let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
+    let failed: u64 = summary
+        .cells
+        .iter()
+        .flat_map(|cell| &cell.outputs)
+        .map(|output| output.outcomes.failed())
+        .sum();
+    let folder = path.display();
+    print(&format!(
+        "{cells} cells, {trials} trials, {failed} estimates failed (typed in summary.json)\n\
+         results in {folder}\n\
+         a report of them: asobench report {folder}\n",
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The number of threads.
+pub(super) fn threads(asked: Option<u16>) -> usize {
+    asked.map_or_else(
+        || std::thread::available_parallelism().map_or(1, usize::from),
+        usize::from,
+    )
+}
+
+/// Runs a study in a folder, with a bar on a terminal; `figures` are written with the results.
+pub(super) fn execute(
+    path: &Path,
+    flag: &str,
+    experiment: &Experiment,
+    rule: TrialRule,
+    options: RunOptions,
+    figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, FigureError>,
+) -> Result<Summary, Error> {
+    let replaces = options.fresh && path.join("trials.parquet").exists();
+    let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
+    if replaces {
+        note(&format!("replacing the results in {}", path.display()));
+    }
+    let stop = progress::stop_flag()?;
+    let mut display = progress::Display::new(experiment.cells.len());
+    let figures = |summary: &Summary| figures(summary).map_err(|error| error.to_string());
+    let outcome = campaign.run(&stop, |event: Event| display.show(&event), figures);
+    display.clear();
+    outcome.map_err(|error| match error {
+        CampaignError::Run(RunError::Interrupted { done, of }) => {
+            let left = if options.fresh {
+                "nothing was written"
+            } else {
+                "the same command goes on from there"
+            };
+            Error::Interrupted(format!(
+                "interrupted with {done} of {of} trials of this run; {left}"
+            ))
+        }
+        other => refused("", other),
+    })
+}
+
+/// What the user can mend is bad input; the rest failed.
+fn refused(flag: &str, error: CampaignError) -> Error {
+    match error {
+        CampaignError::Folder(FolderError::Io { path, source }) if !flag.is_empty() => {
+            Error::Input(format!(
+                "{flag}{}: cannot write there ({source})",
+                path.display()
+            ))
+        }
+        CampaignError::Folder(FolderError::Io { .. })
+        | CampaignError::Block(BlockError::Io { .. })
+        | CampaignError::Store(_)
+        | CampaignError::Figures(_)
+        | CampaignError::Run(_) => failed(error),
+        _ => Error::Input(format!("{flag}{error}")),
+    }
+}

@@ -1,0 +1,155 @@
+//! `asobench new` and `asobench schema`: a commented experiment file, and what editors need.
+
+use super::error::{Error, failed};
+use super::{note, print};
+use crate::study::file::{Key, Scalar, schema as json_schema};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Write a commented experiment file to begin with: NAME.toml
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// The study's name, or the file's path
+    name: PathBuf,
+}
+
+const HEAD: &str = r#"# An experiment of asobench: `asobench check THIS_FILE`, then `asobench run THIS_FILE`.
+title = "My study"
+question = "What do I want to know?"
+hypothesis = "What do I expect?"
+seed = 1
+trials = 1000
+# Or until a figure is known well enough in every cell:
+# trials = { until = "e_a", output = "iv(4)", relative_mcse = 0.01, minimum = 1000, maximum = 100000 }
+# "trials" keeps every trial in trials.parquet too.
+store = "summaries"
+measures = ["e_a", "e_b", "e_x_max", "e_x_rms"]
+# Pairs of outputs that are compared on the same trials.
+compare = [["iv(4)", "ls"]]
+# Settings whose lists move together:
+# zip = [["eta", "window"]]
+# Cells to leave out:
+# exclude = [{ noise = "white", window = 18 }]
+
+# One value each, or a list, which makes an axis of the grid, or a range such as { logspace = [0.1, 100, 13] }.
+[settings]
+eta = [2, 5, 10]
+window = [98, 218]
+noise = ["ar", "white"]
+# Every setting with its default:
+"#;
+
+const TAIL: &str = r#"
+# Methods, all run on the same records; a list in an option makes one method per value.
+[[methods]]
+estimator = "iv"
+iterations = 4
+# solver = ["partitioned", "lu", "qr", "svd", "dual", "augmented"]
+# stage10 = "corrected"      # E2: or "as-printed", "as-printed-2024"
+# auxiliary = "refresh"      # E4: or "frozen", "literal"
+# drive = "model"            # E12: or "observer"
+# instruments = "u"          # or "r", with feedback
+# stabilise = "none"         # or "reflect"
+# initial_state = "estimate" # or "zero"
+# report = [0, 4]            # only these passes
+
+# [[slopes]]
+# figure = "e_a"
+# over = "window"
+
+# [[bounds]]
+# figure = "e_a"
+# below = 0.033
+
+# [plants.mine]
+# a = [-0.7, 1.5]
+# b = [1.0, 0.5]
+
+# [noises.coloured]
+# numerator = [1.0, 0.5]
+# denominator = [1.0, -0.9]
+
+# [feedbacks.static]
+# numerator = [0.3]
+
+# A run of a minute or less: `asobench run --quick`.
+[quick]
+trials = 50
+"#;
+
+fn content() -> String {
+    let mut text = HEAD.to_owned();
+    for key in Key::ALL {
+        let value = match key.default() {
+            None => "20".to_owned(),
+            Some(Scalar::Number(number)) => number.to_string(),
+            Some(Scalar::Text(text)) => format!("\"{text}\""),
+        };
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "# {:<32} # {}",
+            format!("{key} = {value}"),
+            key.about()
+        );
+    }
+    text + TAIL
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let mut path = arguments.name.clone();
+    if path.extension().is_none() {
+        path.set_extension("toml");
+    }
+    let created = std::fs::File::create_new(&path);
+    let written = created.and_then(|mut file| file.write_all(content().as_bytes()));
+    written.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
+    note(&format!(
+        "wrote {}; next: asobench check {}",
+        path.display(),
+        path.display()
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(super) fn schema() -> Result<ExitCode, Error> {
+    let text = serde_json::to_string_pretty(&json_schema()).map_err(failed)?;
+    print(&format!("{text}\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::study::Experiment;
+    use crate::study::file::ExperimentFile;
+
+    #[test]
+    fn the_template_is_a_valid_experiment() {
+        let experiment =
+            Experiment::new(ExperimentFile::parse(&super::content()).unwrap()).unwrap();
+        assert_eq!(
+            (experiment.cells.len(), experiment.outputs().len()),
+            (12, 5)
+        );
+        // What is commented out is valid too.
+        let uncommented: String = super::content()
+            .lines()
+            .filter(|line| !line.starts_with("# trials") && !line.starts_with("# zip"))
+            .map(|line| {
+                let code = line.strip_prefix("# ").filter(|code| {
+                    code.starts_with('[')
+                        || code.split(" = ").next().is_some_and(|key| {
+                            !key.contains(' ') && !key.is_empty() && code.contains(" = ")
+                        })
+                });
+                let twice = ["eta =", "window =", "noise =", "l ="];
+                let code = code.filter(|code| !twice.iter().any(|key| code.starts_with(key)));
+                code.unwrap_or(line).to_owned() + "\n"
+            })
+            .collect();
+        let file = ExperimentFile::parse(&uncommented);
+        assert!(file.is_ok(), "{file:?}\n{uncommented}");
+    }
+}

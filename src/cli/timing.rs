@@ -1,0 +1,68 @@
+//! Times of the methods, measured properly: apart from the results, which hold no time.
+
+use super::error::{Error, failed};
+use crate::data::Realisation;
+use crate::estimator::{Pass, Window};
+use crate::study::Experiment;
+use serde_json::json;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Records on which each method is timed.
+const RECORDS: u64 = 5;
+/// Repetitions on each record, at least.
+const REPETITIONS: usize = 5;
+/// Time given to each method on each record, unless the repetitions take longer.
+const BUDGET: Duration = Duration::from_millis(8);
+
+/// Times every method in every cell on one thread with the others idle; writes `timing/times.json`.
+pub(super) fn measure(experiment: &Experiment, folder: &Path) -> Result<(), Error> {
+    let mut times = Vec::new();
+    for (index, cell) in experiment.cells.iter().enumerate() {
+        let mut record = Realisation::default();
+        for (method, table) in experiment.methods.iter().zip(&experiment.file.methods) {
+            let mut estimator = method.prepare(cell.shape()).map_err(failed)?;
+            let mut passes = vec![Pass::new(cell.order); method.passes()];
+            let mut seconds = Vec::new();
+            for trial in 0..RECORDS {
+                let seed = experiment.file.seed;
+                cell.process.realise(
+                    seed,
+                    trial,
+                    cell.eta,
+                    cell.window,
+                    cell.horizon,
+                    &mut record,
+                );
+                let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
+                let begin = Instant::now();
+                let mut repetition = 0;
+                while repetition < REPETITIONS || begin.elapsed() < BUDGET {
+                    passes.iter_mut().for_each(Pass::clear);
+                    let start = Instant::now();
+                    estimator.estimate(window, &mut passes);
+                    seconds.push(start.elapsed().as_secs_f64());
+                    repetition += 1;
+                }
+            }
+            seconds.sort_by(f64::total_cmp);
+            let at = |q: f64| seconds[((seconds.len() - 1) as f64 * q) as usize];
+            times.push(json!({
+                "cell": index,
+                "order": cell.order,
+                "window": cell.window,
+                "method": table.output_name(1),
+                "passes": method.passes(),
+                "median_seconds": at(0.5),
+                "q25_seconds": at(0.25),
+                "q75_seconds": at(0.75),
+                "repetitions": seconds.len(),
+            }));
+        }
+    }
+    let path = folder.join("timing");
+    let text = serde_json::to_string_pretty(&json!({ "times": times })).map_err(failed)?;
+    std::fs::create_dir_all(&path)
+        .and_then(|()| std::fs::write(path.join("times.json"), format!("{text}\n")))
+        .map_err(|error| failed(format!("{}: {error}", path.display())))
+}

@@ -1,0 +1,203 @@
+//! C5: does the iteration converge, are four passes enough.
+//!
+//! A cell converges where less than 1 % of its trials fail or are unstable at the last pass (the upper end of the
+//! 95 % interval); four passes are enough where the median of e_a of pass 4 over that of the last pass, on the same trials where
+//! the file compares them, is within 5 % of 1.
+
+use super::{Finding, Number, Ratio, Standing, Studies, condition, count_of, settle};
+use crate::metric::Share;
+use crate::report::results::{Study, median, place};
+use crate::report::table::share;
+use crate::study::{CellSummary, Figure, OutputSummary};
+
+/// The largest share of failed or unstable trials of an iteration that converges.
+const LOST: f64 = 0.01;
+
+/// Trials that fail or leave an unstable model; a failed trial may be unstable too, so at most this.
+fn lost(output: &OutputSummary) -> Share {
+    let outcomes = &output.outcomes;
+    Share::new(
+        (outcomes.failed() + outcomes.unstable).min(outcomes.trials),
+        outcomes.trials,
+    )
+}
+
+/// C5.
+pub(super) fn four_passes(studies: Studies<'_>) -> Finding {
+    let Some(study) = studies.named("convergence") else {
+        return Finding::not_run("convergence");
+    };
+    let passes = study.summary.cells.iter().flat_map(|cell| &cell.outputs);
+    let last = passes
+        .filter(|of| of.estimator == "iv")
+        .map(|of| of.pass)
+        .max()
+        .unwrap_or(0);
+    if last <= 4 {
+        return Finding::undecided(study, "The results have no pass beyond the fourth.");
+    }
+    let label = format!("iv({last})");
+    let cells: Vec<Judged<'_>> = study
+        .summary
+        .cells
+        .iter()
+        .filter_map(|cell| judge(cell, &label))
+        .collect();
+    let (mut good, mut bad) = (Vec::new(), Vec::new());
+    for cell in &cells {
+        match (cell.converges, cell.enough) {
+            (Some(true), Some(true)) => good.push(cell),
+            (Some(false), _) | (_, Some(false)) => bad.push(cell),
+            _ => {}
+        }
+    }
+    let all = cells.len();
+    let verdict = settle(good.len(), bad.len(), all - good.len() - bad.len());
+    let converging = cells
+        .iter()
+        .filter(|cell| cell.converges == Some(true))
+        .count();
+    let enough = cells
+        .iter()
+        .filter(|cell| cell.enough == Some(true))
+        .count();
+    let mut because = format!(
+        "Less than 1 % of the trials fail or end unstable at pass {last} in {} cells, and the median e_a of pass 4 is within 5 % of that of pass {last} in {} cells",
+        count_of(converging, all),
+        count_of(enough, all)
+    );
+    because.push_str(&extremes(study, &cells));
+    let [held, refuted]: [Vec<&CellSummary>; 2] =
+        [&good, &bad].map(|of| of.iter().map(|of| of.cell).collect());
+    because.push_str(&condition(study, &held, &refuted));
+    because.push_str(&rescued(study, last));
+    let numbers = cells
+        .iter()
+        .filter_map(|of| {
+            Some(of.ratio?.number(format!(
+                "e_a, pass 4 over {last}: {}",
+                place(of.cell, &study.varying())
+            )))
+        })
+        .chain(cells.iter().map(|of| {
+            let name = format!(
+                "failed or unstable, pass {last}: {}",
+                place(of.cell, &study.varying())
+            );
+            Number::new(name, of.lost.share, of.lost.mcse)
+        }));
+    Finding::new(study, verdict, because).numbers(numbers.collect())
+}
+
+struct Judged<'a> {
+    cell: &'a CellSummary,
+    lost: Share,
+    ratio: Option<Ratio>,
+    converges: Option<bool>,
+    enough: Option<bool>,
+}
+
+fn judge<'a>(cell: &'a CellSummary, last: &str) -> Option<Judged<'a>> {
+    let lost = lost(cell.output(last)?);
+    let pair = cell
+        .comparisons
+        .iter()
+        .find(|pair| pair.first == "iv(4)" && pair.second == last);
+    let paired = pair.and_then(|pair| Ratio::paired(pair.figures.get(&Figure::Ea)?.median_ratio));
+    let ratio = paired.or_else(|| {
+        Ratio::of(
+            median(cell, "iv(4)", Figure::Ea),
+            median(cell, last, Figure::Ea),
+        )
+    });
+    let standing = ratio.map(Ratio::standing);
+    Some(Judged {
+        cell,
+        lost,
+        ratio,
+        converges: if lost.high < LOST {
+            Some(true)
+        } else {
+            (lost.low > LOST).then_some(false)
+        },
+        enough: match standing {
+            Some(Standing::Same) => Some(true),
+            Some(Standing::Above | Standing::Below) => Some(false),
+            _ => None,
+        },
+    })
+}
+
+/// The worst cell in each respect.
+fn extremes(study: &Study, cells: &[Judged<'_>]) -> String {
+    let keys = study.varying();
+    let mut text = String::new();
+    if let Some(of) = cells
+        .iter()
+        .max_by(|a, b| a.lost.share.total_cmp(&b.lost.share))
+    {
+        text.push_str(&format!(
+            "; most are lost at {}: {}",
+            place(of.cell, &keys),
+            share(of.lost)
+        ));
+    }
+    let far = |of: &Judged<'_>| of.ratio.map_or(0.0, |ratio| ratio.value.ln().abs());
+    if let Some(of) = cells.iter().max_by(|a, b| far(a).total_cmp(&far(b)))
+        && let Some(ratio) = of.ratio
+    {
+        text.push_str(&format!(
+            "; pass 4 is farthest at {}: ratio {}",
+            place(of.cell, &keys),
+            ratio.text()
+        ));
+    }
+    text.push('.');
+    text
+}
+
+/// What reflecting unstable poles saves, and what it costs the others.
+fn rescued(study: &Study, last: usize) -> String {
+    let (mut plain, mut reflected) = ([0, 0], [0, 0]);
+    let mut ratios: Vec<f64> = Vec::new();
+    for cell in &study.summary.cells {
+        let outputs = (
+            cell.output(&format!("iv({last})")),
+            cell.output(&format!("iv-reflect({last})")),
+        );
+        let (Some(one), Some(other)) = outputs else {
+            continue;
+        };
+        for (sums, of) in [(&mut plain, one), (&mut reflected, other)] {
+            let lost = lost(of);
+            sums[0] += lost.count;
+            sums[1] += lost.of;
+        }
+        let pair = cell.comparisons.iter().find(|pair| {
+            pair.first == format!("iv-reflect({last})") && pair.second == format!("iv({last})")
+        });
+        let ratio = pair
+            .and_then(|pair| pair.figures.get(&Figure::Ea))
+            .map(|of| of.median_ratio.value);
+        ratios.extend(ratio.filter(|ratio| ratio.is_finite()));
+    }
+    if plain[1] == 0 {
+        return String::new();
+    }
+    let [before, after] = [plain, reflected].map(|[count, of]| share(Share::new(count, of)));
+    let spread = ratios
+        .iter()
+        .copied()
+        .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), r| {
+            (low.min(r), high.max(r))
+        });
+    let cost = if ratios.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "; where both give an estimate the median ratio of e_a is {:.3} to {:.3} over the cells",
+            spread.0, spread.1
+        )
+    };
+    format!(" Reflecting unstable poles takes the lost trials from {before} to {after}{cost}.")
+}

@@ -1,0 +1,162 @@
+//! What a study shows, in sentences made of its numbers.
+
+use super::layout::x_key;
+use super::{lead_figures, shown};
+use crate::metric::Quantile;
+use crate::report::number::uncertain;
+use crate::report::results::{Study, figure_name, is_error, median, place, words};
+use crate::study::file::Key;
+use crate::study::{CellSummary, Figure};
+
+/// The sentences.
+pub(super) fn in_numbers(study: &Study) -> String {
+    let (Some(figure), Some(output)) = (lead_figures(study).first().copied(), study.main_output())
+    else {
+        return "No output has a figure in any cell.".to_owned();
+    };
+    let mut text = format!("In numbers: {}", extremes(study, figure, &output));
+    text.push_str(&best(study, figure, &output));
+    text.push_str(&paired(study, figure));
+    text.push_str(&lost(study));
+    text
+}
+
+fn text(of: Quantile) -> String {
+    uncertain(of.value, of.mcse)
+}
+
+/// Least and greatest median over the cells.
+fn extremes(study: &Study, figure: Figure, output: &str) -> String {
+    let keys = study.varying();
+    let mut cells: Vec<(&CellSummary, Quantile)> = study
+        .summary
+        .cells
+        .iter()
+        .map(|cell| (cell, median(cell, output, figure)))
+        .collect();
+    cells.retain(|(_, of)| of.value.is_finite());
+    cells.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+    let name = figure_name(figure);
+    let output = shown(output);
+    match cells.as_slice() {
+        [] => format!("{output} has no {name} in any cell."),
+        [(_, of)] => format!("the median {name} of {output} is {}.", text(*of)),
+        [(low, least), .., (high, most)] => format!(
+            "the median {name} of {output} is from {} ({}) to {} ({}).",
+            text(*least),
+            place(low, &keys),
+            text(*most),
+            place(high, &keys)
+        ),
+    }
+}
+
+/// At which value along the main axis the figure is best, over the combinations of the other settings.
+fn best(study: &Study, figure: Figure, output: &str) -> String {
+    let Some(key) = x_key(study).filter(|key| *key != Key::Claim && study.values(*key).len() > 2)
+    else {
+        return String::new();
+    };
+    let others: Vec<Key> = study
+        .varying()
+        .into_iter()
+        .filter(|other| *other != key)
+        .collect();
+    let mut groups: Vec<(String, Vec<&CellSummary>)> = Vec::new();
+    for cell in &study.summary.cells {
+        let name = place(cell, &others);
+        match groups.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, cells)) => cells.push(cell),
+            None => groups.push((name, vec![cell])),
+        }
+    }
+    let mut wins: Vec<(String, usize)> = Vec::new();
+    for (_, cells) in &groups {
+        let defined = cells
+            .iter()
+            .map(|cell| (cell, median(cell, output, figure).value))
+            .filter(|(_, x)| x.is_finite());
+        let compared = |a: f64, b: f64| {
+            if is_error(figure) {
+                a.total_cmp(&b)
+            } else {
+                b.total_cmp(&a)
+            }
+        };
+        if let Some((cell, _)) = defined.min_by(|a, b| compared(a.1, b.1)) {
+            let value = cell.setting(key);
+            match wins.iter_mut().find(|(other, _)| *other == value) {
+                Some((_, count)) => *count += 1,
+                None => wins.push((value, 1)),
+            }
+        }
+    }
+    let total: usize = wins.iter().map(|(_, count)| count).sum();
+    let most = wins.into_iter().max_by_key(|(_, count)| *count);
+    most.map_or_else(String::new, |(value, count)| {
+        let of = if total == 1 {
+            String::new()
+        } else {
+            format!(" in {count} of {total} combinations of the other settings")
+        };
+        format!(" It is best at {}{of}.", words(key, &value))
+    })
+}
+
+/// What the comparisons on the same trials say.
+fn paired(study: &Study, figure: Figure) -> String {
+    let mut text = String::new();
+    for [first, second] in study.file.compare.iter().take(3) {
+        let pairs = study
+            .summary
+            .cells
+            .iter()
+            .flat_map(|cell| &cell.comparisons);
+        let of = pairs.filter(|pair| pair.first == *first && pair.second == *second);
+        let ratios: Vec<Quantile> = of
+            .filter_map(|pair| Some(pair.figures.get(&figure)?.median_ratio))
+            .filter(|of| of.value.is_finite())
+            .collect();
+        let (better, worse) = ratios.iter().fold((0, 0), |(better, worse), ratio| {
+            let (low, high) = ratio.interval();
+            (
+                better + usize::from(high < 1.0),
+                worse + usize::from(low > 1.0),
+            )
+        });
+        if !ratios.is_empty() {
+            text.push_str(&format!(
+                " On the same trials the {} of {} is smaller than that of {} in {better} of {} cells and larger in {worse}, by the 95 % interval of the median ratio.",
+                figure_name(figure),
+                shown(first),
+                shown(second),
+                ratios.len()
+            ));
+        }
+    }
+    text
+}
+
+/// The cell where most trials are lost.
+fn lost(study: &Study) -> String {
+    let keys = study.varying();
+    let outputs = study
+        .summary
+        .cells
+        .iter()
+        .flat_map(|cell| cell.outputs.iter().map(move |of| (cell, of)));
+    let most = outputs.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share));
+    match most.filter(|(_, of)| of.failed.count > 0) {
+        Some((cell, of)) => format!(
+            " Most failures: {} in {}{}.",
+            shown(&of.label()),
+            crate::report::table::share(of.failed),
+            if keys.is_empty() {
+                String::new()
+            } else {
+                format!(" ({})", place(cell, &keys))
+            }
+        ),
+        None => String::new(),
+    }
+}

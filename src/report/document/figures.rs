@@ -1,0 +1,216 @@
+//! Figures of any study, chosen by what it holds.
+
+use super::layout::{Layout, panel_title, sheet, x_key};
+use super::{lead_figures, lead_outputs, shown};
+use crate::metric::Statistics;
+use crate::report::plot::{Axis, Course, Plot, Point, Series, Style};
+use crate::report::results::{Study, figure_name, is_error, statistics};
+use crate::study::file::Key;
+use crate::study::{CellSummary, Figure};
+
+/// A figure with the name of its file.
+#[derive(Clone, Debug)]
+pub(super) struct Drawn {
+    /// The file's name without folder and extension.
+    pub name: String,
+    /// The document.
+    pub svg: String,
+    /// What stands under it.
+    pub caption: String,
+}
+
+/// Most figures of a study.
+const FIGURES: usize = 6;
+
+/// The figures of a study, the most telling ones where there are too many.
+pub(super) fn figures(study: &Study) -> Vec<Drawn> {
+    let lead = lead_figures(study);
+    let first = lead.first().copied();
+    let all = [
+        first.and_then(|figure| medians(study, figure)),
+        super::traces::passes(study),
+        super::traces::lost(study),
+        super::traces::times(study),
+        super::traces::shares(study),
+        first.and_then(|figure| ratios(study, figure)),
+        super::traces::coefficients(study),
+        super::traces::curves(study),
+    ];
+    let rest = lead
+        .iter()
+        .skip(1)
+        .filter_map(|figure| medians(study, *figure));
+    let mut drawn: Vec<Drawn> = all.into_iter().flatten().chain(rest).collect();
+    drawn.truncate(FIGURES);
+    drawn
+}
+
+/// What quantiles are and how exact.
+pub(super) fn quantile_note(study: &Study) -> String {
+    let percent = 100.0 * study.summary.quantile_relative_error;
+    format!(
+        "Quantiles are of the trials that have the figure, from bins of relative error below {percent:.2} %."
+    )
+}
+
+/// The y axis of a figure.
+pub(super) fn y_axis(figure: Figure) -> Axis {
+    let name = figure_name(figure);
+    match figure {
+        Figure::FreshFit => Axis::linear(format!("{name} on fresh data, %")).range(-20.0, 100.0),
+        Figure::SpectralRadius => Axis::linear(name),
+        Figure::Condition => Axis::log("condition number"),
+        _ if is_error(figure) => Axis::log(format!("{name}, relative")),
+        _ => Axis::log(name),
+    }
+}
+
+fn quantiles(at: f64, of: &Statistics) -> Point {
+    let values = [of.q05, of.q25, of.q50, of.q75, of.q95].map(|q| q.value);
+    Point::quantiles(at, values)
+}
+
+/// Medians of a figure over the axis, with the spread of the trials where few outputs leave room for it.
+pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
+    let layout = Layout::new(study, x_key(study), &[]);
+    let outputs = lead_outputs(study);
+    let names = layout.has_names(study);
+    let style = match (names, outputs.len()) {
+        (true, ..=4) => Style::Boxes,
+        (false, ..=3) if figure != Figure::FreshFit => Style::Band,
+        _ => Style::ErrorBars,
+    };
+    let point = |cell: &CellSummary, of: &Statistics| {
+        let at = layout.at(study, cell);
+        if style == Style::ErrorBars {
+            Point::uncertain(at, of.q50.value, of.q50.mcse)
+        } else {
+            quantiles(at, of)
+        }
+    };
+    let draw = |panel: &super::layout::Choice| {
+        let mut cells = layout.cells(study, panel);
+        cells.sort_by(|a, b| layout.at(study, a).total_cmp(&layout.at(study, b)));
+        let mut plot = Plot::new(
+            panel_title(panel, &cells),
+            layout.axis(study),
+            y_axis(figure),
+        );
+        for (slot, label) in &outputs {
+            let points = cells
+                .iter()
+                .filter_map(|cell| Some(point(cell, statistics(cell, label, figure)?)));
+            let points: Vec<Point> = points.filter(|point| point.y.is_finite()).collect();
+            plot = plot.series(Series::new(shown(label), style, points).slot(*slot));
+        }
+        references(study, &layout, figure, &cells, plot)
+    };
+    let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
+    let name = figure_name(figure);
+    let what = match style {
+        Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
+        Style::Boxes => {
+            "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the median."
+        }
+        _ => "Medians with their 95 % intervals.",
+    };
+    let title = format!("{}: {name}", study.title());
+    let svg = sheet(&title, &format!("{name} by output. {what}"), plots)?;
+    let caption = format!("{what}{} {}", layout.held_text(), quantile_note(study));
+    Some(Drawn {
+        name: figure.name().to_owned(),
+        svg,
+        caption,
+    })
+}
+
+/// Bounds of the figure, and the slope -1/2 where slopes over this axis were asked for.
+fn references(
+    study: &Study,
+    layout: &Layout,
+    figure: Figure,
+    cells: &[&CellSummary],
+    mut plot: Plot,
+) -> Plot {
+    if layout.x != Some(Key::Claim) {
+        let bounds = cells
+            .iter()
+            .flat_map(|cell| &cell.bounds)
+            .filter(|bound| bound.bound.figure == figure);
+        let mut limits: Vec<f64> = bounds.filter_map(|bound| bound.bound.below).collect();
+        limits.sort_by(f64::total_cmp);
+        limits.dedup();
+        for limit in limits.into_iter().take(3) {
+            plot = plot.reference(format!("bound, {limit}"), Course::Horizontal(limit));
+        }
+    }
+    let sloped = study
+        .file
+        .slopes
+        .iter()
+        .any(|slope| Some(slope.over) == layout.x && slope.figure == figure);
+    let output = lead_outputs(study).pop();
+    if let (true, Some((_, label))) = (sloped, output) {
+        let mut points = cells.iter().map(|cell| {
+            let median = statistics(cell, &label, figure).map_or(f64::NAN, |of| of.q50.value);
+            (layout.at(study, cell), median)
+        });
+        let through = points.rfind(|(_, y)| y.is_finite());
+        if let Some(through) = through {
+            plot = plot.reference(
+                "slope -1/2",
+                Course::Sloped {
+                    slope: -0.5,
+                    through,
+                },
+            );
+        }
+    }
+    plot
+}
+
+/// Ratios on the same trials, of the pairs that the file compares.
+fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
+    let pairs: Vec<(String, String)> = study
+        .file
+        .compare
+        .iter()
+        .take(6)
+        .map(|[a, b]| (a.clone(), b.clone()))
+        .collect();
+    let layout = Layout::new(study, x_key(study), &[]);
+    let name = figure_name(figure);
+    let draw = |panel: &super::layout::Choice| {
+        let mut cells = layout.cells(study, panel);
+        cells.sort_by(|a, b| layout.at(study, a).total_cmp(&layout.at(study, b)));
+        let axis = Axis::log(format!("median ratio of {name}"));
+        let mut plot = Plot::new(panel_title(panel, &cells), layout.axis(study), axis);
+        for (first, second) in &pairs {
+            let point = |cell: &&CellSummary| {
+                let of = cell
+                    .comparisons
+                    .iter()
+                    .find(|of| of.first == *first && of.second == *second)?;
+                let ratio = of.figures.get(&figure)?.median_ratio;
+                let point = Point::uncertain(layout.at(study, cell), ratio.value, ratio.mcse);
+                (ratio.value > 0.0).then_some(point)
+            };
+            let points: Vec<Point> = cells.iter().filter_map(point).collect();
+            let label = format!("{} over {}", shown(first), shown(second));
+            plot = plot.series(Series::new(label, Style::ErrorBars, points));
+        }
+        plot.reference("equal", Course::Horizontal(1.0))
+    };
+    let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
+    let title = format!("{}: {name} on the same trials", study.title());
+    let what = "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals; below 1 the first is better.";
+    let svg = sheet(&title, what, plots)?;
+    Some(Drawn {
+        name: format!("ratio-{}", figure.name()),
+        svg,
+        caption: format!(
+            "{what} Trials where either fails are left out.{}",
+            layout.held_text()
+        ),
+    })
+}

@@ -1,0 +1,251 @@
+//! Which setting is an axis, which make panels, which are held.
+
+use crate::report::plot::{Axis, Course, Plot, Scale, Sharing, small_multiples};
+use crate::report::results::{Study, axis_label, place, words};
+use crate::study::CellSummary;
+use crate::study::file::Key;
+
+/// Settings of a panel, or held settings.
+pub(super) type Choice = Vec<(Key, String)>;
+
+/// How the cells of a study are spread over a figure.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    /// The setting along x; `None` where nothing varies or x is something else.
+    pub x: Option<Key>,
+    /// The panels: settings that vary between them.
+    pub panels: Vec<Choice>,
+    /// Settings that vary in the study but are held in the figure.
+    pub held: Choice,
+}
+
+/// Most panels of a figure.
+const PANELS: usize = 6;
+
+/// The setting along x: the one with the most values, of several the one that people look at first.
+pub(super) fn x_key(study: &Study) -> Option<Key> {
+    let varying = study.varying();
+    let count = |key: &Key| study.values(*key).len();
+    let most = varying.iter().map(count).max()?;
+    let candidates: Vec<Key> = varying
+        .into_iter()
+        .filter(|key| count(key) == most)
+        .collect();
+    let first = [Key::Window, Key::Eta, Key::Claim]
+        .into_iter()
+        .find(|key| candidates.contains(key));
+    first.or_else(|| candidates.first().copied())
+}
+
+/// Readings of the errata and the like are held first, colours of noise last.
+fn weight(key: Key) -> usize {
+    match key {
+        Key::Noise => 0,
+        Key::Claim => 1,
+        Key::ObserverStart => 2,
+        Key::Window | Key::PoleRadius => 3,
+        Key::Eta => 4,
+        Key::Feedback | Key::X0 | Key::PlantOrder => 5,
+        _ => 6,
+    }
+}
+
+impl Layout {
+    /// The layout with a given x; `used` are settings that something else shows, such as colours.
+    pub(super) fn new(study: &Study, x: Option<Key>, used: &[Key]) -> Self {
+        Self::by(study, x, used, weight)
+    }
+
+    /// The layout with an order of its own in which settings get panels.
+    pub(super) fn by(
+        study: &Study,
+        x: Option<Key>,
+        used: &[Key],
+        weight: impl Fn(Key) -> usize,
+    ) -> Self {
+        let mut keys: Vec<Key> = study.varying();
+        keys.retain(|key| Some(*key) != x && !used.contains(key));
+        keys.sort_by_key(|key| weight(*key));
+        let mut panels: Vec<Choice> = vec![Vec::new()];
+        let mut held = Vec::new();
+        for key in keys {
+            let values = study.values(key);
+            if panels.len() * values.len() > PANELS {
+                held.push((key, held_value(key, &values)));
+                continue;
+            }
+            let with = |panel: &Choice| -> Vec<Choice> {
+                let one = |value: &String| [panel.clone(), vec![(key, value.clone())]].concat();
+                values.iter().map(one).collect()
+            };
+            panels = panels.iter().flat_map(with).collect();
+        }
+        Self { x, panels, held }
+    }
+
+    /// The cells of a panel.
+    pub(super) fn cells<'a>(&self, study: &'a Study, panel: &Choice) -> Vec<&'a CellSummary> {
+        let all = panel.iter().chain(&self.held);
+        let wanted: Vec<(Key, &str)> = all.map(|(key, value)| (*key, value.as_str())).collect();
+        study.cells(&wanted)
+    }
+
+    /// What is held, as the end of a caption.
+    pub(super) fn held_text(&self) -> String {
+        if self.held.is_empty() {
+            return String::new();
+        }
+        let texts: Vec<String> = self
+            .held
+            .iter()
+            .map(|(key, value)| words(*key, value))
+            .collect();
+        format!(" Held: {}; the table has the rest.", texts.join(", "))
+    }
+
+    /// The x axis.
+    pub(super) fn axis(&self, study: &Study) -> Axis {
+        let Some(key) = self.x else {
+            return Axis::categories("", &["all trials"]);
+        };
+        let label = axis_label(key);
+        match scale(study, key) {
+            Scale::Linear => Axis::linear(label),
+            Scale::Log => Axis::log(label),
+            Scale::Categories(names) => Axis::categories(label, &names),
+        }
+    }
+
+    /// Whether x has names for values.
+    pub(super) fn has_names(&self, study: &Study) -> bool {
+        self.x
+            .is_none_or(|key| matches!(scale(study, key), Scale::Categories(_)))
+    }
+
+    /// The place of a cell on the x axis.
+    pub(super) fn at(&self, study: &Study, cell: &CellSummary) -> f64 {
+        let Some(key) = self.x else {
+            return 0.0;
+        };
+        let value = cell.setting(key);
+        if self.has_names(study) {
+            let index = study.values(key).iter().position(|other| *other == value);
+            return index.map_or(f64::NAN, |index| index as f64);
+        }
+        value.parse().unwrap_or(f64::NAN)
+    }
+}
+
+/// The largest value that a logarithmic axis of errors shows; what is beyond is noted under the plot.
+const LARGEST: f64 = 1e4;
+
+/// Cuts logarithmic axes of y that some estimate out of all bounds would stretch.
+pub(super) fn cut(plots: &mut [Plot]) {
+    let logarithmic = plots
+        .iter()
+        .all(|plot| plot.y.scale == Scale::Log && plot.y.range.is_none());
+    let points = || {
+        plots
+            .iter()
+            .flat_map(|plot| &plot.series)
+            .flat_map(|series| &series.points)
+    };
+    let ys = || {
+        points()
+            .flat_map(|point| [point.y, point.low])
+            .filter(|y| y.is_finite() && *y > 0.0)
+    };
+    let references = || {
+        plots
+            .iter()
+            .flat_map(|plot| &plot.references)
+            .filter_map(|reference| match reference.course {
+                Course::Horizontal(y) => Some(y),
+                _ => None,
+            })
+    };
+    let least = ys().chain(references()).fold(f64::INFINITY, f64::min);
+    let most = points()
+        .flat_map(|point| [point.y, point.high])
+        .filter(|y| y.is_finite())
+        .fold(0.0, f64::max);
+    if logarithmic && most > LARGEST && least < LARGEST {
+        // An interval that reaches below a millionth of the other values' least is cut too.
+        let medians = points()
+            .map(|point| point.y)
+            .filter(|y| *y > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let low = least.max(1e-2 * medians);
+        for plot in plots {
+            plot.y.range = Some((0.8 * low, LARGEST));
+        }
+    }
+}
+
+/// The default of a setting where the study has it, else the last of its values.
+fn held_value(key: Key, values: &[String]) -> String {
+    let default = key.default().map(|value| value.to_string());
+    let default = default.filter(|default| values.contains(default));
+    default
+        .or_else(|| values.last().cloned())
+        .unwrap_or_default()
+}
+
+/// Logarithmic for positive numbers over a decade or so; names where a linear axis would hide the small ones.
+fn scale(study: &Study, key: Key) -> Scale {
+    let values = study.values(key);
+    let numbers: Option<Vec<f64>> = values.iter().map(|value| value.parse().ok()).collect();
+    let Some(numbers) = numbers else {
+        return Scale::Categories(values);
+    };
+    let least = numbers
+        .iter()
+        .copied()
+        .filter(|x| *x > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let most = numbers.iter().copied().fold(0.0, f64::max);
+    let positive = numbers.iter().all(|x| *x > 0.0);
+    match (most / least > 8.0, positive) {
+        (true, true) => Scale::Log,
+        (true, false) if most / least > 25.0 => Scale::Categories(values),
+        _ if numbers.len() < 3 => Scale::Categories(values),
+        _ => Scale::Linear,
+    }
+}
+
+/// The title of a panel.
+pub(super) fn panel_title(panel: &Choice, cells: &[&CellSummary]) -> String {
+    let keys: Vec<Key> = panel.iter().map(|(key, _)| *key).collect();
+    cells
+        .first()
+        .map_or_else(String::new, |cell| place(cell, &keys))
+}
+
+/// One plot, or several with a common legend.
+pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>) -> Option<String> {
+    cut(&mut plots);
+    plots.retain(|plot| plot.series.iter().any(|series| !series.points.is_empty()));
+    match plots.as_mut_slice() {
+        [] => None,
+        [plot] => {
+            title.clone_into(&mut plot.title);
+            description.clone_into(&mut plot.description);
+            Some(plot.svg())
+        }
+        _ => {
+            let columns = if matches!(plots.len(), 3 | 5 | 6) {
+                3
+            } else {
+                2
+            };
+            let sharing = Sharing { x: true, y: true };
+            Some(small_multiples(
+                title,
+                description,
+                &plots,
+                columns,
+                sharing,
+            ))
+        }
+    }
+}

@@ -1,0 +1,447 @@
+//! The report as a page with figures and tables beside it.
+
+mod answer;
+mod figures;
+mod layout;
+mod tables;
+mod traces;
+
+use super::claims::{Claim, claims};
+use super::html::{CellText, Column, Page, Section, Table, Verdict};
+use super::results::{Study, shown, shown_name};
+use crate::study::Figure;
+use crate::study::file::Key;
+use figures::Drawn;
+use std::fmt::Write;
+
+/// The files of a report: name relative to its folder, content.
+pub type Files = Vec<(String, String)>;
+
+/// Most outputs that a figure shows.
+const OUTPUTS: usize = 8;
+
+/// The outputs that figures and the page's tables show, with their place in the palette: all if they are few, else
+/// the fourth pass (the last where there is no fourth) of every estimator.
+fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
+    let Some(cell) = study.summary.cells.first() else {
+        return Vec::new();
+    };
+    let outputs = &cell.outputs;
+    let few = outputs.len() <= 3;
+    let last = |name: &str| {
+        let passes: Vec<usize> = outputs
+            .iter()
+            .filter(|of| of.estimator == name)
+            .map(|of| of.pass)
+            .collect();
+        if passes.contains(&4) {
+            Some(4)
+        } else {
+            passes.into_iter().max()
+        }
+    };
+    let kept = outputs
+        .iter()
+        .filter(|of| few || Some(of.pass) == last(&of.estimator));
+    let kept = kept.take(OUTPUTS).map(crate::study::OutputSummary::label);
+    kept.enumerate().collect()
+}
+
+/// The figures of merit that the study is about, at most three: those that most cells have, errors of a first.
+fn lead_figures(study: &Study) -> Vec<Figure> {
+    const ORDER: [Figure; 8] = [
+        Figure::Ea,
+        Figure::Eb,
+        Figure::ExMax,
+        Figure::ImpulseResponse,
+        Figure::FreshFit,
+        Figure::Eh,
+        Figure::ExRms,
+        Figure::Ex0,
+    ];
+    let outputs = lead_outputs(study);
+    let defined = |figure: Figure| {
+        let cells = study.summary.cells.iter();
+        let of = cells.flat_map(|cell| {
+            outputs
+                .iter()
+                .map(move |(_, label)| super::results::median(cell, label, figure))
+        });
+        of.filter(|median| median.value.is_finite()).count()
+    };
+    let mut found: Vec<(usize, Figure)> = Vec::new();
+    let others = study
+        .file
+        .measures
+        .iter()
+        .copied()
+        .filter(|figure| !ORDER.contains(figure));
+    for figure in ORDER
+        .into_iter()
+        .filter(|figure| study.file.measures.contains(figure))
+        .chain(others)
+    {
+        let count = defined(figure);
+        if count > 0 {
+            found.push((count, figure));
+        }
+    }
+    let most = found.iter().map(|(count, _)| *count).max().unwrap_or(0);
+    // A figure that half of the cells lack stands behind the others.
+    found.sort_by_key(|(count, _)| 2 * count < most);
+    found
+        .into_iter()
+        .map(|(_, figure)| figure)
+        .take(3)
+        .collect()
+}
+
+/// The order of known studies on the page: as their claims are; others follow in the order given.
+const ORDER: [&str; 13] = [
+    "nikolov2023",
+    "c2-c3",
+    "noise-level",
+    "window",
+    "noise-colour",
+    "convergence",
+    "solvers",
+    "closed-loop",
+    "initial-state",
+    "observer-poles",
+    "errata",
+    "order",
+    "input-noise",
+];
+
+/// Makes a report of studies whose names differ.
+pub fn report(studies: &[Study]) -> Files {
+    let claims = claims(studies);
+    let mut files = Files::new();
+    let mut page =
+        Page::new("asobench report: what is claimed, and what a typical realisation shows");
+    page.introduction(|section| introduction(section, studies));
+    page.section("verdicts", "Verdicts", |section| {
+        verdicts(section, &claims, studies, &mut files);
+    });
+    let mut order: Vec<&Study> = studies.iter().collect();
+    order.sort_by_key(|study| {
+        ORDER
+            .iter()
+            .position(|name| *name == study.name)
+            .unwrap_or(ORDER.len())
+    });
+    for study in order {
+        page.section(&study.name, study.title(), |section| {
+            experiment(section, study, &claims, &mut files);
+        });
+    }
+    files.push(("claims.md".to_owned(), markdown(&claims)));
+    files.push(("report.html".to_owned(), page.html()));
+    files
+}
+
+fn introduction(section: &mut Section, studies: &[Study]) {
+    section.paragraph(
+        "Every number is made of simulated trials and has its Monte-Carlo standard error: 0.0879(5) is 0.0879 with standard error 0.0005. A claim holds or does not only where a 95 % interval excludes the alternative.",
+    );
+    let trials: u64 = studies.iter().map(Study::trials).sum();
+    let mut pairs = vec![
+        ("program", format!("asobench {}", env!("CARGO_PKG_VERSION"))),
+        ("experiments", studies.len().to_string()),
+        ("trials", grouped(trials)),
+    ];
+    let mut revisions: Vec<&str> = studies
+        .iter()
+        .filter_map(|study| study.revision.as_deref())
+        .collect();
+    revisions.sort_unstable();
+    revisions.dedup();
+    if !revisions.is_empty() {
+        let short: Vec<&str> = revisions
+            .iter()
+            .map(|revision| revision.get(..10).unwrap_or(revision))
+            .collect();
+        pairs.push(("source of the results", short.join(", ")));
+    }
+    section.settings(&pairs);
+}
+
+/// "12,000".
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut Files) {
+    // The verdict stands early: on a narrow screen the end of a row is out of sight.
+    let columns = ["claim", "verdict", "what it says", "experiment"]
+        .map(Column::text)
+        .to_vec();
+    let row = |claim: &Claim| {
+        let of = studies.iter().find(|study| study.name == claim.experiment);
+        let experiment = of.map_or_else(
+            || CellText::text("not run"),
+            |study| CellText::text(study.title()).link(format!("#{}", study.name)),
+        );
+        [
+            CellText::text(claim.id),
+            CellText::verdict(claim.verdict),
+            CellText::text(claim.text),
+            experiment,
+        ]
+    };
+    for (letter, caption, heading) in [
+        (
+            'C',
+            "The claims of Nikolov et al. with what the results say.",
+            "Why",
+        ),
+        (
+            'E',
+            "Readings of the errata: does the reading make no difference?",
+            "Why, reading by reading",
+        ),
+    ] {
+        let claims: Vec<&Claim> = all
+            .iter()
+            .filter(|claim| claim.id.starts_with(letter))
+            .collect();
+        let mut table = Table::new(caption, columns.clone());
+        for claim in &claims {
+            table.row(row(claim));
+        }
+        section.table(&table);
+        section.details(heading, |section| {
+            let why = |claim: &Claim| {
+                format!("{}, {}: {}", claim.id, claim.verdict.name(), claim.because)
+            };
+            let why: Vec<String> = claims.into_iter().map(why).collect();
+            section.list(&why);
+        });
+    }
+    let mut numbers = Table::new(
+        "",
+        vec![
+            Column::text("claim"),
+            Column::text("number"),
+            Column::number("value", ""),
+            Column::number("MCSE", ""),
+        ],
+    );
+    for claim in all {
+        for number in &claim.numbers {
+            let value = |x: f64| CellText::number("", x);
+            numbers.row([
+                CellText::text(claim.id),
+                CellText::text(number.name.clone()),
+                value(number.value),
+                value(number.mcse),
+            ]);
+        }
+    }
+    files.push(("tables/claims.csv".to_owned(), numbers.csv()));
+    section.files(&[
+        ("claims.md", "claims.md"),
+        (
+            "claims.csv: every number behind a verdict",
+            "tables/claims.csv",
+        ),
+    ]);
+}
+
+/// The section of one study.
+fn experiment(section: &mut Section, study: &Study, claims: &[Claim], files: &mut Files) {
+    let summary = &study.summary;
+    if !summary.question.is_empty() {
+        section.question(&summary.question);
+    }
+    if !summary.hypothesis.is_empty() {
+        section.paragraph(&format!("Hypothesis: {}", summary.hypothesis));
+    }
+    let own: Vec<&Claim> = claims
+        .iter()
+        .filter(|claim| claim.experiment == study.name)
+        .collect();
+    for claim in claims {
+        for (_, sentence) in claim.parts.iter().filter(|(name, _)| *name == study.name) {
+            section.answer(claim.verdict, &format!("{}: {sentence}", claim.id));
+        }
+    }
+    let named = own.iter().filter(|claim| claim.id.starts_with('C'));
+    for claim in named {
+        section.answer(claim.verdict, &format!("{}: {}", claim.id, claim.because));
+    }
+    for claim in own.iter().filter(|claim| claim.id.starts_with('E')) {
+        section.answer(
+            claim.verdict,
+            &format!("{}: {} {}", claim.id, claim.text, claim.because),
+        );
+    }
+    section.paragraph(&answer::in_numbers(study));
+    let drawn = figures::figures(study);
+    let mut links = Vec::new();
+    for Drawn { name, svg, caption } in drawn {
+        section.figure(&svg, &caption);
+        let path = format!("figures/{}-{name}.svg", study.name);
+        links.push((format!("{name}.svg"), path.clone()));
+        files.push((path, svg));
+    }
+    numbers(section, study, files, &mut links);
+    section.files(&links);
+    settings(section, study);
+    section.heading("To run it again");
+    let name = &study.name;
+    section.code(&format!(
+        "{}\nasobench report results/{name}",
+        study.command()
+    ));
+}
+
+/// More rows than this are seen after a click only, and more than the second in the CSV file only.
+const ROWS: usize = 24;
+const MOST_ROWS: usize = 250;
+
+fn numbers(
+    section: &mut Section,
+    study: &Study,
+    files: &mut Files,
+    links: &mut Vec<(String, String)>,
+) {
+    let mut file = |name: &str, table: &Table| {
+        let path = format!("tables/{}-{name}.csv", study.name);
+        files.push((path.clone(), table.csv()));
+        links.push((format!("{name}.csv"), path));
+    };
+    file("results", &tables::everything(study));
+    let shown = [
+        (
+            "overview",
+            "Medians, RMSE, failures",
+            Some(tables::overview(study)),
+        ),
+        ("slopes", "Slopes", tables::slopes(study)),
+        ("bounds", "Bounds", tables::bounds(study)),
+        (
+            "comparisons",
+            "Comparisons on the same trials",
+            tables::comparisons(study),
+        ),
+        ("times", "Times", tables::times(study)),
+        ("failures", "Failures by kind", tables::failures(study)),
+    ];
+    for (name, title, table) in shown {
+        let Some(table) = table else {
+            if name == "failures" {
+                section.paragraph("No trial failed.");
+            }
+            continue;
+        };
+        file(name, &table);
+        if table.rows.len() <= ROWS {
+            section.heading(title);
+            section.table(&table);
+        } else if table.rows.len() <= MOST_ROWS {
+            section.details(&format!("{title}: {} rows", table.rows.len()), |section| {
+                section.table(&table);
+            });
+        } else {
+            section.paragraph(&format!(
+                "{title}: {} rows, in the file {name}.csv below.",
+                table.rows.len()
+            ));
+        }
+    }
+}
+
+fn settings(section: &mut Section, study: &Study) {
+    let varying = study.varying();
+    section.details("Settings and methods", |section| {
+        let mut pairs: Vec<(String, String)> = Vec::new();
+        for key in Key::ALL.iter().filter(|key| **key != Key::L) {
+            let values = study.values(*key);
+            let text = values.join(" \u{b7} ");
+            if !text.is_empty() && (varying.contains(key) || values.len() == 1) {
+                pairs.push((key.name().replace('_', " "), text));
+            }
+        }
+        let trials: Vec<u64> = study.summary.cells.iter().map(|cell| cell.trials).collect();
+        let [least, most] =
+            [trials.iter().min(), trials.iter().max()].map(|x| grouped(x.copied().unwrap_or(0)));
+        let trials = if least == most {
+            least
+        } else {
+            format!("{least} to {most}")
+        };
+        pairs.extend([
+            ("cells".to_owned(), study.summary.cells.len().to_string()),
+            ("trials in a cell".to_owned(), trials),
+            ("seed".to_owned(), study.summary.seed.to_string()),
+            ("version".to_owned(), study.version.clone()),
+        ]);
+        section.settings(&pairs);
+        let methods: Vec<String> = study.file.methods.iter().map(method).collect();
+        section.list(&methods);
+    });
+}
+
+/// A method with its options.
+fn method(table: &crate::study::file::MethodTable) -> String {
+    let mut text = format!("`{}`", table.output_name(1));
+    if let Ok(serde_json::Value::Object(options)) = serde_json::to_value(table) {
+        let shown = options
+            .iter()
+            .filter(|(key, _)| *key != "name" && *key != "report");
+        let words = shown.map(|(key, value)| {
+            let value = value
+                .as_str()
+                .map_or_else(|| value.to_string(), str::to_owned);
+            format!("{} {value}", key.replace('_', " "))
+        });
+        let words: Vec<String> = words.collect();
+        text.push_str(&format!(": {}", words.join(", ")));
+    }
+    text
+}
+
+/// The verdict table and the sentence behind each, for documents.
+fn markdown(claims: &[Claim]) -> String {
+    let columns = ["claim", "what it says", "verdict", "experiment"]
+        .map(Column::text)
+        .to_vec();
+    let mut table = Table::new("", columns);
+    for claim in claims {
+        let experiment = if claim.experiment.is_empty() {
+            "not run"
+        } else {
+            &claim.experiment
+        };
+        table.row([
+            CellText::text(claim.id),
+            CellText::text(claim.text),
+            CellText::verdict(claim.verdict),
+            CellText::text(experiment),
+        ]);
+    }
+    let mut text = format!("# Verdicts\n\n{}\n", table.markdown());
+    for claim in claims {
+        let verdict: Verdict = claim.verdict;
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "**{}: {}.** {}\n",
+            claim.id,
+            verdict.name(),
+            claim.because
+        );
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    text
+}

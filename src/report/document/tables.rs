@@ -1,0 +1,403 @@
+//! Tables of any study.
+
+use super::{lead_figures, lead_outputs, shown};
+use crate::metric::{Estimate, Quantile, Share, Statistics};
+use crate::report::html::{CellText, Column, Table};
+use crate::report::number::uncertain;
+use crate::report::results::{Study, figure_name};
+use crate::study::file::Key;
+use crate::study::{CellSummary, OutputSummary};
+
+/// The columns of the settings that vary.
+fn columns(study: &Study, keys: &[Key]) -> Vec<Column> {
+    let column = |key: &Key| {
+        let (title, unit) = match key {
+            Key::Window => ("N", "samples"),
+            Key::Eta => ("eta", "%"),
+            Key::InputNoise => ("input noise", "%"),
+            _ => (key.name(), ""),
+        };
+        let title = title.replace('_', " ");
+        if study.is_numeric(*key) {
+            Column::number(title, unit)
+        } else {
+            Column::text(title)
+        }
+    };
+    keys.iter().map(column).collect()
+}
+
+/// The settings of a cell that vary.
+fn settings(cell: &CellSummary, keys: &[Key]) -> Vec<CellText> {
+    let text = |key: &Key| {
+        let value = cell.setting(*key);
+        match value.parse::<f64>() {
+            Ok(number) => CellText::number(value, number),
+            Err(_) => CellText::text(value),
+        }
+    };
+    keys.iter().map(text).collect()
+}
+
+fn count(value: u64) -> CellText {
+    CellText::number(value.to_string(), value as f64)
+}
+
+fn percent(share: Share) -> CellText {
+    CellText::number(
+        uncertain(100.0 * share.share, 100.0 * share.mcse),
+        100.0 * share.share,
+    )
+}
+
+fn quantile(of: Quantile) -> CellText {
+    CellText::number(uncertain(of.value, of.mcse), of.value)
+}
+
+/// The RMSE, or "tail" where one trial dominates it.
+fn rmse(of: &Statistics) -> CellText {
+    if of.dominated {
+        CellText::number("tail", f64::NAN)
+    } else {
+        CellText::number(uncertain(of.rmse.value, of.rmse.mcse), of.rmse.value)
+    }
+}
+
+/// Medians and RMSE of the leading figures and outputs, for the page.
+pub(super) fn overview(study: &Study) -> Table {
+    let keys = study.varying();
+    let figures = lead_figures(study);
+    let mut all = columns(study, &keys);
+    all.push(Column::text("output"));
+    for figure in &figures {
+        let name = figure_name(*figure);
+        all.push(Column::number(format!("median {name}"), ""));
+        all.push(Column::number(format!("RMSE {name}"), ""));
+    }
+    all.extend([
+        Column::number("failed", "%"),
+        Column::number("unstable", "%"),
+    ]);
+    let mut table = Table::new(
+        "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one trial has more than a tenth of the sum of squares, so that the RMSE says nothing; read the median.",
+        all,
+    );
+    for cell in &study.summary.cells {
+        for (_, label) in lead_outputs(study) {
+            let Some(output) = cell.output(&label) else {
+                continue;
+            };
+            let mut row = settings(cell, &keys);
+            row.push(CellText::text(shown(&label)));
+            for figure in &figures {
+                let of = output.figures.get(figure);
+                row.push(of.map_or_else(CellText::default, |of| quantile(of.q50)));
+                row.push(of.map_or_else(CellText::default, rmse));
+            }
+            row.extend([percent(output.failed), percent(output.unstable)]);
+            table.row(row);
+        }
+    }
+    table
+}
+
+/// Everything, for the CSV file.
+pub(super) fn everything(study: &Study) -> Table {
+    let keys = study.varying();
+    let mut all = columns(study, &keys);
+    let texts = ["output", "figure"].map(Column::text);
+    const NUMBERS: [&str; 23] = [
+        "trials",
+        "failed",
+        "unstable",
+        "with figure",
+        "median",
+        "median MCSE",
+        "q05",
+        "q05 MCSE",
+        "q25",
+        "q25 MCSE",
+        "q75",
+        "q75 MCSE",
+        "q95",
+        "q95 MCSE",
+        "mean",
+        "mean MCSE",
+        "SD",
+        "SD MCSE",
+        "RMSE",
+        "RMSE MCSE",
+        "trimmed mean",
+        "trimmed mean MCSE",
+        "dominated",
+    ];
+    all.extend(texts);
+    all.extend(NUMBERS.map(|name| Column::number(name, "")));
+    let mut table = Table::new("", all);
+    for cell in &study.summary.cells {
+        for output in &cell.outputs {
+            let parameters = output
+                .parameters
+                .iter()
+                .map(|(name, of)| (format!("error of {name}"), of));
+            let figures = output
+                .figures
+                .iter()
+                .map(|(figure, of)| (figure.to_string(), of));
+            for (name, of) in figures.chain(parameters) {
+                let mut row = settings(cell, &keys);
+                row.extend([CellText::text(output.label()), CellText::text(name)]);
+                row.extend(
+                    numbers(output, of)
+                        .into_iter()
+                        .map(|value| CellText::number("", value)),
+                );
+                table.row(row);
+            }
+        }
+    }
+    table
+}
+
+fn numbers(output: &OutputSummary, of: &Statistics) -> Vec<f64> {
+    let outcomes = &output.outcomes;
+    let counts = [
+        outcomes.trials,
+        outcomes.failed(),
+        outcomes.unstable,
+        of.count,
+    ]
+    .map(|count| count as f64);
+    let quantiles = [of.q50, of.q05, of.q25, of.q75, of.q95].map(|q: Quantile| [q.value, q.mcse]);
+    let moments = [of.mean, of.sd, of.rmse, of.trimmed].map(|e: Estimate| [e.value, e.mcse]);
+    let mut all = counts.to_vec();
+    all.extend(quantiles.as_flattened());
+    all.extend(moments.as_flattened());
+    all.push(f64::from(u8::from(of.dominated)));
+    all
+}
+
+/// Comparisons on the same trials.
+pub(super) fn comparisons(study: &Study) -> Option<Table> {
+    let keys = study.varying();
+    let mut all = columns(study, &keys);
+    all.extend(["first", "second", "figure"].map(Column::text));
+    for (name, unit) in [
+        ("median ratio", ""),
+        ("5 % of ratios", ""),
+        ("95 % of ratios", ""),
+        ("first smaller in", "%"),
+        ("mean difference", ""),
+        ("RMSE ratio", ""),
+        ("both", "trials"),
+        ("only first", "trials"),
+        ("only second", "trials"),
+    ] {
+        all.push(Column::number(name, unit));
+    }
+    let mut table = Table::new(
+        "First over second on the same trials; both must have the figure. \"tail\": one trial dominates.",
+        all,
+    );
+    for cell in &study.summary.cells {
+        for pair in &cell.comparisons {
+            for (figure, of) in &pair.figures {
+                let mut row = settings(cell, &keys);
+                row.extend(
+                    [
+                        shown(&pair.first),
+                        shown(&pair.second),
+                        figure_name(*figure),
+                    ]
+                    .map(CellText::text),
+                );
+                row.extend([of.median_ratio, of.ratio_q05, of.ratio_q95].map(quantile));
+                row.push(percent(of.share_smaller));
+                let moment = |e: Estimate| {
+                    if of.dominated {
+                        CellText::number("tail", f64::NAN)
+                    } else {
+                        CellText::number(uncertain(e.value, e.mcse), e.value)
+                    }
+                };
+                row.extend([of.mean_difference, of.rmse_ratio].map(moment));
+                row.extend([of.both, of.only_first, of.only_second].map(count));
+                table.row(row);
+            }
+        }
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// Slopes over an axis.
+pub(super) fn slopes(study: &Study) -> Option<Table> {
+    let slopes = &study.summary.slopes;
+    let keys: Vec<Key> = study
+        .varying()
+        .into_iter()
+        .filter(|key| slopes.iter().any(|s| s.settings.contains_key(key)))
+        .collect();
+    let mut all = columns(study, &keys);
+    all.extend(["figure", "statistic", "over", "output"].map(Column::text));
+    for name in ["slope", "95 % from", "95 % to", "cells"] {
+        all.push(Column::number(name, ""));
+    }
+    let mut table = Table::new(
+        "Slopes in log-log coordinates; standard errors by the jackknife over 20 groups of trials. \"tail\": a trial dominates the RMSE of a cell.",
+        all,
+    );
+    for slope in slopes {
+        let text = |key: &Key| {
+            let value = slope
+                .settings
+                .get(key)
+                .map_or_else(String::new, ToString::to_string);
+            value.parse::<f64>().map_or_else(
+                |_| CellText::text(value.clone()),
+                |x| CellText::number(value.clone(), x),
+            )
+        };
+        let of = &slope.of;
+        let mut row: Vec<CellText> = keys.iter().map(text).collect();
+        row.extend(
+            [
+                figure_name(of.figure),
+                of.statistic.to_string(),
+                crate::report::results::axis_label(of.over),
+                shown(&slope.output),
+            ]
+            .map(CellText::text),
+        );
+        let dominated = of.statistic == crate::metric::SlopeOf::Rmse
+            && slope
+                .cells
+                .iter()
+                .filter_map(|cell| study.summary.cells.get(*cell))
+                .any(|cell| {
+                    crate::report::results::statistics(cell, &slope.output, of.figure)
+                        .is_some_and(|of| of.dominated)
+                });
+        match slope.slope {
+            Some(_) if dominated => {
+                row.extend(["tail", "", ""].map(|text| CellText::number(text, f64::NAN)));
+            }
+            Some(found) => {
+                let (low, high) = found.interval();
+                row.push(CellText::number(
+                    uncertain(found.value, found.mcse),
+                    found.value,
+                ));
+                row.extend([low, high].map(|x| CellText::number(format!("{x:.3}"), x)));
+            }
+            None => row.extend(["-", "", ""].map(|text| CellText::number(text, f64::NAN))),
+        }
+        row.push(count(slope.cells.len() as u64));
+        table.row(row);
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// Bounds and the shares that meet them.
+pub(super) fn bounds(study: &Study) -> Option<Table> {
+    let keys = study.varying();
+    let mut all = columns(study, &keys);
+    all.extend(["bound", "output"].map(Column::text));
+    all.extend(
+        [("met in", "%"), ("95 % from", "%"), ("95 % to", "%")]
+            .map(|(name, unit)| Column::number(name, unit)),
+    );
+    all.push(Column::text("typical"));
+    let mut table = Table::new(
+        "Shares of all trials that meet a bound. Typical: Wilson's 95 % interval lies above one half.",
+        all,
+    );
+    for cell in &study.summary.cells {
+        for bound in &cell.bounds {
+            let name = format!("{} {}", figure_name(bound.bound.figure), bound.bound.text());
+            for of in &bound.outputs {
+                let mut row = settings(cell, &keys);
+                row.extend([name.clone(), shown(&of.output)].map(CellText::text));
+                row.push(percent(of.met));
+                row.extend(
+                    [of.met.low, of.met.high]
+                        .map(|x| CellText::number(format!("{:.2}", 100.0 * x), 100.0 * x)),
+                );
+                row.push(CellText::text(crate::metric::verdict(of.met).to_string()));
+                table.row(row);
+            }
+        }
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// Failures by kind and output, with the cell that has most of them.
+pub(super) fn failures(study: &Study) -> Option<Table> {
+    let keys = study.varying();
+    let mut all = vec![
+        Column::text("output"),
+        Column::text("failure"),
+        Column::number("trials", ""),
+        Column::number("share", "%"),
+    ];
+    all.extend([Column::text("most in"), Column::number("share there", "%")]);
+    let mut table = Table::new("Failed trials by kind, over all cells.", all);
+    for label in study.labels() {
+        let outputs: Vec<(&CellSummary, &OutputSummary)> = study
+            .summary
+            .cells
+            .iter()
+            .filter_map(|cell| Some((cell, cell.output(&label)?)))
+            .collect();
+        let mut kinds: Vec<&String> = outputs
+            .iter()
+            .flat_map(|(_, of)| of.outcomes.failures.keys())
+            .collect();
+        kinds.sort();
+        kinds.dedup();
+        let trials: u64 = outputs.iter().map(|(_, of)| of.outcomes.trials).sum();
+        for kind in kinds {
+            let of =
+                |output: &OutputSummary| output.outcomes.failures.get(kind).copied().unwrap_or(0);
+            let total: u64 = outputs.iter().map(|(_, output)| of(output)).sum();
+            let share = |output: &OutputSummary| Share::new(of(output), output.outcomes.trials);
+            let most = outputs
+                .iter()
+                .max_by(|a, b| share(a.1).share.total_cmp(&share(b.1).share));
+            let mut row = vec![
+                CellText::text(shown(&label)),
+                CellText::text(kind.replace(['_', '-'], " ")),
+                count(total),
+                percent(Share::new(total, trials)),
+            ];
+            row.extend(
+                most.map(|(cell, _)| CellText::text(crate::report::results::place(cell, &keys))),
+            );
+            row.extend(most.map(|(_, output)| percent(share(output))));
+            table.row(row);
+        }
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+/// Times of the methods.
+pub(super) fn times(study: &Study) -> Option<Table> {
+    let keys = study.varying();
+    let mut all = columns(study, &keys);
+    all.push(Column::text("method"));
+    all.extend(["median", "quartile", "third quartile"].map(|name| Column::number(name, "µs")));
+    let mut table = Table::new(
+        "Times of all passes on one thread of the machine that ran the study.",
+        all,
+    );
+    for time in &study.times {
+        let Some(cell) = study.summary.cells.get(time.cell) else {
+            continue;
+        };
+        let mut row = settings(cell, &keys);
+        row.push(CellText::text(super::shown_name(&time.method)));
+        let micro = |seconds: f64| CellText::number(format!("{:.1}", 1e6 * seconds), 1e6 * seconds);
+        row.extend([time.median_seconds, time.q25_seconds, time.q75_seconds].map(micro));
+        table.row(row);
+    }
+    (!table.rows.is_empty()).then_some(table)
+}

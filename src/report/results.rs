@@ -1,0 +1,421 @@
+//! A results folder as a report sees it: what was asked, what came out.
+
+use crate::estimator::IvOptions;
+use crate::metric::{Quantile, Statistics};
+use crate::study::file::{ExperimentFile, Key, TrialRule};
+use crate::study::{CellSummary, Figure, OutputSummary, Summary, read_manifest};
+use serde::Deserialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Why results cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// The folder holds no results.
+    #[error("{}: no results there (no manifest.json); run an experiment with --out {} first", .0.display(), .0.display())]
+    NoResults(PathBuf),
+    /// The manifest.
+    #[error(transparent)]
+    Folder(#[from] crate::study::FolderError),
+    /// A file of the folder.
+    #[error("{}: {reason}", .path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Nothing to show.
+    #[error("{}: the summary has no cell", .0.display())]
+    Empty(PathBuf),
+}
+
+/// The time of one method in one cell.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Time {
+    /// The cell's index.
+    pub cell: usize,
+    /// The method's name.
+    pub method: String,
+    /// Median, seconds.
+    pub median_seconds: f64,
+    /// Lower quartile.
+    pub q25_seconds: f64,
+    /// Upper quartile.
+    pub q75_seconds: f64,
+}
+
+#[derive(Deserialize)]
+struct Times {
+    times: Vec<Time>,
+}
+
+/// A study with its results.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The folder's name without "-quick": what the study is called.
+    pub name: String,
+    /// The folder.
+    pub folder: PathBuf,
+    /// The experiment, every default written out.
+    pub file: ExperimentFile,
+    /// The program's version.
+    pub version: String,
+    /// The revision of its source, where known.
+    pub revision: Option<String>,
+    /// The results.
+    pub summary: Summary,
+    /// Times, where they were measured.
+    pub times: Vec<Time>,
+}
+
+/// What the built-in study is called, whatever its folder is.
+pub const BUILT_IN: &str = "nikolov2023";
+
+impl Study {
+    /// Reads a results folder.
+    ///
+    /// # Errors
+    /// [`ResultsError`], one line that names the file.
+    pub fn read(folder: &Path) -> Result<Self, ResultsError> {
+        let manifest = read_manifest(folder)?;
+        let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
+        let wrong = |name: &str, reason: String| ResultsError::File {
+            path: folder.join(name),
+            reason,
+        };
+        let file = ExperimentFile::from_json(&manifest["experiment"])
+            .map_err(|error| wrong("manifest.json", error.to_string()))?;
+        let parsed = |name: &str, what: &str, error: serde_json::Error| {
+            wrong(name, format!("not {what} of this version ({error})"))
+        };
+        let text = fs::read_to_string(folder.join("summary.json"));
+        let text = text.map_err(|error| wrong("summary.json", error.to_string()))?;
+        let summary: Summary = serde_json::from_str(&text)
+            .map_err(|error| parsed("summary.json", "a summary", error))?;
+        if summary.cells.is_empty() {
+            return Err(ResultsError::Empty(folder.to_owned()));
+        }
+        let times = match fs::read_to_string(folder.join("timing/times.json")) {
+            Ok(text) => {
+                let times: Times = serde_json::from_str(&text)
+                    .map_err(|error| parsed("timing/times.json", "times", error))?;
+                times.times
+            }
+            Err(_) => Vec::new(),
+        };
+        let text = |key: &str| manifest[key].as_str().map(str::to_owned);
+        Ok(Self {
+            name: name(folder, &file),
+            folder: folder.to_owned(),
+            version: text("version").unwrap_or_default(),
+            revision: text("git_revision"),
+            file,
+            summary,
+            times,
+        })
+    }
+
+    /// The title, or the name where there is none.
+    pub fn title(&self) -> &str {
+        if self.summary.title.is_empty() {
+            &self.name
+        } else {
+            &self.summary.title
+        }
+    }
+
+    /// Every output's label, in order.
+    pub fn labels(&self) -> Vec<String> {
+        let cell = self.summary.cells.first();
+        cell.map_or_else(Vec::new, |cell| {
+            cell.outputs.iter().map(OutputSummary::label).collect()
+        })
+    }
+
+    /// The settings that tell cells apart, without those that follow from another one.
+    pub fn varying(&self) -> Vec<Key> {
+        const FIRST: [Key; 6] = [
+            Key::Claim,
+            Key::PlantOrder,
+            Key::Order,
+            Key::Window,
+            Key::Eta,
+            Key::L,
+        ];
+        let others = Key::ALL.iter().filter(|key| !FIRST.contains(key));
+        let candidates = FIRST.iter().chain(others).copied();
+        let mut kept: Vec<Key> = Vec::new();
+        for key in candidates {
+            let follows = kept.iter().any(|other| self.follows(key, *other));
+            if self.values(key).len() > 1 && !follows {
+                kept.push(key);
+            }
+        }
+        kept
+    }
+
+    /// Whether the value of one setting gives that of the other.
+    fn follows(&self, key: Key, from: Key) -> bool {
+        let mut seen: BTreeMap<String, String> = BTreeMap::new();
+        self.summary.cells.iter().all(|cell| {
+            let value = cell.setting(key);
+            *seen
+                .entry(cell.setting(from))
+                .or_insert_with(|| value.clone())
+                == value
+        })
+    }
+
+    /// The values of a setting over the cells, in order: by size where all are numbers, else of appearance.
+    pub fn values(&self, key: Key) -> Vec<String> {
+        let mut values: Vec<String> = Vec::new();
+        for cell in &self.summary.cells {
+            let value = cell.setting(key);
+            if !values.contains(&value) {
+                values.push(value);
+            }
+        }
+        let number = |value: &String| value.parse::<f64>().ok();
+        if values.iter().all(|value| number(value).is_some()) {
+            values.sort_by(|a, b| {
+                number(a)
+                    .partial_cmp(&number(b))
+                    .unwrap_or(std::cmp::Ordering::Equal)
+            });
+        }
+        values
+    }
+
+    /// Whether every value of a setting is a number.
+    pub fn is_numeric(&self, key: Key) -> bool {
+        self.values(key)
+            .iter()
+            .all(|value| value.parse::<f64>().is_ok())
+    }
+
+    /// The cells with these settings.
+    pub fn cells(&self, wanted: &[(Key, &str)]) -> Vec<&CellSummary> {
+        let fits = |cell: &&CellSummary| {
+            wanted
+                .iter()
+                .all(|(key, value)| cell.setting(*key) == *value)
+        };
+        self.summary.cells.iter().filter(fits).collect()
+    }
+
+    /// The options of a method by its name, or those of the method whose iteration 0 is "ls".
+    pub fn options(&self, method: &str) -> Option<IvOptions> {
+        let named = |table: &&crate::study::file::MethodTable| table.output_name(1) == method;
+        self.file.methods.iter().find(named)?.iv_options()
+    }
+
+    /// The IV output that claims are about: "iv(4)", or the fourth pass of the method with every option at its
+    /// default, else the last output.
+    pub fn main_output(&self) -> Option<String> {
+        let labels = self.labels();
+        let four = labels.iter().find(|label| *label == "iv(4)");
+        let default = labels.iter().find(|label| {
+            let method = label
+                .strip_suffix("(4)")
+                .and_then(|method| self.options(method));
+            method.is_some_and(|options| apart(&options, &IvOptions::default()).is_empty())
+        });
+        four.or(default).or_else(|| labels.last()).cloned()
+    }
+
+    /// The solver of a method by its name.
+    pub fn solver(&self, method: &str) -> Option<String> {
+        let table = self
+            .file
+            .methods
+            .iter()
+            .find(|table| table.output_name(1) == method)?;
+        let table: Value = serde_json::to_value(table).ok()?;
+        table["solver"].as_str().map(str::to_owned)
+    }
+
+    /// Trials in all.
+    pub fn trials(&self) -> u64 {
+        self.summary.cells.iter().map(|cell| cell.trials).sum()
+    }
+
+    /// What runs the study again.
+    pub fn command(&self) -> String {
+        let seed = self.summary.seed;
+        let trials = match self.file.trials {
+            TrialRule::Fixed(trials) => format!(" --trials {trials}"),
+            TrialRule::Until(_) => String::new(),
+        };
+        if self.name == BUILT_IN {
+            return format!("asobench reproduce{trials} --seed {seed} --out results/{BUILT_IN}");
+        }
+        let name = &self.name;
+        format!(
+            "asobench run experiments/{name}.toml{trials} --set seed={seed} --out results/{name}"
+        )
+    }
+}
+
+/// The folder's name; that of the built-in study by its title and methods.
+fn name(folder: &Path, file: &ExperimentFile) -> String {
+    let built_in = ExperimentFile::parse(crate::study::NIKOLOV2023);
+    if built_in.is_ok_and(|of| of.title == file.title) {
+        return BUILT_IN.to_owned();
+    }
+    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    let name = folder
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    name.strip_suffix("-quick")
+        .map_or(name.clone(), str::to_owned)
+}
+
+/// Statistics of a figure of an output of a cell.
+pub fn statistics<'a>(
+    cell: &'a CellSummary,
+    label: &str,
+    figure: Figure,
+) -> Option<&'a Statistics> {
+    cell.output(label)?.figures.get(&figure)
+}
+
+/// The median of a figure of an output of a cell; undefined where there is none.
+pub fn median(cell: &CellSummary, label: &str, figure: Figure) -> Quantile {
+    statistics(cell, label, figure).map_or(Quantile::UNDEFINED, |of| of.q50)
+}
+
+/// The values of some settings of a cell in words: "1/A noise, N = 98"; readings are named only where they are not
+/// the default.
+pub fn place(cell: &CellSummary, keys: &[Key]) -> String {
+    const READINGS: [Key; 4] = [Key::Numerator, Key::Sequence, Key::EtaOver, Key::EtaOf];
+    let told = keys
+        .iter()
+        .filter(|key| !(READINGS.contains(key) && is_default(cell, **key)));
+    told.map(|key| words(*key, &cell.setting(*key)))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// Whether a setting of a cell has its default.
+pub fn is_default(cell: &CellSummary, key: Key) -> bool {
+    key.default()
+        .is_some_and(|value| value.to_string() == cell.setting(key))
+}
+
+/// "IV(4)", "IV, model, frozen (4)": an output's label as a reader sees it.
+pub fn shown(label: &str) -> String {
+    match label.rsplit_once('(') {
+        Some((name, pass)) if name.contains(' ') => format!("{} ({pass}", shown_name(name)),
+        Some((name, pass)) => format!("{}({pass}", shown_name(name)),
+        None => shown_name(label),
+    }
+}
+
+/// A method's name as a reader sees it.
+pub fn shown_name(name: &str) -> String {
+    let words = name.split(' ').enumerate().map(|(i, word)| {
+        let word = word.split_once('=').map_or(word, |(_, value)| value);
+        match (i, word.get(..2)) {
+            (0, Some(start @ ("iv" | "ls"))) => format!("{}{}", start.to_uppercase(), &word[2..]),
+            _ => word.to_owned(),
+        }
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// A setting's value in words: "N = 98", "eta = 2 %", "white noise".
+pub fn words(key: Key, value: &str) -> String {
+    match key {
+        Key::Claim => value.to_owned(),
+        Key::X0 => format!("x0 = {value}"),
+        Key::Numerator => format!("{value} numerator"),
+        Key::Sequence => format!("{value} input"),
+        Key::EtaOver => format!("{value} eta"),
+        Key::EtaOf => format!("eta of the {value} output"),
+        Key::Window => format!("N = {value}"),
+        Key::Eta => format!("eta = {value} %"),
+        Key::Noise => format!("{} noise", noise(value)),
+        Key::Feedback => format!("feedback {value}"),
+        Key::InputNoise => format!("input noise {value} %"),
+        Key::PlantOrder => format!("plant's n = {value}"),
+        Key::Order => format!("n = {value}"),
+        Key::PoleRadius => format!("poles within {value}"),
+        Key::ObserverStart => format!("start at {value}"),
+        _ => format!("{key} {value}"),
+    }
+}
+
+/// The noise's name as people say it.
+fn noise(value: &str) -> &str {
+    if value == "ar" { "1/A" } else { value }
+}
+
+/// A setting as an axis is labelled, with its unit.
+pub fn axis_label(key: Key) -> String {
+    match key {
+        Key::Window => "N, samples".to_owned(),
+        Key::Eta => "eta, %".to_owned(),
+        Key::InputNoise => "input noise, %".to_owned(),
+        Key::Order => "order n of the estimator".to_owned(),
+        Key::PlantOrder => "order n of the plant".to_owned(),
+        Key::PoleRadius => "largest pole radius".to_owned(),
+        Key::X0 => "x0, every component".to_owned(),
+        _ => key.name().replace('_', " "),
+    }
+}
+
+/// A figure's name as texts show it.
+pub fn figure_name(figure: Figure) -> String {
+    match figure {
+        Figure::ExMax => "max e_x".to_owned(),
+        Figure::ExRms => "rms e_x".to_owned(),
+        Figure::ExMaxPrinted => "max e_x as printed".to_owned(),
+        Figure::ExRmsPrinted => "rms e_x as printed".to_owned(),
+        Figure::FreshFit => "FIT".to_owned(),
+        Figure::SpectralRadius => "spectral radius".to_owned(),
+        _ => figure.name().replace("_as_printed", " as printed"),
+    }
+}
+
+/// Whether a smaller value of the figure is the better one.
+pub fn is_error(figure: Figure) -> bool {
+    figure.name().starts_with("e_")
+}
+
+/// The values of a setting over some cells, in order of appearance.
+pub fn distinct(cells: &[&CellSummary], key: Key) -> Vec<String> {
+    let mut values = Vec::new();
+    for cell in cells {
+        let value = cell.setting(key);
+        if !values.contains(&value) {
+            values.push(value);
+        }
+    }
+    values
+}
+
+/// The options in which two methods differ, but for the number of passes.
+pub fn apart(one: &IvOptions, other: &IvOptions) -> Vec<(String, String)> {
+    let [one, other] =
+        [one, other].map(|options| serde_json::to_value(options).unwrap_or_default());
+    let (Value::Object(one), Value::Object(other)) = (one, other) else {
+        return Vec::new();
+    };
+    let differs = |(key, value): (&String, &Value)| {
+        let same = key == "iterations" || other.get(key) == Some(value);
+        (!same).then(|| {
+            (
+                key.clone(),
+                value
+                    .as_str()
+                    .map_or_else(|| value.to_string(), str::to_owned),
+            )
+        })
+    };
+    one.iter().filter_map(differs).collect()
+}

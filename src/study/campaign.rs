@@ -1,0 +1,404 @@
+//! A study in a folder: what is there already, what is missing, and the results of it all.
+
+use super::blocks::{BlockError, BlockFolder, StoredBlock};
+use super::experiment::Experiment;
+use super::file::{Store, TrialRule, Until, UntilStatistic};
+use super::folder::{FolderError, ResultsFolder};
+use super::runner::{RunError, Span, run_spans, spans};
+use super::store::{StoreError, TrialWriter, write_summary};
+use super::summary::{CellSummary, Summary};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// What happens in a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// So many trials are wanted in all, so many of them are there already.
+    Planned {
+        /// Wanted.
+        trials: u64,
+        /// There already.
+        done: u64,
+    },
+    /// A block was computed and stored.
+    Block {
+        /// Trials.
+        trials: u64,
+        /// Rows with a failure.
+        failures: u64,
+    },
+    /// All trials of a cell are there.
+    Cell,
+}
+
+/// Why a campaign ended.
+#[derive(Debug, thiserror::Error)]
+pub enum CampaignError {
+    /// The folder or a file in it.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A block file.
+    #[error(transparent)]
+    Block(#[from] BlockError),
+    /// A Parquet file.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The threads, or the stop flag.
+    #[error(transparent)]
+    Run(#[from] RunError<BlockError>),
+    /// The figures.
+    #[error("{0}")]
+    Figures(String),
+    /// Fewer trials are asked for than are there.
+    #[error(
+        "{folder}: holds {there} trials of cell {cell}, more than {asked}; take another folder for fewer"
+    )]
+    Fewer {
+        /// The folder.
+        folder: String,
+        /// The cell.
+        cell: usize,
+        /// Trials there.
+        there: u64,
+        /// Trials asked for.
+        asked: u64,
+    },
+}
+
+/// How a study is run; no result depends on it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RunOptions {
+    /// Threads.
+    pub threads: usize,
+    /// Trials in a block.
+    pub block: Option<u64>,
+    /// Whether damaged blocks are computed again.
+    pub repair: bool,
+    /// Whether everything is computed anew, and no block is left, whatever ends the run.
+    pub fresh: bool,
+    /// Whether results of any design that are there are removed first.
+    pub replace: bool,
+}
+
+/// A study in its folder.
+pub struct Campaign<'e> {
+    experiment: &'e Experiment,
+    path: PathBuf,
+    rule: TrialRule,
+    options: RunOptions,
+    folder: ResultsFolder,
+    blocks: BlockFolder,
+    /// For every cell the blocks that are there, ascending.
+    stored: Vec<Vec<StoredBlock>>,
+}
+
+impl<'e> Campaign<'e> {
+    /// Opens a folder for a study, refusing one of another design.
+    ///
+    /// # Errors
+    /// [`CampaignError`].
+    pub fn open(
+        path: &Path,
+        experiment: &'e Experiment,
+        rule: TrialRule,
+        options: RunOptions,
+    ) -> Result<Self, CampaignError> {
+        let folder = ResultsFolder::open(path)?;
+        if options.replace {
+            ResultsFolder::clear(path)?;
+        }
+        let design =
+            json!({ "version": env!("CARGO_PKG_VERSION"), "experiment": experiment.design() });
+        folder.claim_design(&design)?;
+        if options.fresh {
+            ResultsFolder::remove_blocks(path)?;
+            folder.claim_design(&design)?;
+        }
+        let blocks = BlockFolder::open(path, &design.to_string())?;
+        let (mut found, mut damaged) = blocks.list()?;
+        if options.repair {
+            // A whole file may still hold what this program cannot decode.
+            found.retain(|block| match blocks.read(block) {
+                Err(error @ BlockError::Damaged { .. }) => {
+                    damaged.push(error);
+                    false
+                }
+                _ => true,
+            });
+        }
+        for error in damaged {
+            match &error {
+                BlockError::Damaged { path, .. } if options.repair => {
+                    std::fs::remove_file(path).map_err(|source| BlockError::Io {
+                        path: path.clone(),
+                        source,
+                    })?;
+                }
+                _ => return Err(error.into()),
+            }
+        }
+        let mut stored = vec![Vec::new(); experiment.cells.len()];
+        for block in found {
+            stored[block.span.cell].push(block);
+        }
+        let path = path.to_owned();
+        let campaign = Self {
+            experiment,
+            path,
+            rule,
+            options,
+            folder,
+            blocks,
+            stored,
+        };
+        campaign.check_extent()?;
+        Ok(campaign)
+    }
+
+    fn extent(&self, cell: usize) -> u64 {
+        self.stored[cell]
+            .last()
+            .map_or(0, |block| block.span.trials.end)
+    }
+
+    fn check_extent(&self) -> Result<(), CampaignError> {
+        let asked = match &self.rule {
+            TrialRule::Fixed(trials) => *trials,
+            TrialRule::Until(until) => until.maximum,
+        };
+        for cell in 0..self.stored.len() {
+            let there = self.extent(cell);
+            if there > asked {
+                let folder = self.folder.path().display().to_string();
+                return Err(CampaignError::Fewer {
+                    folder,
+                    cell,
+                    there,
+                    asked,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Computes what is missing, then writes the results with `figures`: names and contents of more files. What is
+    /// finished stays, whatever ends the run.
+    ///
+    /// # Errors
+    /// [`CampaignError`].
+    pub fn run(
+        mut self,
+        stop: &AtomicBool,
+        mut on_event: impl FnMut(Event),
+        figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, String>,
+    ) -> Result<Summary, CampaignError> {
+        let mut targets = self.first_targets();
+        loop {
+            self.compute(&targets, stop, &mut on_event)?;
+            if !self.raise_targets(&mut targets)? {
+                break;
+            }
+        }
+        self.conclude(&targets, figures)
+    }
+
+    /// Where each cell begins: a fixed number, or the first step of the rule that covers what is there. A step is
+    /// only left behind when its target was missed, so the steps before need no second look.
+    fn first_targets(&self) -> Vec<u64> {
+        let cells = 0..self.stored.len();
+        match &self.rule {
+            TrialRule::Fixed(trials) => vec![*trials; self.stored.len()],
+            TrialRule::Until(until) => cells
+                .map(|cell| {
+                    let mut target = until.minimum;
+                    while target < self.extent(cell) {
+                        target = next_step(target, until);
+                    }
+                    target
+                })
+                .collect(),
+        }
+    }
+
+    /// Doubles the trials of every cell whose figure is not known well enough; false where none is left.
+    fn raise_targets(&self, targets: &mut [u64]) -> Result<bool, CampaignError> {
+        let TrialRule::Until(until) = &self.rule else {
+            return Ok(false);
+        };
+        let mut raised = false;
+        for (cell, target) in targets.iter_mut().enumerate() {
+            if *target < until.maximum && !self.is_known(cell, until)? {
+                *target = next_step(*target, until);
+                raised = true;
+            }
+        }
+        Ok(raised)
+    }
+
+    fn is_known(&self, cell: usize, until: &Until) -> Result<bool, CampaignError> {
+        let tally = self.blocks.tally(&self.stored[cell])?;
+        let file = &self.experiment.file;
+        let figure = file
+            .measures
+            .iter()
+            .position(|figure| *figure == until.until);
+        let output = self
+            .experiment
+            .outputs()
+            .iter()
+            .position(|o| o.label() == until.output);
+        let (Some(figure), Some(output)) = (figure, output) else {
+            return Ok(true);
+        };
+        let sample = &tally.outputs[output].samples[figure];
+        let (value, mcse) = match until.statistic {
+            UntilStatistic::Median => {
+                let quantile = sample.quantile(0.5);
+                (quantile.value, quantile.mcse)
+            }
+            UntilStatistic::Mean => (sample.mean().value, sample.mean().mcse),
+            UntilStatistic::Rmse => (sample.rmse().value, sample.rmse().mcse),
+        };
+        Ok(mcse <= until.relative_mcse * value.abs())
+    }
+
+    /// The ranges of a cell's trials below `target` that no block covers.
+    fn missing(&self, cell: usize, target: u64) -> Vec<Span> {
+        let mut missing = Vec::new();
+        let mut reached = 0;
+        let mut gap = |from: u64, to: u64| {
+            if from < to {
+                missing.extend(spans(self.experiment, cell, from..to, self.options.block));
+            }
+        };
+        for block in &self.stored[cell] {
+            gap(reached, block.span.trials.start);
+            reached = block.span.trials.end;
+        }
+        gap(reached, target);
+        missing
+    }
+
+    fn compute(
+        &mut self,
+        targets: &[u64],
+        stop: &AtomicBool,
+        on_event: &mut impl FnMut(Event),
+    ) -> Result<(), CampaignError> {
+        let cells = 0..targets.len();
+        let missing: Vec<Span> = cells
+            .flat_map(|cell| self.missing(cell, targets[cell]))
+            .collect();
+        let trials = targets.iter().sum();
+        let of_missing = |cell| {
+            let of_cell = missing.iter().filter(move |span| span.cell == cell);
+            of_cell
+                .map(|span| span.trials.end - span.trials.start)
+                .sum::<u64>()
+        };
+        let mut left: Vec<u64> = (0..targets.len()).map(of_missing).collect();
+        let done = trials - left.iter().sum::<u64>();
+        on_event(Event::Planned { trials, done });
+        left.iter()
+            .filter(|left| **left == 0)
+            .for_each(|_| on_event(Event::Cell));
+        let keep = self.experiment.file.store == Store::Trials;
+        let (experiment, threads) = (self.experiment, self.options.threads);
+        let (blocks, stored) = (&self.blocks, &mut self.stored);
+        run_spans(experiment, &missing, threads, stop, |block| {
+            let cell = block.span.cell;
+            let trials = block.span.trials.end - block.span.trials.start;
+            let failures = block
+                .tally
+                .outputs
+                .iter()
+                .map(|output| output.outcomes.failed())
+                .sum();
+            let of_cell = &mut stored[cell];
+            of_cell.push(blocks.write(block, keep)?);
+            left[cell] -= trials;
+            on_event(Event::Block { trials, failures });
+            if left[cell] == 0 {
+                of_cell.sort_by_key(|block| block.span.trials.start);
+                if !keep && of_cell.len() > 1 {
+                    *of_cell = vec![blocks.consolidate(of_cell)?];
+                }
+                on_event(Event::Cell);
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    /// Writes the results, one cell in memory at a time.
+    fn conclude(
+        mut self,
+        targets: &[u64],
+        figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, String>,
+    ) -> Result<Summary, CampaignError> {
+        let experiment = self.experiment;
+        let keep = experiment.file.store == Store::Trials;
+        let mut writer = if keep {
+            let path = self.folder.stage("trials.parquet");
+            Some(TrialWriter::create(&path, experiment)?)
+        } else {
+            None
+        };
+        let mut cells = Vec::new();
+        let mut groups = Vec::new();
+        for (cell, blocks) in self.stored.iter().enumerate() {
+            let mut tally = super::tally::CellTally::default();
+            for block in blocks {
+                let content = self.blocks.read(block)?;
+                tally.merge(&content.tally);
+                if let (Some(writer), Some(rows)) = (&mut writer, &content.rows) {
+                    writer.write(cell, rows)?;
+                }
+            }
+            cells.push(CellSummary::of(experiment, cell, &tally));
+            groups.push(tally.groups);
+        }
+        if let Some(writer) = writer {
+            writer.finish()?;
+        }
+        let summary = Summary::of(experiment, cells, &groups);
+        write_summary(&self.folder.stage("summary.parquet"), experiment, &summary)?;
+        self.folder.write_json("summary.json", &summary.to_json())?;
+        self.folder
+            .write_json("manifest.json", &manifest(experiment, targets))?;
+        for (name, content) in figures(&summary).map_err(CampaignError::Figures)? {
+            self.folder.write(&name, content.as_bytes())?;
+        }
+        self.folder.publish()?;
+        Ok(summary)
+    }
+}
+
+impl Drop for Campaign<'_> {
+    fn drop(&mut self) {
+        if self.options.fresh {
+            // Nothing more can be done here; the next run tries again.
+            let _ = ResultsFolder::remove_blocks(&self.path);
+        }
+    }
+}
+
+fn next_step(trials: u64, until: &Until) -> u64 {
+    trials.saturating_mul(2).min(until.maximum)
+}
+
+/// What made the results: nothing of the host, the time or the threads.
+fn manifest(experiment: &Experiment, targets: &[u64]) -> Value {
+    let trials = match targets {
+        [first, rest @ ..] if rest.iter().all(|other| other == first) => json!(first),
+        _ => json!(targets),
+    };
+    json!({
+        "program": "asobench",
+        "version": env!("CARGO_PKG_VERSION"),
+        "git_revision": option_env!("ASOBENCH_GIT_REVISION"),
+        "trials": trials,
+        "experiment": experiment.file,
+    })
+}

@@ -1,0 +1,140 @@
+//! The settings of a study: one scalar each, any of them an axis of the grid.
+
+use super::Scalar;
+use crate::names::named_enum;
+
+named_enum! {
+    /// A setting. The grid's axes are in this order, the first one slowest.
+    Key, "setting" {
+        /// A label for the claim or case.
+        Claim = "claim",
+        /// The plant.
+        Plant = "plant",
+        /// Reading E1.
+        Numerator = "numerator",
+        /// Order of random plants.
+        PlantOrder = "plant_order",
+        /// Radius of the disc of random poles.
+        PoleRadius = "pole_radius",
+        /// The initial state.
+        X0 = "x0",
+        /// The kind of input.
+        Input = "input",
+        /// The input's amplitude.
+        Amplitude = "amplitude",
+        /// Reading E5.
+        Sequence = "sequence",
+        /// The colour of the output noise.
+        Noise = "noise",
+        /// The feedback.
+        Feedback = "feedback",
+        /// Noise on the measured input.
+        InputNoise = "input_noise",
+        /// Reading E7: over what.
+        EtaOver = "eta_over",
+        /// Reading E7: of which output.
+        EtaOf = "eta_of",
+        /// The noise level.
+        Eta = "eta",
+        /// The estimators' order.
+        Order = "order",
+        /// l, where the window is N = 3n + 2l.
+        L = "l",
+        /// The window N.
+        Window = "window",
+        /// The record's length K.
+        Horizon = "horizon",
+        /// The observer's gain, reading E8.
+        Gain = "gain",
+        /// Where the observer starts.
+        ObserverStart = "observer_start",
+    }
+}
+
+/// "the plant's", "as stated": settings whose default follows from others.
+pub const AUTOMATIC: &str = "auto";
+
+impl Key {
+    /// What the setting means, with its unit and what it may be.
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::Claim => "label of the cell, such as C2",
+            Self::Plant => "\"nikolov2023\", \"random\" or a name in [plants]",
+            Self::Numerator => {
+                "reading E1 of nikolov2023: \"state-space\" or \"transfer-function\""
+            }
+            Self::PlantOrder => "order n of random plants, a new one in every trial",
+            Self::PoleRadius => {
+                "poles of random plants are uniform on the disc of this radius, in (0, 1)"
+            }
+            Self::X0 => {
+                "initial state: one number for every component, or \"plant\" for x0 of [plants.NAME]"
+            }
+            Self::Input => {
+                "\"signs\" (random, +-amplitude) or \"gaussian\" (of that standard deviation)"
+            }
+            Self::Amplitude => {
+                "amplitude of the input, or of the reference r where there is feedback"
+            }
+            Self::Sequence => "reading E5: \"independent\" or \"periodic-127\"",
+            Self::Noise => {
+                "colour of the output noise: \"ar\" (1/A of the plant), \"white\" or a name in [noises]"
+            }
+            Self::Feedback => "\"none\" or a name in [feedbacks]",
+            Self::InputNoise => {
+                "noise on the measured input, per cent of the input's standard deviation"
+            }
+            Self::EtaOver => {
+                "reading E7: \"exact\" (in the window) or \"nominal\" (of the processes)"
+            }
+            Self::EtaOf => "reading E7: sigma_y of the \"noise-free\" or the \"measured\" output",
+            Self::Eta => "noise level 100 sigma_f / sigma_y, per cent",
+            Self::Order => "order n of the estimators; \"auto\": the plant's",
+            Self::L => "l >= 0 where the window is N = 3n + 2l, in the place of window",
+            Self::Window => "the window N, samples, at least 3n",
+            Self::Horizon => "the record's length K, samples; \"auto\": max(400, N + 200)",
+            Self::Gain => "reading E8: \"dead-beat\", \"scaled:RHO\" or \"poles:LIST\"",
+            Self::ObserverStart => "the observer starts from \"x0-hat\" or from \"zero\"",
+        }
+    }
+
+    /// The value where a file says nothing; `None` for `l`, which stands in the place of `window`.
+    pub fn default(self) -> Option<Scalar> {
+        let text = |text: &str| Some(Scalar::Text(text.to_owned()));
+        let number = |x: f64| Some(Scalar::Number(x));
+        match self {
+            Self::Claim => text(""),
+            Self::Plant => text("nikolov2023"),
+            Self::Numerator => text("state-space"),
+            Self::PlantOrder => number(2.0),
+            Self::PoleRadius => number(0.9),
+            Self::X0 => number(1.0),
+            Self::Input => text("signs"),
+            Self::Amplitude | Self::Eta => number(10.0),
+            Self::Sequence => text("independent"),
+            Self::Noise => text("ar"),
+            Self::Feedback => text("none"),
+            Self::InputNoise => number(0.0),
+            Self::EtaOver => text("exact"),
+            Self::EtaOf => text("noise-free"),
+            Self::Order | Self::Horizon => text(AUTOMATIC),
+            Self::L => None,
+            Self::Window => number(98.0),
+            Self::Gain => text("dead-beat"),
+            Self::ObserverStart => text("x0-hat"),
+        }
+    }
+
+    /// Whether the setting is a whole number of something.
+    pub const fn is_count(self) -> bool {
+        matches!(
+            self,
+            Self::PlantOrder | Self::Order | Self::L | Self::Window | Self::Horizon
+        )
+    }
+
+    /// Whether results have a column of this setting even where it does not vary.
+    pub const fn is_always_a_column(self) -> bool {
+        matches!(self, Self::Claim | Self::Eta | Self::Window)
+    }
+}

@@ -1,0 +1,243 @@
+//! The methods of an experiment file.
+
+use super::FileError;
+use crate::estimator::{IvOptions, LsOptions, Method};
+use crate::names::named_enum;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+
+named_enum! {
+    /// An estimator of this crate.
+    EstimatorName, "estimator" {
+        /// Instrumental variables with least squares as iteration 0 (the default).
+        InstrumentalVariables = "iv",
+        /// Least squares alone.
+        LeastSquares = "ls",
+    }
+}
+
+/// The most IV passes.
+const MOST_ITERATIONS: usize = 1000;
+
+/// One value, or several, each of which makes a method of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected a whole number, a text, or a list of either"
+)]
+enum OneOrMany {
+    Number(u64),
+    Text(String),
+    Numbers(Vec<u64>),
+    Texts(Vec<String>),
+}
+
+/// A method: an estimator with its options; a list makes one method per value.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MethodTable {
+    /// Name in the results; "iv" and "ls" by default, with the options that have lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+    /// "iv" or "ls".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    estimator: Option<EstimatorName>,
+    /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    solver: Option<OneOrMany>,
+    /// IV passes: reading E11.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    iterations: Option<OneOrMany>,
+    /// Reading E2: corrected, as-printed, as-printed-2024.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stage10: Option<OneOrMany>,
+    /// Reading E4: refresh, frozen, literal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    auxiliary: Option<OneOrMany>,
+    /// Reading E12: model, observer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drive: Option<OneOrMany>,
+    /// The observer's gain where it drives the auxiliary model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gain: Option<OneOrMany>,
+    /// What instruments are formed from: u or r.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    instruments: Option<OneOrMany>,
+    /// The auxiliary model's poles: none (left alone), reflect (into the unit circle).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stabilise: Option<OneOrMany>,
+    /// Stage 6: estimate, or zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    initial_state: Option<OneOrMany>,
+    /// The passes that are reported; all by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<Vec<usize>>,
+}
+
+/// The options of one method.
+#[derive(Clone, Debug, PartialEq)]
+enum Options {
+    LeastSquares(LsOptions),
+    InstrumentalVariables(IvOptions),
+}
+
+impl MethodTable {
+    /// One table per combination of the options' lists, every option written out; `index` is the place of
+    /// this table in the file.
+    pub(super) fn expand(&self, index: usize) -> Result<Vec<Self>, FileError> {
+        let mut combinations = vec![(self.base_name(), Map::new())];
+        for (key, value) in self.options(index)? {
+            let Value::Array(values) = value else {
+                for (_, options) in &mut combinations {
+                    options.insert(key.clone(), value.clone());
+                }
+                continue;
+            };
+            if values.is_empty() {
+                let place = format!("methods[{index}].{key}");
+                return Err(FileError::key(
+                    &place,
+                    "an empty list; expected at least one value",
+                ));
+            }
+            let with = |name: &str, options: &Map<String, Value>, value: &Value| {
+                let mut options = options.clone();
+                options.insert(key.clone(), value.clone());
+                let text = value
+                    .as_str()
+                    .map_or_else(|| value.to_string(), str::to_owned);
+                let several = values.len() > 1;
+                let name = if several {
+                    format!("{name} {key}={text}")
+                } else {
+                    name.to_owned()
+                };
+                (name, options)
+            };
+            combinations = combinations
+                .iter()
+                .flat_map(|(name, options)| values.iter().map(move |v| with(name, options, v)))
+                .collect();
+        }
+        combinations
+            .into_iter()
+            .map(|(name, options)| self.explicit(index, &name, options))
+            .collect()
+    }
+
+    fn base_name(&self) -> String {
+        let estimator = self.estimator.unwrap_or_default();
+        self.name.clone().unwrap_or_else(|| estimator.to_string())
+    }
+
+    /// What is given beside the name and the estimator.
+    fn options(&self, index: usize) -> Result<Map<String, Value>, FileError> {
+        let place = format!("methods[{index}]");
+        match serde_json::to_value(self) {
+            Ok(Value::Object(mut options)) => {
+                options.shift_remove("name");
+                options.shift_remove("estimator");
+                options.shift_remove("report");
+                Ok(options)
+            }
+            Ok(_) => Err(FileError::key(&place, "not a table")),
+            Err(error) => Err(FileError::key(&place, error.to_string())),
+        }
+    }
+
+    /// The table with every option of its estimator.
+    fn explicit(
+        &self,
+        index: usize,
+        name: &str,
+        options: Map<String, Value>,
+    ) -> Result<Self, FileError> {
+        let place = format!("methods[{index}]");
+        let wrong = |error: serde_json::Error| FileError::key(&place, error.to_string());
+        let estimator = self.estimator.unwrap_or_default();
+        let described = match self.parse(index, options)? {
+            Options::LeastSquares(options) => serde_json::to_value(options),
+            Options::InstrumentalVariables(options) => serde_json::to_value(options),
+        };
+        let mut table = json!({ "name": name, "estimator": estimator });
+        if let Some(report) = &self.report {
+            table["report"] = json!(report);
+        }
+        if let (Some(table), Ok(Value::Object(options))) = (table.as_object_mut(), described) {
+            table.extend(options);
+        }
+        serde_json::from_value(table).map_err(wrong)
+    }
+
+    fn parse(&self, index: usize, options: Map<String, Value>) -> Result<Options, FileError> {
+        let estimator = self.estimator.unwrap_or_default();
+        let place = format!("methods[{index}] ({estimator})");
+        if estimator == EstimatorName::LeastSquares {
+            let known = ["solver", "initial_state"];
+            if let Some(other) = options.keys().find(|key| !known.contains(&key.as_str())) {
+                let message = format!("'{other}' is an option of estimator 'iv' only");
+                return Err(FileError::key(&place, message));
+            }
+        }
+        let options = Value::Object(options);
+        let parsed = match estimator {
+            EstimatorName::LeastSquares => {
+                serde_json::from_value(options).map(Options::LeastSquares)
+            }
+            EstimatorName::InstrumentalVariables => {
+                serde_json::from_value(options).map(Options::InstrumentalVariables)
+            }
+        };
+        let parsed = parsed.map_err(|error| FileError::key(&place, error.to_string()))?;
+        if let Options::InstrumentalVariables(IvOptions { iterations, .. }) = &parsed
+            && !(1..=MOST_ITERATIONS).contains(iterations)
+        {
+            let message = format!("{iterations} iterations; expected 1 to {MOST_ITERATIONS}");
+            return Err(FileError::key(&place, message));
+        }
+        Ok(parsed)
+    }
+
+    /// The options of an IV method of a resolved file; `None` for another method.
+    pub fn iv_options(&self) -> Option<IvOptions> {
+        let options = self.options(0).and_then(|options| self.parse(0, options));
+        match options {
+            Ok(Options::InstrumentalVariables(options)) => Some(options),
+            _ => None,
+        }
+    }
+
+    /// What outputs of a pass are called: iteration 0 of "iv" is "ls".
+    pub fn output_name(&self, pass: usize) -> String {
+        let name = self.base_name();
+        if name == "iv" && pass == 0 {
+            "ls".to_owned()
+        } else {
+            name
+        }
+    }
+
+    /// The method of a table that [`Self::expand`] made; `index` is its place.
+    pub(in crate::study) fn method(&self, index: usize) -> Result<Method, FileError> {
+        let method = match self.parse(index, self.options(index)?)? {
+            Options::LeastSquares(options) => Method::least_squares(options),
+            Options::InstrumentalVariables(options) => Method::instrumental_variables(options),
+        };
+        let method = method.named(&self.base_name());
+        match &self.report {
+            None => Ok(method),
+            Some(passes) if passes.is_empty() => {
+                let place = format!("methods[{index}].report");
+                Err(FileError::key(
+                    &place,
+                    "an empty list; expected at least one pass",
+                ))
+            }
+            Some(passes) => method.reporting(passes).map_err(|beyond| {
+                let place = format!("methods[{index}].report");
+                FileError::key(&place, format!("there is no pass {beyond}"))
+            }),
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Experiment files: TOML, the same structure as JSON in a manifest, every default written out.
+
+mod axis;
+mod grid;
+mod key;
+mod method;
+mod parse;
+mod rule;
+mod tables;
+
+pub use axis::{Axis, Scalar};
+pub use grid::{CELL_LIMIT, Settings, cells, matches};
+pub use key::{AUTOMATIC, Key};
+pub use method::{EstimatorName, MethodTable};
+pub use parse::{FileError, schema};
+pub use rule::{TrialRule, Until, UntilStatistic};
+pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
+
+use super::row::Figure;
+use crate::names::named_enum;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+named_enum! {
+    /// What a study keeps.
+    Store, "store" {
+        /// Exact sums, counts and quantile sketches of every figure (the default).
+        Summaries = "summaries",
+        /// Every trial's rows too, in one trials.parquet.
+        Trials = "trials",
+    }
+}
+
+/// A study: what is asked, the data-generating process, the grid, the methods, what is measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ExperimentFile {
+    /// A title of a few words.
+    pub title: String,
+    /// The question, in words.
+    pub question: String,
+    /// The hypothesis that the study tests, in words.
+    pub hypothesis: String,
+    /// The claims and errata that it speaks to, such as C4 or E2.
+    pub claims: Vec<String>,
+    /// How long it takes on two cores, in words.
+    pub expected_time: String,
+    /// Names the random streams.
+    pub seed: u64,
+    /// Trials in each cell: a number, or a rule such as { until = "e_a", output = "iv(4)", relative_mcse = 0.01,
+    /// minimum = 1000, maximum = 100000 }.
+    pub trials: TrialRule,
+    /// What is kept: "summaries" or "trials".
+    pub store: Store,
+    /// The figures that are computed and summarised.
+    pub measures: Vec<Figure>,
+    /// Whether the signed error of every coefficient of a and h is summarised too: bias, SD, RMSE.
+    pub parameters: bool,
+    /// Whether quantiles of e_x(k) for every k are kept, for the first and the last output.
+    pub curves: bool,
+    /// Whether the methods' times are measured after the run; stored apart, under timing/.
+    pub timing: bool,
+    /// The settings: one value each, or a list or range, which makes an axis of the grid.
+    pub settings: BTreeMap<Key, Axis>,
+    /// Groups of settings whose lists move together.
+    pub zip: Vec<Vec<Key>>,
+    /// Cells that are left out: those with one of the given values of every given setting.
+    pub exclude: Vec<BTreeMap<Key, Axis>>,
+    /// Plants by name.
+    pub plants: BTreeMap<String, PlantTable>,
+    /// Noise filters by name.
+    pub noises: BTreeMap<String, NoiseTable>,
+    /// Feedbacks by name.
+    pub feedbacks: BTreeMap<String, FeedbackTable>,
+    /// The methods, all run on the same records; a list in an option makes one method per value.
+    pub methods: Vec<MethodTable>,
+    /// Pairs of outputs that are compared on the same trials, such as `["iv(4)", "ls"]`.
+    pub compare: Vec<[String; 2]>,
+    /// Log-log slopes over an axis.
+    pub slopes: Vec<SlopeTable>,
+    /// Bounds whose share of trials is counted.
+    pub bounds: Vec<BoundTable>,
+    /// What `--quick` changes: a run of a minute or less.
+    pub quick: Option<QuickTable>,
+}
+
+impl Default for ExperimentFile {
+    fn default() -> Self {
+        Self {
+            title: String::new(),
+            question: String::new(),
+            hypothesis: String::new(),
+            claims: Vec::new(),
+            expected_time: String::new(),
+            seed: 2023,
+            trials: TrialRule::Fixed(1000),
+            store: Store::default(),
+            measures: vec![
+                Figure::Ea,
+                Figure::Eb,
+                Figure::Eh,
+                Figure::Ex0,
+                Figure::ExMax,
+                Figure::ExRms,
+                Figure::SpectralRadius,
+                Figure::Condition,
+            ],
+            parameters: false,
+            curves: false,
+            timing: false,
+            settings: BTreeMap::new(),
+            zip: Vec::new(),
+            exclude: Vec::new(),
+            plants: BTreeMap::new(),
+            noises: BTreeMap::new(),
+            feedbacks: BTreeMap::new(),
+            methods: vec![MethodTable::default()],
+            compare: Vec::new(),
+            slopes: Vec::new(),
+            bounds: Vec::new(),
+            quick: None,
+        }
+    }
+}
+
+impl ExperimentFile {
+    /// Takes what `[quick]` says into the file's place.
+    #[must_use]
+    pub fn quick(mut self) -> Self {
+        if let Some(quick) = self.quick.take() {
+            self.trials = TrialRule::Fixed(quick.trials);
+            self.settings.extend(quick.settings);
+        }
+        self
+    }
+
+    /// Writes every default out: settings, and one table per method.
+    ///
+    /// # Errors
+    /// If both `l` and `window` are given, or a method's options contradict each other.
+    pub fn resolve(mut self) -> Result<Self, FileError> {
+        if self.settings.contains_key(&Key::L) && self.settings.contains_key(&Key::Window) {
+            let message = "stands beside 'window'; expected one of them (N = 3n + 2l)";
+            return Err(FileError::key("l", message));
+        }
+        for key in Key::ALL {
+            let absent = *key == Key::Window && self.settings.contains_key(&Key::L);
+            if let Some(default) = key.default().filter(|_| !absent) {
+                self.settings.entry(*key).or_insert(Axis::One(default));
+            }
+        }
+        // Ranges and lists of counts as they are taken.
+        for (key, axis) in &mut self.settings {
+            let mut values = axis.values(key.is_count());
+            *axis = match (axis.clone(), values.len()) {
+                (Axis::One(_), _) | (_, 1) => Axis::One(values.swap_remove(0)),
+                _ => Axis::Many(values),
+            };
+        }
+        let methods = self.methods.iter().enumerate();
+        let expanded: Result<Vec<Vec<MethodTable>>, FileError> =
+            methods.map(|(i, method)| method.expand(i)).collect();
+        self.methods = expanded?.concat();
+        self.measures.sort_unstable();
+        self.measures.dedup();
+        self.quick = None;
+        Ok(self)
+    }
+}

@@ -1,0 +1,135 @@
+//! The smaller tables of an experiment file.
+
+use super::super::row::Figure;
+use super::{Axis, Key};
+use crate::metric::SlopeOf;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A plant: a with b or h.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlantTable {
+    /// Last row of A: `a_1 ... a_n`.
+    pub a: Vec<f64>,
+    /// Input vector b.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub b: Option<Vec<f64>>,
+    /// Numerator h of W(z), in the place of b.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub h: Option<Vec<f64>>,
+    /// Initial state, taken where the setting x0 is "plant".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x0: Option<Vec<f64>>,
+    /// Consent to an unstable plant.
+    #[serde(default)]
+    pub unstable: bool,
+}
+
+/// A noise filter `C(q) / D(q)` of white Gaussian noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoiseTable {
+    /// `c_0 ... c_q`.
+    pub numerator: Vec<f64>,
+    /// `1, d_1 ... d_p`.
+    #[serde(default = "one")]
+    pub denominator: Vec<f64>,
+}
+
+fn one() -> Vec<f64> {
+    vec![1.0]
+}
+
+/// A feedback: of the measured output, `u(k) = -K(q) y(k) + r(k)`, or of the adaptive observer's state,
+/// `u(k) = -k'xhat(k) + r(k)` after the first `identify` samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FeedbackTable {
+    /// Numerator of K(q): `c_0 ... c_q`; one number is a static gain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numerator: Option<Vec<f64>>,
+    /// Denominator of K(q): `1, d_1 ... d_p`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denominator: Option<Vec<f64>>,
+    /// State feedback: k, one number per state.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub state_gain: Option<Vec<f64>>,
+    /// State feedback: samples of the open loop from which the observer's model is identified.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identify: Option<usize>,
+    /// The reference's amplitude in the place of the setting `amplitude`; 0 is r = 0, with state feedback once the
+    /// loop is closed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<f64>,
+}
+
+/// A log-log slope: of a statistic of a figure over an axis, for every output and every value of the other axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SlopeTable {
+    /// The figure.
+    pub figure: Figure,
+    /// The axis.
+    pub over: Key,
+    /// "median" or "rmse".
+    #[serde(default)]
+    pub statistic: SlopeOf,
+    /// Only cells from this value of the axis on.
+    #[serde(default)]
+    pub from: f64,
+}
+
+/// A bound: of every cell, or of those whose `claim` is given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoundTable {
+    /// The cells' claim; all cells where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub claim: Option<String>,
+    /// The figure.
+    pub figure: Figure,
+    /// The figure's name in a table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
+    /// The figure must be below this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// Or below this multiple of eps times the condition number: "zero".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rounding: Option<f64>,
+}
+
+impl BoundTable {
+    /// Whether a row's figure meets the bound; a figure that is undefined (NaN) does not.
+    pub fn is_met(&self, value: f64, condition: f64) -> bool {
+        match (self.below, self.rounding) {
+            (Some(limit), _) => value < limit,
+            (None, Some(multiple)) => value < multiple * f64::EPSILON * condition,
+            (None, None) => false,
+        }
+    }
+
+    /// The bound as a table shows it.
+    pub fn text(&self) -> String {
+        self.below
+            .map_or_else(|| "= 0".to_owned(), |limit| format!("< {limit}"))
+    }
+
+    /// The figure's name in a table.
+    pub fn label(&self) -> &str {
+        self.label.as_deref().unwrap_or(self.figure.name())
+    }
+}
+
+/// What `--quick` changes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct QuickTable {
+    /// Trials in each cell.
+    pub trials: u64,
+    /// Settings in the place of the file's.
+    #[serde(default)]
+    pub settings: BTreeMap<Key, Axis>,
+}

@@ -1,0 +1,190 @@
+//! Measures passes against the truth.
+
+use super::experiment::ObserverStart;
+use super::row::{Figure, Row};
+use super::{Cell, Experiment};
+use crate::data::{Realisation, Truth};
+use crate::estimator::{Failure, FailureKind, Pass, Progress, Stage};
+use crate::metric::{Response, StateError, System, relative_error, relative_error_as_printed};
+use crate::observer::{ObservedModel, Observer};
+use crate::plant::PoleFinder;
+use crate::signal::Input;
+
+/// Markov parameters over which [`Figure::ImpulseResponse`] is taken, and samples of [`Figure::FreshFit`].
+const RESPONSE_SAMPLES: usize = 200;
+
+/// Measures passes of one cell, with buffers of its own.
+pub(super) struct Scorer {
+    window: usize,
+    start: ObserverStart,
+    zero: Vec<f64>,
+    observer: Observer,
+    poles: PoleFinder,
+    input: Input,
+    response: Response,
+    wanted: Wanted,
+    /// e_x(k), k = 0 ... K-1, of the pass that was measured last; NaN where undefined.
+    curve: Vec<f64>,
+}
+
+/// What is computed.
+struct Wanted {
+    states: bool,
+    radius: bool,
+    response: bool,
+}
+
+impl Scorer {
+    pub(super) fn new(experiment: &Experiment, cell: &Cell) -> Self {
+        use Figure as F;
+        let measures = &experiment.file.measures;
+        let any = |figures: &[Figure]| figures.iter().any(|figure| measures.contains(figure));
+        // States of another order cannot be compared.
+        let comparable = cell.process.order() == cell.order;
+        let states = [F::ExMax, F::ExRms, F::ExMaxPrinted, F::ExRmsPrinted];
+        Self {
+            window: cell.window,
+            start: cell.observer_start,
+            zero: vec![0.0; cell.order],
+            observer: Observer::new(cell.gain.clone(), cell.order),
+            poles: PoleFinder::new(cell.order),
+            input: *cell.process.input(),
+            response: Response::new(RESPONSE_SAMPLES),
+            wanted: Wanted {
+                states: comparable && (experiment.file.curves || any(&states)),
+                radius: any(&[F::SpectralRadius]),
+                response: any(&[F::ImpulseResponse, F::FreshFit]),
+            },
+            curve: vec![f64::NAN; cell.horizon],
+        }
+    }
+
+    /// Prepares for the passes of a trial.
+    pub(super) fn begin(&mut self, seed: u64, trial: u64, record: &Realisation) {
+        if self.wanted.response && record.failure.is_none() {
+            let Truth { a, b, .. } = &record.truth;
+            self.response
+                .set_plant(System { a, b }, &self.input, seed, trial);
+        }
+    }
+
+    /// e_x(k) of the pass that was measured last.
+    pub(super) fn curve(&self) -> &[f64] {
+        &self.curve
+    }
+
+    /// Fills the row of a pass, whose number is for its failures.
+    pub(super) fn score(
+        &mut self,
+        number: usize,
+        pass: &Pass,
+        record: &Realisation,
+        row: &mut Row,
+    ) {
+        row.failure = pass.failure;
+        let truth = &record.truth;
+        row[Figure::Condition] = pass.condition;
+        if self.wanted.states {
+            self.curve.fill(f64::NAN);
+        }
+        if pass.progress < Progress::Parameters {
+            return;
+        }
+        row.unstable = Some(pass.unstable);
+        if self.wanted.radius {
+            row[Figure::SpectralRadius] = self.poles.spectral_radius(&pass.a);
+        }
+        if self.wanted.response {
+            let Pass { a, b, .. } = pass;
+            row[Figure::ImpulseResponse] = self.response.impulse_response_error(System { a, b });
+            row[Figure::FreshFit] = self.response.fresh_fit(System { a, b });
+        }
+        if truth.a.len() != pass.a.len() {
+            return;
+        }
+        for (truth, found, relative, printed) in [
+            (&truth.a, &pass.a, Figure::Ea, Figure::EaPrinted),
+            (&truth.b, &pass.b, Figure::Eb, Figure::EbPrinted),
+            (&truth.h, &pass.h, Figure::Eh, Figure::EhPrinted),
+        ] {
+            row[relative] = relative_error(truth, found);
+            row[printed] = relative_error_as_printed(truth, found);
+        }
+        let Some(mut model) = pass.observed() else {
+            return;
+        };
+        row[Figure::Ex0] = relative_error(&truth.x0, model.x0);
+        row[Figure::Ex0Printed] = relative_error_as_printed(&truth.x0, model.x0);
+        if !self.wanted.states {
+            return;
+        }
+        let zero = std::mem::take(&mut self.zero);
+        if self.start == ObserverStart::Zero {
+            model.x0 = &zero;
+        }
+        if let Err(kind) = self.observe(model, record, row) {
+            self.curve.fill(f64::NAN);
+            row.failure = Some(Failure {
+                kind,
+                stage: Stage::Observer,
+                pass: number,
+            });
+        }
+        self.zero = zero;
+    }
+
+    /// Stage 12: the observer from k = 0 to K, and its errors from k = N on.
+    fn observe(
+        &mut self,
+        model: ObservedModel<'_>,
+        record: &Realisation,
+        row: &mut Row,
+    ) -> Result<(), FailureKind> {
+        let n = model.a.len();
+        let mut errors = StateError::default();
+        let (window, curve, states) = (self.window, &mut self.curve, &record.states);
+        self.observer.run(
+            model,
+            &record.u,
+            &record.y,
+            #[inline(always)]
+            |k, x_hat| {
+                let x = &states[k * n..(k + 1) * n];
+                let square = if k < window {
+                    StateError::default().add(x, x_hat)
+                } else {
+                    errors.add(x, x_hat)
+                };
+                curve[k] = square.sqrt();
+            },
+        )?;
+        let figures = [
+            (Figure::ExMax, errors.maximum()),
+            (Figure::ExRms, errors.rms()),
+            (Figure::ExMaxPrinted, errors.maximum_as_printed()),
+            (Figure::ExRmsPrinted, errors.rms_as_printed()),
+        ];
+        if figures.iter().any(|(_, value)| value.is_infinite()) {
+            return Err(FailureKind::NonFinite);
+        }
+        for (figure, value) in figures {
+            row[figure] = value;
+        }
+        Ok(())
+    }
+}
+
+/// Appends the signed errors of a_1 ... a_n, h_1 ... h_n: NaN where there is no estimate or the orders differ.
+pub(super) fn append_parameter_errors(pass: &Pass, record: &Realisation, to: &mut Vec<f64>) {
+    let n = pass.a.len();
+    let truth = &record.truth;
+    if pass.progress < Progress::Parameters || truth.a.len() != n {
+        to.resize(to.len() + 2 * n, f64::NAN);
+        return;
+    }
+    let errors = |found: &[f64], truth: &[f64], to: &mut Vec<f64>| {
+        to.extend(found.iter().zip(truth).map(|(found, truth)| found - truth));
+    };
+    errors(&pass.a, &truth.a, to);
+    errors(&pass.h, &truth.h, to);
+}

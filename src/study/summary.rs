@@ -1,0 +1,380 @@
+//! Everything that a report shows, made of tallies; what summary.json holds.
+
+use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
+use super::experiment::Experiment;
+use super::file::{BoundTable, Key, Settings, SlopeTable};
+use super::row::Figure;
+use super::tally::{CellTally, Outcomes, OutputTally};
+use crate::estimator::Output;
+use crate::metric::{
+    Paired, PairedStatistics, SKETCH_ERROR, Sample, Share, Slope, Statistics, Verdict, slope,
+    verdict,
+};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// One output of one method in one cell.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct OutputSummary {
+    /// The estimator's name.
+    pub estimator: String,
+    /// The pass.
+    pub pass: usize,
+    /// Failures by kind.
+    pub outcomes: Outcomes,
+    /// The share of trials with a failure.
+    pub failed: Share,
+    /// The share of trials with an unstable A-hat.
+    pub unstable: Share,
+    /// Statistics of every measure.
+    pub figures: BTreeMap<Figure, Statistics>,
+    /// Statistics of the signed errors of a_1 ... a_n, h_1 ... h_n: bias (mean), SD, RMSE.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<(String, Statistics)>,
+}
+
+impl OutputSummary {
+    fn of(experiment: &Experiment, output: &Output, order: usize, tally: &OutputTally) -> Self {
+        let Outcomes {
+            trials, unstable, ..
+        } = tally.outcomes;
+        let figures = experiment.file.measures.iter().copied();
+        let name = |i: usize| {
+            let (letter, i) = if i < order {
+                ('a', i)
+            } else {
+                ('h', i - order)
+            };
+            format!("{letter}_{}", i + 1)
+        };
+        let parameters = tally.parameters.iter().enumerate();
+        Self {
+            estimator: output.estimator.clone(),
+            pass: output.pass,
+            outcomes: tally.outcomes.clone(),
+            failed: Share::new(tally.outcomes.failed(), trials),
+            unstable: Share::new(unstable, trials),
+            figures: figures
+                .zip(tally.samples.iter().map(Sample::statistics))
+                .collect(),
+            parameters: parameters
+                .map(|(i, of)| (name(i), of.statistics()))
+                .collect(),
+        }
+    }
+
+    /// The label, such as "iv(4)".
+    pub fn label(&self) -> String {
+        Output {
+            estimator: self.estimator.clone(),
+            pass: self.pass,
+        }
+        .label()
+    }
+}
+
+/// Two outputs on the same trials.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ComparisonSummary {
+    /// The first output's label.
+    pub first: String,
+    /// The second's.
+    pub second: String,
+    /// Differences and ratios of every measure.
+    pub figures: BTreeMap<Figure, PairedStatistics>,
+}
+
+/// How one output fares with a bound.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct OutputShare {
+    /// The output's label.
+    pub output: String,
+    /// The share of all trials that meet the bound; a failed trial does not.
+    pub met: Share,
+}
+
+/// One bound in one cell.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct BoundSummary {
+    /// The bound.
+    pub bound: BoundTable,
+    /// Every output.
+    pub outputs: Vec<OutputShare>,
+    /// What the last output's share says.
+    pub verdict: Verdict,
+}
+
+/// One cell.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CellSummary {
+    /// The cell's index.
+    pub cell: usize,
+    /// The claim or case.
+    pub claim: String,
+    /// The noise level, per cent.
+    pub eta: f64,
+    /// The estimators' order n.
+    pub order: usize,
+    /// The window N.
+    pub window: usize,
+    /// The record's length K.
+    pub horizon: usize,
+    /// The settings of the file.
+    pub settings: Settings,
+    /// Trials.
+    pub trials: u64,
+    /// Every output.
+    pub outputs: Vec<OutputSummary>,
+    /// The comparisons that the file asks for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub comparisons: Vec<ComparisonSummary>,
+    /// The bounds of this cell.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bounds: Vec<BoundSummary>,
+    /// Quantiles of e_x(k), k = 0 ... K-1, of the first and the last output.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curves: Option<[CurveQuantiles; 2]>,
+}
+
+impl CellSummary {
+    /// Summarises a cell.
+    pub fn of(experiment: &Experiment, index: usize, tally: &CellTally) -> Self {
+        let cell = &experiment.cells[index];
+        let outputs = experiment.outputs();
+        let (file, labels) = (&experiment.file, outputs.iter().map(Output::label));
+        let labels: Vec<String> = labels.collect();
+        let compared = file.measures.iter().copied();
+        let comparisons = experiment.compare.iter().zip(&tally.pairs);
+        Self {
+            cell: index,
+            claim: cell.claim.clone(),
+            eta: cell.eta,
+            order: cell.order,
+            window: cell.window,
+            horizon: cell.horizon,
+            settings: cell.settings.clone(),
+            trials: tally.trials,
+            outputs: outputs
+                .iter()
+                .zip(&tally.outputs)
+                .map(|(output, tally)| OutputSummary::of(experiment, output, cell.order, tally))
+                .collect(),
+            comparisons: comparisons
+                .map(|([first, second], pairs)| ComparisonSummary {
+                    first: labels[*first].clone(),
+                    second: labels[*second].clone(),
+                    figures: compared
+                        .clone()
+                        .zip(pairs.iter().map(Paired::statistics))
+                        .collect(),
+                })
+                .collect(),
+            bounds: bounds(experiment, &cell.claim, &labels, tally),
+            curves: tally
+                .curves
+                .as_ref()
+                .map(|c| [c.quantiles(false), c.quantiles(true)]),
+        }
+    }
+
+    /// The output of a label.
+    pub fn output(&self, label: &str) -> Option<&OutputSummary> {
+        self.outputs.iter().find(|output| output.label() == label)
+    }
+
+    /// A setting's value as text.
+    pub fn setting(&self, key: Key) -> String {
+        match key {
+            Key::Window => self.window.to_string(),
+            Key::Order => self.order.to_string(),
+            Key::Horizon => self.horizon.to_string(),
+            _ => self
+                .settings
+                .get(&key)
+                .map_or_else(String::new, ToString::to_string),
+        }
+    }
+}
+
+fn bounds(
+    experiment: &Experiment,
+    claim: &str,
+    labels: &[String],
+    tally: &CellTally,
+) -> Vec<BoundSummary> {
+    let all = experiment.file.bounds.iter().enumerate();
+    let of_cell = all.filter(|(_, bound)| bound.claim.as_ref().is_none_or(|c| c == claim));
+    of_cell
+        .map(|(i, bound)| {
+            let outputs: Vec<OutputShare> = labels
+                .iter()
+                .zip(&tally.outputs)
+                .map(|(label, of)| OutputShare {
+                    output: label.clone(),
+                    met: Share::new(of.met[i], of.outcomes.trials),
+                })
+                .collect();
+            BoundSummary {
+                bound: bound.clone(),
+                verdict: outputs
+                    .last()
+                    .map_or_else(Verdict::default, |last| verdict(last.met)),
+                outputs,
+            }
+        })
+        .collect()
+}
+
+/// A log-log slope of one output over some cells.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SlopeSummary {
+    /// What was asked for.
+    pub of: SlopeTable,
+    /// The output's label.
+    pub output: String,
+    /// The settings that these cells share, of those that vary.
+    pub settings: Settings,
+    /// The cells.
+    pub cells: Vec<usize>,
+    /// The slope; null where it is undefined.
+    pub slope: Option<Slope>,
+    /// Why it is undefined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undefined: Option<String>,
+}
+
+/// A study's results.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Summary {
+    /// The title.
+    pub title: String,
+    /// The question.
+    pub question: String,
+    /// The hypothesis.
+    pub hypothesis: String,
+    /// The claims that it speaks to.
+    pub claims: Vec<String>,
+    /// The seed.
+    pub seed: u64,
+    /// The settings that vary, beside claim, eta and window.
+    pub axes: Vec<Key>,
+    /// The largest relative error that quantiles and trimmed means have of their bins, beside their standard error.
+    pub quantile_relative_error: f64,
+    /// The same of the quantiles in `curves`.
+    pub curve_relative_error: f64,
+    /// Every cell.
+    pub cells: Vec<CellSummary>,
+    /// Slopes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub slopes: Vec<SlopeSummary>,
+}
+
+impl Summary {
+    /// Puts cells together; `groups` are the jackknife's groups of every cell.
+    pub fn of(
+        experiment: &Experiment,
+        cells: Vec<CellSummary>,
+        groups: &[Vec<Vec<Vec<Sample>>>],
+    ) -> Self {
+        let file = &experiment.file;
+        let asked = file.slopes.iter().enumerate();
+        Self {
+            title: file.title.clone(),
+            question: file.question.clone(),
+            hypothesis: file.hypothesis.clone(),
+            claims: file.claims.clone(),
+            seed: file.seed,
+            axes: experiment.axes(),
+            quantile_relative_error: SKETCH_ERROR,
+            curve_relative_error: CURVE_BIN_ERROR,
+            slopes: asked
+                .flat_map(|(i, table)| slopes(experiment, i, table, &cells, groups))
+                .collect(),
+            cells,
+        }
+    }
+}
+
+impl Summary {
+    /// What summary.json holds: numbers are rounded to nine significant digits; summary.parquet has all.
+    pub fn to_json(&self) -> Value {
+        let mut json = serde_json::to_value(self).unwrap_or_default();
+        round(&mut json);
+        json
+    }
+}
+
+fn round(value: &mut Value) {
+    match value {
+        Value::Array(values) => values.iter_mut().for_each(round),
+        Value::Object(values) => values.values_mut().for_each(round),
+        Value::Number(number) if number.is_f64() => {
+            let rounded = number
+                .as_f64()
+                .and_then(|x| format!("{x:.8e}").parse::<f64>().ok());
+            if let Some(rounded) = rounded.and_then(serde_json::Number::from_f64) {
+                *number = rounded;
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The slopes of one table: for every value of the other axes and every output.
+fn slopes(
+    experiment: &Experiment,
+    index: usize,
+    table: &SlopeTable,
+    cells: &[CellSummary],
+    groups: &[Vec<Vec<Vec<Sample>>>],
+) -> Vec<SlopeSummary> {
+    let axes = [Key::Claim, Key::Eta, Key::Window]
+        .into_iter()
+        .chain(experiment.axes());
+    // What moves with the axis does not tell families apart: zipped settings, and l, which is the window.
+    let zip = experiment
+        .file
+        .zip
+        .iter()
+        .find(|group| group.contains(&table.over));
+    let moves = |key: &Key| {
+        *key == table.over
+            || *key == Key::L && table.over == Key::Window
+            || zip.is_some_and(|group| group.contains(key))
+    };
+    let others: Vec<Key> = axes.filter(|key| !moves(key)).collect();
+    let x = |cell: &CellSummary| cell.setting(table.over).parse::<f64>().unwrap_or(f64::NAN);
+    let mut families: BTreeMap<String, (Settings, Vec<usize>)> = BTreeMap::new();
+    for cell in cells.iter().filter(|cell| x(cell) >= table.from) {
+        let shared: Settings = others
+            .iter()
+            .filter_map(|key| cell.settings.get(key).map(|value| (*key, value.clone())))
+            .collect();
+        let name: Vec<String> = shared.values().map(ToString::to_string).collect();
+        let family = families
+            .entry(name.join("|"))
+            .or_insert_with(|| (shared, Vec::new()));
+        family.1.push(cell.cell);
+    }
+    let mut found = Vec::new();
+    for (settings, members) in families.into_values() {
+        let xs: Vec<f64> = members.iter().map(|cell| x(&cells[*cell])).collect();
+        for (output, of) in experiment.outputs().iter().enumerate() {
+            let samples: Vec<Vec<Sample>> = members
+                .iter()
+                .map(|cell| groups[*cell][index][output].clone())
+                .collect();
+            let slope = slope(&xs, &samples, table.statistic);
+            found.push(SlopeSummary {
+                of: table.clone(),
+                output: of.label(),
+                settings: settings.clone(),
+                cells: members.clone(),
+                undefined: slope.as_ref().err().map(ToString::to_string),
+                slope: slope.ok(),
+            });
+        }
+    }
+    found
+}

@@ -1,0 +1,207 @@
+//! What a block leaves of its trials: counts and accumulators that merge in any order to the same bits.
+
+use super::curves::Curves;
+use super::row::{Figure, Row};
+use super::{Cell, Experiment};
+use crate::metric::{JACKKNIFE_GROUPS, Paired, Sample};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Counts of an output.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcomes {
+    /// Trials.
+    pub trials: u64,
+    /// Trials by failure.
+    pub failures: BTreeMap<String, u64>,
+    /// Trials with an unstable A-hat.
+    pub unstable: u64,
+}
+
+impl Outcomes {
+    /// Trials with a failure.
+    pub fn failed(&self) -> u64 {
+        self.failures.values().sum()
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.trials += other.trials;
+        self.unstable += other.unstable;
+        for (kind, count) in &other.failures {
+            *self.failures.entry(kind.clone()).or_default() += count;
+        }
+    }
+}
+
+/// One output of one method.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct OutputTally {
+    /// Trials, failures, unstable models.
+    pub outcomes: Outcomes,
+    /// Every measure, in the order of the file.
+    pub samples: Vec<Sample>,
+    /// Signed errors of a_1 ... a_n, h_1 ... h_n; empty where they are not wanted or the orders differ.
+    pub parameters: Vec<Sample>,
+    /// Trials that meet each bound, in the order of the file.
+    pub met: Vec<u64>,
+}
+
+/// All outputs of a cell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CellTally {
+    /// Trials.
+    pub trials: u64,
+    /// Every output.
+    pub outputs: Vec<OutputTally>,
+    /// For every comparison, every measure.
+    pub pairs: Vec<Vec<Paired>>,
+    /// For every slope and output, the jackknife's groups.
+    pub groups: Vec<Vec<Vec<Sample>>>,
+    /// e_x(k) over k, of the first and the last output.
+    pub curves: Option<Curves>,
+}
+
+/// Trials of one cell as they come: rows, signed parameter errors, curves.
+#[derive(Default)]
+pub struct Trials {
+    /// All outputs of the first trial, then of the next.
+    pub rows: Vec<Row>,
+    /// For every row 2n signed errors of a and h, NaN where undefined; empty where they are not wanted.
+    pub parameters: Vec<f64>,
+    /// e_x(k) over k, where wanted.
+    pub curves: Option<Curves>,
+}
+
+fn merge_all<T>(left: &mut Vec<T>, right: &[T], merge: impl Fn(&mut T, &T))
+where
+    T: Clone,
+{
+    if left.is_empty() {
+        left.extend_from_slice(right);
+    } else {
+        left.iter_mut()
+            .zip(right)
+            .for_each(|(left, right)| merge(left, right));
+    }
+}
+
+impl CellTally {
+    /// The tally of some trials; their curves move into it.
+    pub fn of(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
+        let curves = trials.curves.take();
+        let trials = &*trials;
+        let count = experiment.methods.iter().map(|m| m.outputs().len()).sum();
+        let rows = |output: usize| trials.rows.iter().skip(output).step_by(count);
+        let value = |output: usize, figure: Figure| rows(output).map(move |row| row[figure]);
+        let measures = &experiment.file.measures;
+        let outputs = (0..count).map(|output| OutputTally {
+            outcomes: outcomes(rows(output)),
+            samples: measures
+                .iter()
+                .map(|figure| Sample::of(value(output, *figure)))
+                .collect(),
+            parameters: parameters(trials, cell, output, count),
+            met: met(experiment, cell, rows(output)),
+        });
+        let defined = |x: f64| Some(x).filter(|x| !x.is_nan());
+        let pair = |[first, second]: [usize; 2], figure: Figure| {
+            let pairs = value(first, figure).zip(value(second, figure));
+            Paired::of(pairs.map(|(x, y)| (defined(x), defined(y))))
+        };
+        let pairs = experiment.compare.iter();
+        let pairs = pairs.map(|of| measures.iter().map(|figure| pair(*of, *figure)).collect());
+        let group = |output: usize, figure: Figure, group: usize| {
+            let of_group = move |row: &&Row| row.trial as usize % JACKKNIFE_GROUPS == group;
+            Sample::of(rows(output).filter(of_group).map(move |row| row[figure]))
+        };
+        let groups_of = |figure: Figure| -> Vec<Vec<Sample>> {
+            let of_output = |output| {
+                (0..JACKKNIFE_GROUPS)
+                    .map(|g| group(output, figure, g))
+                    .collect()
+            };
+            (0..count).map(of_output).collect()
+        };
+        Self {
+            trials: (trials.rows.len() / count) as u64,
+            outputs: outputs.collect(),
+            pairs: pairs.collect(),
+            groups: experiment
+                .file
+                .slopes
+                .iter()
+                .map(|slope| groups_of(slope.figure))
+                .collect(),
+            curves,
+        }
+    }
+
+    /// Adds the tally of other trials of the same cell.
+    pub fn merge(&mut self, other: &Self) {
+        self.trials += other.trials;
+        merge_all(&mut self.outputs, &other.outputs, |left, right| {
+            left.outcomes.merge(&right.outcomes);
+            merge_all(&mut left.samples, &right.samples, Sample::merge);
+            merge_all(&mut left.parameters, &right.parameters, Sample::merge);
+            merge_all(&mut left.met, &right.met, |left, right| *left += right);
+        });
+        merge_all(&mut self.pairs, &other.pairs, |left, right| {
+            merge_all(left, right, Paired::merge);
+        });
+        merge_all(&mut self.groups, &other.groups, |left, right| {
+            merge_all(left, right, |left, right| {
+                merge_all(left, right, Sample::merge);
+            });
+        });
+        match (&mut self.curves, &other.curves) {
+            (Some(left), Some(right)) => left.merge(right),
+            (left, right) => left.clone_from(right),
+        }
+    }
+}
+
+fn outcomes<'a>(rows: impl Iterator<Item = &'a Row>) -> Outcomes {
+    let mut outcomes = Outcomes::default();
+    for row in rows {
+        outcomes.trials += 1;
+        outcomes.unstable += u64::from(row.unstable == Some(true));
+        if let Some(failure) = row.failure {
+            *outcomes
+                .failures
+                .entry(failure.kind.to_string())
+                .or_default() += 1;
+        }
+    }
+    outcomes
+}
+
+fn parameters(trials: &Trials, cell: &Cell, output: usize, count: usize) -> Vec<Sample> {
+    if trials.parameters.is_empty() {
+        return Vec::new();
+    }
+    let width = 2 * cell.order;
+    let rows = || {
+        trials
+            .parameters
+            .chunks_exact(width)
+            .skip(output)
+            .step_by(count)
+    };
+    (0..width)
+        .map(|i| Sample::of(rows().map(move |row| row[i])))
+        .collect()
+}
+
+/// How many rows meet each bound of the file.
+fn met<'a>(experiment: &Experiment, cell: &Cell, rows: impl Iterator<Item = &'a Row>) -> Vec<u64> {
+    let bounds = &experiment.file.bounds;
+    let asked = |claim: &Option<String>| claim.as_ref().is_none_or(|claim| *claim == cell.claim);
+    let mut counts = vec![0; bounds.len()];
+    for row in rows {
+        for (count, bound) in counts.iter_mut().zip(bounds) {
+            let met = bound.is_met(row[bound.figure], row[Figure::Condition]);
+            *count += u64::from(asked(&bound.claim) && met);
+        }
+    }
+    counts
+}
