@@ -8,6 +8,10 @@ default:
 reproduce *ARGS:
     cargo run --release -- reproduce {{ARGS}}
 
+# A study: just study window
+study NAME *ARGS:
+    cargo run --release -- run experiments/{{NAME}}.toml {{ARGS}}
+
 # All tests.
 test *ARGS:
     cargo test --release {{ARGS}}
@@ -30,7 +34,7 @@ solver-table:
     cargo bench --bench kernels
     cargo run --release --example solver_table
 
-# Rebuild the committed reference results.
+# Rebuild the committed reference results and the report of them.
 results:
     results/rebuild
 

@@ -1,0 +1,323 @@
+//! Folders that are damaged, foreign, busy or full.
+
+use super::{Contents, Place, assert_same, blocks, contents, copy, stderr, wait_until};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::SystemTime;
+use xxhash_rust::xxh3::xxh3_128;
+
+const RUN: [&str; 4] = ["run", "everything.toml", "--block", "100"];
+
+fn run_in(out: &str) -> Vec<&str> {
+    [&RUN[..], &["--out", out]].concat()
+}
+
+/// Every file of a folder and of its blocks, with its time of change.
+fn state(folder: &Path) -> Vec<(PathBuf, Vec<u8>, SystemTime)> {
+    let mut files = blocks(folder);
+    files.extend(contents(folder).keys().map(|name| folder.join(name)));
+    files.push(folder.join("blocks/design.json"));
+    let time = |path: &Path| {
+        std::fs::metadata(path)
+            .and_then(|m| m.modified())
+            .expect("a time")
+    };
+    let read = |path: PathBuf| {
+        (
+            path.clone(),
+            std::fs::read(&path).expect("a file"),
+            time(&path),
+        )
+    };
+    files.into_iter().map(read).collect()
+}
+
+/// Changes a block file's bytes before its checksum, and the checksum with them.
+fn with_checksum(bytes: &[u8], change: impl Fn(&mut [u8])) -> Vec<u8> {
+    let mut bytes = bytes[..bytes.len() - 16].to_vec();
+    change(&mut bytes);
+    let checksum = xxh3_128(&bytes).to_le_bytes();
+    bytes.extend(checksum);
+    bytes
+}
+
+#[test]
+fn damaged_blocks_are_named_and_repaired() {
+    type Damage = (&'static str, fn(&[u8]) -> Vec<u8>);
+    let place = Place::new();
+    let expected = place.results("whole", &RUN[2..]);
+    let damages: [Damage; 7] = [
+        ("truncated", |bytes| bytes[..bytes.len() - 1].to_vec()),
+        ("half", |bytes| bytes[..bytes.len() / 2].to_vec()),
+        ("flipped", |bytes| {
+            let mut bytes = bytes.to_vec();
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            bytes
+        }),
+        ("head", |bytes| {
+            let mut bytes = bytes.to_vec();
+            bytes[33] ^= 1;
+            bytes
+        }),
+        ("empty", |_| Vec::new()),
+        ("foreign", |_| {
+            b"PAR1 something else that is long enough to be a block by its length alone PAR1"
+                .to_vec()
+        }),
+        ("undecodable", |bytes| {
+            with_checksum(bytes, |bytes| bytes[48..].fill(0xff))
+        }),
+    ];
+    for (i, (name, damage)) in damages.into_iter().enumerate() {
+        let folder = place.path(name);
+        copy(&place.path("whole"), &folder);
+        let victim = blocks(&folder).swap_remove(5 * i);
+        let victim_name = victim
+            .file_name()
+            .and_then(|name| name.to_str())
+            .expect("a name");
+        std::fs::write(&victim, damage(&std::fs::read(&victim).expect("a file"))).expect("written");
+        let before = state(&folder);
+        place.refuses(&run_in(name), &[victim_name, "--repair"]);
+        assert!(
+            state(&folder) == before,
+            "{name}: a refused run must change nothing"
+        );
+        let output = place.run(&[&run_in(name)[..], &["--repair"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", stderr(&output));
+        assert_same(&contents(&folder), &expected, name);
+        for (path, bytes, time) in before
+            .iter()
+            .filter(|(path, ..)| super::is_block(path) && *path != victim)
+        {
+            let now = std::fs::metadata(path)
+                .and_then(|m| m.modified())
+                .expect("a time");
+            assert!(
+                now == *time && std::fs::read(path).expect("a file") == *bytes,
+                "{name}: {}",
+                path.display()
+            );
+        }
+        let output = place.run(&run_in(name));
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", stderr(&output));
+    }
+    // Several at once, one of them gone.
+    let folder = place.path("several");
+    copy(&place.path("whole"), &folder);
+    let all = blocks(&folder);
+    std::fs::write(&all[0], b"").expect("written");
+    std::fs::write(&all[40], b"asobench").expect("written");
+    std::fs::remove_file(&all[20]).expect("removed");
+    let output = place.run(&[&run_in("several")[..], &["--repair"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_same(&contents(&folder), &expected, "several");
+}
+
+#[test]
+fn newer_versions_and_other_designs_are_left_alone() {
+    let place = Place::new();
+    place.results("out", &RUN[2..]);
+    let folder = place.path("out");
+    let refuses = |more: &[&str], parts: &[&str]| {
+        let before = state(&folder);
+        place.refuses(&[&run_in("out")[..], more].concat(), parts);
+        assert!(
+            state(&folder) == before,
+            "{more:?}: a refused run must change nothing"
+        );
+    };
+    refuses(
+        &["--set", "eta=[2, 11]"],
+        &["out", "another design", "settings.eta"],
+    );
+    refuses(
+        &["--set", "seed=6", "--set", "curves=false"],
+        &["seed", "curves"],
+    );
+    refuses(
+        &["--set", "methods.0.iterations=3", "--set", "compare=[]"],
+        &["methods", "compare"],
+    );
+    refuses(
+        &["--set", "noises.coloured.numerator=[1.0, 0.6]"],
+        &["noises.coloured.numerator"],
+    );
+    refuses(&["--set", "store=summaries"], &["store"]);
+    // Words are no part of the design.
+    let words = ["--set", "title=Another title", "--set", "claims=[\"C4\"]"];
+    let output = place.run(&[&run_in("out")[..], &words[..]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+
+    let victim = blocks(&folder).swap_remove(3);
+    let name = victim
+        .file_name()
+        .and_then(|name| name.to_str())
+        .expect("a name")
+        .to_owned();
+    let whole = std::fs::read(&victim).expect("a file");
+    let newer = with_checksum(&whole, |bytes| bytes[8] = 2);
+    std::fs::write(&victim, newer).expect("written");
+    for more in [&[][..], &["--repair"]] {
+        refuses(more, &[&name, "newer version of asobench"]);
+    }
+    let foreign = with_checksum(&whole, |bytes| bytes[12] ^= 1);
+    std::fs::write(&victim, foreign).expect("written");
+    for more in [&[][..], &["--repair"]] {
+        refuses(more, &[&name, "another experiment"]);
+    }
+    std::fs::write(&victim, whole).expect("written");
+    // A newer program's manifest and design.
+    for file in ["manifest.json", "blocks/design.json"] {
+        let path = folder.join(file);
+        let text = std::fs::read_to_string(&path).expect("a file");
+        let version = concat!("\"version\":\"", env!("CARGO_PKG_VERSION"), "\"");
+        assert!(text.contains(version), "{text}");
+        std::fs::write(&path, text.replace(version, "\"version\":\"99.0.0\"")).expect("written");
+        refuses(&[], &[file, "99.0.0", "newer"]);
+        std::fs::write(&path, text).expect("written");
+    }
+    // Not this program's.
+    for file in ["manifest.json", "blocks/design.json"] {
+        let path = folder.join(file);
+        let text = std::fs::read_to_string(&path).expect("a file");
+        std::fs::write(&path, "[1, 2").expect("written");
+        refuses(&[], &[file, "not a manifest"]);
+        std::fs::write(&path, text).expect("written");
+    }
+    // `reproduce` does not take another study's blocks away.
+    let before = state(&folder);
+    place.refuses(
+        &["reproduce", "--trials", "1", "--out", "out"],
+        &["--out", "another design"],
+    );
+    assert!(state(&folder) == before);
+}
+
+#[test]
+fn two_runs_in_one_folder() {
+    let place = Place::new();
+    let arguments = [
+        "run",
+        "everything.toml",
+        "--out",
+        "out",
+        "--trials",
+        "1000000",
+        "--block",
+        "50",
+    ];
+    let mut child = place.start(&arguments);
+    wait_until(|| !blocks(&place.path("out")).is_empty());
+    place.refuses(&arguments, &["--out", "out", "another run"]);
+    place.refuses(
+        &["reproduce", "--trials", "1", "--out", "out"],
+        &["another run"],
+    );
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    assert!(contents(&place.path("out")).is_empty());
+}
+
+/// What cannot be a folder is refused before anything is computed.
+#[test]
+fn folders_that_cannot_be() {
+    let place = Place::new();
+    place.write("file", b"");
+    std::fs::create_dir(place.path("odd")).expect("a folder");
+    place.write("odd/blocks", b"");
+    for (out, part) in [
+        ("file", "file"),
+        ("file/out", "file/out"),
+        ("/proc/asobench", "/proc/asobench"),
+        ("odd", "odd/blocks"),
+    ] {
+        place.refuses(&run_in(out), &["--out", part, "cannot write"]);
+    }
+    place.refuses(&run_in(""), &["--out", "value is required"]);
+    let long = "x".repeat(300);
+    place.refuses(&run_in(&long), &["--out", "cannot write"]);
+}
+
+/// A file system of 300 kB in memory, which is taken away again.
+struct Small(PathBuf);
+
+impl Small {
+    fn mount(path: PathBuf, size: &str) -> Option<Self> {
+        std::fs::create_dir(&path).expect("a folder");
+        let mounted = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", size, "tmpfs"])
+            .arg(&path)
+            .output();
+        mounted
+            .is_ok_and(|output| output.status.success())
+            .then_some(Self(path))
+    }
+}
+
+impl Drop for Small {
+    fn drop(&mut self) {
+        // The test is over, or failing already.
+        let _ = Command::new("umount").arg(&self.0).status();
+    }
+}
+
+/// A full disk ends the run in one line; the blocks that were finished are good, and with more space it goes on.
+#[test]
+fn a_full_disk() {
+    let place = Place::new();
+    let expected = place.results("whole", &RUN[2..]);
+    let ends = |out: &str, output: std::process::Output, whole: &Contents| {
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.contains(out), "{message}");
+        assert!(
+            contents(&place.path(out)).is_empty(),
+            "no results of a part"
+        );
+        assert!(whole.len() == 4);
+    };
+    // A limit on the size of files: blocks fit, the table of trials does not.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 300; exec '{}' run everything.toml --block 100 --out limited",
+        super::PROGRAM
+    );
+    let output = Command::new("bash")
+        .args(["-c", &script])
+        .current_dir(place.folder.path())
+        .output();
+    ends("limited", output.expect("bash runs"), &expected);
+    assert_eq!(
+        blocks(&place.path("limited")).len(),
+        48,
+        "finished blocks stay"
+    );
+    assert_same(&place.results("limited", &RUN[2..]), &expected, "limited");
+
+    let Some(small) = Small::mount(place.path("small"), "size=300k") else {
+        println!("skipped: no file system could be mounted (not root?)");
+        return;
+    };
+    ends("small/out", place.run(&run_in("small/out")), &expected);
+    let finished = blocks(&place.path("small/out"));
+    assert!(!finished.is_empty() && finished.len() < 48);
+    let grown = Command::new("mount")
+        .args(["-o", "remount,size=60m"])
+        .arg(&small.0)
+        .status();
+    assert!(grown.expect("mount runs").success());
+    let before: Vec<Vec<u8>> = finished
+        .iter()
+        .map(|path| std::fs::read(path).expect("a file"))
+        .collect();
+    assert_same(&place.results("small/out", &RUN[2..]), &expected, "small");
+    for (path, bytes) in finished.iter().zip(before) {
+        assert!(
+            std::fs::read(path).expect("a file") == bytes,
+            "{}",
+            path.display()
+        );
+    }
+}
