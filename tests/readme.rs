@@ -13,6 +13,18 @@ fn the_verdict_table_is_the_committed_one() {
     assert!(read("README.md").contains(verdict.trim_end()));
 }
 
+/// So is the table of claims.
+#[test]
+fn the_table_of_claims_is_the_committed_one() {
+    let (readme, claims) = (read("README.md"), read("results/report/claims.md"));
+    let rows: Vec<&str> = claims
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .collect();
+    assert!(rows.len() > 10);
+    assert!(readme.contains(&rows.join("\n")));
+}
+
 /// Every file that the README links to is there.
 #[test]
 fn links_lead_somewhere() {
