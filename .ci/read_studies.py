@@ -50,7 +50,8 @@ def check_summary(frame: pd.DataFrame, summary: dict) -> None:
     rows = iter(frame.to_dict("records"))
     for cell in summary["cells"]:
         for output in cell["outputs"]:
-            for figure, of in output["figures"].items():
+            parameters = [(f"error of {name}", of) for name, of in output.get("parameters", [])]
+            for figure, of in [*output["figures"].items(), *parameters]:
                 row = next(rows)
                 place = (cell["cell"], output["estimator"], output["pass"], figure)
                 assert (row["cell"], row["estimator"], row["pass"], row["figure"]) == place, (row, place)
@@ -63,7 +64,7 @@ def check_summary(frame: pd.DataFrame, summary: dict) -> None:
                     for key, column in (("value", name), ("mcse", f"{name}_mcse")):
                         expected = of[name][key]
                         if expected is None:
-                            assert pd.isna(row[column]), (place, column, row[column])
+                            assert pd.isna(row[column]), (place, column)
                         else:
                             assert np.isclose(row[column], float(expected), rtol=1e-8, atol=0), (place, column)
     assert next(rows, None) is None, "rows that summary.json does not have"
