@@ -213,17 +213,21 @@ impl Study {
     }
 
     /// The IV output that claims are about: "iv(4)", or the fourth pass of the method with every option at its
-    /// default, else the last output.
+    /// default, or its last one, else the last output.
     pub fn main_output(&self) -> Option<String> {
         let labels = self.labels();
         let four = labels.iter().find(|label| *label == "iv(4)");
-        let default = labels.iter().find(|label| {
+        let default = |label: &&String| {
             let method = label
-                .strip_suffix("(4)")
-                .and_then(|method| self.options(method));
-            method.is_some_and(|options| apart(&options, &IvOptions::default()).is_empty())
-        });
-        four.or(default).or_else(|| labels.last()).cloned()
+                .rsplit_once('(')
+                .map_or(label.as_str(), |(name, _)| name);
+            let options = self.options(method);
+            options.is_some_and(|options| apart(&options, &IvOptions::default()).is_empty())
+        };
+        let fourth = labels.iter().find(|of| of.ends_with("(4)") && default(of));
+        let any = || labels.iter().rfind(default);
+        let found = four.or(fourth).or_else(any);
+        found.or_else(|| labels.last()).cloned()
     }
 
     /// The solver of a method by its name.

@@ -3,7 +3,7 @@
 use super::{Finding, Number, Ratio, Standing, Studies, condition, count_of, settle};
 use crate::metric::Quantile;
 use crate::report::number::uncertain;
-use crate::report::results::{Study, distinct, median, place, words};
+use crate::report::results::{Study, distinct, median, place, statistics, words};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Figure};
 
@@ -179,13 +179,14 @@ pub(super) fn poles(studies: Studies<'_>) -> Finding {
     }
     let all = good + bad + open;
     let no_worse = match good {
-        0 => format!("No feedback is as good beyond doubt in any of {all} cells."),
-        _ => format!("Feedback is no worse in {} cells.", count_of(good, all)),
+        0 => format!("None of these gains is as good beyond doubt in any of {all} cells."),
+        _ => format!("A gain is no worse in {} cells.", count_of(good, all)),
     };
     let because = format!(
-        "The median of max e_x over that of the model without feedback, least to greatest of the cells: {}. {no_worse}{}",
+        "The median of max e_x over that of the model without feedback, least to greatest of the cells: {}. {no_worse}{}{}",
         super::listed(&texts),
-        levels(study, &output, &gains)
+        levels(study, &output, &gains),
+        tails(study, &output)
     );
     Finding::new(study, settle(good, bad, open), because).numbers(numbers)
 }
@@ -216,4 +217,44 @@ fn levels(study: &Study, output: &str, gains: &[String]) -> String {
         return String::new();
     }
     format!(" The median itself is {}.", super::listed(&texts))
+}
+
+/// What feedback does where more than 5 % of the models are unstable, so that one of them makes the 95 % quantile.
+fn tails(study: &Study, output: &str) -> String {
+    let upper = |cell: &CellSummary| statistics(cell, output, Figure::ExMax).map(|of| of.q95);
+    let unstable = |cell: &&CellSummary| {
+        let alone = cell.setting(Key::Gain) == "scaled:1";
+        alone && cell.output(output).is_some_and(|of| of.unstable.low > 0.05)
+    };
+    let keys: Vec<Key> = study.varying();
+    let keys: Vec<Key> = keys
+        .into_iter()
+        .filter(|key| ![Key::Gain, Key::ObserverStart].contains(key))
+        .collect();
+    let mut places: Vec<String> = Vec::new();
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+    for alone in study.summary.cells.iter().filter(unstable) {
+        let place = place(alone, &keys);
+        if !places.contains(&place) {
+            places.push(place);
+        }
+        least = least.min(upper(alone).map_or(f64::INFINITY, |of| of.value));
+        for gain in study
+            .values(Key::Gain)
+            .iter()
+            .filter(|of| *of != "scaled:1")
+        {
+            let with = twin(study, alone, Key::Gain, gain).and_then(upper);
+            most = most.max(with.map_or(0.0, |of| of.interval().1));
+        }
+    }
+    if places.is_empty() || !least.is_finite() || !(most > 0.0 && most < least) {
+        return String::new();
+    }
+    format!(
+        " Where more than 5 % of the models are unstable ({}) feedback saves the tail: the 95 % quantile is below {} with it, {} or more without.",
+        places.join("; "),
+        uncertain(most, 0.0),
+        uncertain(least, 0.0)
+    )
 }
