@@ -99,7 +99,7 @@ impl Page {
 pub struct Section {
     id: String,
     heading: String,
-    verdict: Option<Verdict>,
+    verdicts: Vec<Verdict>,
     body: String,
     tables: usize,
     figures: usize,
@@ -122,9 +122,10 @@ impl Section {
         self.add(&["<p class=\"question\">", &inline(text), "</p>\n"]);
     }
 
-    /// The answer in a sentence behind its verdict, whose sign also stands in the table of contents.
+    /// The answer in a sentence behind its verdict; the sign also stands in the table of contents where all answers of
+    /// a section have the same.
     pub fn answer(&mut self, verdict: Verdict, sentence: &str) {
-        self.verdict = Some(verdict);
+        self.verdicts.push(verdict);
         let (badge, sentence) = (verdict.badge(), inline(sentence));
         self.add(&["<p class=\"answer\">", &badge, " ", &sentence, "</p>\n"]);
     }
@@ -204,7 +205,7 @@ impl Section {
         };
         write(&mut inner);
         (self.tables, self.figures) = (inner.tables, inner.figures);
-        self.verdict = self.verdict.or(inner.verdict);
+        self.verdicts.extend(inner.verdicts);
         let summary = inline(summary);
         self.add(&[
             "<details>\n<summary>",
@@ -218,7 +219,9 @@ impl Section {
     /// The line of the table of contents.
     fn entry(&self) -> String {
         let (id, heading) = (escape(&self.id), inline(&self.heading));
-        let mark = self.verdict.map_or_else(
+        let (first, rest) = (self.verdicts.first(), self.verdicts.get(1..));
+        let same = first.filter(|first| rest.is_none_or(|rest| rest.iter().all(|v| v == *first)));
+        let mark = same.copied().map_or_else(
             || "<span class=\"sign\" aria-hidden=\"true\">\u{b7}</span>".to_owned(),
             Verdict::mark,
         );

@@ -213,17 +213,21 @@ impl Study {
     }
 
     /// The IV output that claims are about: "iv(4)", or the fourth pass of the method with every option at its
-    /// default, else the last output.
+    /// default, or its last one, else the last output.
     pub fn main_output(&self) -> Option<String> {
         let labels = self.labels();
         let four = labels.iter().find(|label| *label == "iv(4)");
-        let default = labels.iter().find(|label| {
+        let default = |label: &&String| {
             let method = label
-                .strip_suffix("(4)")
-                .and_then(|method| self.options(method));
-            method.is_some_and(|options| apart(&options, &IvOptions::default()).is_empty())
-        });
-        four.or(default).or_else(|| labels.last()).cloned()
+                .rsplit_once('(')
+                .map_or(label.as_str(), |(name, _)| name);
+            let options = self.options(method);
+            options.is_some_and(|options| apart(&options, &IvOptions::default()).is_empty())
+        };
+        let fourth = labels.iter().find(|of| of.ends_with("(4)") && default(of));
+        let any = || labels.iter().rfind(default);
+        let found = four.or(fourth).or_else(any);
+        found.or_else(|| labels.last()).cloned()
     }
 
     /// The solver of a method by its name.
@@ -346,13 +350,38 @@ pub fn words(key: Key, value: &str) -> String {
         Key::Order => format!("n = {value}"),
         Key::PoleRadius => format!("poles within {value}"),
         Key::ObserverStart => format!("start at {value}"),
+        Key::Gain => gain(value),
         _ => format!("{key} {value}"),
     }
 }
 
 /// The noise's name as people say it.
 fn noise(value: &str) -> &str {
-    if value == "ar" { "1/A" } else { value }
+    match value {
+        "ar" => "1/A",
+        "ma" => "MA",
+        "arma" => "ARMA",
+        _ => value,
+    }
+}
+
+/// A gain by the poles of F.
+fn gain(value: &str) -> String {
+    match value.strip_prefix("scaled:") {
+        Some("1") => "no feedback (scaled:1)".to_owned(),
+        Some(factor) => format!("poles {factor} times A's"),
+        None => format!("{value} gain"),
+    }
+}
+
+/// A value as an axis of names shows it.
+pub fn value_name(key: Key, value: &str) -> String {
+    match (key, value) {
+        (Key::Noise, _) => noise(value).to_owned(),
+        (Key::Gain, "dead-beat") => "0".to_owned(),
+        (Key::Gain, _) => value.strip_prefix("scaled:").unwrap_or(value).to_owned(),
+        _ => value.to_owned(),
+    }
 }
 
 /// A setting as an axis is labelled, with its unit.
@@ -365,6 +394,7 @@ pub fn axis_label(key: Key) -> String {
         Key::PlantOrder => "order n of the plant".to_owned(),
         Key::PoleRadius => "largest pole radius".to_owned(),
         Key::X0 => "x0, every component".to_owned(),
+        Key::Gain => "poles of F over those of A".to_owned(),
         _ => key.name().replace('_', " "),
     }
 }
@@ -378,6 +408,7 @@ pub fn figure_name(figure: Figure) -> String {
         Figure::ExRmsPrinted => "rms e_x as printed".to_owned(),
         Figure::FreshFit => "FIT".to_owned(),
         Figure::SpectralRadius => "spectral radius".to_owned(),
+        Figure::Condition => "condition number".to_owned(),
         _ => figure.name().replace("_as_printed", " as printed"),
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A bound is met typically where Wilson's 95 % interval of the share of realisations that meet it lies above 1/2.
 
-use super::{Finding, Number, Studies, listed};
+use super::{Finding, Number, Studies, count_of, listed};
 use crate::metric::{Quantile, Share, Verdict as Typical, verdict};
 use crate::report::html::Verdict;
 use crate::report::number::uncertain;
@@ -60,13 +60,18 @@ pub(super) fn bounds(studies: Studies<'_>, id: &str) -> Finding {
         .iter()
         .map(|of| format!("{} in {}", of.name, share(of.share)))
         .collect();
-    let because = format!(
+    let mut because = format!(
         "Of {} realisations {} meets {}.",
         cell.trials,
         shown(&output),
         listed(&texts)
     );
-    let (grid, exists) = readings(studies, id).unwrap_or_default();
+    if let Some(multiple) = cell.bounds.iter().find_map(|of| of.bound.rounding) {
+        because.push_str(&format!(
+            " \"= 0\" means below {multiple} eps times the condition number."
+        ));
+    }
+    let (grid, exists, best) = readings(studies, id).unwrap_or_default();
     if exists && found == Verdict::DoesNotHold {
         found = Verdict::HoldsOnlyIf;
     }
@@ -78,7 +83,7 @@ pub(super) fn bounds(studies: Studies<'_>, id: &str) -> Finding {
         )
     };
     Finding::new(study, found, because)
-        .numbers(shares.iter().map(number).collect())
+        .numbers(shares.iter().map(number).chain(best).collect())
         .part("c2-c3", &grid)
         .part("noise-level", &levels(studies, cell))
 }
@@ -86,7 +91,7 @@ pub(super) fn bounds(studies: Studies<'_>, id: &str) -> Finding {
 const RELATIVE: [Figure; 3] = [Figure::Ea, Figure::Eb, Figure::ExMax];
 
 /// What the best combination of readings reaches, and whether one makes all bounds typical.
-fn readings(studies: Studies<'_>, id: &str) -> Option<(String, bool)> {
+fn readings(studies: Studies<'_>, id: &str) -> Option<(String, bool, Vec<Number>)> {
     let study = studies.named("c2-c3")?;
     let cells = study.cells(&[(Key::Claim, id)]);
     let mut best: Vec<(Met, String)> = Vec::new();
@@ -113,22 +118,44 @@ fn readings(studies: Studies<'_>, id: &str) -> Option<(String, bool)> {
             }
         }
     }
-    if best.is_empty() {
+    best.sort_by(|a, b| b.0.share.share.total_cmp(&a.0.share.share));
+    let numbers = best.iter().map(|(of, name)| {
+        let name = format!("largest share with {}: {name}", of.name);
+        Number::new(name, of.share.share, of.share.mcse)
+    });
+    let numbers = numbers.collect();
+    let text =
+        |(of, name): &(Met, String)| format!("{} in {} with {name}", of.name, share(of.share));
+    let (relative, printed): (Vec<_>, Vec<_>) = best
+        .iter()
+        .partition(|(of, _)| RELATIVE.contains(&of.figure));
+    let largest: Vec<String> = [relative.first(), printed.first()]
+        .into_iter()
+        .flatten()
+        .map(|of| text(of))
+        .collect();
+    if largest.is_empty() {
         return None;
     }
-    let best: Vec<String> = best
+    let singly = best
         .iter()
-        .map(|(of, name)| format!("{} in {} ({name})", of.name, share(of.share)))
-        .collect();
-    let verdict = all.as_ref().map_or_else(
-        || "none makes all of them typical".to_owned(),
+        .filter(|(of, _)| verdict(of.share) == Typical::Typical)
+        .count();
+    let found = all.as_ref().map_or_else(
+        || match singly {
+            0 => "none makes any of the bounds typical".to_owned(),
+            _ => format!(
+                "none makes all of the bounds typical; singly, {} can be",
+                count_of(singly, best.len())
+            ),
+        },
         |name| format!("all are typical with {name}"),
     );
     let text = format!(
-        " Over {combinations} combinations of readings {verdict}; the largest shares are {}.",
-        listed(&best)
+        " Over {combinations} combinations of readings {found}; the largest shares are {}.",
+        listed(&largest)
     );
-    Some((text, all.is_some()))
+    Some((text, all.is_some(), numbers))
 }
 
 fn improve(best: &mut Vec<(Met, String)>, of: Met, name: &str) {

@@ -6,7 +6,7 @@
 //! a bias is less than 1 % of the mean square error. A cell without external input is lost where no more than half
 //! of its trials have an e_a below 1 (the interval of the median decides).
 
-use super::{Finding, Number, Studies, condition, count_of, listed};
+use super::{Finding, Number, Studies, condition, count_of};
 use crate::metric::Statistics;
 use crate::report::html::Verdict;
 use crate::report::number::uncertain;
@@ -90,11 +90,11 @@ impl Count {
     }
 
     fn text(self) -> String {
-        format!(
-            "biased in {} cells (open: {})",
-            count_of(self.yes, self.all()),
-            self.open
-        )
+        let open = match self.open {
+            0 => String::new(),
+            open => format!(" (open: {open})"),
+        };
+        format!("{} cells{open}", count_of(self.yes, self.all()))
     }
 }
 
@@ -129,14 +129,14 @@ pub(super) fn bias(studies: Studies<'_>) -> Finding {
     let [own, own_white] = [&equation, &white].map(|cells| Count::of(cells, "iv(4)"));
     let found = verdict(own, own_white);
     let mut because = format!(
-        "With r, instruments formed from u are {} under 1/A noise and {} under white output noise; white is the equation error only under the first",
+        "With an external input r, instruments formed from u leave a biased coefficient in {} under 1/A noise, where the equation error is white, and in {} under white output noise",
         own.text(),
         own_white.text()
     );
     if with.iter().any(|cell| cell.output("iv-r(4)").is_some()) {
         let counts = [&equation, &white].map(|cells| Count::of(cells, "iv-r(4)").text());
         because.push_str(&format!(
-            "; formed from r they are {} and {}",
+            "; formed from r in {} and {}",
             counts[0], counts[1]
         ));
     }
@@ -146,7 +146,6 @@ pub(super) fn bias(studies: Studies<'_>) -> Finding {
         all.filter(|cell| cell.output("iv(4)").and_then(biased) == Some(wanted))
             .collect()
     };
-    because.push_str(&condition(study, &decided(false), &decided(true)));
     because.push_str(&largest(study, &with));
     because.push_str(&lost(&without));
     let mut numbers = Vec::new();
@@ -163,7 +162,9 @@ pub(super) fn bias(studies: Studies<'_>) -> Finding {
             }));
         }
     }
-    Finding::new(study, found, because).numbers(numbers)
+    Finding::new(study, found, because)
+        .numbers(numbers)
+        .led_by(&condition(study, &decided(false), &decided(true)))
 }
 
 /// White noise is read both ways: as the equation error's (1/A output noise) and as the output's.
@@ -226,21 +227,22 @@ fn lost(cells: &[&CellSummary]) -> String {
             let share = 100.0 * failed as f64 / f64::max(1.0, trials as f64);
             let medians = if high > 0.0 {
                 format!(
-                    ", with median e_a of {} to {} in the others",
+                    " (median e_a of the others {} to {})",
                     uncertain(low, 0.0),
                     uncertain(high, 0.0)
                 )
             } else {
                 String::new()
             };
-            format!(
-                "{feedback}: {} fails in {share:.1} % of the trials{medians}",
-                shown("iv(4)")
-            )
+            format!("{share:.1} % with feedback {feedback}{medians}")
         })
         .collect();
     if texts.is_empty() {
         return String::new();
     }
-    format!(" Without external input: {}.", listed(&texts))
+    format!(
+        " Without external input {} fails in this share of the trials: {}.",
+        shown("iv(4)"),
+        texts.join("; ")
+    )
 }

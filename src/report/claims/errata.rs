@@ -6,15 +6,27 @@
 
 use super::{Finding, Ratio, Standing, Studies, count_of, listed, settle};
 use crate::estimator::IvOptions;
-use crate::report::results::{Study, apart, figure_name, is_default, median, place, statistics};
+use crate::report::html::Verdict;
+use crate::report::results::{
+    Study, apart, figure_name, is_default, median, place, statistics, words,
+};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Figure, OutputSummary};
 
 /// Ratios under one reading.
 struct Cost {
     reading: String,
-    case: String,
+    figure: Figure,
+    place: String,
     ratio: Ratio,
+}
+
+impl Cost {
+    fn case(&self) -> String {
+        format!("{}, {}", figure_name(self.figure), self.place)
+            .trim_end_matches([',', ' '])
+            .to_owned()
+    }
 }
 
 const FIGURES: [Figure; 3] = [Figure::Ea, Figure::Eb, Figure::ExMax];
@@ -59,7 +71,11 @@ fn finding(study: &Study, costs: &[Cost], failing: &[String], asked: Asked, what
         let least = of().min_by(|a, b| a.ratio.value.total_cmp(&b.ratio.value));
         let show = |cost: Option<&Cost>| {
             cost.map_or_else(String::new, |cost| {
-                format!("{} ({})", cost.ratio.text(), cost.case)
+                if readings.len() > 2 {
+                    cost.ratio.text()
+                } else {
+                    format!("{} ({})", cost.ratio.text(), cost.case())
+                }
             })
         };
         if of().count() == 1 {
@@ -77,8 +93,12 @@ fn finding(study: &Study, costs: &[Cost], failing: &[String], asked: Asked, what
     let mut because = if costs.is_empty() {
         String::new()
     } else {
+        let unsure = match open {
+            0 => String::new(),
+            _ => format!("; in {open} the 95 % interval leaves it open"),
+        };
         format!(
-            "Medians over those of the default reading: {}; {wanted} beyond doubt in {}.",
+            "Medians over those of the default reading, least to greatest: {}; {wanted} beyond doubt in {}{unsure}.",
             texts.join("; "),
             count_of(same, costs.len())
         )
@@ -92,9 +112,52 @@ fn finding(study: &Study, costs: &[Cost], failing: &[String], asked: Asked, what
     }
     let numbers = costs.iter().map(|cost| {
         cost.ratio
-            .number(format!("{}, {}", cost.reading, cost.case))
+            .number(format!("{}, {}", cost.reading, cost.case()))
     });
-    Finding::new(study, verdict, because).numbers(numbers.collect())
+    let holds = |cost: &&Cost| match cost.ratio.standing() {
+        Standing::Same => true,
+        Standing::Below => asked == Asked::AsWell,
+        _ => false,
+    };
+    let held = if verdict == Verdict::HoldsOnlyIf {
+        cases(&costs.iter().filter(holds).collect::<Vec<_>>())
+    } else {
+        String::new()
+    };
+    Finding::new(study, verdict, because)
+        .numbers(numbers.collect())
+        .led_by(&held)
+}
+
+/// The cases where a reading does as well: the figures with the cells in which they do.
+fn cases(held: &[&Cost]) -> String {
+    let mut cells: Vec<((&str, &str), Vec<Figure>)> = Vec::new();
+    for cost in held {
+        let cell = (cost.reading.as_str(), cost.place.as_str());
+        match cells.iter_mut().find(|(known, _)| *known == cell) {
+            Some((_, figures)) => figures.push(cost.figure),
+            None => cells.push((cell, vec![cost.figure])),
+        }
+    }
+    let mut groups: Vec<(Vec<Figure>, Vec<String>)> = Vec::new();
+    let several = held.iter().any(|cost| cost.reading != held[0].reading);
+    for ((reading, place), figures) in cells {
+        let place = if several {
+            format!("{reading}, {place}")
+        } else {
+            place.to_owned()
+        };
+        match groups.iter_mut().find(|(known, _)| *known == figures) {
+            Some((_, places)) => places.push(place),
+            None => groups.push((figures, vec![place])),
+        }
+    }
+    let text = |(figures, places): &(Vec<Figure>, Vec<String>)| {
+        let names: Vec<String> = figures.iter().map(|figure| figure_name(*figure)).collect();
+        format!("{} ({})", listed(&names), places.join("; "))
+    };
+    let texts: Vec<String> = groups.iter().map(text).collect();
+    format!("It holds for {}.", listed(&texts))
 }
 
 /// A reading that is a setting: against the cell with every other setting the same.
@@ -178,10 +241,10 @@ fn costs_of(study: &Study, cell: &CellSummary, key: Key, output: &str) -> Vec<Co
         .collect();
     let cost = |figure: &Figure| {
         let ratio = Ratio::of(median(cell, output, *figure), median(base, output, *figure))?;
-        let case = format!("{}, {}", figure_name(*figure), place(cell, &keys));
         Some(Cost {
-            reading: value.clone(),
-            case,
+            reading: words(key, &value),
+            figure: *figure,
+            place: place(cell, &keys),
             ratio,
         })
     };
@@ -312,10 +375,10 @@ fn against(study: &Study, label: &str, base: &str, reading: &str) -> Vec<Cost> {
                 pair.and_then(|pair| Ratio::paired(pair.figures.get(&figure)?.median_ratio));
             let ratio = paired
                 .or_else(|| Ratio::of(median(cell, label, figure), median(cell, base, figure)));
-            let case = format!("{}, {}", figure_name(figure), place(cell, &keys));
             costs.extend(ratio.map(|ratio| Cost {
                 reading: reading.to_owned(),
-                case,
+                figure,
+                place: place(cell, &keys),
                 ratio,
             }));
         }
@@ -391,10 +454,10 @@ pub(super) fn printed_errors(studies: Studies<'_>) -> Finding {
                 median(cell, &output, printed),
                 median(cell, &output, relative),
             );
-            let case = format!("{}, {}", figure_name(relative), place(cell, &[Key::Claim]));
             costs.extend(ratio.map(|ratio| Cost {
                 reading: "as printed".to_owned(),
-                case,
+                figure: relative,
+                place: place(cell, &[Key::Claim]),
                 ratio,
             }));
         }

@@ -62,14 +62,14 @@ pub(super) fn four_passes(studies: Studies<'_>) -> Finding {
         .filter(|cell| cell.enough == Some(true))
         .count();
     let mut because = format!(
-        "Less than 1 % of the trials fail or end unstable at pass {last} in {} cells, and the median e_a of pass 4 is within 5 % of that of pass {last} in {} cells",
+        "At pass {last} less than 1 % of the trials are failed or unstable in {} cells; {}. The median e_a of pass 4 is within 5 % of that of pass {last} in {} cells{}.",
         count_of(converging, all),
-        count_of(enough, all)
+        most_lost(study, &cells),
+        count_of(enough, all),
+        farthest(study, &cells),
     );
-    because.push_str(&extremes(study, &cells));
     let [held, refuted]: [Vec<&CellSummary>; 2] =
         [&good, &bad].map(|of| of.iter().map(|of| of.cell).collect());
-    because.push_str(&condition(study, &held, &refuted));
     because.push_str(&rescued(study, last));
     let numbers = cells
         .iter()
@@ -86,7 +86,9 @@ pub(super) fn four_passes(studies: Studies<'_>) -> Finding {
             );
             Number::new(name, of.lost.share, of.lost.mcse)
         }));
-    Finding::new(study, verdict, because).numbers(numbers.collect())
+    Finding::new(study, verdict, because)
+        .numbers(numbers.collect())
+        .led_by(&condition(study, &held, &refuted))
 }
 
 struct Judged<'a> {
@@ -128,32 +130,29 @@ fn judge<'a>(cell: &'a CellSummary, last: &str) -> Option<Judged<'a>> {
     })
 }
 
-/// The worst cell in each respect.
-fn extremes(study: &Study, cells: &[Judged<'_>]) -> String {
-    let keys = study.varying();
-    let mut text = String::new();
-    if let Some(of) = cells
+/// Where most trials are lost.
+fn most_lost(study: &Study, cells: &[Judged<'_>]) -> String {
+    let most = cells
         .iter()
-        .max_by(|a, b| a.lost.share.total_cmp(&b.lost.share))
-    {
-        text.push_str(&format!(
-            "; most are lost at {}: {}",
-            place(of.cell, &keys),
-            share(of.lost)
-        ));
-    }
+        .max_by(|a, b| a.lost.share.total_cmp(&b.lost.share));
+    most.map_or_else(String::new, |of| {
+        let place = place(of.cell, &study.varying());
+        format!("most are lost at {place}: {}", share(of.lost))
+    })
+}
+
+/// Where the fourth pass is farthest from the last.
+fn farthest(study: &Study, cells: &[Judged<'_>]) -> String {
     let far = |of: &Judged<'_>| of.ratio.map_or(0.0, |ratio| ratio.value.ln().abs());
-    if let Some(of) = cells.iter().max_by(|a, b| far(a).total_cmp(&far(b)))
-        && let Some(ratio) = of.ratio
-    {
-        text.push_str(&format!(
-            "; pass 4 is farthest at {}: ratio {}",
-            place(of.cell, &keys),
-            ratio.text()
-        ));
-    }
-    text.push('.');
-    text
+    let most = cells.iter().max_by(|a, b| far(a).total_cmp(&far(b)));
+    most.and_then(|of| Some((of, of.ratio?)))
+        .map_or_else(String::new, |(of, ratio)| {
+            let place = place(of.cell, &study.varying());
+            format!(
+                "; the ratio is farthest from 1 at {place}: {}",
+                ratio.text()
+            )
+        })
 }
 
 /// What reflecting unstable poles saves, and what it costs the others.
@@ -185,19 +184,16 @@ fn rescued(study: &Study, last: usize) -> String {
         return String::new();
     }
     let [before, after] = [plain, reflected].map(|[count, of]| share(Share::new(count, of)));
-    let spread = ratios
+    let most = ratios
         .iter()
-        .copied()
-        .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), r| {
-            (low.min(r), high.max(r))
-        });
+        .map(|ratio| 100.0 * (ratio - 1.0).abs())
+        .fold(0.0, f64::max);
     let cost = if ratios.is_empty() {
         String::new()
     } else {
-        format!(
-            "; where both give an estimate the median ratio of e_a is {:.3} to {:.3} over the cells",
-            spread.0, spread.1
-        )
+        format!("; where both give an estimate the median ratio of e_a is within {most:.2} % of 1")
     };
-    format!(" Reflecting unstable poles takes the lost trials from {before} to {after}{cost}.")
+    format!(
+        " Reflecting unstable poles takes the lost trials of all cells from {before} to {after}{cost}."
+    )
 }

@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod closed_loop;
+mod condition;
 mod errata;
 mod iteration;
 mod noise;
@@ -14,12 +15,12 @@ mod state;
 mod tests;
 
 pub(super) use closed_loop::bias_of;
+use condition::condition;
 
 use super::html::Verdict;
 use super::number::uncertain;
-use super::results::{Study, place};
+use super::results::Study;
 use crate::metric::{Quantile, Z};
-use crate::study::CellSummary;
 
 /// A claim of the papers, or an erratum, with what the results say of it.
 #[derive(Clone, Debug)]
@@ -93,6 +94,13 @@ impl Finding {
             self.parts
                 .push((study.to_owned(), sentence.trim().to_owned()));
         }
+        self
+    }
+
+    /// The finding with a sentence in front: that on where a claim holds.
+    fn led_by(mut self, sentence: &str) -> Self {
+        let all = format!("{sentence} {}", self.because);
+        all.trim().clone_into(&mut self.because);
         self
     }
 
@@ -305,47 +313,6 @@ impl Ratio {
     fn number(self, name: impl Into<String>) -> Number {
         Number::new(name, self.value, self.mcse)
     }
-}
-
-/// The setting, or the two settings, whose values tell the cells where a claim holds from those where it does not.
-fn condition(study: &Study, good: &[&CellSummary], bad: &[&CellSummary]) -> String {
-    const MOST: usize = 6;
-    let keys = study.varying();
-    let pairs = keys
-        .iter()
-        .enumerate()
-        .flat_map(|(i, a)| keys[i + 1..].iter().map(|b| vec![*a, *b]));
-    let candidates = keys.iter().map(|key| vec![*key]).chain(pairs);
-    if good.is_empty() || bad.is_empty() {
-        return String::new();
-    }
-    for candidate in candidates {
-        let values = |cells: &[&CellSummary]| {
-            let mut values: Vec<String> = Vec::new();
-            for cell in cells {
-                let value = place(cell, &candidate);
-                if !values.contains(&value) {
-                    values.push(value);
-                }
-            }
-            values
-        };
-        let (good, bad) = (values(good), values(bad));
-        if good.len() <= MOST && !good.iter().any(|value| bad.contains(value)) {
-            let good: Vec<String> = good
-                .into_iter()
-                .map(|value| {
-                    if candidate.len() > 1 {
-                        format!("({value})")
-                    } else {
-                        value
-                    }
-                })
-                .collect();
-            return format!(" It holds with {}.", listed(&good));
-        }
-    }
-    " No single setting, or pair of them, tells where it holds.".to_owned()
 }
 
 /// "a, b and c".

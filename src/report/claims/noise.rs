@@ -79,34 +79,35 @@ pub(super) fn rate(studies: Studies<'_>) -> Finding {
     let (verdict, judgement) = if error == all {
         (
             Verdict::Holds,
-            "the error itself falls in proportion to 1/N",
+            "The error itself falls in proportion to 1/N",
         )
     } else if error + square == all || (square > 0 && open == 0) {
         (
             Verdict::HoldsOnlyIf,
-            "the error's square falls in proportion to 1/N, the error as 1/sqrt(N)",
+            "It holds for the square of the error, which falls as 1/N, the error itself as 1/sqrt(N)",
         )
     } else if neither == all {
         (
             Verdict::DoesNotHold,
-            "neither the error nor its square falls in proportion to 1/N",
+            "Neither the error nor its square falls in proportion to 1/N",
         )
     } else {
         (
             Verdict::Undecided,
-            "the intervals hold more than one rate, or rates differ",
+            "The intervals hold more than one rate, or rates differ",
         )
     };
     let texts: Vec<String> = found.iter().map(|slope| slope_text(slope)).collect();
+    let cases = if neither > 0 && verdict == Verdict::HoldsOnlyIf {
+        format!(", in {} cases", count_of(square, all))
+    } else {
+        String::new()
+    };
     let mut because = format!(
-        "The slope of log median e_a on log N with {} is {}: {judgement}",
+        "{judgement}{cases}: the slope of log median e_a on log N with {} is {}.",
         shown(&output),
         listed(&texts)
     );
-    if neither > 0 && verdict == Verdict::HoldsOnlyIf {
-        because.push_str(&format!(", in {} cases", count_of(square, all)));
-    }
-    because.push('.');
     let least = slopes(study, "ls");
     if !least.is_empty() {
         let texts: Vec<String> = least.iter().map(|slope| slope_text(slope)).collect();
@@ -168,6 +169,10 @@ fn beaten(study: &Study) -> String {
         let ratio = Ratio::paired(pair?.figures.get(&figure)?.median_ratio)?;
         Some(ratio.high < 1.0)
     };
+    let etas = match study.values(Key::Eta).len() {
+        0 | 1 => "",
+        _ => "at every eta ",
+    };
     let text = |noise: &String| {
         let of_noise = study.cells(&[(Key::Noise, noise)]);
         let judged: Vec<(usize, bool)> = of_noise
@@ -175,27 +180,29 @@ fn beaten(study: &Study) -> String {
             .filter_map(|cell| Some((cell.window, better(cell)?)))
             .collect();
         let name = words(Key::Noise, noise);
-        let first = judged
+        let wins = judged.iter().filter(|(_, better)| *better).count();
+        let lost = judged.iter().filter(|(_, better)| !*better);
+        let last = lost.map(|(n, _)| *n).max();
+        let from = judged
             .iter()
-            .filter(|(_, better)| *better)
             .map(|(n, _)| *n)
+            .filter(|n| Some(*n) > last)
             .min();
-        first.map_or_else(
-            || format!("nowhere in {name}"),
-            |n| {
-                let of: Vec<&(usize, bool)> =
-                    judged.iter().filter(|(window, _)| *window >= n).collect();
-                let wins = of.iter().filter(|(_, better)| *better).count();
-                format!(
-                    "from N = {n} on in {name} ({} cells)",
-                    count_of(wins, of.len())
-                )
-            },
-        )
+        match (wins, from) {
+            (0, _) => (0, format!("in no cell under {name}")),
+            (_, Some(n)) => (1, format!("{etas}from N = {n} on under {name}")),
+            _ => {
+                let count = count_of(wins, judged.len());
+                (2, format!("in {count} cells under {name}"))
+            }
+        }
     };
-    let texts: Vec<String> = study.values(Key::Noise).iter().map(text).collect();
+    let values = study.values(Key::Noise);
+    let mut texts: Vec<(u8, String)> = values.iter().map(text).collect();
+    texts.sort_by_key(|(order, _)| *order);
+    let texts: Vec<String> = texts.into_iter().map(|(_, text)| text).collect();
     format!(
-        " By the paired {} IV(4) beats its own iteration 0 {}.",
+        " On the same trials {} of IV(4) is smaller than that of its iteration 0 {}.",
         figure_name(figure),
         listed(&texts)
     )

@@ -17,7 +17,9 @@ struct Race {
     cheaper: usize,
     dearer: usize,
     cells: usize,
-    /// The other's time over that of the partitioned inverse, smallest and largest.
+    /// The lengths of records with which it is dearer.
+    dearer_at: Vec<usize>,
+    /// The other's time over that of the partitioned inverse, in every cell.
     ratios: Vec<f64>,
 }
 
@@ -40,21 +42,22 @@ pub(super) fn cost(studies: Studies<'_>) -> Finding {
     let verdict = settle(yes, no, all.len() - yes - no);
     let text = |(solver, race): (&String, &Race)| {
         let (low, high) = ends(&race.ratios);
-        let size = if NAIVE.contains(&solver.as_str()) {
-            " (of size N - n)"
-        } else {
-            ""
-        };
         format!(
-            "{solver}{size} takes {} to {} times as long (longer beyond doubt in {} cells, shorter in {})",
+            "{solver} {} to {} times as long ({})",
             factor(low),
             factor(high),
-            count_of(race.cheaper, race.cells),
-            race.dearer
+            race.outcome()
         )
     };
     let texts: Vec<String> = races.iter().map(text).collect();
-    let mut because = format!("Against the partitioned inverse {}.", listed(&texts));
+    let mut because = format!(
+        "Times over those of the partitioned inverse, least to greatest of {} cells: {}. Dual and augmented solve systems of size N - n or more.",
+        races.values().map(|race| race.cells).max().unwrap_or(0),
+        texts.join("; ")
+    );
+    if !NAIVE.iter().any(|naive| races.contains_key(*naive)) {
+        because.truncate(because.find(" Dual").unwrap_or(because.len()));
+    }
     because.push_str(&digits(study));
     let numbers = races.iter().map(|(solver, race)| {
         let middle = middle(race.ratios.clone());
@@ -64,7 +67,51 @@ pub(super) fn cost(studies: Studies<'_>) -> Finding {
             f64::NAN,
         )
     });
-    Finding::new(study, verdict, because).numbers(numbers.collect())
+    Finding::new(study, verdict, because)
+        .numbers(numbers.collect())
+        .led_by(&against(&races))
+}
+
+impl Race {
+    /// Where it is cheaper and dearer beyond doubt.
+    fn outcome(&self) -> String {
+        if self.dearer == 0 {
+            return format!("longer in {}", count_of(self.cheaper, self.cells));
+        }
+        let mut at = self.dearer_at.clone();
+        at.sort_unstable();
+        at.dedup();
+        let at = match at.as_slice() {
+            [one] => format!(", N = {one}"),
+            [first, .., last] => format!(", N from {first} to {last}"),
+            [] => String::new(),
+        };
+        format!(
+            "longer in {}, shorter in {}{at}",
+            count_of(self.cheaper, self.cells),
+            self.dearer
+        )
+    }
+}
+
+/// Against which solvers the claim holds, and against which it does not.
+fn against(races: &BTreeMap<String, Race>) -> String {
+    let named = |wanted: fn(&Race) -> bool| -> Vec<String> {
+        let found = races.iter().filter(|(_, race)| wanted(race));
+        found.map(|(solver, _)| solver.clone()).collect()
+    };
+    let [always, never] = [
+        named(|race| race.cheaper == race.cells),
+        named(|race| race.dearer > 0),
+    ];
+    if always.is_empty() || never.is_empty() {
+        return String::new();
+    }
+    format!(
+        "It holds in every cell against {}, and not against {}.",
+        listed(&always),
+        listed(&never)
+    )
 }
 
 /// A factor with two digits.
@@ -104,7 +151,11 @@ fn races(study: &Study) -> BTreeMap<String, Race> {
             let race = races.entry(solver).or_default();
             race.cells += 1;
             race.cheaper += usize::from(own.q75_seconds < other.q25_seconds);
-            race.dearer += usize::from(own.q25_seconds > other.q75_seconds);
+            if own.q25_seconds > other.q75_seconds {
+                race.dearer += 1;
+                race.dearer_at
+                    .extend(study.summary.cells.get(own.cell).map(|cell| cell.window));
+            }
             race.ratios.push(other.median_seconds / own.median_seconds);
         }
     }
@@ -151,7 +202,7 @@ fn digits(study: &Study) -> String {
     }
     let (low, high) = ends(&kept);
     format!(
-        " Without noise it keeps {low:.1} to {high:.1} digits of a; in the median cell the others differ by {} digits.",
+        " Without noise the partitioned inverse keeps {low:.1} to {high:.1} digits of a; what the others keep more, in the median cell: {}.",
         listed(&texts)
     )
 }

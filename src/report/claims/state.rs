@@ -1,8 +1,9 @@
 //! C8, the initial state, and C9, the observer's poles.
 
 use super::{Finding, Number, Ratio, Standing, Studies, condition, count_of, settle};
+use crate::metric::Quantile;
 use crate::report::number::uncertain;
-use crate::report::results::{Study, distinct, median, place, words};
+use crate::report::results::{Study, distinct, median, place, statistics, words};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Figure};
 
@@ -76,11 +77,9 @@ pub(super) fn initial_state(studies: Studies<'_>) -> Finding {
     let helped = cells_of(&[Standing::Above]);
     let not = cells_of(&[Standing::Same, Standing::Below]);
     let because = format!(
-        "Taking x0 as 0 instead of estimating it costs more than 5 % of the median e_a in {} cells with another x0, and no more in {}{}.{} With the estimate, e_a differs from that for x0 = 0 at the same eta{}: a transient that adds to sigma_y makes the noise larger.",
+        "Taking x0 as 0 instead of estimating it costs more than 5 % of the median e_a in {} cells with another x0, and no more in {idle}{}. The estimate does not undo the transient: e_a is not that of the same cell with x0 = 0{}, since a transient that adds to sigma_y makes the noise larger at the same eta.",
         count_of(helps, all),
-        idle,
         farthest(study, &needed),
-        condition(study, &helped, &not),
         farthest(study, &level),
     );
     let number = |what: &str, (cell, ratio): &(&CellSummary, Ratio)| {
@@ -91,7 +90,9 @@ pub(super) fn initial_state(studies: Studies<'_>) -> Finding {
         .map(|of| number("e_a with x0 taken as 0 over estimated", of))
         .chain(level.iter().map(|of| number("e_a over that at x0 = 0", of)))
         .collect();
-    Finding::new(study, settle(helps, idle, all - helps - idle), because).numbers(numbers)
+    Finding::new(study, settle(helps, idle, all - helps - idle), because)
+        .numbers(numbers)
+        .led_by(&condition(study, &helped, &not))
 }
 
 /// The cell whose ratio is farthest from 1, in words.
@@ -160,10 +161,13 @@ pub(super) fn poles(studies: Studies<'_>) -> Finding {
             |(low, high): (f64, f64), ratio: &Ratio| (low.min(ratio.value), high.max(ratio.value));
         let (low, high) = ratios.iter().fold((f64::INFINITY, 0.0), fold);
         if of > 0 {
+            let no_worse = match yes {
+                0 => String::new(),
+                _ => format!(", no worse in {} cells", count_of(yes, of)),
+            };
             texts.push(format!(
-                "{} is no worse in {} cells ({low:.2} to {high:.2} times)",
-                words(Key::Gain, gain),
-                count_of(yes, of)
+                "{low:.2} to {high:.2} times with {}{no_worse}",
+                words(Key::Gain, gain)
             ));
         }
     }
@@ -173,34 +177,84 @@ pub(super) fn poles(studies: Studies<'_>) -> Finding {
             "No median of max e_x is there for two gains of the same cell.",
         );
     }
+    let all = good + bad + open;
+    let no_worse = match good {
+        0 => format!("None of these gains is as good beyond doubt in any of {all} cells."),
+        _ => format!("A gain is no worse in {} cells.", count_of(good, all)),
+    };
     let because = format!(
-        "Against the model without feedback, by the median of max e_x: {}.{}",
+        "The median of max e_x over that of the model without feedback, least to greatest of the cells: {}. {no_worse}{}{}",
         super::listed(&texts),
-        best(study, &output)
+        levels(study, &output, &gains),
+        tails(study, &output)
     );
     Finding::new(study, settle(good, bad, open), because).numbers(numbers)
 }
 
-/// The best gain by start of the observer.
-fn best(study: &Study, output: &str) -> String {
-    let cells: Vec<&CellSummary> = study.summary.cells.iter().collect();
-    let text = |start: String| {
-        let of = study.cells(&[(Key::ObserverStart, start.as_str())]);
-        let least = of
+/// The medians themselves, gain by gain.
+fn levels(study: &Study, output: &str, gains: &[String]) -> String {
+    let text = |gain: &String| {
+        let of = study.cells(&[(Key::Gain, gain.as_str())]);
+        let medians = of
             .into_iter()
-            .map(|cell| (cell, median(cell, output, Figure::ExMax)))
-            .filter(|(_, of)| of.value.is_finite())
-            .min_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        least.map_or_else(String::new, |(cell, of)| {
-            format!(
-                " From {start} the least median is {} ({}).",
-                uncertain(of.value, of.mcse),
-                place(cell, &study.varying())
-            )
-        })
+            .map(|cell| median(cell, output, Figure::ExMax));
+        let mut medians: Vec<Quantile> = medians.filter(|of| of.value.is_finite()).collect();
+        medians.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let (low, high) = (medians.first()?, medians.last()?);
+        Some(format!(
+            "{} to {} with {}",
+            uncertain(low.value, low.mcse),
+            uncertain(high.value, high.mcse),
+            words(Key::Gain, gain)
+        ))
     };
-    distinct(&cells, Key::ObserverStart)
+    // The ends of the list tell enough: the poles at zero, and those of A.
+    let ends = gains
+        .iter()
+        .filter(|gain| ["dead-beat", "scaled:1"].contains(&gain.as_str()));
+    let texts: Vec<String> = ends.filter_map(text).collect();
+    if texts.is_empty() {
+        return String::new();
+    }
+    format!(" The median itself is {}.", super::listed(&texts))
+}
+
+/// What feedback does where more than 5 % of the models are unstable, so that one of them makes the 95 % quantile.
+fn tails(study: &Study, output: &str) -> String {
+    let upper = |cell: &CellSummary| statistics(cell, output, Figure::ExMax).map(|of| of.q95);
+    let unstable = |cell: &&CellSummary| {
+        let alone = cell.setting(Key::Gain) == "scaled:1";
+        alone && cell.output(output).is_some_and(|of| of.unstable.low > 0.05)
+    };
+    let keys: Vec<Key> = study.varying();
+    let keys: Vec<Key> = keys
         .into_iter()
-        .map(text)
-        .collect()
+        .filter(|key| ![Key::Gain, Key::ObserverStart].contains(key))
+        .collect();
+    let mut places: Vec<String> = Vec::new();
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+    for alone in study.summary.cells.iter().filter(unstable) {
+        let place = place(alone, &keys);
+        if !places.contains(&place) {
+            places.push(place);
+        }
+        least = least.min(upper(alone).map_or(f64::INFINITY, |of| of.value));
+        for gain in study
+            .values(Key::Gain)
+            .iter()
+            .filter(|of| *of != "scaled:1")
+        {
+            let with = twin(study, alone, Key::Gain, gain).and_then(upper);
+            most = most.max(with.map_or(0.0, |of| of.interval().1));
+        }
+    }
+    if places.is_empty() || !least.is_finite() || !(most > 0.0 && most < least) {
+        return String::new();
+    }
+    format!(
+        " Where more than 5 % of the models are unstable ({}) feedback saves the tail: the 95 % quantile is below {} with it, {} or more without.",
+        places.join("; "),
+        uncertain(most, 0.0),
+        uncertain(least, 0.0)
+    )
 }

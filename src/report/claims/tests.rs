@@ -4,7 +4,8 @@ use crate::metric::{Paired, PairedStatistics, Share, Slope, Statistics};
 use crate::report::results::Time;
 use crate::study::file::{ExperimentFile, Key, Scalar, Settings, SlopeTable};
 use crate::study::{
-    ComparisonSummary, Experiment, Figure, OutputShare, OutputSummary, SlopeSummary, Summary,
+    CellSummary, ComparisonSummary, Experiment, Figure, OutputShare, OutputSummary, SlopeSummary,
+    Summary,
 };
 use std::path::PathBuf;
 
@@ -181,7 +182,7 @@ fn a_combination_of_readings_that_meets_all_bounds_makes_a_claim_conditional() {
     let (found, because) = verdict_of(&[nikolov(30), grid.clone()], "C2");
     assert_eq!(found, Verdict::DoesNotHold);
     assert!(
-        because.contains("none makes all of them typical"),
+        because.contains("none makes any of the bounds typical"),
         "{because}"
     );
     let cell = &mut grid.summary.cells[1];
@@ -192,7 +193,7 @@ fn a_combination_of_readings_that_meets_all_bounds_makes_a_claim_conditional() {
     }
     let (found, because) = verdict_of(&[nikolov(30), grid], "C2");
     assert_eq!(found, Verdict::HoldsOnlyIf);
-    assert!(because.contains("gain scaled:1"), "{because}");
+    assert!(because.contains("no feedback (scaled:1)"), "{because}");
 }
 
 #[test]
@@ -247,17 +248,17 @@ fn a_rate_is_that_of_the_error_or_of_its_square() {
         (
             [(-0.5, 0.01), (-0.52, 0.02)],
             Verdict::HoldsOnlyIf,
-            "the error's square",
+            "the square of the error",
         ),
         (
             [(-1.0, 0.01), (-0.99, 0.02)],
             Verdict::Holds,
-            "the error itself",
+            "The error itself",
         ),
         (
             [(-0.01, 0.01), (0.02, 0.02)],
             Verdict::DoesNotHold,
-            "neither",
+            "Neither",
         ),
         (
             [(-0.75, 0.3), (-0.8, 0.3)],
@@ -340,7 +341,7 @@ fn times_decide_on_cost() {
     }
     let (_, because) = verdict_of(&[timed(0.5, 50.0)], "C6");
     assert!(
-        because.contains("dual (of size N - n) takes 50 to 50 times as long"),
+        because.contains("dual 50 to 50 times as long (longer in all 1)"),
         "{because}"
     );
 }

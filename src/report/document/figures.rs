@@ -1,9 +1,9 @@
 //! Figures of any study, chosen by what it holds.
 
-use super::layout::{Layout, panel_title, sheet, x_key};
+use super::layout::{Layout, panel_title, sheet, x_of};
 use super::{lead_figures, lead_outputs, shown};
-use crate::metric::Statistics;
-use crate::report::plot::{Axis, Course, Plot, Point, Series, Style};
+use crate::metric::{Quantile, Statistics, Z};
+use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
 use crate::report::results::{Study, figure_name, is_error, statistics};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Figure};
@@ -18,6 +18,9 @@ pub(super) struct Drawn {
     /// What stands under it.
     pub caption: String,
 }
+
+/// With fewer trials the interval of a median says little, and quartiles are drawn.
+const FEW: u64 = 100;
 
 /// Most figures of a study.
 const FIGURES: usize = 6;
@@ -59,7 +62,6 @@ pub(super) fn y_axis(figure: Figure) -> Axis {
     match figure {
         Figure::FreshFit => Axis::linear(format!("{name} on fresh data, %")).range(-20.0, 100.0),
         Figure::SpectralRadius => Axis::linear(name),
-        Figure::Condition => Axis::log("condition number"),
         _ if is_error(figure) => Axis::log(format!("{name}, relative")),
         _ => Axis::log(name),
     }
@@ -70,9 +72,61 @@ fn quantiles(at: f64, of: &Statistics) -> Point {
     Point::quantiles(at, values)
 }
 
+/// A value with its 95 % interval, which is one of the logarithm where the axis is logarithmic.
+fn estimate(at: f64, of: Quantile, figure: Figure) -> Point {
+    if y_axis(figure).scale == Scale::Log && of.value > 0.0 {
+        let factor = (Z * of.mcse / of.value).exp();
+        Point::interval(at, of.value, of.value / factor, of.value * factor)
+    } else {
+        Point::uncertain(at, of.value, of.mcse)
+    }
+}
+
+/// Whether a figure shows an output of a cell: not where most trials fail, so that its median is that of a few, and
+/// not without noise where other cells have noise, which would stretch every axis to errors of rounding.
+pub(super) fn told(study: &Study, cell: &CellSummary, label: &str) -> bool {
+    !quiet(study, cell) && cell.output(label).is_some_and(|of| of.failed.low <= 0.5)
+}
+
+fn quiet(study: &Study, cell: &CellSummary) -> bool {
+    cell.eta == 0.0 && study.summary.cells.iter().any(|other| other.eta > 0.0)
+}
+
+/// What a figure leaves out, as part of a caption.
+fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
+    let cells = || study.summary.cells.iter();
+    let failing = |cell: &&CellSummary| {
+        let mut labels = outputs.iter().map(|(_, label)| label);
+        labels.any(|label| cell.output(label).is_some_and(|of| of.failed.low > 0.5))
+    };
+    let mut text = String::new();
+    if cells().any(|cell| quiet(study, cell)) {
+        text.push_str(" Cells without noise are in the table only: their errors are of rounding.");
+    }
+    if cells()
+        .filter(|cell| !quiet(study, cell))
+        .any(|cell| failing(&cell))
+    {
+        text.push_str(" Left out: outputs that fail in more than half of the trials.");
+    }
+    text
+}
+
+/// Whether all that is drawn stands at one place of an axis with more.
+fn at_one_place(plots: &[Plot]) -> bool {
+    let series = plots.iter().flat_map(|plot| &plot.series);
+    let mut places: Vec<f64> = series
+        .flat_map(|series| series.points.iter().map(|point| point.x))
+        .collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    let names = |plot: &Plot| matches!(&plot.x.scale, Scale::Categories(names) if names.len() < 2);
+    places.len() < 2 && !plots.iter().any(names)
+}
+
 /// Medians of a figure over the axis, with the spread of the trials where few outputs leave room for it.
 pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
-    let layout = Layout::new(study, x_key(study), &[]);
+    let layout = Layout::new(study, x_of(study, figure), &[]);
     let outputs = lead_outputs(study);
     let names = layout.has_names(study);
     let style = match (names, outputs.len()) {
@@ -80,10 +134,13 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
         (false, ..=3) if figure != Figure::FreshFit => Style::Band,
         _ => Style::ErrorBars,
     };
+    let few = study.summary.cells.iter().all(|cell| cell.trials < FEW);
     let point = |cell: &CellSummary, of: &Statistics| {
         let at = layout.at(study, cell);
-        if style == Style::ErrorBars {
-            Point::uncertain(at, of.q50.value, of.q50.mcse)
+        if style == Style::ErrorBars && few {
+            Point::interval(at, of.q50.value, of.q25.value, of.q75.value)
+        } else if style == Style::ErrorBars {
+            estimate(at, of.q50, figure)
         } else {
             quantiles(at, of)
         }
@@ -99,6 +156,7 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
         for (slot, label) in &outputs {
             let points = cells
                 .iter()
+                .filter(|cell| told(study, cell, label))
                 .filter_map(|cell| Some(point(cell, statistics(cell, label, figure)?)));
             let points: Vec<Point> = points.filter(|point| point.y.is_finite()).collect();
             plot = plot.series(Series::new(shown(label), style, points).slot(*slot));
@@ -106,17 +164,26 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
         references(study, &layout, figure, &cells, plot)
     };
     let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
+    if layout.x.is_some() && at_one_place(&plots) {
+        return None;
+    }
     let name = figure_name(figure);
     let what = match style {
         Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
         Style::Boxes => {
             "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the median."
         }
+        _ if few => "Medians, bars hold the middle half of the trials.",
         _ => "Medians with their 95 % intervals.",
     };
     let title = format!("{}: {name}", study.title());
     let svg = sheet(&title, &format!("{name} by output. {what}"), plots)?;
-    let caption = format!("{what}{} {}", layout.held_text(), quantile_note(study));
+    let caption = format!(
+        "{what}{}{} {}",
+        left_out(study, &outputs),
+        layout.held_text(),
+        quantile_note(study)
+    );
     Some(Drawn {
         name: figure.name().to_owned(),
         svg,
@@ -137,11 +204,17 @@ fn references(
             .iter()
             .flat_map(|cell| &cell.bounds)
             .filter(|bound| bound.bound.figure == figure);
-        let mut limits: Vec<f64> = bounds.filter_map(|bound| bound.bound.below).collect();
-        limits.sort_by(f64::total_cmp);
+        let mut limits: Vec<(f64, String)> = bounds
+            .filter_map(|bound| {
+                let claim = bound.bound.claim.as_deref().unwrap_or_default();
+                let limit = bound.bound.below?;
+                Some((limit, format!("bound {claim}").trim().to_owned()))
+            })
+            .collect();
+        limits.sort_by(|a, b| a.0.total_cmp(&b.0));
         limits.dedup();
-        for limit in limits.into_iter().take(3) {
-            plot = plot.reference(format!("bound, {limit}"), Course::Horizontal(limit));
+        for (limit, name) in limits.into_iter().take(3) {
+            plot = plot.reference(format!("{name}, {limit}"), Course::Horizontal(limit));
         }
     }
     let sloped = study
@@ -178,13 +251,15 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
         .take(6)
         .map(|[a, b]| (a.clone(), b.clone()))
         .collect();
-    let layout = Layout::new(study, x_key(study), &[]);
+    let layout = Layout::new(study, x_of(study, figure), &[]);
     let name = figure_name(figure);
+    let told = |cell: &CellSummary, label: &str| told(study, cell, label);
     let draw = |panel: &super::layout::Choice| {
         let mut cells = layout.cells(study, panel);
         cells.sort_by(|a, b| layout.at(study, a).total_cmp(&layout.at(study, b)));
         let axis = Axis::log(format!("median ratio of {name}"));
         let mut plot = Plot::new(panel_title(panel, &cells), layout.axis(study), axis);
+        cells.retain(|cell| pairs.iter().any(|(a, b)| told(cell, a) && told(cell, b)));
         for (first, second) in &pairs {
             let point = |cell: &&CellSummary| {
                 let of = cell
@@ -192,8 +267,8 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
                     .iter()
                     .find(|of| of.first == *first && of.second == *second)?;
                 let ratio = of.figures.get(&figure)?.median_ratio;
-                let point = Point::uncertain(layout.at(study, cell), ratio.value, ratio.mcse);
-                (ratio.value > 0.0).then_some(point)
+                let shown = ratio.value > 0.0 && told(cell, first) && told(cell, second);
+                shown.then(|| estimate(layout.at(study, cell), ratio, Figure::Ea))
             };
             let points: Vec<Point> = cells.iter().filter_map(point).collect();
             let label = format!("{} over {}", shown(first), shown(second));
@@ -201,7 +276,8 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
         }
         plot.reference("equal", Course::Horizontal(1.0))
     };
-    let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
+    let mut plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
+    near_one(&mut plots);
     let title = format!("{}: {name} on the same trials", study.title());
     let what = "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals; below 1 the first is better.";
     let svg = sheet(&title, what, plots)?;
@@ -209,8 +285,28 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
         name: format!("ratio-{}", figure.name()),
         svg,
         caption: format!(
-            "{what} Trials where either fails are left out.{}",
+            "{what} Trials where either fails are left out, and pairs of which one fails in more than half of them.{}",
             layout.held_text()
         ),
     })
+}
+
+/// Where all ratios are close to 1 the axis is linear and reaches 5 % to either side at least.
+fn near_one(plots: &mut [Plot]) {
+    let series = plots.iter().flat_map(|plot| &plot.series);
+    let ends = series.flat_map(|series| {
+        series
+            .points
+            .iter()
+            .flat_map(|point| [point.low, point.high])
+    });
+    let (least, most) = ends.fold((0.95_f64, 1.05_f64), |(least, most), y| {
+        (least.min(y), most.max(y))
+    });
+    if least > 0.8 && most < 1.25 {
+        for plot in plots {
+            plot.y.scale = Scale::Linear;
+            plot.y.range = Some((least - 0.005, most + 0.005));
+        }
+    }
 }

@@ -1,9 +1,9 @@
 //! Which setting is an axis, which make panels, which are held.
 
-use crate::report::plot::{Axis, Course, Plot, Scale, Sharing, small_multiples};
-use crate::report::results::{Study, axis_label, place, words};
-use crate::study::CellSummary;
+use crate::report::plot::{Axis, Course, Plot, Scale, Sharing, Style, small_multiples};
+use crate::report::results::{Study, axis_label, place, value_name, words};
 use crate::study::file::Key;
+use crate::study::{CellSummary, Figure};
 
 /// Settings of a panel, or held settings.
 pub(super) type Choice = Vec<(Key, String)>;
@@ -37,15 +37,35 @@ pub(super) fn x_key(study: &Study) -> Option<Key> {
     first.or_else(|| candidates.first().copied())
 }
 
+/// The setting along x of a figure of merit: what the observer is like changes no parameter.
+pub(super) fn x_of(study: &Study, figure: Figure) -> Option<Key> {
+    const OF_THE_OBSERVER: [Key; 2] = [Key::Gain, Key::ObserverStart];
+    let of_states = matches!(
+        figure,
+        Figure::ExMax | Figure::ExRms | Figure::ExMaxPrinted | Figure::ExRmsPrinted
+    );
+    let usual = x_key(study);
+    if of_states || usual.is_none_or(|key| !OF_THE_OBSERVER.contains(&key)) {
+        return usual;
+    }
+    let mut others = study.varying();
+    others.retain(|key| !OF_THE_OBSERVER.contains(key) && *key != Key::Claim);
+    let most = others
+        .iter()
+        .rev()
+        .max_by_key(|key| study.values(**key).len());
+    most.copied().or(usual)
+}
+
 /// Readings of the errata and the like are held first, colours of noise last.
 fn weight(key: Key) -> usize {
     match key {
         Key::Noise => 0,
         Key::Claim => 1,
         Key::ObserverStart => 2,
-        Key::Window | Key::PoleRadius => 3,
+        Key::Window | Key::PlantOrder => 3,
         Key::Eta => 4,
-        Key::Feedback | Key::X0 | Key::PlantOrder => 5,
+        Key::Feedback | Key::X0 | Key::PoleRadius => 5,
         _ => 6,
     }
 }
@@ -112,7 +132,10 @@ impl Layout {
         match scale(study, key) {
             Scale::Linear => Axis::linear(label),
             Scale::Log => Axis::log(label),
-            Scale::Categories(names) => Axis::categories(label, &names),
+            Scale::Categories(values) => {
+                let names = values.iter().map(|value| value_name(key, value));
+                Axis::categories(label, &names.collect::<Vec<_>>())
+            }
         }
     }
 
@@ -136,50 +159,87 @@ impl Layout {
     }
 }
 
-/// The largest value that a logarithmic axis of errors shows; what is beyond is noted under the plot.
-const LARGEST: f64 = 1e4;
+/// Beyond so many decades over the middle one of the values a logarithmic axis ends; what is beyond is noted.
+const DECADES: f64 = 12.0;
+/// Intervals that reach this many times beyond every value are cut.
+const WIDE: f64 = 1e3;
 
-/// Cuts logarithmic axes of y that some estimate out of all bounds would stretch.
-pub(super) fn cut(plots: &mut [Plot]) {
+/// Cuts logarithmic axes of y that the intervals of a few estimates would stretch: the axis holds every value that is
+/// not out of all bounds, and about a decade more.
+fn cut(plots: &mut [Plot]) {
     let logarithmic = plots
         .iter()
         .all(|plot| plot.y.scale == Scale::Log && plot.y.range.is_none());
-    let points = || {
-        plots
-            .iter()
-            .flat_map(|plot| &plot.series)
-            .flat_map(|series| &series.points)
+    let all = || plots.iter().flat_map(|plot| &plot.series);
+    let positive = |y: &f64| y.is_finite() && *y > 0.0;
+    let mut values: Vec<f64> = all()
+        .flat_map(|series| series.points.iter().map(|point| point.y))
+        .filter(positive)
+        .collect();
+    values.sort_by(f64::total_cmp);
+    let Some(middle) = values.get(values.len() / 2).filter(|_| logarithmic) else {
+        return;
     };
-    let ys = || {
-        points()
-            .flat_map(|point| [point.y, point.low])
-            .filter(|y| y.is_finite() && *y > 0.0)
-    };
-    let references = || {
-        plots
-            .iter()
-            .flat_map(|plot| &plot.references)
-            .filter_map(|reference| match reference.course {
-                Course::Horizontal(y) => Some(y),
-                _ => None,
-            })
-    };
-    let least = ys().chain(references()).fold(f64::INFINITY, f64::min);
-    let most = points()
-        .flat_map(|point| [point.y, point.high])
-        .filter(|y| y.is_finite())
-        .fold(0.0, f64::max);
-    if logarithmic && most > LARGEST && least < LARGEST {
-        // An interval that reaches below a millionth of the other values' least is cut too.
-        let medians = points()
-            .map(|point| point.y)
-            .filter(|y| *y > 0.0)
-            .fold(f64::INFINITY, f64::min);
-        let low = least.max(1e-2 * medians);
+    let references = plots.iter().flat_map(|plot| &plot.references);
+    let references: Vec<f64> = references
+        .filter_map(|reference| match reference.course {
+            Course::Horizontal(y) => Some(y),
+            _ => None,
+        })
+        .collect();
+    let bounds = 10_f64.powf(DECADES) * middle;
+    let kept = values.iter().chain(&references).copied();
+    let (low, high) = kept
+        .filter(|y| *y <= bounds)
+        .fold((f64::INFINITY, 0.0_f64), |(low, high), y| {
+            (low.min(y), high.max(y))
+        });
+    let ends = all()
+        .filter(|series| series.style != Style::Line)
+        .flat_map(|series| {
+            series
+                .points
+                .iter()
+                .flat_map(|point| [point.low, point.high])
+        })
+        .filter(positive);
+    let (least, most) = ends
+        .chain(values.iter().copied())
+        .fold((low, high), |(least, most), y| (least.min(y), most.max(y)));
+    let (above, below) = (most > WIDE * high, least * WIDE < low);
+    if above || below {
+        let top = if above {
+            10_f64.powf((10.0 * high).log10().round())
+        } else {
+            1.1 * most
+        };
+        let bottom = if below { 0.1 * low } else { 0.8 * least };
         for plot in plots {
-            plot.y.range = Some((0.8 * low, LARGEST));
+            plot.y.range = Some((bottom, top));
         }
     }
+}
+
+/// Whether the values of some panels are so far from those of others that one axis of y would flatten them all.
+fn apart(plots: &[Plot]) -> bool {
+    let middle = |plot: &Plot| {
+        let points = plot.series.iter().flat_map(|series| &series.points);
+        let mut values: Vec<f64> = points
+            .map(|point| point.y)
+            .filter(|y| y.is_finite() && *y > 0.0)
+            .collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    let middles = || plots.iter().filter_map(middle);
+    let (least, most) = (
+        middles().fold(f64::INFINITY, f64::min),
+        middles().fold(0.0, f64::max),
+    );
+    plots
+        .iter()
+        .all(|plot| plot.y.scale == Scale::Log && plot.y.range.is_none())
+        && most > 1e5 * least
 }
 
 /// The default of a setting where the study has it, else the last of its values.
@@ -223,8 +283,25 @@ pub(super) fn panel_title(panel: &Choice, cells: &[&CellSummary]) -> String {
 
 /// One plot, or several with a common legend.
 pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>) -> Option<String> {
-    cut(&mut plots);
+    let shown: Vec<String> = plots
+        .iter()
+        .flat_map(|plot| &plot.series)
+        .filter(|series| !series.points.is_empty())
+        .map(|series| series.label.clone())
+        .collect();
+    for plot in &mut plots {
+        plot.series.retain(|series| shown.contains(&series.label));
+    }
     plots.retain(|plot| plot.series.iter().any(|series| !series.points.is_empty()));
+    drop_unused_names(&mut plots);
+    let apart = apart(&plots);
+    if apart {
+        for plot in &mut plots {
+            cut(std::slice::from_mut(plot));
+        }
+    } else {
+        cut(&mut plots);
+    }
     match plots.as_mut_slice() {
         [] => None,
         [plot] => {
@@ -238,7 +315,7 @@ pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>) -> Opt
             } else {
                 2
             };
-            let sharing = Sharing { x: true, y: true };
+            let sharing = Sharing { x: true, y: !apart };
             Some(small_multiples(
                 title,
                 description,
@@ -246,6 +323,26 @@ pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>) -> Opt
                 columns,
                 sharing,
             ))
+        }
+    }
+}
+
+/// Takes those names off the x axes at which no panel has a point.
+fn drop_unused_names(plots: &mut [Plot]) {
+    let points = plots.iter().flat_map(|plot| &plot.series);
+    let points = points.flat_map(|series| &series.points);
+    let mut used: Vec<usize> = points.map(|point| point.x as usize).collect();
+    used.sort_unstable();
+    used.dedup();
+    for plot in plots {
+        let Scale::Categories(names) = &mut plot.x.scale else {
+            continue;
+        };
+        let kept = used.iter().filter_map(|i| names.get(*i).cloned());
+        *names = kept.collect();
+        for point in plot.series.iter_mut().flat_map(|series| &mut series.points) {
+            let place = used.iter().position(|i| *i == point.x as usize);
+            point.x = place.map_or(f64::NAN, |place| place as f64);
         }
     }
 }

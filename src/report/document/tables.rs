@@ -44,10 +44,8 @@ fn count(value: u64) -> CellText {
 }
 
 fn percent(share: Share) -> CellText {
-    CellText::number(
-        uncertain(100.0 * share.share, 100.0 * share.mcse),
-        100.0 * share.share,
-    )
+    let percent = 100.0 * share.share;
+    CellText::number(uncertain(percent, 100.0 * share.mcse), tidy(percent))
 }
 
 fn quantile(of: Quantile) -> CellText {
@@ -168,13 +166,25 @@ fn numbers(output: &OutputSummary, of: &Statistics) -> Vec<f64> {
         of.count,
     ]
     .map(|count| count as f64);
-    let quantiles = [of.q50, of.q05, of.q25, of.q75, of.q95].map(|q: Quantile| [q.value, q.mcse]);
-    let moments = [of.mean, of.sd, of.rmse, of.trimmed].map(|e: Estimate| [e.value, e.mcse]);
+    let quantiles = [of.q50, of.q05, of.q25, of.q75, of.q95];
+    let quantiles = quantiles.map(|q: Quantile| [q.value, brief(q.mcse)]);
+    let moments = [of.mean, of.sd, of.rmse, of.trimmed];
+    let moments = moments.map(|e: Estimate| [e.value, brief(e.mcse)]);
     let mut all = counts.to_vec();
     all.extend(quantiles.as_flattened());
     all.extend(moments.as_flattened());
     all.push(f64::from(u8::from(of.dominated)));
     all
+}
+
+/// Without the rounding of a multiplication by 100.
+fn tidy(x: f64) -> f64 {
+    format!("{x:.11e}").parse().unwrap_or(x)
+}
+
+/// Four digits: more of a standard error, or of an end of an interval, say nothing.
+fn brief(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 /// Comparisons on the same trials.
@@ -320,7 +330,7 @@ pub(super) fn bounds(study: &Study) -> Option<Table> {
                 row.push(percent(of.met));
                 row.extend(
                     [of.met.low, of.met.high]
-                        .map(|x| CellText::number(format!("{:.2}", 100.0 * x), 100.0 * x)),
+                        .map(|x| CellText::number(format!("{:.2}", 100.0 * x), brief(100.0 * x))),
                 );
                 row.push(CellText::text(crate::metric::verdict(of.met).to_string()));
                 table.row(row);

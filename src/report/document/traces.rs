@@ -96,15 +96,11 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
     })
 }
 
+/// Shares of lost trials below this, in per cent, are not worth a figure.
+const LEAST: f64 = 0.5;
+
 /// Shares of trials that fail or leave an unstable model, where there are any to speak of.
 pub(super) fn lost(study: &Study) -> Option<Drawn> {
-    let outputs = study.summary.cells.iter().flat_map(|cell| &cell.outputs);
-    let worst = outputs
-        .map(|of| of.failed.share.max(of.unstable.share))
-        .fold(0.0, f64::max);
-    if worst < 0.005 {
-        return None;
-    }
     let axis = Axis::linear("failed or unstable, % of trials");
     let lost = |at: f64, of: &OutputSummary| {
         let (trials, count) = (
@@ -151,6 +147,11 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
         });
         (layout, plots)
     };
+    let drawn = plots.iter().flat_map(|plot| &plot.series);
+    let mut drawn = drawn.flat_map(|series| &series.points);
+    if !drawn.any(|point| point.y >= LEAST) {
+        return None;
+    }
     let what = "Trials whose estimate fails, or whose model has a pole on or outside the unit circle, with Wilson's 95 % intervals.";
     let svg = sheet(
         &format!("{}: failed or unstable", study.title()),
@@ -341,7 +342,7 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
             return plot;
         };
         for (slot, label) in &labels {
-            let Some(output) = cell.output(label) else {
+            let Some(output) = cell.output(label).filter(|of| of.failed.low <= 0.5) else {
                 continue;
             };
             let points = output
@@ -404,7 +405,8 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
             };
             if several {
                 let gain = words(Key::Gain, &cell.setting(Key::Gain));
-                plot = plot.series(Series::new(gain, Style::Line, trace(last)));
+                let medians = trace(last).into_iter().map(|of| Point::new(of.x, of.y));
+                plot = plot.series(Series::new(gain, Style::Line, medians.collect()));
             } else {
                 plot = plot.series(Series::new(ends[0].clone(), Style::Band, trace(first)).slot(0));
                 plot = plot.series(Series::new(ends[1].clone(), Style::Band, trace(last)).slot(1));

@@ -11,7 +11,11 @@ for (const table of document.querySelectorAll("table.sortable")) {
       const cell = row.cells[column];
       const value = cell.dataset.value;
       if (value !== undefined) return Number(value);
-      return numeric ? null : cell.textContent.trim();
+      const text = cell.textContent.trim();
+      if (!numeric) return text;
+      // 0.0879(5), 3.21(4)e-13
+      const number = parseFloat(text.replace(/\(\d+\)/, ""));
+      return Number.isFinite(number) ? number : null;
     };
     button.addEventListener("click", () => {
       const up = header.getAttribute("aria-sort") !== "ascending";

@@ -98,14 +98,24 @@ impl CellText {
             None => shown,
         };
         let class = match (numeric, self.text.chars().count() > 24) {
-            (true, _) => " class=\"number\"",
+            (true, _) => " class=\"n\"",
             (false, true) => " class=\"prose\"",
             (false, false) => "",
         };
         let value = self.sort_value.filter(|value| value.is_finite());
+        let value = value.filter(|_| !(numeric && reads_as_number(&self.text)));
         let value = value.map_or_else(String::new, |v| format!(" data-value=\"{v:?}\""));
         format!("<td{class}{value}>{content}</td>")
     }
+}
+
+/// Whether the page's script reads the number out of its text: `0.0879(5)`, `3.21(4)e-13`.
+fn reads_as_number(text: &str) -> bool {
+    let plain = match (text.find('('), text.find(')')) {
+        (Some(open), Some(close)) if open < close => [&text[..open], &text[close + 1..]].concat(),
+        _ => text.to_owned(),
+    };
+    plain.parse::<f64>().is_ok_and(f64::is_finite)
 }
 
 /// A table of texts and numbers.
@@ -325,10 +335,10 @@ mod tests {
         let cells = elements(&html).unwrap();
         assert_eq!(cells.iter().filter(|name| *name == "td").count(), 9);
         assert!(html.contains("<b>Table 3.</b> P(A|B) &lt; 1 &amp; more"));
-        assert!(
-            html.contains("<td class=\"number\" data-value=\"0.0879123456789\">0.0879(5)</td>")
-        );
-        assert!(html.contains("<td class=\"number\">-</td>"));
+        assert!(html.contains("<td class=\"n\">0.0879(5)</td>"));
+        assert!(html.contains("<td class=\"n\">-</td>"));
+        assert!(reads_as_number("3.21(4)e-13") && reads_as_number("98"));
+        assert!(!reads_as_number("tail") && !reads_as_number(""));
         assert!(html.contains("e_a &lt;b&gt;</td>"));
         assert!(html.contains("<a href=\"#c&quot;2\">"));
     }

@@ -120,9 +120,19 @@ impl Canvas {
 
     /// The elements that `draw` makes, of one class.
     pub(super) fn group(&mut self, class: &str, draw: impl FnOnce(&mut Self)) {
-        self.add(&format!("<g class=\"{class}\">\n"));
+        self.wrap(&format!("<g class=\"{class}\">\n"), "</g>\n", draw);
+    }
+
+    /// What `draw` makes between two tags, which are left out where that is nothing.
+    fn wrap(&mut self, open: &str, close: &str, draw: impl FnOnce(&mut Self)) {
+        self.add(open);
+        let empty = self.body.len();
         draw(self);
-        self.add("</g>\n");
+        if self.body.len() == empty {
+            self.body.truncate(empty - open.len());
+        } else {
+            self.add(close);
+        }
     }
 
     /// The elements that `draw` makes, cut at a rectangle. (A nested viewport cuts without an id.)
@@ -132,11 +142,10 @@ impl Canvas {
         draw: impl FnOnce(&mut Self),
     ) {
         let [x, y, width, height] = [x, y, width, height].map(px);
-        self.add(&format!(
+        let open = format!(
             "<svg x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" viewBox=\"{x} {y} {width} {height}\">\n"
-        ));
-        draw(self);
-        self.add("</svg>\n");
+        );
+        self.wrap(&open, "</svg>\n", draw);
     }
 
     pub(super) fn line(&mut self, class: &str, dashes: &str, from: (f64, f64), to: (f64, f64)) {
@@ -145,6 +154,14 @@ impl Canvas {
         self.add(&format!(
             "<line class=\"{class}\"{dashes} x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>\n"
         ));
+    }
+
+    /// Several lines as one element.
+    pub(super) fn lines(&mut self, class: &str, lines: &[[(f64, f64); 2]]) {
+        if !lines.is_empty() {
+            let all: String = lines.iter().map(|line| course(line)).collect();
+            self.path(class, "", &all);
+        }
     }
 
     /// A rectangle between two opposite corners.
@@ -219,11 +236,18 @@ fn dash_attribute(dashes: &str) -> String {
 /// The course of a polyline.
 pub(super) fn course(points: &[(f64, f64)]) -> String {
     let mut course = String::new();
-    for (i, (x, y)) in points.iter().enumerate() {
-        let command = if i == 0 { "M" } else { "L" };
-        for part in [command, &px(*x), " ", &px(*y)] {
-            course.push_str(part);
-        }
+    let mut before: Option<[String; 2]> = None;
+    for (x, y) in points {
+        let place = [px(*x), px(*y)];
+        let [x, y] = &place;
+        let parts = match &before {
+            None => ["M", x, " ", y],
+            Some([_, above]) if above == y => ["H", x, "", ""],
+            Some([left, _]) if left == x => ["V", y, "", ""],
+            Some(_) => ["L", x, " ", y],
+        };
+        course.push_str(&parts.concat());
+        before = Some(place);
     }
     course
 }

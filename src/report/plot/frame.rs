@@ -175,33 +175,31 @@ impl<'a> Frame<'a> {
         y_labels: &YLabels,
     ) {
         let [left, top, right, bottom] = self.area;
-        for (value, _) in &x_labels.ticks {
-            let Some(x) = self.x.at(*value) else { continue };
+        let (mut grid, mut ticks) = (Vec::new(), Vec::new());
+        for x in places(&self.x, &x_labels.ticks) {
             if !matches!(self.plot.x.scale, Scale::Categories(_)) {
-                canvas.line("grid", "", (x, top), (x, bottom));
+                grid.push([(x, top), (x, bottom)]);
             }
-            canvas.line("axis", "", (x, bottom), (x, bottom + 5.0));
+            ticks.push([(x, bottom), (x, bottom + 5.0)]);
         }
-        for (value, _) in &y_labels.ticks {
-            let Some(y) = self.y.at(*value) else { continue };
-            canvas.line("grid", "", (left, y), (right, y));
-            canvas.line("axis", "", (left - 5.0, y), (left, y));
+        for y in places(&self.y, &y_labels.ticks) {
+            grid.push([(left, y), (right, y)]);
+            ticks.push([(left - 5.0, y), (left, y)]);
         }
         let [x_minor, y_minor] = [
             minor_ticks(&self.plot.x.scale, self.ranges[0]),
             minor_ticks(&self.plot.y.scale, self.ranges[1]),
         ];
-        for x in x_minor.into_iter().filter_map(|value| self.x.at(value)) {
-            canvas.line("axis", "", (x, bottom), (x, bottom + 3.0));
-        }
-        for y in y_minor.into_iter().filter_map(|value| self.y.at(value)) {
-            canvas.line("axis", "", (left - 3.0, y), (left, y));
-        }
-        canvas.path(
-            "axis",
-            "",
-            &super::canvas::course(&[(left, top), (left, bottom), (right, bottom)]),
-        );
+        let minor = x_minor.into_iter().filter_map(|value| self.x.at(value));
+        ticks.extend(minor.map(|x| [(x, bottom), (x, bottom + 3.0)]));
+        let minor = y_minor.into_iter().filter_map(|value| self.y.at(value));
+        ticks.extend(minor.map(|y| [(left - 3.0, y), (left, y)]));
+        ticks.extend([
+            [(left, top), (left, bottom)],
+            [(left, bottom), (right, bottom)],
+        ]);
+        canvas.lines("grid", &grid);
+        canvas.lines("axis", &ticks);
         if labelled[0] {
             self.draw_x_labels(canvas, x_labels);
         }
@@ -236,4 +234,12 @@ impl<'a> Frame<'a> {
             }
         }
     }
+}
+
+/// The places of those ticks that have one.
+fn places(map: &Map, ticks: &[Tick]) -> Vec<f64> {
+    ticks
+        .iter()
+        .filter_map(|(value, _)| map.at(*value))
+        .collect()
 }

@@ -218,7 +218,12 @@ impl Pen<'_> {
                 canvas.path("thin", self.look.dashes(), &course(&part));
             }
         }
-        for point in points {
+        // A bar that the marker hides is not drawn.
+        let hidden = |point: &Point| {
+            let ends = (self.along(point, point.low), self.along(point, point.high));
+            matches!(ends, (Some(a), Some(b)) if (a.0 - b.0).hypot(a.1 - b.1) < 3.0)
+        };
+        for point in points.iter().filter(|point| !hidden(point)) {
             self.whisker(canvas, point, point.low, point.high, 4.0);
         }
     }
@@ -228,11 +233,8 @@ impl Pen<'_> {
         let (Some(from), Some(to)) = (self.along(point, from), self.along(point, to)) else {
             return;
         };
-        canvas.line("thin", "", from, to);
-        for end in [from, to] {
-            let (a, b) = (self.across(end, -cap), self.across(end, cap));
-            canvas.line("thin", "", a, b);
-        }
+        let cap = |end| [self.across(end, -cap), self.across(end, cap)];
+        canvas.lines("thin", &[[from, to], cap(from), cap(to)]);
     }
 
     fn draw_box(&self, canvas: &mut Canvas, point: &Point) {
