@@ -19,12 +19,19 @@ fn done(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-const INITIAL_STATE: &str = "title = \"x0 & <more>\"\nclaims = [\"C8\"]\ntrials = 30\nparameters = true\n\
-    measures = [\"e_a\", \"e_x_max\"]\ncompare = [[\"iv-zero(4)\", \"iv(4)\"]]\n\
-    [settings]\nx0 = [0, 100]\nnoise = [\"ar\", \"white\"]\n[[methods]]\nname = \"iv\"\n\
-    [[methods]]\nname = \"iv-zero\"\ninitial_state = \"zero\"\nreport = [4]\n";
+/// The shipped experiment with one measure less: another design.
+fn modified() -> String {
+    let shipped = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/experiments/initial-state.toml"
+    );
+    let text = fs::read_to_string(shipped).expect("the file");
+    let modified = text.replacen("\"e_b\", ", "", 1);
+    assert_ne!(modified, text);
+    modified
+}
 
-const OWN: &str = "trials = 40\ncurves = true\nmeasures = [\"e_a\", \"e_b\"]\n[settings]\nwindow = [98, 198, 400]\n\
+const OWN: &str = "title = \"x0 & <more>\"\ntrials = 40\ncurves = true\nparameters = true\nmeasures = [\"e_a\", \"e_b\"]\n[settings]\nwindow = [98, 198, 400]\n\
     [[slopes]]\nfigure = \"e_a\"\nover = \"window\"\n[[bounds]]\nfigure = \"e_a\"\nbelow = 0.1\n";
 
 /// Every file under a folder, by its path.
@@ -85,13 +92,16 @@ fn check_csv(name: &str, text: &str) {
 fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).display().to_string();
-    let mut results = Vec::new();
-    for (name, toml) in [("initial-state", INITIAL_STATE), ("my-study", OWN)] {
-        let file = path(&format!("{name}.toml"));
-        fs::write(&file, toml).expect("a file");
-        done(&["run", &file, "--out", &path(name)]);
-        results.push(path(name));
-    }
+    let own = path("my-study.toml");
+    fs::write(&own, OWN).expect("a file");
+    done(&["run", &own, "--out", &path("my-study")]);
+    let shipped = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/experiments/initial-state.toml"
+    );
+    let quick = ["run", shipped, "--quick", "--trials", "30", "--out"];
+    done(&[&quick[..], &[&path("anything")]].concat());
+    let results = [path("anything"), path("my-study")];
     let out = path("report");
     let text = done(&["report", &results[0], &results[1], "--out", &out]);
     assert!(
@@ -112,10 +122,13 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     assert!(
         html.find("Verdicts").expect("verdicts") < html.find("To run it again").expect("a command")
     );
-    assert!(html.contains(
-        "asobench run experiments/my-study.toml --trials 40 --set seed=2023 --out results/my-study"
-    ));
-    for name in first.keys().filter(|name| name.starts_with("tables/")) {
+    for command in [
+        "asobench run experiments/initial-state.toml --trials 30 --set seed=2023 --out",
+        &format!("asobench run {}/manifest.json --out", path("my-study")),
+    ] {
+        assert!(html.contains(command), "{command}");
+    }
+    for name in first.keys().filter(|name| name.contains("/tables/")) {
         check_csv(
             name,
             &String::from_utf8(first[name].clone()).expect("UTF-8"),
@@ -124,25 +137,21 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     for part in [
         "figures/my-study-curves.svg",
         "figures/my-study-e_a.svg",
-        "figures/initial-state-bias.svg",
+        "figures/my-study-bias.svg",
         "tables/claims.csv",
         "tables/my-study-slopes.csv",
     ] {
         assert!(first.contains_key(&format!("{out}/{part}")), "{part}");
     }
     let verdicts = of("claims.md");
-    assert!(
-        verdicts.contains("| C1 | ") && verdicts.contains("| undecided | not run |"),
-        "{verdicts}"
-    );
-    assert!(
-        verdicts.contains("**C1: undecided.** Not run: needs the experiment nikolov2023."),
-        "{verdicts}"
-    );
-    assert!(
-        verdicts.contains("Taking x0 as 0 instead of estimating it costs"),
-        "{verdicts}"
-    );
+    for part in [
+        "\n| C8 | ",
+        "No experiment in this report speaks to C1, C2, C3, ",
+        "Taking x0 as 0 instead of estimating it costs",
+    ] {
+        assert!(verdicts.contains(part), "{part}: {verdicts}");
+    }
+    assert!(!verdicts.contains("| C1 |"), "{verdicts}");
 
     // Nothing but the report; the same again, bit for bit.
     done(&["report", &results[0], &results[1], "--out", &out]);
@@ -151,6 +160,30 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     done(&["report", &results[1]]);
     assert!(Path::new(&results[1]).join("report.html").exists());
     assert!(Path::new(&results[1]).join("summary.json").exists());
+    // It says nothing of the papers' claims.
+    assert!(!Path::new(&results[1]).join("claims.md").exists());
+    let page = fs::read_to_string(Path::new(&results[1]).join("report.html")).expect("a page");
+    assert!(!page.contains("Verdicts"));
+    // The command on its page gives the same results.
+    let manifest = format!("{}/manifest.json", results[1]);
+    done(&["run", &manifest, "--out", &path("again")]);
+    for name in ["summary.json", "manifest.json"] {
+        let of = |folder: &str| fs::read(Path::new(folder).join(name)).expect("a file");
+        assert_eq!(of(&path("again")), of(&results[1]), "{name}");
+    }
+}
+
+/// A verdict needs the experiment's design, not its name.
+#[test]
+fn another_design_is_no_judge() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (file, results) = (path("initial-state.toml"), path("initial-state"));
+    fs::write(&file, modified()).expect("a file");
+    let run = ["run", &file, "--quick", "--trials", "20", "--out", &results];
+    done(&run);
+    let text = done(&["report", &results]);
+    assert!(!text.contains("C8"), "{text}");
 }
 
 #[test]

@@ -40,10 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let files = report(&studies);
     write_report(&out, &files).map_err(failed)?;
     let mut text = String::new();
-    for claim in claims(&studies)
-        .iter()
-        .filter(|claim| !claim.experiment.is_empty())
-    {
+    for claim in claims(&studies).iter().filter(|claim| claim.is_judged()) {
         text.push_str(&format!(
             "{:<4} {:<13} {}\n",
             claim.id,

@@ -13,6 +13,7 @@ mod markup;
 mod number;
 pub mod plot;
 mod results;
+mod shipped;
 mod table;
 
 pub use claims::{Claim, Number, claims};

@@ -1,5 +1,6 @@
 //! A results folder as a report sees it: what was asked, what came out.
 
+use super::shipped::Shipped;
 use crate::estimator::IvOptions;
 use crate::metric::{Quantile, Statistics};
 use crate::study::file::{ExperimentFile, Key, TrialRule};
@@ -55,8 +56,10 @@ struct Times {
 /// A study with its results.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// The folder's name without "-quick": what the study is called.
+    /// What the study is called: the shipped experiment's name, or the folder's.
     pub name: String,
+    /// The shipped experiment that it is.
+    pub shipped: Option<Shipped>,
     /// The folder.
     pub folder: PathBuf,
     /// The experiment, every default written out.
@@ -71,8 +74,8 @@ pub struct Study {
     pub times: Vec<Time>,
 }
 
-/// What the built-in study is called, whatever its folder is.
-pub const BUILT_IN: &str = "nikolov2023";
+/// What `asobench reproduce` runs.
+const BUILT_IN: &str = "nikolov2023";
 
 impl Study {
     /// Reads a results folder.
@@ -107,8 +110,10 @@ impl Study {
             Err(_) => Vec::new(),
         };
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
+        let shipped = Shipped::of(&file);
         Ok(Self {
-            name: name(folder, &file),
+            name: shipped.map_or_else(|| name(folder), |of| of.name.to_owned()),
+            shipped,
             folder: folder.to_owned(),
             version: text("version").unwrap_or_default(),
             revision: text("git_revision"),
@@ -246,37 +251,36 @@ impl Study {
         self.summary.cells.iter().map(|cell| cell.trials).sum()
     }
 
-    /// What runs the study again.
-    pub fn command(&self) -> String {
+    /// What runs the study again, and where its results then are.
+    pub fn command(&self) -> (String, String) {
+        let to = format!("results/{}", self.name);
+        let Some(Shipped { name, quick }) = self.shipped else {
+            let manifest = self.folder.join("manifest.json");
+            let command = format!("asobench run {} --out {to}-again", manifest.display());
+            return (command, format!("{to}-again"));
+        };
         let seed = self.summary.seed;
         let trials = match self.file.trials {
             TrialRule::Fixed(trials) => format!(" --trials {trials}"),
             TrialRule::Until(_) => String::new(),
         };
-        if self.name == BUILT_IN {
-            return format!("asobench reproduce{trials} --seed {seed} --out results/{BUILT_IN}");
-        }
-        let name = &self.name;
-        format!(
-            "asobench run experiments/{name}.toml{trials} --set seed={seed} --out results/{name}"
-        )
+        let command = if name == BUILT_IN {
+            format!("asobench reproduce{trials} --seed {seed} --out {to}")
+        } else {
+            let quick = if quick { " --quick" } else { "" };
+            format!(
+                "asobench run experiments/{name}.toml{quick}{trials} --set seed={seed} --out {to}"
+            )
+        };
+        (command, to)
     }
 }
 
-/// The folder's name; that of the built-in study by its title and methods.
-fn name(folder: &Path, file: &ExperimentFile) -> String {
-    let built_in = ExperimentFile::parse(crate::study::NIKOLOV2023);
-    if built_in.is_ok_and(|of| of.title == file.title) {
-        return BUILT_IN.to_owned();
-    }
+/// The folder's name.
+fn name(folder: &Path) -> String {
     let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
-    let name = folder
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
-    name.strip_suffix("-quick")
-        .map_or(name.clone(), str::to_owned)
+    let name = folder.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 /// Statistics of a figure of an output of a cell.

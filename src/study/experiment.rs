@@ -272,7 +272,7 @@ impl Experiment {
 }
 
 /// What of a resolved file makes results comparable bit for bit.
-pub(super) fn design_of(file: &Value) -> Value {
+pub(crate) fn design_of(file: &Value) -> Value {
     const WORDS: [&str; 8] = [
         "title",
         "question",

@@ -19,6 +19,7 @@ mod trial;
 pub use blocks::BlockError;
 pub use campaign::{Campaign, CampaignError, Event, RunOptions};
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
+pub(crate) use experiment::design_of;
 pub use experiment::{Cell, Experiment, NIKOLOV2023, ObserverStart};
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use row::{Figure, Row};

@@ -41,6 +41,13 @@ pub struct Claim {
     pub numbers: Vec<Number>,
 }
 
+impl Claim {
+    /// Whether a study of the report speaks to it.
+    pub fn is_judged(&self) -> bool {
+        !self.experiment.is_empty()
+    }
+}
+
 /// A number behind a verdict.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
@@ -125,7 +132,8 @@ struct Studies<'a>(&'a [Study]);
 
 impl<'a> Studies<'a> {
     fn named(self, name: &str) -> Option<&'a Study> {
-        self.0.iter().find(|study| study.name == name)
+        let is = |study: &&Study| study.shipped.is_some_and(|of| of.name == name);
+        self.0.iter().find(is)
     }
 }
 

@@ -2,6 +2,7 @@ use super::*;
 use crate::estimator::Output;
 use crate::metric::{Paired, PairedStatistics, Share, Slope, Statistics};
 use crate::report::results::Time;
+use crate::report::shipped::Shipped;
 use crate::study::file::{ExperimentFile, Key, Scalar, Settings, SlopeTable};
 use crate::study::{
     CellSummary, ComparisonSummary, Experiment, Figure, OutputShare, OutputSummary, SlopeSummary,
@@ -52,6 +53,7 @@ fn study(name: &str, toml: &str) -> Study {
     }
     Study {
         name: name.to_owned(),
+        shipped: Shipped::named(name),
         folder: PathBuf::from(name),
         version: String::new(),
         revision: None,

@@ -9,6 +9,7 @@ mod traces;
 use super::claims::{Claim, claims};
 use super::html::{CellText, Column, Page, Section, Table, Verdict};
 use super::results::{Study, shown, shown_name};
+use super::shipped::Shipped;
 use crate::study::Figure;
 use crate::study::file::Key;
 use figures::Drawn;
@@ -96,23 +97,6 @@ fn lead_figures(study: &Study) -> Vec<Figure> {
         .collect()
 }
 
-/// The order of known studies on the page: as their claims are; others follow in the order given.
-const ORDER: [&str; 13] = [
-    "nikolov2023",
-    "c2-c3",
-    "noise-level",
-    "window",
-    "noise-colour",
-    "convergence",
-    "solvers",
-    "closed-loop",
-    "initial-state",
-    "observer-poles",
-    "errata",
-    "order",
-    "input-noise",
-];
-
 /// Makes a report of studies whose names differ.
 pub fn report(studies: &[Study]) -> Files {
     let claims = claims(studies);
@@ -120,22 +104,19 @@ pub fn report(studies: &[Study]) -> Files {
     let mut page =
         Page::new("asobench report: what is claimed, and what a typical realisation shows");
     page.introduction(|section| introduction(section, studies));
-    page.section("verdicts", "Verdicts", |section| {
-        verdicts(section, &claims, studies, &mut files);
-    });
+    if claims.iter().any(Claim::is_judged) {
+        page.section("verdicts", "Verdicts", |section| {
+            verdicts(section, &claims, studies, &mut files);
+        });
+        files.push(("claims.md".to_owned(), markdown(&claims)));
+    }
     let mut order: Vec<&Study> = studies.iter().collect();
-    order.sort_by_key(|study| {
-        ORDER
-            .iter()
-            .position(|name| *name == study.name)
-            .unwrap_or(ORDER.len())
-    });
+    order.sort_by_key(|study| Shipped::place(study.shipped));
     for study in order {
         page.section(&study.name, study.title(), |section| {
             experiment(section, study, &claims, &mut files);
         });
     }
-    files.push(("claims.md".to_owned(), markdown(&claims)));
     files.push(("report.html".to_owned(), page.html()));
     files
 }
@@ -187,7 +168,7 @@ fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut
     let row = |claim: &Claim| {
         let of = studies.iter().find(|study| study.name == claim.experiment);
         let experiment = of.map_or_else(
-            || CellText::text("not run"),
+            || CellText::text(&claim.experiment),
             |study| CellText::text(study.title()).link(format!("#{}", study.name)),
         );
         [
@@ -211,8 +192,11 @@ fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut
     ] {
         let claims: Vec<&Claim> = all
             .iter()
-            .filter(|claim| claim.id.starts_with(letter))
+            .filter(|claim| claim.id.starts_with(letter) && claim.is_judged())
             .collect();
+        if claims.is_empty() {
+            continue;
+        }
         let mut table = Table::new(caption, columns.clone());
         for claim in &claims {
             table.row(row(claim));
@@ -297,11 +281,8 @@ fn experiment(section: &mut Section, study: &Study, claims: &[Claim], files: &mu
     section.files(&links);
     settings(section, study);
     section.heading("To run it again");
-    let name = &study.name;
-    section.code(&format!(
-        "{}\nasobench report results/{name}",
-        study.command()
-    ));
+    let (command, folder) = study.command();
+    section.code(&format!("{command}\nasobench report {folder}"));
 }
 
 /// More rows than this are seen after a click only, and more than the second in the CSV file only.
@@ -416,21 +397,26 @@ fn markdown(claims: &[Claim]) -> String {
         .map(Column::text)
         .to_vec();
     let mut table = Table::new("", columns);
-    for claim in claims {
-        let experiment = if claim.experiment.is_empty() {
-            "not run"
-        } else {
-            &claim.experiment
-        };
+    let (judged, others): (Vec<&Claim>, Vec<&Claim>) =
+        claims.iter().partition(|claim| claim.is_judged());
+    for claim in &judged {
         table.row([
             CellText::text(claim.id),
             CellText::text(claim.text),
             CellText::verdict(claim.verdict),
-            CellText::text(experiment),
+            CellText::text(&claim.experiment),
         ]);
     }
     let mut text = format!("# Verdicts\n\n{}\n", table.markdown());
-    for claim in claims {
+    if !others.is_empty() {
+        let ids: Vec<&str> = others.iter().map(|claim| claim.id).collect();
+        let _ = writeln!(
+            text,
+            "No experiment in this report speaks to {}.\n",
+            ids.join(", ")
+        );
+    }
+    for claim in judged {
         let verdict: Verdict = claim.verdict;
         // Writing to a string does not fail.
         let _ = writeln!(

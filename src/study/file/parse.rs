@@ -77,12 +77,16 @@ impl ExperimentFile {
         })
     }
 
-    /// Reads a TOML file.
+    /// Reads a TOML file, or what a manifest (`manifest.json`) says of its experiment.
     ///
     /// # Errors
     /// With the file's name.
     pub fn read(path: &Path) -> Result<Self, FileError> {
+        let json = path
+            .extension()
+            .is_some_and(|extension| extension == "json");
         let read = match std::fs::read_to_string(path) {
+            Ok(text) if json => Self::parse_manifest(&text),
             Ok(text) => Self::parse(&text),
             Err(error) => Err(FileError::Io(error.to_string())),
         };
@@ -90,6 +94,14 @@ impl ExperimentFile {
             path: path.display().to_string(),
             error: Box::new(error),
         })
+    }
+
+    fn parse_manifest(text: &str) -> Result<Self, FileError> {
+        let wrong = |message: &str| FileError::key("experiment", message);
+        let manifest: Value = serde_json::from_str(text).map_err(|e| wrong(&e.to_string()))?;
+        let experiment = manifest.get("experiment");
+        let expected = "expected a manifest.json of a results folder, or a TOML file";
+        Self::from_json(experiment.ok_or_else(|| wrong(expected))?)
     }
 
     /// Reads the JSON of a manifest.
