@@ -264,3 +264,28 @@ fn measuring_times_can_be_stopped() {
         "the results are there"
     );
 }
+
+/// A second signal does not wait for the trial that is under way: one of thousand passes over a long window.
+#[test]
+fn a_second_signal_ends_at_once() {
+    let place = Place::new();
+    let text = "trials = 1000\n[settings]\nwindow = 100000\n[[methods]]\niterations = 1000\nreport = [1000]";
+    place.write("long.toml", text.as_bytes());
+    let mut child = place.start(&["run", "long.toml", "--out", "out", "--threads", "1"]);
+    wait_until(|| place.path("out/blocks/design.json").exists());
+    std::thread::sleep(Duration::from_millis(500));
+    let signal = || {
+        let sent = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(sent.expect("kill runs").success());
+    };
+    let begin = Instant::now();
+    signal();
+    std::thread::sleep(Duration::from_millis(200));
+    signal();
+    let status = child.wait().expect("the program ends");
+    assert!(begin.elapsed() < Duration::from_secs(2));
+    assert_eq!(status.code(), Some(130));
+    assert!(contents(&place.path("out")).is_empty() && blocks(&place.path("out")).is_empty());
+}
