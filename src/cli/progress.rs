@@ -1,15 +1,22 @@
-//! Progress on a terminal, and Ctrl-C.
+//! Progress, as a bar on a terminal or a line a minute elsewhere, and Ctrl-C.
 
 use super::error::{Error, failed};
+use super::note;
 use crate::study::Event;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-/// A bar on standard error with trials, cells and failures; hidden where that is no terminal.
+/// Between two lines where standard error is no terminal; a shorter run prints none.
+const BETWEEN_LINES: Duration = Duration::from_mins(1);
+
+/// A bar on standard error with trials, cells and failures; a line a minute where that is no terminal.
 pub(super) struct Display {
     bar: ProgressBar,
+    /// When there was a line last; `None` on a terminal.
+    last_line: Option<Instant>,
     cells: usize,
     done: usize,
     failures: u64,
@@ -17,7 +24,8 @@ pub(super) struct Display {
 
 impl Display {
     pub(super) fn new(cells: usize) -> Self {
-        let target = if std::io::stderr().is_terminal() {
+        let terminal = std::io::stderr().is_terminal();
+        let target = if terminal {
             ProgressDrawTarget::stderr_with_hz(8)
         } else {
             ProgressDrawTarget::hidden()
@@ -35,6 +43,7 @@ impl Display {
             .progress_chars("=> ");
         Self {
             bar: ProgressBar::with_draw_target(None, target).with_style(style),
+            last_line: (!terminal).then(Instant::now),
             cells,
             done: 0,
             failures: 0,
@@ -58,6 +67,24 @@ impl Display {
         let (done, cells, failures) = (self.done, self.cells, self.failures);
         self.bar
             .set_message(format!("{done}/{cells} cells, {failures} failed"));
+        if let Some(line) = self.line(Instant::now()) {
+            note(&line);
+        }
+    }
+
+    /// The line that is due, if one is.
+    fn line(&mut self, now: Instant) -> Option<String> {
+        let last = self.last_line?;
+        if now.duration_since(last) < BETWEEN_LINES {
+            return None;
+        }
+        self.last_line = Some(now);
+        let (done, of) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        let percent = 100 * u128::from(done) / u128::from(of.max(1));
+        Some(format!(
+            "{percent}%, {done} of {of} trials, {}/{} cells, {} failed",
+            self.done, self.cells, self.failures
+        ))
     }
 
     pub(super) fn clear(&self) {
@@ -65,10 +92,47 @@ impl Display {
     }
 }
 
-/// A flag that Ctrl-C (or SIGTERM) raises.
+/// A flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once: files are written whole under
+/// other names first, so nothing is left half-written.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
-    ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).map_err(failed)?;
+    let handler = move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    };
+    ctrlc::set_handler(handler).map_err(failed)?;
     Ok(flag)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_a_minute_and_none_in_the_first() {
+        let mut display = Display::new(3);
+        let begin = Instant::now();
+        display.last_line = Some(begin);
+        let planned = Event::Planned {
+            trials: 300,
+            done: 100,
+        };
+        let block = Event::Block {
+            trials: 20,
+            failures: 2,
+        };
+        for event in [planned, Event::Cell, block] {
+            display.show(&event);
+        }
+        let mut at = |seconds| display.line(begin + Duration::from_secs(seconds));
+        assert_eq!(at(59), None);
+        let line = "40%, 120 of 300 trials, 1/3 cells, 2 failed";
+        assert_eq!(at(61), Some(line.to_owned()));
+        assert_eq!(at(120), None);
+        assert!(at(121).is_some());
+        display.last_line = None;
+        assert_eq!(display.line(begin + 10 * BETWEEN_LINES), None);
+    }
 }

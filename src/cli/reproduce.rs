@@ -81,7 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             .map(|(i, cell)| Ok((format!("fig{}.svg", i + 1), draw(cell)?)))
             .collect()
     };
-    let summary = execute(path, "--out ", &experiment, rule, options, figures)?;
+    let (summary, _) = execute(path, "--out ", &experiment, rule, options, figures)?;
     match arguments.format {
         Format::Text => print(&report(arguments, &summary, path))?,
         Format::Json => {

@@ -1,15 +1,17 @@
 //! `asobench run`: a study from an experiment file, in a folder that can be gone on with.
 
 use super::error::{Error, failed};
-use super::{note, print, progress};
+use super::{note, print, progress, timing};
 use crate::report::FigureError;
-use crate::study::file::{ExperimentFile, TrialRule};
+use crate::study::file::{ExperimentFile, FileError, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Event, Experiment, FolderError, RunError, RunOptions,
     Summary,
 };
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Run an experiment file. A run that was stopped or killed goes on with the same command; more --trials
 /// extend it.
@@ -51,8 +53,14 @@ impl StudyArguments {
     /// The study, and how many trials it is to have.
     pub(super) fn experiment(&self) -> Result<(Experiment, TrialRule), Error> {
         let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
+        let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
         let mut file = ExperimentFile::read(&self.file).map_err(|e| input(&e))?;
+        file.check_filters().map_err(in_file)?;
         if self.quick {
+            if file.quick.is_none() {
+                let message = "--quick: the file has no [quick]; expected that table, with trials";
+                return Err(in_file(FileError::key("quick", message)));
+            }
             file = file.quick();
         }
         for assignment in &self.set {
@@ -64,8 +72,7 @@ impl StudyArguments {
             file.trials = TrialRule::Fixed(trials);
         }
         let rule = file.trials.clone();
-        let experiment = Experiment::new(file)
-            .map_err(|error| Error::Input(format!("{}: {error}", self.file.display())))?;
+        let experiment = Experiment::new(file).map_err(in_file)?;
         Ok((experiment, rule))
     }
 
@@ -88,13 +95,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         repair: arguments.repair,
         ..RunOptions::default()
     };
-    let timing = experiment.file.timing;
-    let summary = execute(&path, "--out ", &experiment, rule, options, |_| {
+    let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| {
         Ok(Vec::new())
     })?;
-    if timing {
+    if experiment.file.timing && timing::are_there(&experiment, &path) {
+        note(&format!(
+            "times are there already; without {} they are measured again",
+            path.join("timing").display()
+        ));
+    } else if experiment.file.timing {
         note("measuring times, one thread");
-        super::timing::measure(&experiment, &path)?;
+        timing::measure(&experiment, &path, &stop)?;
     }
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
@@ -121,7 +132,8 @@ pub(super) fn threads(asked: Option<u16>) -> usize {
     )
 }
 
-/// Runs a study in a folder, with a bar on a terminal; `figures` are written with the results.
+/// Runs a study in a folder, with a bar on a terminal; `figures` are written with the results. The flag that a signal
+/// raises is returned for what comes after.
 pub(super) fn execute(
     path: &Path,
     flag: &str,
@@ -129,7 +141,7 @@ pub(super) fn execute(
     rule: TrialRule,
     options: RunOptions,
     figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, FigureError>,
-) -> Result<Summary, Error> {
+) -> Result<(Summary, Arc<AtomicBool>), Error> {
     let replaces = options.fresh && path.join("trials.parquet").exists();
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
     if replaces {
@@ -140,19 +152,19 @@ pub(super) fn execute(
     let figures = |summary: &Summary| figures(summary).map_err(|error| error.to_string());
     let outcome = campaign.run(&stop, |event: Event| display.show(&event), figures);
     display.clear();
-    outcome.map_err(|error| match error {
-        CampaignError::Run(RunError::Interrupted { done, of }) => {
-            let left = if options.fresh {
-                "nothing was written"
-            } else {
-                "the same command goes on from there"
-            };
-            Error::Interrupted(format!(
-                "interrupted with {done} of {of} trials of this run; {left}"
-            ))
-        }
-        other => refused("", other),
-    })
+    let left = if options.fresh {
+        "nothing was written"
+    } else {
+        "the same command goes on from there"
+    };
+    match outcome {
+        Ok(summary) => Ok((summary, stop)),
+        Err(CampaignError::Run(RunError::Interrupted { done, of })) => Err(Error::Interrupted(
+            format!("interrupted with {done} of {of} trials of this run; {left}"),
+        )),
+        Err(error @ CampaignError::Stopped) => Err(Error::Interrupted(format!("{error}; {left}"))),
+        Err(other) => Err(refused("", other)),
+    }
 }
 
 /// What the user can mend is bad input; the rest failed.

@@ -38,7 +38,7 @@ compare = [["iv(4)", "ls"]]
 eta = [2, 5, 10]
 window = [98, 218]
 noise = ["ar", "white"]
-# Every setting with its default:
+# Every other setting with its default:
 "#;
 
 const TAIL: &str = r#"
@@ -81,9 +81,18 @@ trials = 50
 
 fn content() -> String {
     let mut text = HEAD.to_owned();
-    for key in Key::ALL {
+    let given = |key: &Key| HEAD.contains(&format!("\n{key} = "));
+    for key in Key::ALL.iter().filter(|key| !given(key)) {
         let value = match key.default() {
-            None => "20".to_owned(),
+            None => {
+                // Two lines that cannot both stand.
+                let _ = writeln!(
+                    text,
+                    "# In the place of window: {key} = 20 ({})",
+                    key.about()
+                );
+                continue;
+            }
             Some(Scalar::Number(number)) => number.to_string(),
             Some(Scalar::Text(text)) => format!("\"{text}\""),
         };
@@ -102,6 +111,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut path = arguments.name.clone();
     if path.extension().is_none() {
         path.set_extension("toml");
+    }
+    if let Some(folder) = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        && !folder.is_dir()
+    {
+        return Err(Error::Input(format!(
+            "{}: there is no folder {}; expected one that exists",
+            path.display(),
+            folder.display()
+        )));
     }
     let created = std::fs::File::create_new(&path);
     let written = created.and_then(|mut file| file.write_all(content().as_bytes()));
@@ -123,7 +143,7 @@ pub(super) fn schema() -> Result<ExitCode, Error> {
 #[cfg(test)]
 mod tests {
     use crate::study::Experiment;
-    use crate::study::file::ExperimentFile;
+    use crate::study::file::{ExperimentFile, Key};
 
     #[test]
     fn the_template_is_a_valid_experiment() {
@@ -144,12 +164,23 @@ mod tests {
                             !key.contains(' ') && !key.is_empty() && code.contains(" = ")
                         })
                 });
-                let twice = ["eta =", "window =", "noise =", "l ="];
-                let code = code.filter(|code| !twice.iter().any(|key| code.starts_with(key)));
                 code.unwrap_or(line).to_owned() + "\n"
             })
             .collect();
         let file = ExperimentFile::parse(&uncommented);
         assert!(file.is_ok(), "{file:?}\n{uncommented}");
+        // Each setting by itself makes a valid experiment: it clashes with none that is given.
+        let content = super::content();
+        let (_, settings) = content.split_once("with its default:\n").unwrap();
+        let settings = settings.lines().take_while(|line| !line.is_empty());
+        let mut seen = 0;
+        for line in settings.filter(|line| !line.starts_with("# In the place of")) {
+            let one = content.replacen(line, line.strip_prefix("# ").unwrap(), 1);
+            let experiment = ExperimentFile::parse(&one).and_then(Experiment::new);
+            assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
+            seen += 1;
+        }
+        // Three are given, and l is in the place of one.
+        assert_eq!(seen, Key::ALL.len() - 4);
     }
 }

@@ -4,8 +4,10 @@ use super::error::{Error, failed};
 use crate::data::Realisation;
 use crate::estimator::{Pass, Window};
 use crate::study::Experiment;
-use serde_json::json;
+use serde_json::{Value, json};
+use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Records on which each method is timed.
@@ -15,8 +17,31 @@ const REPETITIONS: usize = 5;
 /// Time given to each method on each record, unless the repetitions take longer.
 const BUDGET: Duration = Duration::from_millis(8);
 
-/// Times every method in every cell on one thread with the others idle; writes `timing/times.json`.
-pub(super) fn measure(experiment: &Experiment, folder: &Path) -> Result<(), Error> {
+/// How long [`measure`] takes, about, where a trial of every cell takes so long on one thread.
+pub(super) fn duration(experiment: &Experiment, seconds_per_trial: f64) -> f64 {
+    let measured = experiment.cells.len() * experiment.methods.len();
+    let least = measured as f64 * BUDGET.as_secs_f64();
+    RECORDS as f64 * (least + REPETITIONS as f64 * seconds_per_trial)
+}
+
+/// Whether a folder holds the times of this design.
+pub(super) fn are_there(experiment: &Experiment, folder: &Path) -> bool {
+    let text = fs::read_to_string(folder.join("timing/times.json"));
+    let times: Option<Value> = text.ok().and_then(|text| serde_json::from_str(&text).ok());
+    times.is_some_and(|times| times["design"] == design(experiment))
+}
+
+fn design(experiment: &Experiment) -> String {
+    format!("{:032x}", experiment.fingerprint())
+}
+
+/// Times every method in every cell on one thread with the others idle; writes `timing/times.json`, whole. Stops
+/// between two measurements where `stop` is raised.
+pub(super) fn measure(
+    experiment: &Experiment,
+    folder: &Path,
+    stop: &AtomicBool,
+) -> Result<(), Error> {
     let mut times = Vec::new();
     for (index, cell) in experiment.cells.iter().enumerate() {
         let mut record = Realisation::default();
@@ -38,6 +63,11 @@ pub(super) fn measure(experiment: &Experiment, folder: &Path) -> Result<(), Erro
                 let begin = Instant::now();
                 let mut repetition = 0;
                 while repetition < REPETITIONS || begin.elapsed() < BUDGET {
+                    if stop.load(Ordering::Relaxed) {
+                        let message = "interrupted while times were measured; the results are there, the same \
+                                       command measures the times again";
+                        return Err(Error::Interrupted(message.to_owned()));
+                    }
                     passes.iter_mut().for_each(Pass::clear);
                     let start = Instant::now();
                     estimator.estimate(window, &mut passes);
@@ -61,8 +91,11 @@ pub(super) fn measure(experiment: &Experiment, folder: &Path) -> Result<(), Erro
         }
     }
     let path = folder.join("timing");
-    let text = serde_json::to_string_pretty(&json!({ "times": times })).map_err(failed)?;
-    std::fs::create_dir_all(&path)
-        .and_then(|()| std::fs::write(path.join("times.json"), format!("{text}\n")))
+    let content = json!({ "design": design(experiment), "times": times });
+    let text = serde_json::to_string_pretty(&content).map_err(failed)?;
+    let temporary = path.join(".times.json.tmp");
+    fs::create_dir_all(&path)
+        .and_then(|()| fs::write(&temporary, format!("{text}\n")))
+        .and_then(|()| fs::rename(&temporary, path.join("times.json")))
         .map_err(|error| failed(format!("{}: {error}", path.display())))
 }

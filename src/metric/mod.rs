@@ -27,4 +27,4 @@ pub use quantile::{Quantile, quantile};
 pub use response::{Response, System};
 pub use share::{Share, Verdict, verdict};
 pub use sketch::{SKETCH_ERROR, Sketch};
-pub use slope::{JACKKNIFE_GROUPS, NoSlope, Slope, SlopeOf, slope};
+pub use slope::{JACKKNIFE_GROUPS, Jackknife, NoSlope, Slope, SlopeOf, slope, slope_of_statistics};

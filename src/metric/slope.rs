@@ -42,6 +42,13 @@ impl Slope {
     }
 }
 
+/// What a slope needs of a cell: its statistic of all trials, and with each group of them left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jackknife {
+    all: f64,
+    without: [f64; JACKKNIFE_GROUPS],
+}
+
 /// Why there is no slope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoSlope {
@@ -78,25 +85,31 @@ pub enum NoSlope {
 /// # Errors
 /// [`NoSlope`] where the slope is undefined.
 pub fn slope(x: &[f64], cells: &[Vec<Sample>], statistic: SlopeOf) -> Result<Slope, NoSlope> {
+    let cells: Vec<Option<Jackknife>> = cells
+        .iter()
+        .map(|groups| Jackknife::of(groups, statistic))
+        .collect();
+    slope_of_statistics(x, &cells)
+}
+
+/// [`slope`] from what it needs of each cell; `None` where a cell does not have its groups.
+///
+/// # Errors
+/// [`NoSlope`] where the slope is undefined.
+pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slope, NoSlope> {
     if x.len() != cells.len() || x.len() < 2 {
         return Err(NoSlope::TooFewPoints);
     }
     let weights = weights(x).ok_or(NoSlope::Abscissa)?;
     let (mut whole, mut deleted) = (0.0, [0.0; JACKKNIFE_GROUPS]);
-    for (cell, (groups, weight)) in cells.iter().zip(weights).enumerate() {
-        if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
-            return Err(NoSlope::Groups { cell });
-        }
+    for (cell, (statistics, weight)) in cells.iter().zip(weights).enumerate() {
+        let Jackknife { all, without } = statistics.ok_or(NoSlope::Groups { cell })?;
         let log = |statistic: f64| {
             if statistic > 0.0 && statistic.is_finite() {
                 Ok(statistic.ln())
             } else {
                 Err(NoSlope::Statistic { cell })
             }
-        };
-        let (all, without) = match statistic {
-            SlopeOf::Rmse => rmses(groups),
-            SlopeOf::Median => medians(groups),
         };
         whole += weight * log(all)?;
         for (slope, statistic) in deleted.iter_mut().zip(without) {
@@ -113,6 +126,19 @@ pub fn slope(x: &[f64], cells: &[Vec<Sample>], statistic: SlopeOf) -> Result<Slo
     })
 }
 
+impl Jackknife {
+    /// The statistics of a cell's groups; `None` where there are not [`JACKKNIFE_GROUPS`], each with a figure.
+    pub fn of(groups: &[Sample], statistic: SlopeOf) -> Option<Self> {
+        if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
+            return None;
+        }
+        Some(match statistic {
+            SlopeOf::Rmse => rmses(groups),
+            SlopeOf::Median => medians(groups),
+        })
+    }
+}
+
 /// The weights w of the slope `sum_i w_i log(statistic_i)`: `w_i = (l_i - mean l) / sum (l - mean l)^2` with
 /// l = log x.
 fn weights(x: &[f64]) -> Option<Vec<f64>> {
@@ -126,19 +152,19 @@ fn weights(x: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// The RMSE of all groups, and without each of them.
-fn rmses(groups: &[Sample]) -> (f64, Vec<f64>) {
+fn rmses(groups: &[Sample]) -> Jackknife {
     let without = |left_out: usize| {
         let others = groups.iter().enumerate();
         Sample::rmse_of_all(others.filter_map(|(g, group)| (g != left_out).then_some(group)))
     };
-    (
-        Sample::rmse_of_all(groups.iter()),
-        (0..groups.len()).map(without).collect(),
-    )
+    Jackknife {
+        all: Sample::rmse_of_all(groups.iter()),
+        without: std::array::from_fn(without),
+    }
 }
 
 /// The median of all groups, and without each of them.
-fn medians(groups: &[Sample]) -> (f64, Vec<f64>) {
+fn medians(groups: &[Sample]) -> Jackknife {
     let merged = |samples: &mut dyn Iterator<Item = &Sample>| {
         let mut merged = Sample::default();
         samples.for_each(|sample| merged.merge(sample));
@@ -149,7 +175,10 @@ fn medians(groups: &[Sample]) -> (f64, Vec<f64>) {
         let others = groups.iter().enumerate();
         merged(&mut others.filter_map(|(g, group)| (g != left_out).then_some(group))).median_value()
     };
-    (all, (0..groups.len()).map(without).collect())
+    Jackknife {
+        all,
+        without: std::array::from_fn(without),
+    }
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ pub enum BlockError {
         format: u32,
     },
     /// Another design's file.
-    #[error("{}: of another experiment", .path.display())]
+    #[error("{}: a block of another experiment; remove this file, then its trials are computed", .path.display())]
     OtherDesign {
         /// The file.
         path: PathBuf,
@@ -83,17 +83,14 @@ pub struct BlockFolder {
 }
 
 impl BlockFolder {
-    /// The folder `blocks` within `results`, made where needed; `design` names the experiment.
+    /// The folder `blocks` within `results`, made where needed; `fingerprint` is the experiment's.
     ///
     /// # Errors
     /// If it cannot be made.
-    pub fn open(results: &Path, design: &str) -> Result<Self, BlockError> {
+    pub fn open(results: &Path, fingerprint: u128) -> Result<Self, BlockError> {
         let path = results.join("blocks");
         fs::create_dir_all(&path).map_err(io_error(&path))?;
-        Ok(Self {
-            path,
-            fingerprint: xxh3_128(design.as_bytes()),
-        })
+        Ok(Self { path, fingerprint })
     }
 
     /// Writes a block; `keep` tells whether with its rows.

@@ -6,10 +6,10 @@ use super::file::{Store, TrialRule, Until, UntilStatistic};
 use super::folder::{FolderError, ResultsFolder};
 use super::runner::{RunError, Span, run_spans, spans};
 use super::store::{StoreError, TrialWriter, write_summary};
-use super::summary::{CellSummary, Summary};
+use super::summary::{CellSummary, SlopeStatistics, Summary};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What happens in a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,19 +47,22 @@ pub enum CampaignError {
     /// The threads, or the stop flag.
     #[error(transparent)]
     Run(#[from] RunError<BlockError>),
+    /// The `stop` flag was raised while results were put together: all trials are there, no result was written.
+    #[error("interrupted while the results were put together")]
+    Stopped,
     /// The figures.
     #[error("{0}")]
     Figures(String),
     /// Fewer trials are asked for than are there.
     #[error(
-        "{folder}: holds {there} trials of cell {cell}, more than {asked}; take another folder for fewer"
+        "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take another folder for fewer"
     )]
     Fewer {
         /// The folder.
         folder: String,
         /// The cell.
         cell: usize,
-        /// Trials there.
+        /// The end of the last block there.
         there: u64,
         /// Trials asked for.
         asked: u64,
@@ -108,14 +111,13 @@ impl<'e> Campaign<'e> {
         if options.replace {
             ResultsFolder::clear(path)?;
         }
-        let design =
-            json!({ "version": env!("CARGO_PKG_VERSION"), "experiment": experiment.design() });
+        let design = experiment.stamped_design();
         folder.claim_design(&design)?;
         if options.fresh {
             ResultsFolder::remove_blocks(path)?;
             folder.claim_design(&design)?;
         }
-        let blocks = BlockFolder::open(path, &design.to_string())?;
+        let blocks = BlockFolder::open(path, experiment.fingerprint())?;
         let (mut found, mut damaged) = blocks.list()?;
         if options.repair {
             // A whole file may still hold what this program cannot decode.
@@ -196,11 +198,11 @@ impl<'e> Campaign<'e> {
         let mut targets = self.first_targets();
         loop {
             self.compute(&targets, stop, &mut on_event)?;
-            if !self.raise_targets(&mut targets)? {
+            if !self.raise_targets(&mut targets, stop)? {
                 break;
             }
         }
-        self.conclude(&targets, figures)
+        self.conclude(&targets, stop, figures)
     }
 
     /// Where each cell begins: a fixed number, or the first step of the rule that covers what is there. A step is
@@ -222,12 +224,13 @@ impl<'e> Campaign<'e> {
     }
 
     /// Doubles the trials of every cell whose figure is not known well enough; false where none is left.
-    fn raise_targets(&self, targets: &mut [u64]) -> Result<bool, CampaignError> {
+    fn raise_targets(&self, targets: &mut [u64], stop: &AtomicBool) -> Result<bool, CampaignError> {
         let TrialRule::Until(until) = &self.rule else {
             return Ok(false);
         };
         let mut raised = false;
         for (cell, target) in targets.iter_mut().enumerate() {
+            go_on(stop)?;
             if *target < until.maximum && !self.is_known(cell, until)? {
                 *target = next_step(*target, until);
                 raised = true;
@@ -331,10 +334,12 @@ impl<'e> Campaign<'e> {
         Ok(())
     }
 
-    /// Writes the results, one cell in memory at a time.
+    /// Writes the results, one cell in memory at a time. Nothing is published before all of it is written, so it can
+    /// be stopped at any block.
     fn conclude(
         mut self,
         targets: &[u64],
+        stop: &AtomicBool,
         figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, String>,
     ) -> Result<Summary, CampaignError> {
         let experiment = self.experiment;
@@ -346,10 +351,11 @@ impl<'e> Campaign<'e> {
             None
         };
         let mut cells = Vec::new();
-        let mut groups = Vec::new();
+        let mut slopes = Vec::new();
         for (cell, blocks) in self.stored.iter().enumerate() {
             let mut tally = super::tally::CellTally::default();
             for block in blocks {
+                go_on(stop)?;
                 let content = self.blocks.read(block)?;
                 tally.merge(&content.tally);
                 if let (Some(writer), Some(rows)) = (&mut writer, &content.rows) {
@@ -357,12 +363,12 @@ impl<'e> Campaign<'e> {
                 }
             }
             cells.push(CellSummary::of(experiment, cell, &tally));
-            groups.push(tally.groups);
+            slopes.push(SlopeStatistics::of(experiment, &tally));
         }
         if let Some(writer) = writer {
             writer.finish()?;
         }
-        let summary = Summary::of(experiment, cells, &groups);
+        let summary = Summary::of(experiment, cells, &slopes);
         write_summary(&self.folder.stage("summary.parquet"), experiment, &summary)?;
         self.folder.write_json("summary.json", &summary.to_json())?;
         self.folder
@@ -370,6 +376,7 @@ impl<'e> Campaign<'e> {
         for (name, content) in figures(&summary).map_err(CampaignError::Figures)? {
             self.folder.write(&name, content.as_bytes())?;
         }
+        go_on(stop)?;
         self.folder.publish()?;
         Ok(summary)
     }
@@ -382,6 +389,14 @@ impl Drop for Campaign<'_> {
             let _ = ResultsFolder::remove_blocks(&self.path);
         }
     }
+}
+
+/// An error where the flag is raised.
+fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
+    if stop.load(Ordering::Relaxed) {
+        return Err(CampaignError::Stopped);
+    }
+    Ok(())
 }
 
 fn next_step(trials: u64, until: &Until) -> u64 {
@@ -401,4 +416,55 @@ fn manifest(experiment: &Experiment, targets: &[u64]) -> Value {
         "trials": trials,
         "experiment": experiment.file,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::file::ExperimentFile;
+
+    /// The flag that is raised while results are put together leaves none, and the trials.
+    #[test]
+    fn putting_results_together_can_be_stopped() {
+        let text = "trials = 4\nstore = \"trials\"\n[settings]\neta = [0, 5]\nwindow = 18";
+        let experiment = Experiment::new(ExperimentFile::parse(text).unwrap()).unwrap();
+        let place = tempfile::tempdir().unwrap();
+        let files = || std::fs::read_dir(place.path()).unwrap().count();
+        let stop = AtomicBool::new(false);
+        let run = |stop_at_the_end: bool| {
+            let rule = experiment.file.trials.clone();
+            let campaign =
+                Campaign::open(place.path(), &experiment, rule, RunOptions::default()).unwrap();
+            let mut cells = 0;
+            let on_event = |event| {
+                cells += usize::from(event == Event::Cell);
+                if stop_at_the_end && cells == 2 {
+                    stop.store(true, Ordering::Relaxed);
+                }
+            };
+            campaign.run(&stop, on_event, |_| Ok(Vec::new()))
+        };
+        let error = run(true).unwrap_err();
+        assert!(matches!(error, CampaignError::Stopped), "{error}");
+        assert_eq!(files(), 2, "the lock and the blocks");
+        // All trials are there, so only the results are missing.
+        stop.store(false, Ordering::Relaxed);
+        assert_eq!(run(false).unwrap().cells.len(), 2);
+        assert_eq!(files(), 2 + 4);
+    }
+
+    #[test]
+    fn fewer_trials_than_there_are() {
+        let error = CampaignError::Fewer {
+            folder: "out".to_owned(),
+            cell: 0,
+            there: 40,
+            asked: 20,
+        };
+        assert!(
+            error
+                .to_string()
+                .contains("trials of cell 0 up to trial 40, more than 20")
+        );
+    }
 }

@@ -1,18 +1,14 @@
 //! What is studied: cells with their processes, and methods.
 
-use super::file::{
-    AUTOMATIC, Axis, ExperimentFile, FeedbackTable, FileError, Key, Scalar, Settings, TrialRule,
-    cells,
-};
+use super::build::{Build, FEEDBACKS, NOISES, PLANTS};
+use super::file::{Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, cells};
 use super::row::Figure;
-use super::state_feedback::StateFeedback;
-use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings};
-use crate::estimator::{Method, Output, SetupError, Shape, Solver};
+use crate::data::Process;
+use crate::estimator::{InstrumentSource, Method, Output, Shape};
 use crate::names::named_enum;
 use crate::observer::Gain;
-use crate::plant::{StateSpace, TransferFunction, nikolov2023};
-use crate::signal::{Input, LevelReading, NoiseFilter};
-use serde_json::Value;
+use serde_json::{Value, json};
+use xxhash_rust::xxh3::xxh3_128;
 
 named_enum! {
     /// Where the observer starts.
@@ -69,14 +65,6 @@ pub struct Experiment {
     pub compare: Vec<[usize; 2]>,
 }
 
-/// Plants, noises and feedbacks that need no table.
-const PLANTS: [&str; 2] = ["nikolov2023", "random"];
-const NOISES: [&str; 2] = ["ar", "white"];
-const FEEDBACKS: [&str; 1] = ["none"];
-
-/// The largest order, window or record: a record of more samples would not fit into memory.
-const LARGEST_COUNT: f64 = 1e7;
-
 /// The experiment file of Nikolov et al. (2023), claims C1 to C3.
 pub const NIKOLOV2023: &str = include_str!("../../experiments/nikolov2023.toml");
 
@@ -103,6 +91,7 @@ impl Experiment {
                 "an empty list; expected at least one figure",
             ));
         }
+        known_claims(&file.claims)?;
         own_names("plants", file.plants.keys(), &PLANTS)?;
         own_names("noises", file.noises.keys(), &NOISES)?;
         own_names("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
@@ -161,6 +150,16 @@ impl Experiment {
         design_of(&serde_json::to_value(&self.file).unwrap_or_default())
     }
 
+    /// The design with the version of the program that makes the results.
+    pub fn stamped_design(&self) -> Value {
+        json!({ "version": env!("CARGO_PKG_VERSION"), "experiment": self.design() })
+    }
+
+    /// The fingerprint of [`Self::stamped_design`].
+    pub fn fingerprint(&self) -> u128 {
+        xxh3_128(self.stamped_design().to_string().as_bytes())
+    }
+
     /// The index of an output by its label, such as "iv(4)".
     ///
     /// # Errors
@@ -179,6 +178,7 @@ impl Experiment {
     /// Checks what the parts of the file say of each other, and takes the comparisons' indices.
     fn check(&mut self) -> Result<(), FileError> {
         self.check_methods()?;
+        self.check_use()?;
         for [first, second] in &self.file.compare {
             let pair = [
                 self.output("compare", first)?,
@@ -241,6 +241,13 @@ impl Experiment {
                 "an empty list; expected at least one method",
             ));
         }
+        for (i, table) in self.file.methods.iter().enumerate() {
+            let name = table.output_name(1);
+            if name.trim().is_empty() || name.contains(['(', ')']) {
+                let message = format!("'{name}'; expected a name without parentheses, not empty");
+                return Err(FileError::key(&format!("methods[{i}].name"), message));
+            }
+        }
         let mut labels: Vec<String> = self.outputs().iter().map(Output::label).collect();
         labels.sort();
         if let Some([twice, _]) = labels.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -255,6 +262,37 @@ impl Experiment {
             for shape in &shapes {
                 let prepared = method.prepare(*shape);
                 prepared.map_err(|e| FileError::key(&format!("methods[{i}]"), e.to_string()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What is given must mean something in at least one cell.
+    fn check_use(&self) -> Result<(), FileError> {
+        let fixed = |cell: &Cell| cell.settings.get(&Key::Plant) != Some(&"random".into());
+        if self.cells.iter().all(fixed) {
+            for key in [Key::PlantOrder, Key::PoleRadius] {
+                // A resolved file has every setting, so the default is no sign that one was given.
+                let given = self.file.settings.get(&key);
+                if given.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
+                    let message = "no cell has plant = \"random\", so it means nothing; expected a random plant or \
+                                   no such key";
+                    return Err(FileError::key(key.name(), message));
+                }
+            }
+        }
+        let open = |cell: &Cell| cell.settings.get(&Key::Feedback) == Some(&"none".into());
+        if self.cells.iter().all(open) {
+            for (i, table) in self.file.methods.iter().enumerate() {
+                let options = table.iv_options();
+                if options.is_some_and(|o| o.instruments == InstrumentSource::Reference) {
+                    let message = "\"r\" where no cell has feedback, so there is no reference; expected \"u\", or a \
+                                   feedback in [settings]";
+                    return Err(FileError::key(
+                        &format!("methods[{i}].instruments"),
+                        message,
+                    ));
+                }
             }
         }
         Ok(())
@@ -290,251 +328,20 @@ pub(crate) fn design_of(file: &Value) -> Value {
     design
 }
 
-/// Makes a cell of its settings.
-struct Build<'a> {
-    file: &'a ExperimentFile,
-    settings: Settings,
-}
-
-impl Build<'_> {
-    fn cell(self) -> Result<Cell, FileError> {
-        let plant = self.plant()?;
-        let n = plant.order();
-        let order = self.count_or(Key::Order, n)?;
-        let window = match self.settings.get(&Key::L) {
-            Some(_) => 3 * order + 2 * self.count(Key::L)?,
-            None => self.count(Key::Window)?,
-        };
-        if order == 0 {
-            return Err(FileError::key("order", SetupError::ZeroOrder.to_string()));
+/// Checks that the report knows every claim.
+fn known_claims(claims: &[String]) -> Result<(), FileError> {
+    /// Claims, errata and basic facts, with how many there are.
+    const KNOWN: [(&str, u32); 3] = [("C", 9), ("E", 14), ("B", 3)];
+    let known: Vec<String> = KNOWN
+        .iter()
+        .flat_map(|(letter, count)| (1..=*count).map(move |number| format!("{letter}{number}")))
+        .collect();
+    match claims.iter().find(|claim| !known.contains(claim)) {
+        Some(claim) => {
+            let message = format!("no claim '{claim}'; expected C1 to C9, E1 to E14 or B1 to B3");
+            Err(FileError::key("claims", message))
         }
-        let shape = Shape { order, window };
-        shape
-            .check()
-            .map_err(|e| FileError::key("window", e.to_string()))?;
-        let horizon = self.count_or(Key::Horizon, 400.max(window + 200))?;
-        if horizon < window {
-            let message = format!(
-                "the record of K = {horizon} samples is shorter than the window N = {window}"
-            );
-            return Err(FileError::key("horizon", message));
-        }
-        if horizon as f64 > LARGEST_COUNT {
-            let message =
-                format!("a record of K = {horizon} samples; expected at most {LARGEST_COUNT}");
-            return Err(FileError::key("horizon", message));
-        }
-        let eta = self.number(Key::Eta)?;
-        if eta < 0.0 {
-            return Err(FileError::key(
-                "eta",
-                format!("{eta}; expected a percentage of at least 0"),
-            ));
-        }
-        let gain: Gain = self.name(Key::Gain)?;
-        gain.check(order)
-            .map_err(|e| FileError::key("gain", e.to_string()))?;
-        let process = self.process(plant)?;
-        Ok(Cell {
-            process,
-            claim: self.text(Key::Claim),
-            eta,
-            order,
-            window,
-            horizon,
-            gain,
-            observer_start: self.name(Key::ObserverStart)?,
-            settings: self.settings,
-        })
-    }
-
-    fn process(&self, plant: PlantSource) -> Result<Process, FileError> {
-        let x0 = self.x0(plant.order())?;
-        let (feedback, reference) = self.feedback(plant.order())?;
-        let amplitude = match reference {
-            Some(reference) => reference,
-            None => self.number(Key::Amplitude)?,
-        };
-        let settings = ProcessSettings {
-            x0,
-            input: Input::new(self.name(Key::Input)?, amplitude, self.name(Key::Sequence)?),
-            noise: self.noise()?,
-            level: LevelReading {
-                over: self.name(Key::EtaOver)?,
-                of: self.name(Key::EtaOf)?,
-            },
-            input_noise: self.number(Key::InputNoise)?,
-            feedback,
-            plant,
-        };
-        Process::from_settings(settings).map_err(|e| FileError::key("settings", e.to_string()))
-    }
-
-    fn plant(&self) -> Result<PlantSource, FileError> {
-        let name = self.text(Key::Plant);
-        match name.as_str() {
-            "nikolov2023" => Ok(nikolov2023(self.name(Key::Numerator)?).into()),
-            "random" => Ok(PlantSource::Random {
-                order: self.count(Key::PlantOrder)?,
-                radius: self.number(Key::PoleRadius)?,
-            }),
-            _ => {
-                let known = self.file.plants.keys().map(String::as_str);
-                let known: Vec<&str> = PLANTS.into_iter().chain(known).collect();
-                let table = self.file.plants.get(&name);
-                let table = table.ok_or_else(|| unknown(Key::Plant, &name, &known))?;
-                let place = format!("plants.{name}");
-                let wrong = |e: String| FileError::key(&place, e);
-                let plant = match (&table.b, &table.h) {
-                    (Some(b), None) => StateSpace::new(table.a.clone(), b.clone()),
-                    (None, Some(h)) => {
-                        TransferFunction::new(table.a.clone(), h.clone()).map(StateSpace::from)
-                    }
-                    _ => return Err(wrong("expected either b or h beside a".to_owned())),
-                }
-                .map_err(|e| wrong(e.to_string()))?;
-                if !plant.is_stable() && !table.unstable {
-                    return Err(wrong(
-                        "the plant is not stable; expected 'unstable = true' if that is meant"
-                            .to_owned(),
-                    ));
-                }
-                Ok(plant.into())
-            }
-        }
-    }
-
-    fn x0(&self, order: usize) -> Result<Vec<f64>, FileError> {
-        match &self.settings[&Key::X0] {
-            Scalar::Number(x) => Ok(vec![*x; order]),
-            Scalar::Text(text) if text == "plant" => {
-                let table = self.file.plants.get(&self.text(Key::Plant));
-                let x0 = table.and_then(|table| table.x0.clone());
-                x0.ok_or_else(|| FileError::key("x0", "the plant's table has no x0"))
-            }
-            Scalar::Text(text) => Err(FileError::key(
-                "x0",
-                format!("'{text}'; expected a number or \"plant\""),
-            )),
-        }
-    }
-
-    fn noise(&self) -> Result<NoiseColour, FileError> {
-        let name = self.text(Key::Noise);
-        match name.as_str() {
-            "ar" => Ok(NoiseColour::InverseDenominator),
-            "white" => Ok(NoiseFilter::white().into()),
-            _ => {
-                let known = self.file.noises.keys().map(String::as_str);
-                let known: Vec<&str> = NOISES.into_iter().chain(known).collect();
-                let table = self.file.noises.get(&name);
-                let table = table.ok_or_else(|| unknown(Key::Noise, &name, &known))?;
-                let filter = NoiseFilter::new(&table.numerator, &table.denominator);
-                let filter =
-                    filter.map_err(|e| FileError::key(&format!("noises.{name}"), e.to_string()));
-                Ok(filter?.into())
-            }
-        }
-    }
-
-    /// The feedback and the reference's amplitude, where the table has one.
-    fn feedback(&self, order: usize) -> Result<(Feedback, Option<f64>), FileError> {
-        let name = self.text(Key::Feedback);
-        if name == "none" {
-            return Ok((Feedback::None, None));
-        }
-        let known = self.file.feedbacks.keys().map(String::as_str);
-        let known: Vec<&str> = FEEDBACKS.into_iter().chain(known).collect();
-        let table = self.file.feedbacks.get(&name);
-        let table = table.ok_or_else(|| unknown(Key::Feedback, &name, &known))?;
-        let place = format!("feedbacks.{name}");
-        let wrong = |message: String| FileError::key(&place, message);
-        let FeedbackTable {
-            numerator,
-            denominator,
-            state_gain,
-            identify,
-            ..
-        } = table;
-        let feedback = match (numerator, state_gain, identify) {
-            (Some(numerator), None, None) => {
-                let denominator = denominator.as_deref().unwrap_or(&[1.0]);
-                let law = OutputFeedback::new(numerator, denominator);
-                Feedback::Output(law.map_err(|e| wrong(e.to_string()))?)
-            }
-            (None, Some(gain), Some(identify)) if denominator.is_none() => {
-                if gain.len() != order {
-                    return Err(wrong(format!(
-                        "state_gain must be {order} numbers, one per state"
-                    )));
-                }
-                if *identify as f64 > LARGEST_COUNT {
-                    return Err(wrong(format!(
-                        "identify = {identify}; expected at most {LARGEST_COUNT}"
-                    )));
-                }
-                let law = StateFeedback {
-                    k: gain.clone(),
-                    pilot: *identify,
-                    gain: self.name(Key::Gain)?,
-                    solver: Solver::default(),
-                };
-                let law = law.law().map_err(|e| wrong(e.to_string()))?;
-                if table.reference == Some(0.0) {
-                    // The model is identified with a reference in any case.
-                    return Ok((Feedback::Controlled(law.without_reference()), None));
-                }
-                Feedback::Controlled(law)
-            }
-            _ => {
-                let message = "expected numerator (and denominator), or state_gain and identify";
-                return Err(wrong(message.to_owned()));
-            }
-        };
-        Ok((feedback, table.reference))
-    }
-
-    fn text(&self, key: Key) -> String {
-        self.settings
-            .get(&key)
-            .map_or_else(String::new, Scalar::to_string)
-    }
-
-    fn number(&self, key: Key) -> Result<f64, FileError> {
-        match self.settings.get(&key) {
-            Some(Scalar::Number(number)) => Ok(*number),
-            other => {
-                let given = other.map_or_else(String::new, Scalar::to_string);
-                Err(FileError::key(
-                    key.name(),
-                    format!("'{given}'; expected a number"),
-                ))
-            }
-        }
-    }
-
-    fn count(&self, key: Key) -> Result<usize, FileError> {
-        let number = self.number(key)?;
-        if (0.0..=LARGEST_COUNT).contains(&number) && number.fract() == 0.0 {
-            Ok(number as usize)
-        } else {
-            let message = format!("{number}; expected a whole number of 0 to {LARGEST_COUNT}");
-            Err(FileError::key(key.name(), message))
-        }
-    }
-
-    fn count_or(&self, key: Key, automatic: usize) -> Result<usize, FileError> {
-        if self.text(key) == AUTOMATIC {
-            Ok(automatic)
-        } else {
-            self.count(key)
-        }
-    }
-
-    fn name<T: std::str::FromStr<Err: std::fmt::Display>>(&self, key: Key) -> Result<T, FileError> {
-        let text = self.text(key);
-        text.parse()
-            .map_err(|e: T::Err| FileError::key(key.name(), e.to_string()))
+        None => Ok(()),
     }
 }
 
@@ -554,11 +361,4 @@ fn own_names<'a>(
         }
         None => Ok(()),
     }
-}
-
-fn unknown(key: Key, given: &str, known: &[&str]) -> FileError {
-    FileError::key(
-        key.name(),
-        crate::names::UnknownName::new(key.name(), given, known).to_string(),
-    )
 }

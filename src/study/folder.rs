@@ -36,12 +36,17 @@ pub enum FolderError {
         /// Its version.
         version: String,
     },
-    /// The folder holds trials of unknown design.
+    /// The folder holds results of unknown design.
     #[error(
-        "{}: holds trials.parquet without manifest.json (a run that was killed?); remove it or choose another folder",
-        .0.display()
+        "{}: holds {file} without manifest.json, so nobody knows of which study; remove it or choose another folder",
+        .path.display()
     )]
-    Unknown(PathBuf),
+    Unknown {
+        /// The folder.
+        path: PathBuf,
+        /// The file.
+        file: &'static str,
+    },
     /// The folder holds results of another design.
     #[error(
         "{}: holds results of another design (different: {}); choose another folder",
@@ -67,7 +72,8 @@ pub struct ResultsFolder {
 /// Stays in the folder: removing it would let a third run in beside a second.
 const LOCK: &str = ".lock";
 const MANIFEST: &str = "manifest.json";
-const TRIALS: &str = "trials.parquet";
+/// What a manifest tells of: without it (or the design of the blocks) nobody knows whose they are.
+const RESULTS: [&str; 3] = ["trials.parquet", "summary.json", "summary.parquet"];
 const BLOCKS: &str = "blocks";
 const DESIGN: &str = "blocks/design.json";
 
@@ -78,30 +84,43 @@ fn io_error(path: &Path) -> impl Fn(io::Error) -> FolderError + '_ {
     }
 }
 
-/// The manifest of the results in a folder; `None` where there are none.
+/// The manifest of the results in a folder; `None` where there are none, or they were not written to their end.
 ///
 /// # Errors
-/// If there are trials without a manifest, or the manifest cannot be read.
+/// If the manifest cannot be read, or is of a newer version.
 pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
     let path = folder.join(MANIFEST);
     let text = match fs::read_to_string(&path) {
         Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return if folder.join(TRIALS).exists() {
-                Err(FolderError::Unknown(folder.to_owned()))
-            } else {
-                Ok(None)
-            };
-        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(io_error(&path)(error)),
     };
     let manifest: Result<Value, String> = serde_json::from_str(&text).map_err(|e| e.to_string());
+    if let Ok(manifest) = &manifest {
+        refuse_newer(&path, manifest)?;
+    }
     match manifest {
         Ok(manifest) if manifest["experiment"].is_object() => Ok(Some(manifest)),
         Ok(_) => Err("no experiment in it".to_owned()),
         Err(reason) => Err(reason),
     }
     .map_err(|reason| FolderError::Manifest { path, reason })
+}
+
+/// A result file in a folder, if there is one.
+fn result_file(folder: &Path) -> Option<&'static str> {
+    RESULTS.into_iter().find(|name| folder.join(name).is_file())
+}
+
+/// Refuses what a newer version wrote.
+fn refuse_newer(path: &Path, stored: &Value) -> Result<(), FolderError> {
+    match stored["version"].as_str() {
+        Some(version) if is_newer(version) => Err(FolderError::Newer {
+            path: path.to_owned(),
+            version: version.to_owned(),
+        }),
+        _ => Ok(()),
+    }
 }
 
 impl ResultsFolder {
@@ -140,15 +159,19 @@ impl ResultsFolder {
         &self.path
     }
 
-    /// Makes the folder one of this design, refusing one that holds results or blocks of another.
+    /// Makes the folder one of this design, refusing one that holds results or blocks of another. Results without a
+    /// manifest are those of a run that was killed while it published them, where the blocks' design is there to tell
+    /// of which study; else they are foreign.
     ///
     /// # Errors
-    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], and as for [`read_manifest`].
+    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], [`FolderError::Unknown`], and
+    /// as for [`read_manifest`].
     pub fn claim_design(&self, design: &Value) -> Result<(), FolderError> {
-        if let Some(manifest) = read_manifest(&self.path)? {
+        let manifest = read_manifest(&self.path)?;
+        if let Some(manifest) = &manifest {
             let experiment = design_of(&manifest["experiment"]);
             let stored = json!({ "version": manifest["version"], "experiment": experiment });
-            self.compare(&self.path.join(MANIFEST), &stored, design)?;
+            self.compare(&stored, design)?;
         }
         let path = self.path.join(DESIGN);
         let unreadable = |reason: String| FolderError::Manifest {
@@ -158,9 +181,14 @@ impl ResultsFolder {
         match fs::read_to_string(&path) {
             Ok(text) => {
                 let stored = serde_json::from_str(&text).map_err(|e| unreadable(e.to_string()))?;
-                self.compare(&path, &stored, design)
+                refuse_newer(&path, &stored)?;
+                self.compare(&stored, design)
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                if let (None, Some(file)) = (&manifest, result_file(&self.path)) {
+                    let path = self.path.clone();
+                    return Err(FolderError::Unknown { path, file });
+                }
                 let folder = self.path.join(BLOCKS);
                 fs::create_dir_all(&folder).map_err(io_error(&folder))?;
                 let temporary = folder.join(".design.json.tmp");
@@ -172,15 +200,7 @@ impl ResultsFolder {
         }
     }
 
-    fn compare(&self, path: &Path, stored: &Value, design: &Value) -> Result<(), FolderError> {
-        if let Some(version) = stored["version"].as_str()
-            && is_newer(version)
-        {
-            return Err(FolderError::Newer {
-                path: path.to_owned(),
-                version: version.to_owned(),
-            });
-        }
+    fn compare(&self, stored: &Value, design: &Value) -> Result<(), FolderError> {
         let mut keys = Vec::new();
         differences("", stored, design, &mut keys);
         if keys.is_empty() {
@@ -195,33 +215,40 @@ impl ResultsFolder {
         })
     }
 
-    /// Forgets what is in a folder: blocks and manifest, so that results of any design can go there.
+    /// Forgets what is in a folder: blocks and results, so that results of any design can go there.
     ///
     /// # Errors
     /// If they cannot be removed.
     pub fn clear(path: &Path) -> Result<(), FolderError> {
-        for name in [MANIFEST, TRIALS] {
+        for name in [MANIFEST].into_iter().chain(RESULTS) {
             let path = path.join(name);
-            match fs::remove_file(&path) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    return Err(io_error(&path)(error));
-                }
-                _ => {}
+            if path.is_file() {
+                fs::remove_file(&path).map_err(io_error(&path))?;
             }
         }
         Self::remove_blocks(path)
     }
 
-    /// Removes the blocks: what remains are the results.
+    /// Removes the blocks: what remains are the results. The design stays where nothing else tells of which study
+    /// these are.
     ///
     /// # Errors
     /// If they cannot be removed.
     pub fn remove_blocks(path: &Path) -> Result<(), FolderError> {
         let blocks = path.join(BLOCKS);
-        match fs::remove_dir_all(&blocks) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(io_error(&blocks)(error)),
-            _ => Ok(()),
+        if !blocks.exists() {
+            return Ok(());
         }
+        if result_file(path).is_none() || path.join(MANIFEST).exists() {
+            return fs::remove_dir_all(&blocks).map_err(io_error(&blocks));
+        }
+        for entry in fs::read_dir(&blocks).map_err(io_error(&blocks))? {
+            let file = entry.map_err(io_error(&blocks))?.path();
+            if file != path.join(DESIGN) {
+                fs::remove_file(&file).map_err(io_error(&file))?;
+            }
+        }
+        Ok(())
     }
 
     /// The temporary path of a file that [`Self::publish`] will rename to `name`.
@@ -369,18 +396,38 @@ mod tests {
         let error = results.claim_design(&design(1, 3)).unwrap_err().to_string();
         assert!(error.contains("(different: x.y)"), "by the blocks: {error}");
         fs::write(path.join(DESIGN), r#"{"version": "99.0.0"}"#).unwrap();
+        fs::write(path.join("summary.json"), b"{}").unwrap();
         let error = results.claim_design(&design(1, 2)).unwrap_err().to_string();
         assert!(error.contains("99.0.0, which is newer"), "{error}");
     }
 
     #[test]
-    fn trials_without_a_manifest_are_refused() {
+    fn results_without_a_manifest_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join(TRIALS), b"").unwrap();
         let results = ResultsFolder::open(folder.path()).unwrap();
-        assert!(matches!(
-            results.claim_design(&json!({})),
-            Err(FolderError::Unknown(_))
-        ));
+        for name in RESULTS {
+            fs::write(folder.path().join(name), b"").unwrap();
+            let error = results.claim_design(&json!({})).unwrap_err().to_string();
+            assert!(error.contains(&format!("holds {name} without")), "{error}");
+            fs::remove_file(folder.path().join(name)).unwrap();
+        }
+        results.claim_design(&json!({})).unwrap();
+    }
+
+    /// The design stays with results that have no manifest, and goes with any others.
+    #[test]
+    fn removing_blocks_leaves_no_results_unknown() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let results = ResultsFolder::open(path).unwrap();
+        results.claim_design(&json!({})).unwrap();
+        fs::write(path.join("blocks/x.block"), b"").unwrap();
+        fs::write(path.join("summary.json"), b"").unwrap();
+        ResultsFolder::remove_blocks(path).unwrap();
+        assert!(path.join(DESIGN).exists() && !path.join("blocks/x.block").exists());
+        results.claim_design(&json!({})).unwrap();
+        ResultsFolder::clear(path).unwrap();
+        assert!(!path.join(BLOCKS).exists() && !path.join("summary.json").exists());
+        ResultsFolder::remove_blocks(path).unwrap();
     }
 }

@@ -2,6 +2,7 @@
 //! (the only files).
 
 mod blocks;
+mod build;
 mod campaign;
 mod curves;
 mod experiment;
@@ -27,7 +28,8 @@ pub use runner::{Block, RunError, Span, block_size, run, run_spans, spans};
 pub use state_feedback::StateFeedback;
 pub use store::{StoreError, TrialWriter, stored_alike};
 pub use summary::{
-    BoundSummary, CellSummary, ComparisonSummary, OutputShare, OutputSummary, SlopeSummary, Summary,
+    BoundSummary, CellSummary, ComparisonSummary, OutputShare, OutputSummary, SlopeStatistics,
+    SlopeSummary, Summary,
 };
 pub use tally::{CellTally, Outcomes, OutputTally, Trials};
 pub use trial::{Trial, TrialRecord};

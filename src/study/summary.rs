@@ -7,8 +7,8 @@ use super::row::Figure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
 use crate::metric::{
-    Paired, PairedStatistics, SKETCH_ERROR, Sample, Share, Slope, Statistics, Verdict, slope,
-    verdict,
+    Jackknife, Paired, PairedStatistics, SKETCH_ERROR, Sample, Share, Slope, Statistics, Verdict,
+    slope_of_statistics, verdict,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -226,6 +226,27 @@ fn bounds(
         .collect()
 }
 
+/// What the slopes need of a cell, for every slope of the file and every output: few numbers in the place of tallies.
+#[derive(Clone, Debug)]
+pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
+
+impl SlopeStatistics {
+    /// Takes them from a cell's tally.
+    pub fn of(experiment: &Experiment, tally: &CellTally) -> Self {
+        let asked = experiment.file.slopes.iter().zip(&tally.groups);
+        Self(
+            asked
+                .map(|(table, outputs)| {
+                    outputs
+                        .iter()
+                        .map(|groups| Jackknife::of(groups, table.statistic))
+                        .collect()
+                })
+                .collect(),
+        )
+    }
+}
+
 /// A log-log slope of one output over some cells.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SlopeSummary {
@@ -271,11 +292,11 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Puts cells together; `groups` are the jackknife's groups of every cell.
+    /// Puts cells together; `statistics` are what the slopes need of every cell.
     pub fn of(
         experiment: &Experiment,
         cells: Vec<CellSummary>,
-        groups: &[Vec<Vec<Vec<Sample>>>],
+        statistics: &[SlopeStatistics],
     ) -> Self {
         let file = &experiment.file;
         let asked = file.slopes.iter().enumerate();
@@ -289,7 +310,7 @@ impl Summary {
             quantile_relative_error: SKETCH_ERROR,
             curve_relative_error: CURVE_BIN_ERROR,
             slopes: asked
-                .flat_map(|(i, table)| slopes(experiment, i, table, &cells, groups))
+                .flat_map(|(i, table)| slopes(experiment, i, table, &cells, statistics))
                 .collect(),
             cells,
         }
@@ -327,7 +348,7 @@ fn slopes(
     index: usize,
     table: &SlopeTable,
     cells: &[CellSummary],
-    groups: &[Vec<Vec<Vec<Sample>>>],
+    statistics: &[SlopeStatistics],
 ) -> Vec<SlopeSummary> {
     let axes = [Key::Claim, Key::Eta, Key::Window]
         .into_iter()
@@ -361,11 +382,9 @@ fn slopes(
     for (settings, members) in families.into_values() {
         let xs: Vec<f64> = members.iter().map(|cell| x(&cells[*cell])).collect();
         for (output, of) in experiment.outputs().iter().enumerate() {
-            let samples: Vec<Vec<Sample>> = members
-                .iter()
-                .map(|cell| groups[*cell][index][output].clone())
-                .collect();
-            let slope = slope(&xs, &samples, table.statistic);
+            let of_cell = |cell: &usize| statistics[*cell].0[index][output];
+            let of_cells: Vec<Option<Jackknife>> = members.iter().map(of_cell).collect();
+            let slope = slope_of_statistics(&xs, &of_cells);
             found.push(SlopeSummary {
                 of: table.clone(),
                 output: of.label(),

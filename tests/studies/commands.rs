@@ -27,7 +27,7 @@ fn a_new_study_can_be_checked_and_run() {
     );
     place.refuses(
         &["new", "nowhere/mine"],
-        &["nowhere/mine.toml", "No such file"],
+        &["nowhere/mine.toml", "no folder nowhere"],
     );
     place.write("mine.toml", text.as_bytes());
     let output = place.run(&["check", "mine.toml"]);
@@ -94,9 +94,11 @@ fn the_experiments_of_the_tree() {
         let file = path.to_str().expect("UTF-8");
         let text = std::fs::read_to_string(&path).expect("the file");
         assert!(text.starts_with("#:schema schema.json\n"), "{file}");
-        let output = place.run(&["check", file]);
-        assert_eq!(output.status.code(), Some(0), "{file}: {}", stderr(&output));
-        assert_eq!(stderr(&output), "", "{file}");
+        for more in [&[][..], &["--quick"]] {
+            let output = place.run(&[&["check", file], more].concat());
+            assert_eq!(output.status.code(), Some(0), "{file}: {}", stderr(&output));
+            assert_eq!(stderr(&output), "", "{file}");
+        }
         let quick = ExperimentFile::read(&path).expect("a valid file").quick();
         assert!(
             matches!(quick.trials, TrialRule::Fixed(1..=1000)),
@@ -108,6 +110,78 @@ fn the_experiments_of_the_tree() {
         seen += 1;
     }
     assert!(seen >= 1);
+}
+
+/// The costs that only some studies have: times of methods, and trials on disk, near what they turn out to take.
+#[test]
+fn a_check_tells_of_times_and_disk() {
+    let place = Place::new();
+    let check = |set: &str| {
+        let output = place.run(&["check", "everything.toml", "--set", set]);
+        succeeds(&output);
+        stdout(&output)
+    };
+    let text = check("timing=true");
+    let size = text.find("cells     12").expect("the grid");
+    assert!(size < text.find("time  ").expect("the time"), "{text}");
+    assert!(
+        text.contains("for the times of the methods, on one"),
+        "{text}"
+    );
+    assert!(text.contains("MB in trials.parquet"), "{text}");
+    let text = check("store=summaries");
+    assert!(
+        !text.contains("disk") && !text.contains("times of"),
+        "{text}"
+    );
+    // A record of 2 million samples, (6 + n) numbers each, one a thread.
+    let output = place.run(&[
+        "check",
+        "everything.toml",
+        "--set",
+        "horizon=2000000",
+        "--set",
+        "curves=false",
+    ]);
+    succeeds(&output);
+    let text = stdout(&output);
+    let memory = text
+        .lines()
+        .find(|line| line.starts_with("memory"))
+        .expect("the memory");
+    let megabytes: f64 = memory
+        .split(' ')
+        .rev()
+        .nth(1)
+        .and_then(|x| x.parse().ok())
+        .expect("a number");
+    assert!(megabytes >= 40.0 + 128.0, "{text}");
+    // The table is no larger than was said, blocks are as large, to a quarter; whole MB were said.
+    let check = place.run(&["check", "everything.toml", "--trials", "2000"]);
+    place.results("disk", &["--trials", "2000"]);
+    let text = stdout(&check);
+    let disk = text
+        .lines()
+        .find(|line| line.starts_with("disk"))
+        .expect("the disk");
+    let said: Vec<f64> = disk
+        .split(' ')
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let bytes = |path: &Path| std::fs::metadata(path).expect("a file").len() as f64 / 1e6;
+    let table = bytes(&place.path("disk/trials.parquet"));
+    let blocks: f64 = super::blocks(&place.path("disk"))
+        .iter()
+        .map(|path| bytes(path))
+        .sum();
+    assert!(
+        table < said[0] && said[0] < 1.0 + 2.0 * table,
+        "{disk}: {table}"
+    );
+    assert!(
+        (said[1] - blocks).abs() < 1.0 + blocks / 4.0,
+        "{disk}: {blocks}"
+    );
 }
 
 const METHODS: &str = r#"

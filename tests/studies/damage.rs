@@ -165,7 +165,7 @@ fn newer_versions_and_other_designs_are_left_alone() {
     let foreign = with_checksum(&whole, |bytes| bytes[12] ^= 1);
     std::fs::write(&victim, foreign).expect("written");
     for more in [&[][..], &["--repair"]] {
-        refuses(more, &[&name, "another experiment"]);
+        refuses(more, &[&name, "another experiment", "remove this file"]);
     }
     std::fs::write(&victim, whole).expect("written");
     // A newer program's manifest and design.
@@ -176,6 +176,10 @@ fn newer_versions_and_other_designs_are_left_alone() {
         assert!(text.contains(version), "{text}");
         std::fs::write(&path, text.replace(version, "\"version\":\"99.0.0\"")).expect("written");
         refuses(&[], &[file, "99.0.0", "newer"]);
+        if file == "manifest.json" {
+            place.refuses(&["replay", "out", "0:0"], &[file, "99.0.0", "newer"]);
+            place.refuses(&["report", "out"], &[file, "99.0.0", "newer"]);
+        }
         std::fs::write(&path, text).expect("written");
     }
     // Not this program's.
@@ -193,6 +197,80 @@ fn newer_versions_and_other_designs_are_left_alone() {
         &["--out", "another design"],
     );
     assert!(state(&folder) == before);
+}
+
+/// A kill while results are published leaves some of them without a manifest; the blocks' design tells of which study.
+#[test]
+fn killed_while_publishing() {
+    let place = Place::new();
+    for store in ["store=trials", "store=summaries"] {
+        let run = [&run_in("out")[..], &["--trials", "50", "--set", store]].concat();
+        let again = |what: &str, expected: &Contents| {
+            let output = place.run(&run);
+            assert_eq!(output.status.code(), Some(0), "{what}: {}", stderr(&output));
+            assert_same(&contents(&place.path("out")), expected, what);
+        };
+        let output = place.run(&run);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let expected = contents(&place.path("out"));
+        let names: Vec<&String> = expected.keys().filter(|n| *n != "manifest.json").collect();
+        // Everything but the manifest is there, then one file less each time.
+        for gone in 0..=names.len() {
+            for name in [&"manifest.json".to_owned()]
+                .into_iter()
+                .chain(names[..gone].iter().copied())
+            {
+                std::fs::remove_file(place.path("out").join(name)).expect("removed");
+            }
+            if gone == 1 {
+                place.refuses(&["report", "out"], &["out", "no results"]);
+                let other = [&run[..], &["--set", "seed=6"]].concat();
+                place.refuses(&other, &["out", "another design", "seed"]);
+            }
+            again(&format!("{store}, {gone} gone"), &expected);
+        }
+        std::fs::remove_dir_all(place.path("out")).expect("removed");
+    }
+    // `reproduce` keeps no blocks beside whole results, but their design beside a part of them.
+    let reproduce = ["reproduce", "--trials", "1", "--out", "paper"];
+    let done = || {
+        let output = place.run(&reproduce);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        contents(&place.path("paper"))
+    };
+    let expected = done();
+    let design = place.path("paper/blocks/design.json");
+    assert!(!design.exists());
+    std::fs::remove_file(place.path("paper/manifest.json")).expect("removed");
+    place.refuses(
+        &reproduce,
+        &["paper", "trials.parquet without manifest.json"],
+    );
+    // What a kill leaves: some files, and the blocks.
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&expected["manifest.json"]).expect("JSON");
+    let experiment = asobench::study::Experiment::nikolov2023(2023).design();
+    std::fs::create_dir(place.path("paper/blocks")).expect("a folder");
+    let text = serde_json::json!({ "version": manifest["version"], "experiment": experiment });
+    std::fs::write(&design, text.to_string()).expect("written");
+    assert_same(&done(), &expected, "reproduce");
+    assert!(!design.exists());
+}
+
+/// Another program's summary.json is not overwritten.
+#[test]
+fn foreign_results_are_left_alone() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("out")).expect("a folder");
+    for name in ["summary.json", "summary.parquet", "trials.parquet"] {
+        let path = place.write(&format!("out/{name}"), b"precious");
+        let without = format!("{name} without manifest.json");
+        place.refuses(&run_in("out"), &["--out", "out", &without]);
+        place.refuses(&["reproduce", "--trials", "1", "--out", "out"], &[&without]);
+        assert_eq!(std::fs::read(&path).expect("a file"), b"precious");
+        assert!(!place.path("out/blocks").exists());
+        std::fs::remove_file(path).expect("removed");
+    }
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn extension_gives_the_bits_of_one_run() {
         "--trials",
         "300",
     ];
-    place.refuses(&fewer, &["twice", "900 trials", "300"]);
+    place.refuses(&fewer, &["twice", "up to trial 900", "300"]);
     assert_same(&contents(&place.path("twice")), &expected, "refused");
 }
 

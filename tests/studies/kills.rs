@@ -190,3 +190,102 @@ fn long_spans_are_left_between_trials() {
         "what was computed is kept"
     );
 }
+
+/// A study whose times are measured; the times are of its design, and measured once.
+const TIMED: &str = "trials = 2\ntiming = true\n[settings]\neta = 0\nwindow = 18\n\
+                     [[methods]]\nsolver = [\"partitioned\", \"lu\"]\niterations = 1";
+
+fn times(place: &Place) -> Vec<u8> {
+    std::fs::read(place.path("out/timing/times.json")).expect("the times")
+}
+
+#[test]
+fn times_are_measured_once() {
+    let place = Place::new();
+    place.write("timed.toml", TIMED.as_bytes());
+    let run = ["run", "timed.toml", "--out", "out"];
+    let again = |part: &str| {
+        let output = place.run(&run);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(0), "{message}");
+        assert!(message.contains(part), "{message}");
+        times(&place)
+    };
+    let first = again("measuring times");
+    assert!(again("times are there already") == first);
+    // Those of another design, or half of a file, are not this study's.
+    let text = String::from_utf8(first.clone()).expect("UTF-8");
+    let other = text.replacen("\"design\": \"", "\"design\": \"0", 1);
+    assert!(other != text);
+    for damaged in [other.as_str(), &text[..text.len() / 2], ""] {
+        place.write("out/timing/times.json", damaged.as_bytes());
+        assert!(again("measuring times") != damaged.as_bytes());
+    }
+    // More trials change no time.
+    let before = times(&place);
+    let output = place.run(&[&run[..], &["--trials", "3"]].concat());
+    assert!(stderr(&output).contains("times are there already"));
+    assert!(times(&place) == before);
+    assert_eq!(
+        std::fs::read_dir(place.path("out/timing"))
+            .expect("a folder")
+            .count(),
+        1
+    );
+}
+
+/// A signal while times are measured ends that between two measurements; the results stay.
+#[test]
+fn measuring_times_can_be_stopped() {
+    let place = Place::new();
+    let text = TIMED
+        .replace("eta = 0", "eta = { linspace = [0, 10, 1000] }")
+        .replace("trials = 2", "trials = 1");
+    place.write("timed.toml", text.as_bytes());
+    let child = place.start(&["run", "timed.toml", "--out", "out"]);
+    wait_until(|| place.path("out/manifest.json").exists());
+    let begin = Instant::now();
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill runs").success());
+    let output = child.wait_with_output().expect("the program ends");
+    assert!(begin.elapsed() < Duration::from_secs(3));
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert!(
+        message.contains("times were measured") && message.contains("same command"),
+        "{message}"
+    );
+    assert!(!place.path("out/timing").exists());
+    assert_eq!(
+        contents(&place.path("out")).len(),
+        3,
+        "the results are there"
+    );
+}
+
+/// A second signal does not wait for the trial that is under way: one of thousand passes over a long window.
+#[test]
+fn a_second_signal_ends_at_once() {
+    let place = Place::new();
+    let text = "trials = 1000\n[settings]\nwindow = 100000\n[[methods]]\niterations = 1000\nreport = [1000]";
+    place.write("long.toml", text.as_bytes());
+    let mut child = place.start(&["run", "long.toml", "--out", "out", "--threads", "1"]);
+    wait_until(|| place.path("out/blocks/design.json").exists());
+    std::thread::sleep(Duration::from_millis(500));
+    let signal = || {
+        let sent = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(sent.expect("kill runs").success());
+    };
+    let begin = Instant::now();
+    signal();
+    std::thread::sleep(Duration::from_millis(200));
+    signal();
+    let status = child.wait().expect("the program ends");
+    assert!(begin.elapsed() < Duration::from_secs(2));
+    assert_eq!(status.code(), Some(130));
+    assert!(contents(&place.path("out")).is_empty() && blocks(&place.path("out")).is_empty());
+}

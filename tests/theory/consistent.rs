@@ -8,7 +8,7 @@ use crate::study::{
 use asobench::estimator::FailureKind;
 use asobench::plant::StateSpace;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{CellSummary, CellTally, Experiment, Figure, Summary};
+use asobench::study::{CellSummary, CellTally, Experiment, Figure, SlopeStatistics, Summary};
 use faer::Mat;
 
 const PARTS: [(Figure, usize); 3] = [(Figure::Ea, 0), (Figure::Eh, 1), (Figure::Eb, 2)];
@@ -151,9 +151,12 @@ pub fn windows() -> Vec<Check> {
         .enumerate()
         .map(|(i, tally)| CellSummary::of(&experiment, i, tally))
         .collect();
-    let groups: Vec<_> = tallies.iter().map(|tally| tally.groups.clone()).collect();
+    let statistics: Vec<SlopeStatistics> = tallies
+        .iter()
+        .map(|tally| SlopeStatistics::of(&experiment, tally))
+        .collect();
     let mut checks = Vec::new();
-    for slope in Summary::of(&experiment, cells, &groups).slopes {
+    for slope in Summary::of(&experiment, cells, &statistics).slopes {
         let noise = slope
             .settings
             .values()

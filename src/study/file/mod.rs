@@ -135,6 +135,38 @@ impl ExperimentFile {
         self
     }
 
+    /// Whether each entry of `exclude` and each bound's claim is of some cell. This is asked of a file as it is
+    /// written: `--quick` and `--set` may leave them without a cell.
+    ///
+    /// # Errors
+    /// The first that is of none. A grid that is wrong itself is not looked at.
+    pub fn check_filters(&self) -> Result<(), FileError> {
+        if self.exclude.is_empty() && self.bounds.iter().all(|bound| bound.claim.is_none()) {
+            return Ok(());
+        }
+        let resolved = self.clone().resolve();
+        let Ok(all) = resolved.and_then(|file| cells(&file.settings, &file.zip, &[])) else {
+            return Ok(());
+        };
+        for (i, conditions) in self.exclude.iter().enumerate() {
+            if !all.iter().any(|cell| matches(cell, conditions)) {
+                let message =
+                    "no cell of the grid is like that; expected values that stand in [settings]";
+                return Err(FileError::key(&format!("exclude[{i}]"), message));
+            }
+        }
+        for (i, bound) in self.bounds.iter().enumerate() {
+            let Some(claim) = &bound.claim else { continue };
+            let of = |cell: &Settings| cell.get(&Key::Claim).map(ToString::to_string);
+            if !all.iter().any(|cell| of(cell).as_ref() == Some(claim)) {
+                let message =
+                    format!("no cell has the claim '{claim}'; expected one of the setting 'claim'");
+                return Err(FileError::key(&format!("bounds[{i}].claim"), message));
+            }
+        }
+        Ok(())
+    }
+
     /// Writes every default out: settings, and one table per method.
     ///
     /// # Errors

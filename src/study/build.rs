@@ -1,0 +1,278 @@
+//! A cell of its settings: plant, noise, feedback and the process that draws from them.
+
+use super::experiment::Cell;
+use super::file::{AUTOMATIC, ExperimentFile, FeedbackTable, FileError, Key, Scalar, Settings};
+use super::state_feedback::StateFeedback;
+use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings};
+use crate::estimator::{SetupError, Shape, Solver};
+use crate::observer::Gain;
+use crate::plant::{StateSpace, TransferFunction, nikolov2023};
+use crate::signal::{Input, LevelReading, NoiseFilter};
+
+/// Plants that need no table.
+pub(super) const PLANTS: [&str; 2] = ["nikolov2023", "random"];
+/// Noises that need no table.
+pub(super) const NOISES: [&str; 2] = ["ar", "white"];
+/// Feedbacks that need no table.
+pub(super) const FEEDBACKS: [&str; 1] = ["none"];
+
+/// The largest order, window or record: a record of more samples would not fit into memory.
+const LARGEST_COUNT: f64 = 1e7;
+
+/// Makes a cell of its settings.
+pub(super) struct Build<'a> {
+    /// The file.
+    pub(super) file: &'a ExperimentFile,
+    /// The cell's settings.
+    pub(super) settings: Settings,
+}
+
+impl Build<'_> {
+    /// The cell.
+    pub(super) fn cell(self) -> Result<Cell, FileError> {
+        let plant = self.plant()?;
+        let n = plant.order();
+        let order = self.count_or(Key::Order, n)?;
+        let window = match self.settings.get(&Key::L) {
+            Some(_) => 3 * order + 2 * self.count(Key::L)?,
+            None => self.count(Key::Window)?,
+        };
+        if order == 0 {
+            return Err(FileError::key("order", SetupError::ZeroOrder.to_string()));
+        }
+        let shape = Shape { order, window };
+        shape
+            .check()
+            .map_err(|e| FileError::key("window", e.to_string()))?;
+        let horizon = self.count_or(Key::Horizon, 400.max(window + 200))?;
+        if horizon < window {
+            let message = format!(
+                "the record of K = {horizon} samples is shorter than the window N = {window}"
+            );
+            return Err(FileError::key("horizon", message));
+        }
+        if horizon as f64 > LARGEST_COUNT {
+            let message =
+                format!("a record of K = {horizon} samples; expected at most {LARGEST_COUNT}");
+            return Err(FileError::key("horizon", message));
+        }
+        let eta = self.number(Key::Eta)?;
+        if eta < 0.0 {
+            return Err(FileError::key(
+                "eta",
+                format!("{eta}; expected a percentage of at least 0"),
+            ));
+        }
+        let gain: Gain = self.name(Key::Gain)?;
+        gain.check(order)
+            .map_err(|e| FileError::key("gain", e.to_string()))?;
+        let process = self.process(plant)?;
+        Ok(Cell {
+            process,
+            claim: self.text(Key::Claim),
+            eta,
+            order,
+            window,
+            horizon,
+            gain,
+            observer_start: self.name(Key::ObserverStart)?,
+            settings: self.settings,
+        })
+    }
+
+    fn process(&self, plant: PlantSource) -> Result<Process, FileError> {
+        let x0 = self.x0(plant.order())?;
+        let (feedback, reference) = self.feedback(plant.order())?;
+        let amplitude = match reference {
+            Some(reference) => reference,
+            None => self.number(Key::Amplitude)?,
+        };
+        let settings = ProcessSettings {
+            x0,
+            input: Input::new(self.name(Key::Input)?, amplitude, self.name(Key::Sequence)?),
+            noise: self.noise()?,
+            level: LevelReading {
+                over: self.name(Key::EtaOver)?,
+                of: self.name(Key::EtaOf)?,
+            },
+            input_noise: self.number(Key::InputNoise)?,
+            feedback,
+            plant,
+        };
+        Process::from_settings(settings).map_err(|e| FileError::key("settings", e.to_string()))
+    }
+
+    fn plant(&self) -> Result<PlantSource, FileError> {
+        let name = self.text(Key::Plant);
+        match name.as_str() {
+            "nikolov2023" => Ok(nikolov2023(self.name(Key::Numerator)?).into()),
+            "random" => Ok(PlantSource::Random {
+                order: self.count(Key::PlantOrder)?,
+                radius: self.number(Key::PoleRadius)?,
+            }),
+            _ => {
+                let known = self.file.plants.keys().map(String::as_str);
+                let known: Vec<&str> = PLANTS.into_iter().chain(known).collect();
+                let table = self.file.plants.get(&name);
+                let table = table.ok_or_else(|| unknown(Key::Plant, &name, &known))?;
+                let place = format!("plants.{name}");
+                let wrong = |e: String| FileError::key(&place, e);
+                let plant = match (&table.b, &table.h) {
+                    (Some(b), None) => StateSpace::new(table.a.clone(), b.clone()),
+                    (None, Some(h)) => {
+                        TransferFunction::new(table.a.clone(), h.clone()).map(StateSpace::from)
+                    }
+                    _ => return Err(wrong("expected either b or h beside a".to_owned())),
+                }
+                .map_err(|e| wrong(e.to_string()))?;
+                if !plant.is_stable() && !table.unstable {
+                    return Err(wrong(
+                        "the plant is not stable; expected 'unstable = true' if that is meant"
+                            .to_owned(),
+                    ));
+                }
+                Ok(plant.into())
+            }
+        }
+    }
+
+    fn x0(&self, order: usize) -> Result<Vec<f64>, FileError> {
+        match &self.settings[&Key::X0] {
+            Scalar::Number(x) => Ok(vec![*x; order]),
+            Scalar::Text(text) if text == "plant" => {
+                let table = self.file.plants.get(&self.text(Key::Plant));
+                let x0 = table.and_then(|table| table.x0.clone());
+                x0.ok_or_else(|| FileError::key("x0", "the plant's table has no x0"))
+            }
+            Scalar::Text(text) => Err(FileError::key(
+                "x0",
+                format!("'{text}'; expected a number or \"plant\""),
+            )),
+        }
+    }
+
+    fn noise(&self) -> Result<NoiseColour, FileError> {
+        let name = self.text(Key::Noise);
+        match name.as_str() {
+            "ar" => Ok(NoiseColour::InverseDenominator),
+            "white" => Ok(NoiseFilter::white().into()),
+            _ => {
+                let known = self.file.noises.keys().map(String::as_str);
+                let known: Vec<&str> = NOISES.into_iter().chain(known).collect();
+                let table = self.file.noises.get(&name);
+                let table = table.ok_or_else(|| unknown(Key::Noise, &name, &known))?;
+                let filter = NoiseFilter::new(&table.numerator, &table.denominator);
+                let filter =
+                    filter.map_err(|e| FileError::key(&format!("noises.{name}"), e.to_string()));
+                Ok(filter?.into())
+            }
+        }
+    }
+
+    /// The feedback and the reference's amplitude, where the table has one.
+    fn feedback(&self, order: usize) -> Result<(Feedback, Option<f64>), FileError> {
+        let name = self.text(Key::Feedback);
+        if name == "none" {
+            return Ok((Feedback::None, None));
+        }
+        let known = self.file.feedbacks.keys().map(String::as_str);
+        let known: Vec<&str> = FEEDBACKS.into_iter().chain(known).collect();
+        let table = self.file.feedbacks.get(&name);
+        let table = table.ok_or_else(|| unknown(Key::Feedback, &name, &known))?;
+        let place = format!("feedbacks.{name}");
+        let wrong = |message: String| FileError::key(&place, message);
+        let FeedbackTable {
+            numerator,
+            denominator,
+            state_gain,
+            identify,
+            ..
+        } = table;
+        let feedback = match (numerator, state_gain, identify) {
+            (Some(numerator), None, None) => {
+                let denominator = denominator.as_deref().unwrap_or(&[1.0]);
+                let law = OutputFeedback::new(numerator, denominator);
+                Feedback::Output(law.map_err(|e| wrong(e.to_string()))?)
+            }
+            (None, Some(gain), Some(identify)) if denominator.is_none() => {
+                if gain.len() != order {
+                    return Err(wrong(format!(
+                        "state_gain must be {order} numbers, one per state"
+                    )));
+                }
+                if *identify as f64 > LARGEST_COUNT {
+                    return Err(wrong(format!(
+                        "identify = {identify}; expected at most {LARGEST_COUNT}"
+                    )));
+                }
+                let law = StateFeedback {
+                    k: gain.clone(),
+                    pilot: *identify,
+                    gain: self.name(Key::Gain)?,
+                    solver: Solver::default(),
+                };
+                let law = law.law().map_err(|e| wrong(e.to_string()))?;
+                if table.reference == Some(0.0) {
+                    // The model is identified with a reference in any case.
+                    return Ok((Feedback::Controlled(law.without_reference()), None));
+                }
+                Feedback::Controlled(law)
+            }
+            _ => {
+                let message = "expected numerator (and denominator), or state_gain and identify";
+                return Err(wrong(message.to_owned()));
+            }
+        };
+        Ok((feedback, table.reference))
+    }
+
+    fn text(&self, key: Key) -> String {
+        self.settings
+            .get(&key)
+            .map_or_else(String::new, Scalar::to_string)
+    }
+
+    fn number(&self, key: Key) -> Result<f64, FileError> {
+        match self.settings.get(&key) {
+            Some(Scalar::Number(number)) => Ok(*number),
+            other => {
+                let given = other.map_or_else(String::new, Scalar::to_string);
+                Err(FileError::key(
+                    key.name(),
+                    format!("'{given}'; expected a number"),
+                ))
+            }
+        }
+    }
+
+    fn count(&self, key: Key) -> Result<usize, FileError> {
+        let number = self.number(key)?;
+        if (0.0..=LARGEST_COUNT).contains(&number) && number.fract() == 0.0 {
+            Ok(number as usize)
+        } else {
+            let message = format!("{number}; expected a whole number of 0 to {LARGEST_COUNT}");
+            Err(FileError::key(key.name(), message))
+        }
+    }
+
+    fn count_or(&self, key: Key, automatic: usize) -> Result<usize, FileError> {
+        if self.text(key) == AUTOMATIC {
+            Ok(automatic)
+        } else {
+            self.count(key)
+        }
+    }
+
+    fn name<T: std::str::FromStr<Err: std::fmt::Display>>(&self, key: Key) -> Result<T, FileError> {
+        let text = self.text(key);
+        text.parse()
+            .map_err(|e: T::Err| FileError::key(key.name(), e.to_string()))
+    }
+}
+
+fn unknown(key: Key, given: &str, known: &[&str]) -> FileError {
+    FileError::key(
+        key.name(),
+        crate::names::UnknownName::new(key.name(), given, known).to_string(),
+    )
+}
