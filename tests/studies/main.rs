@@ -5,6 +5,7 @@ mod damage;
 mod files;
 mod identity;
 mod kills;
+mod meaning;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
