@@ -70,6 +70,7 @@ pub(super) fn four_passes(studies: Studies<'_>) -> Finding {
     );
     let [held, refuted]: [Vec<&CellSummary>; 2] =
         [&good, &bad].map(|of| of.iter().map(|of| of.cell).collect());
+    because.push_str(&settled(study, &label));
     because.push_str(&rescued(study, last));
     let numbers = cells
         .iter()
@@ -128,6 +129,34 @@ fn judge<'a>(cell: &'a CellSummary, last: &str) -> Option<Judged<'a>> {
             _ => None,
         },
     })
+}
+
+/// In how many trials the iteration has come to rest, between which cells: the shares that meet a bound on the change.
+fn settled(study: &Study, label: &str) -> String {
+    let of_cell = |cell: &CellSummary| {
+        let bounds = cell.bounds.iter();
+        let mut of_change = bounds.filter(|of| of.bound.figure == Figure::Change);
+        let bound = of_change.find(|of| of.bound.below.is_some())?;
+        let output = bound.outputs.iter().find(|of| of.output == label)?;
+        Some((
+            output.met,
+            bound.bound.below?,
+            place(cell, &study.varying()),
+        ))
+    };
+    let mut shares: Vec<(Share, f64, String)> =
+        study.summary.cells.iter().filter_map(of_cell).collect();
+    shares.sort_by(|(a, ..), (b, ..)| a.share.total_cmp(&b.share));
+    let (Some((least, below, at_least)), Some((most, _, at_most))) =
+        (shares.first(), shares.last())
+    else {
+        return String::new();
+    };
+    format!(
+        " That pass changes a by less than {below} of itself in {} of the trials ({at_least}) to {} ({at_most}); what is neither settled nor lost oscillates.",
+        share(*least),
+        share(*most)
+    )
 }
 
 /// Where most trials are lost.
