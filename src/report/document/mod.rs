@@ -202,13 +202,15 @@ fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut
             table.row(row(claim));
         }
         section.table(&table);
-        section.details(heading, |section| {
-            let why = |claim: &Claim| {
-                format!("{}, {}: {}", claim.id, claim.verdict.name(), claim.because)
-            };
-            let why: Vec<String> = claims.into_iter().map(why).collect();
+        let why =
+            |claim: &Claim| format!("{}, {}: {}", claim.id, claim.verdict.name(), claim.because);
+        let why: Vec<String> = claims.into_iter().map(why).collect();
+        if letter == 'C' {
+            section.heading(heading);
             section.list(&why);
-        });
+        } else {
+            section.details(heading, |section| section.list(&why));
+        }
     }
     let mut numbers = Table::new(
         "",
