@@ -4,7 +4,7 @@ use super::error::{Error, failed};
 use super::run::{execute, threads};
 use super::{Format, print, replay};
 use crate::report::{draw, verdict_table};
-use crate::study::file::TrialRule;
+use crate::study::file::{TRIAL_LIMIT, TrialRule};
 use crate::study::{CellSummary, Experiment, OutputShare, RunOptions, Summary};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ const DEFAULT_FOLDER: &str = "results/reproduce";
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Trials in each of the three cells
-    #[arg(long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=4_000_000_000))]
+    #[arg(long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
     pub(super) trials: u64,
     /// Seed of the random streams
     #[arg(

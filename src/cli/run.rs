@@ -3,7 +3,7 @@
 use super::error::{Error, failed};
 use super::{note, print, progress, timing};
 use crate::report::FigureError;
-use crate::study::file::{ExperimentFile, FileError, TrialRule};
+use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Event, Experiment, FolderError, RunError, RunOptions,
     Summary,
@@ -39,7 +39,7 @@ pub(super) struct StudyArguments {
     /// Experiment file, such as experiments/window.toml
     file: PathBuf,
     /// Trials in each cell, in the place of the file's
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=4_000_000_000))]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
     trials: Option<u64>,
     /// Set a key, such as eta=5 or methods.0.solver=lu; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]

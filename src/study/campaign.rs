@@ -4,11 +4,11 @@ use super::blocks::{BlockError, BlockFolder, StoredBlock};
 use super::experiment::Experiment;
 use super::file::{Store, TrialRule, Until, UntilStatistic};
 use super::folder::{FolderError, ResultsFolder};
-use super::runner::{RunError, Span, run_spans, spans};
+use super::runner::{RunError, Span, run_spans};
 use super::store::{StoreError, TrialWriter, write_summary};
 use super::summary::{CellSummary, SlopeStatistics, Summary};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What happens in a run.
@@ -87,7 +87,6 @@ pub struct RunOptions {
 /// A study in its folder.
 pub struct Campaign<'e> {
     experiment: &'e Experiment,
-    path: PathBuf,
     rule: TrialRule,
     options: RunOptions,
     folder: ResultsFolder,
@@ -144,10 +143,8 @@ impl<'e> Campaign<'e> {
         for block in found {
             stored[block.span.cell].push(block);
         }
-        let path = path.to_owned();
         let campaign = Self {
             experiment,
-            path,
             rule,
             options,
             folder,
@@ -267,20 +264,16 @@ impl<'e> Campaign<'e> {
     }
 
     /// The ranges of a cell's trials below `target` that no block covers.
-    fn missing(&self, cell: usize, target: u64) -> Vec<Span> {
-        let mut missing = Vec::new();
-        let mut reached = 0;
-        let mut gap = |from: u64, to: u64| {
-            if from < to {
-                missing.extend(spans(self.experiment, cell, from..to, self.options.block));
-            }
-        };
-        for block in &self.stored[cell] {
-            gap(reached, block.span.trials.start);
-            reached = block.span.trials.end;
-        }
-        gap(reached, target);
-        missing
+    fn missing(&self, cell: usize, target: u64) -> impl Iterator<Item = Span> {
+        let stored = self.stored[cell].iter().map(|block| &block.span.trials);
+        let ends = std::iter::once(0).chain(stored.clone().map(|trials| trials.end));
+        let starts = stored.map(|trials| trials.start).chain([target]);
+        ends.zip(starts)
+            .filter(|(from, to)| from < to)
+            .map(move |(from, to)| Span {
+                cell,
+                trials: from..to,
+            })
     }
 
     fn compute(
@@ -294,24 +287,21 @@ impl<'e> Campaign<'e> {
             .flat_map(|cell| self.missing(cell, targets[cell]))
             .collect();
         let trials = targets.iter().sum();
-        let of_missing = |cell| {
-            let of_cell = missing.iter().filter(move |span| span.cell == cell);
-            of_cell
-                .map(|span| span.trials.end - span.trials.start)
-                .sum::<u64>()
-        };
-        let mut left: Vec<u64> = (0..targets.len()).map(of_missing).collect();
+        let mut left = vec![0; targets.len()];
+        for span in &missing {
+            left[span.cell] += span.len();
+        }
         let done = trials - left.iter().sum::<u64>();
         on_event(Event::Planned { trials, done });
         left.iter()
             .filter(|left| **left == 0)
             .for_each(|_| on_event(Event::Cell));
         let keep = self.experiment.file.store == Store::Trials;
-        let (experiment, threads) = (self.experiment, self.options.threads);
+        let RunOptions { threads, block, .. } = self.options;
+        let experiment = self.experiment;
         let (blocks, stored) = (&self.blocks, &mut self.stored);
-        run_spans(experiment, &missing, threads, stop, |block| {
-            let cell = block.span.cell;
-            let trials = block.span.trials.end - block.span.trials.start;
+        run_spans(experiment, &missing, block, threads, stop, |block| {
+            let (cell, trials) = (block.span.cell, block.span.len());
             let failures = block
                 .tally
                 .outputs
@@ -386,7 +376,7 @@ impl Drop for Campaign<'_> {
     fn drop(&mut self) {
         if self.options.fresh {
             // Nothing more can be done here; the next run tries again.
-            let _ = ResultsFolder::remove_blocks(&self.path);
+            let _ = ResultsFolder::remove_blocks(self.folder.path());
         }
     }
 }

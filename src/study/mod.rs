@@ -24,7 +24,7 @@ pub(crate) use experiment::design_of;
 pub use experiment::{Cell, Experiment, NIKOLOV2023, ObserverStart};
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use row::{Figure, Row};
-pub use runner::{Block, RunError, Span, block_size, run, run_spans, spans};
+pub use runner::{Block, RunError, Span, block_size, run, run_spans};
 pub use state_feedback::StateFeedback;
 pub use store::{StoreError, TrialWriter, stored_alike};
 pub use summary::{

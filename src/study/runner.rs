@@ -4,8 +4,9 @@ use super::tally::{CellTally, Trials};
 use super::{Curves, Experiment, Row, Trial};
 use crate::estimator::Method;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Samples times outputs in a block, about: half a second of work.
@@ -21,6 +22,13 @@ pub struct Span {
     pub cell: usize,
     /// The trials.
     pub trials: Range<u64>,
+}
+
+impl Span {
+    /// How many trials.
+    pub(super) fn len(&self) -> u64 {
+        self.trials.end - self.trials.start
+    }
 }
 
 /// A contiguous range of trials of one cell, computed.
@@ -64,23 +72,6 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
     (work as u64).clamp(1, 1 << 16)
 }
 
-/// Cuts a range of a cell's trials into spans of `block` trials, by default [`block_size`]. No result depends on it.
-pub fn spans(
-    experiment: &Experiment,
-    cell: usize,
-    trials: Range<u64>,
-    block: Option<u64>,
-) -> Vec<Span> {
-    let block = block.unwrap_or_else(|| block_size(experiment, cell)).max(1);
-    let starts = (trials.start..trials.end).step_by(usize::try_from(block).unwrap_or(usize::MAX));
-    starts
-        .map(|start| Span {
-            cell,
-            trials: start..trials.end.min(start.saturating_add(block)),
-        })
-        .collect()
-}
-
 /// Runs trials 0 ... `trials` - 1 of every cell on `threads` threads; see [`run_spans`].
 ///
 /// # Errors
@@ -95,17 +86,18 @@ pub fn run<E>(
     stop: &AtomicBool,
     consume: impl FnMut(Block) -> Result<(), E>,
 ) -> Result<(), RunError<E>> {
-    let cells = 0..experiment.cells.len();
-    let all: Vec<Span> = cells
-        .flat_map(|cell| spans(experiment, cell, 0..trials, None))
-        .collect();
-    run_spans(experiment, &all, threads, stop, consume)
+    let whole = |cell| Span {
+        cell,
+        trials: 0..trials,
+    };
+    let all: Vec<Span> = (0..experiment.cells.len()).map(whole).collect();
+    run_spans(experiment, &all, None, threads, stop, consume)
 }
 
-/// Runs spans on `threads` threads.
+/// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]; no result depends on it.
 ///
-/// `consume` sees blocks on the calling thread as they are finished, in no certain order; a span that takes long
-/// comes as several blocks. The error of `consume`, or raising `stop`, ends the run with the trials under way: what
+/// `consume` sees blocks on the calling thread as they are finished, in no certain order; a block that takes long
+/// comes as several. The error of `consume`, or raising `stop`, ends the run with the trials under way: what
 /// is finished of every span is still delivered.
 ///
 /// # Errors
@@ -116,11 +108,20 @@ pub fn run<E>(
 pub fn run_spans<E>(
     experiment: &Experiment,
     spans: &[Span],
+    block: Option<u64>,
     threads: usize,
     stop: &AtomicBool,
     consume: impl FnMut(Block) -> Result<(), E>,
 ) -> Result<(), RunError<E>> {
-    let threads = threads.min(spans.len()).max(1);
+    let shared = Shared {
+        experiment,
+        spans,
+        block,
+        stop,
+        ended: AtomicBool::new(false),
+        next: Mutex::new((0, 0)),
+    };
+    let threads = shared.blocks().clamp(1, threads.max(1) as u64) as usize;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -128,22 +129,12 @@ pub fn run_spans<E>(
             threads,
             reason: error.to_string(),
         })?;
-    let shared = Shared {
-        experiment,
-        spans,
-        stop,
-        ended: AtomicBool::new(false),
-        next: AtomicUsize::new(0),
-    };
     let (sender, receiver) = sync_channel(threads);
     let delivered = pool.in_place_scope(|scope| {
         scope.spawn_broadcast(|_, _| shared.work(&sender));
         shared.deliver(receiver, threads, consume)
     });
-    let of = spans
-        .iter()
-        .map(|span| span.trials.end - span.trials.start)
-        .sum();
+    let of = spans.iter().map(Span::len).sum();
     match delivered {
         Err(error) => Err(RunError::Consumer(error)),
         Ok(done) if done < of => Err(RunError::Interrupted { done, of }),
@@ -171,11 +162,13 @@ impl Drop for Done<'_> {
 struct Shared<'a> {
     experiment: &'a Experiment,
     spans: &'a [Span],
+    /// Trials in a block.
+    block: Option<u64>,
     stop: &'a AtomicBool,
     /// Raised where the consumer failed or a worker panicked.
     ended: AtomicBool,
-    /// The next span to be taken.
-    next: AtomicUsize,
+    /// What is to be taken next: a span, and how many of its trials are taken.
+    next: Mutex<(usize, u64)>,
 }
 
 impl Shared<'_> {
@@ -183,7 +176,43 @@ impl Shared<'_> {
         self.stop.load(Ordering::Relaxed) || self.ended.load(Ordering::Relaxed)
     }
 
-    /// One worker: takes spans in order until none is left.
+    fn block_size(&self, cell: usize) -> u64 {
+        let block = self.block;
+        block
+            .unwrap_or_else(|| block_size(self.experiment, cell))
+            .max(1)
+    }
+
+    /// How many blocks there are.
+    fn blocks(&self) -> u64 {
+        let blocks = self.spans.iter();
+        let blocks = blocks.map(|span| span.len().div_ceil(self.block_size(span.cell)));
+        blocks.sum()
+    }
+
+    /// The next block to be computed.
+    fn take(&self) -> Option<Span> {
+        // Nothing panics while it is locked.
+        let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
+        let (index, taken) = *next;
+        let span = self.spans.get(index)?;
+        let start = span.trials.start + taken;
+        let end = span
+            .trials
+            .end
+            .min(start.saturating_add(self.block_size(span.cell)));
+        *next = if end == span.trials.end {
+            (index + 1, 0)
+        } else {
+            (index, end - span.trials.start)
+        };
+        Some(Span {
+            cell: span.cell,
+            trials: start..end,
+        })
+    }
+
+    /// One worker: takes blocks in order until none is left.
     fn work(&self, sender: &SyncSender<Option<Block>>) {
         let _done = Done {
             sender,
@@ -191,7 +220,7 @@ impl Shared<'_> {
         };
         let mut current: Option<(usize, Trial<'_>)> = None;
         while !self.stopped() {
-            let Some(span) = self.spans.get(self.next.fetch_add(1, Ordering::Relaxed)) else {
+            let Some(span) = self.take() else {
                 return;
             };
             if current
@@ -275,7 +304,7 @@ impl Shared<'_> {
                 working -= 1;
                 continue;
             };
-            done += block.span.trials.end - block.span.trials.start;
+            done += block.span.len();
             if let Err(error) = consume(block) {
                 self.ended.store(true, Ordering::Relaxed);
                 return Err(error);

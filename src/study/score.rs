@@ -23,7 +23,7 @@ pub(super) struct Scorer {
     input: Input,
     response: Response,
     wanted: Wanted,
-    /// e_x(k), k = 0 ... K-1, of the pass that was measured last; NaN where undefined.
+    /// e_x(k), k = 0 ... K-1, of the pass that was measured last; NaN where undefined, empty where not wanted.
     curve: Vec<f64>,
 }
 
@@ -55,7 +55,14 @@ impl Scorer {
                 radius: any(&[F::SpectralRadius]),
                 response: any(&[F::ImpulseResponse, F::FreshFit]),
             },
-            curve: vec![f64::NAN; cell.horizon],
+            curve: vec![
+                f64::NAN;
+                if experiment.file.curves {
+                    cell.horizon
+                } else {
+                    0
+                }
+            ],
         }
     }
 
@@ -84,9 +91,7 @@ impl Scorer {
         row.failure = pass.failure;
         let truth = &record.truth;
         row[Figure::Condition] = pass.condition;
-        if self.wanted.states {
-            self.curve.fill(f64::NAN);
-        }
+        self.curve.fill(f64::NAN);
         if pass.progress < Progress::Parameters {
             return;
         }
@@ -150,12 +155,15 @@ impl Scorer {
             #[inline(always)]
             |k, x_hat| {
                 let x = &states[k * n..(k + 1) * n];
-                let square = if k < window {
-                    StateError::default().add(x, x_hat)
-                } else {
-                    errors.add(x, x_hat)
-                };
-                curve[k] = square.sqrt();
+                let curve = curve.get_mut(k);
+                if k >= window {
+                    let square = errors.add(x, x_hat);
+                    if let Some(error) = curve {
+                        *error = square.sqrt();
+                    }
+                } else if let Some(error) = curve {
+                    *error = StateError::default().add(x, x_hat).sqrt();
+                }
             },
         )?;
         let figures = [

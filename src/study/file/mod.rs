@@ -13,7 +13,7 @@ pub use grid::{CELL_LIMIT, Settings, cells, matches};
 pub use key::{AUTOMATIC, Key};
 pub use method::{EstimatorName, MethodTable};
 pub use parse::{FileError, schema};
-pub use rule::{TrialRule, Until, UntilStatistic};
+pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilStatistic};
 pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
 
 use super::row::Figure;
