@@ -153,6 +153,31 @@ fn bad_records_are_refused_by_line_and_column() {
 }
 
 #[test]
+fn what_would_fill_the_memory_is_refused() {
+    let files = Files::new();
+    let mut long = "u,y\n".to_owned();
+    for k in 0..3003 {
+        long += &format!("{},{}\n", k % 7, k % 5);
+    }
+    let long = files.write("long.csv", &long);
+    refused(
+        &["estimate", &long, "--order", "1001"],
+        &["--order: ", "at most 1000"],
+    );
+    refused(
+        &[
+            "estimate",
+            &long,
+            "--order",
+            "1",
+            "--iterations",
+            "1000000000000",
+        ],
+        &["--iterations: ", "1 to 1000"],
+    );
+}
+
+#[test]
 fn bad_settings_are_refused_by_flag() {
     let files = Files::new();
     let path = files.write("good.csv", &record());

@@ -4,7 +4,7 @@ use super::error::{Error, failed};
 use super::print;
 use super::run::{StudyArguments, threads};
 use crate::study::file::{Axis, Key, Store, TrialRule};
-use crate::study::{CellTally, Experiment, Trial, Trials, block_size};
+use crate::study::{Cell, CellTally, Experiment, Trial, Trials, block_size};
 use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -197,12 +197,8 @@ fn cost(experiment: &Experiment) -> Result<Cost, Error> {
     let step = cells.div_ceil(TIMED_CELLS);
     let (mut seconds, mut timed) = (0.0, 0);
     let (mut block_bytes, mut tally_bytes, mut row_bytes): (f64, f64, f64) = (0.0, 0.0, 0.0);
-    // u, y, r, u0, y0, f and n states for every sample, of all cells: the largest need not be among the timed ones.
-    let record_bytes = experiment.cells.iter().map(|cell| {
-        let states = cell.process.order();
-        (size_of::<f64>() * (6 + states) * cell.horizon) as f64
-    });
-    let record_bytes = record_bytes.fold(0.0, f64::max);
+    // Of all cells: the largest need not be among the timed ones.
+    let record_bytes = experiment.cells.iter().map(Cell::record_bytes).max();
     for (index, cell) in experiment.cells.iter().enumerate().step_by(step) {
         let mut trial = Trial::new(experiment, cell).map_err(failed)?;
         trial.run(0);
@@ -230,7 +226,7 @@ fn cost(experiment: &Experiment) -> Result<Cost, Error> {
         seconds_per_trial: seconds / f64::from(timed) * cells as f64,
         block_bytes,
         tally_bytes,
-        record_bytes,
+        record_bytes: record_bytes.unwrap_or(0) as f64,
         row_bytes: row_bytes / f64::from(timed),
         table_bytes: (experiment.outputs().len() * TABLE_ROW_BYTES
             + experiment.outputs().len() * experiment.file.measures.len() * size_of::<f64>())

@@ -6,13 +6,14 @@ use super::{Format, note, print};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
 use crate::estimator::{
-    Auxiliary, Drive, Failure, FailureKind, IvOptions, LsOptions, Method, Pass, Progress, Shape,
-    Solver, Stage, Stage10, Window,
+    Auxiliary, Drive, Failure, FailureKind, IvOptions, LsOptions, Method, Pass, Progress,
+    SetupError, Shape, Solver, Stage, Stage10, Window,
 };
 use crate::metric::{Fit, FitModel, fit};
 use crate::names::named_enum;
 use crate::observer::{Gain, ObservedModel, Observer};
-use crate::plant::PoleFinder;
+use crate::plant::{ORDER_LIMIT, PoleFinder};
+use crate::study::file::MOST_ITERATIONS;
 use faer::c64;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -174,6 +175,12 @@ fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
             arguments.stage10, arguments.solver
         )));
     }
+    if arguments.iterations > MOST_ITERATIONS {
+        return Err(Error::Input(format!(
+            "--iterations: {}; expected 1 to {MOST_ITERATIONS}",
+            arguments.iterations
+        )));
+    }
     arguments
         .gain
         .check(arguments.order)
@@ -189,6 +196,10 @@ fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
             "{rows} samples are too few for order {} and delay {}: at least {needed} are needed",
             arguments.order, arguments.delay
         )));
+    }
+    if arguments.order > ORDER_LIMIT {
+        let error = SetupError::LargeOrder(arguments.order);
+        return Err(Error::Input(format!("--order: {error}")));
     }
     let window = arguments.window.unwrap_or(rows);
     if window > rows {

@@ -3,7 +3,7 @@
 use super::feedback::run_controlled;
 use super::source::{Plants, Resolved};
 use super::{Feedback, NoiseColour, PlantSource, Realisation};
-use crate::plant::SystemError;
+use crate::plant::{ORDER_LIMIT, SystemError};
 use crate::signal::{
     Input, LevelOf, LevelOver, LevelReading, NoiseFilter, NoiseFilterError, Purpose, fill_white,
     stream,
@@ -54,7 +54,10 @@ pub enum ProcessError {
     #[error(transparent)]
     Noise(#[from] NoiseFilterError),
     /// Order or radius of random plants.
-    #[error("random plants need an order of at least 1 and a radius in (0, 1), not {0} and {1}")]
+    #[error(
+        "random plants need an order of at least 1 (and at most {ORDER_LIMIT}) and a radius in (0, 1), \
+         not {0} and {1}"
+    )]
     RandomPlant(usize, f64),
     /// x0 has another length than the order, or is not finite.
     #[error("x0 must be {0} finite numbers, one per state")]

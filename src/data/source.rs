@@ -1,7 +1,7 @@
 //! Where a trial's plant and the colour of its noise come from.
 
 use super::{DrawFailure, ProcessError};
-use crate::plant::{StateSpace, random_stable};
+use crate::plant::{ORDER_LIMIT, StateSpace, random_stable};
 use crate::signal::{NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};
 use serde_json::{Value, json};
 use std::borrow::Cow;
@@ -176,7 +176,7 @@ impl Plants {
                 Ok(Self::Fixed(resolved))
             }
             PlantSource::Random { order, radius } => {
-                if order > 0 && radius > 0.0 && radius < 1.0 {
+                if (1..=ORDER_LIMIT).contains(&order) && radius > 0.0 && radius < 1.0 {
                     Ok(Self::Random { order, radius })
                 } else {
                     Err(ProcessError::RandomPlant(order, radius))

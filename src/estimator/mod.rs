@@ -28,6 +28,8 @@ pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
 pub use reflection::{PoleReflection, Stabilise};
 pub use solver::{Instruments, Solver, Stage10};
 
+use crate::plant::ORDER_LIMIT;
+
 /// The samples that an estimator sees: `u(k)`, `y(k)` and `r(k)` for k = 0 ... N-1.
 #[derive(Clone, Copy, Debug)]
 pub struct Window<'a> {
@@ -81,13 +83,16 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Checks that n >= 1 and that the N - n rows are at least the 2n unknowns: N >= 3n.
+    /// Checks that n is 1 to [`ORDER_LIMIT`] and that the N - n rows are at least the 2n unknowns: N >= 3n.
     ///
     /// # Errors
-    /// [`SetupError::ZeroOrder`] or [`SetupError::ShortWindow`].
+    /// [`SetupError::ZeroOrder`], [`SetupError::LargeOrder`] or [`SetupError::ShortWindow`].
     pub fn check(self) -> Result<(), SetupError> {
         if self.order == 0 {
             return Err(SetupError::ZeroOrder);
+        }
+        if self.order > ORDER_LIMIT {
+            return Err(SetupError::LargeOrder(self.order));
         }
         if self.window < 3 * self.order {
             return Err(SetupError::ShortWindow(self));
@@ -102,6 +107,9 @@ pub enum SetupError {
     /// The order is 0.
     #[error("the order must be at least 1")]
     ZeroOrder,
+    /// The order is above [`crate::plant::ORDER_LIMIT`].
+    #[error("an order of {0}; expected at most {ORDER_LIMIT}")]
+    LargeOrder(usize),
     /// N - n is below 2n.
     #[error(
         "a window of {} samples is too short for order {}: at least 3n = {} are needed",

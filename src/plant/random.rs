@@ -1,6 +1,6 @@
 //! Random stable plants.
 
-use super::{StateSpace, polynomial_from_poles};
+use super::{ORDER_LIMIT, StateSpace, polynomial_from_poles};
 use crate::signal::{Stream, normal::fill_standard_normal};
 use faer::c64;
 use rand::Rng;
@@ -9,9 +9,9 @@ use rand::Rng;
 /// pairs, a last odd one real, uniform on the diameter) and standard normal b.
 ///
 /// # Panics
-/// If `order` is 0 or `radius` is not in (0, 1).
+/// If `order` is 0 or above [`ORDER_LIMIT`](super::ORDER_LIMIT), or `radius` is not in (0, 1).
 pub fn random_stable(order: usize, radius: f64, stream: &mut Stream) -> StateSpace {
-    assert!(order > 0 && radius > 0.0 && radius < 1.0);
+    assert!((1..=ORDER_LIMIT).contains(&order) && radius > 0.0 && radius < 1.0);
     let mut uniform = || (stream.next_u64() >> 11) as f64 / 2.0_f64.powi(52) - 1.0;
     let mut poles = Vec::with_capacity(order);
     while poles.len() < order {
@@ -28,4 +28,17 @@ pub fn random_stable(order: usize, radius: f64, stream: &mut Stream) -> StateSpa
     let mut b = vec![0.0; order];
     fill_standard_normal(stream, &mut b);
     StateSpace::new(a, b).expect("poles inside the unit circle make finite coefficients")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::{Purpose, stream};
+
+    #[test]
+    fn coefficients_of_the_largest_order_are_finite() {
+        let mut stream = stream(1, 0, Purpose::Plant);
+        let plant = random_stable(ORDER_LIMIT, 1.0 - 1e-9, &mut stream);
+        assert_eq!(plant.order(), ORDER_LIMIT);
+    }
 }

@@ -1,12 +1,13 @@
 //! A cell of its settings: plant, noise, feedback and the process that draws from them.
 
+use super::curves::{CURVES_LIMIT, Curves};
 use super::experiment::Cell;
 use super::file::{AUTOMATIC, ExperimentFile, FeedbackTable, FileError, Key, Scalar, Settings};
 use super::state_feedback::StateFeedback;
 use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings};
 use crate::estimator::{SetupError, Shape, Solver};
 use crate::observer::Gain;
-use crate::plant::{StateSpace, TransferFunction, nikolov2023};
+use crate::plant::{ORDER_LIMIT, StateSpace, TransferFunction, nikolov2023};
 use crate::signal::{Input, LevelReading, NoiseFilter};
 
 /// Plants that need no table.
@@ -18,6 +19,9 @@ pub(super) const FEEDBACKS: [&str; 1] = ["none"];
 
 /// The largest order, window or record: a record of more samples would not fit into memory.
 const LARGEST_COUNT: f64 = 1e7;
+
+/// The most bytes that a record with its truth may take; each thread has one.
+const RECORD_LIMIT: usize = 4 << 30;
 
 /// Makes a cell of its settings.
 pub(super) struct Build<'a> {
@@ -32,18 +36,28 @@ impl Build<'_> {
     pub(super) fn cell(self) -> Result<Cell, FileError> {
         let plant = self.plant()?;
         let n = plant.order();
+        if n > ORDER_LIMIT {
+            let place = match plant {
+                PlantSource::Random { .. } => Key::PlantOrder.name().to_owned(),
+                PlantSource::Fixed(_) => format!("plants.{}", self.text(Key::Plant)),
+            };
+            return Err(FileError::key(
+                &place,
+                SetupError::LargeOrder(n).to_string(),
+            ));
+        }
         let order = self.count_or(Key::Order, n)?;
         let window = match self.settings.get(&Key::L) {
             Some(_) => 3 * order + 2 * self.count(Key::L)?,
             None => self.count(Key::Window)?,
         };
-        if order == 0 {
-            return Err(FileError::key("order", SetupError::ZeroOrder.to_string()));
-        }
-        let shape = Shape { order, window };
-        shape
-            .check()
-            .map_err(|e| FileError::key("window", e.to_string()))?;
+        Shape { order, window }.check().map_err(|error| {
+            let key = match error {
+                SetupError::ZeroOrder | SetupError::LargeOrder(_) => Key::Order,
+                _ => Key::Window,
+            };
+            FileError::key(key.name(), error.to_string())
+        })?;
         let horizon = self.count_or(Key::Horizon, 400.max(window + 200))?;
         if horizon < window {
             let message = format!(
@@ -66,9 +80,8 @@ impl Build<'_> {
         let gain: Gain = self.name(Key::Gain)?;
         gain.check(order)
             .map_err(|e| FileError::key("gain", e.to_string()))?;
-        let process = self.process(plant)?;
-        Ok(Cell {
-            process,
+        let cell = Cell {
+            process: self.process(plant)?,
             claim: self.text(Key::Claim),
             eta,
             order,
@@ -77,7 +90,9 @@ impl Build<'_> {
             gain,
             observer_start: self.name(Key::ObserverStart)?,
             settings: self.settings,
-        })
+        };
+        fits_into_memory(&cell, self.file.curves)?;
+        Ok(cell)
     }
 
     fn process(&self, plant: PlantSource) -> Result<Process, FileError> {
@@ -268,6 +283,29 @@ impl Build<'_> {
         text.parse()
             .map_err(|e: T::Err| FileError::key(key.name(), e.to_string()))
     }
+}
+
+/// Checks the memory that a record and its curves take.
+fn fits_into_memory(cell: &Cell, curves: bool) -> Result<(), FileError> {
+    let too_large = |what: &str, bytes: usize, limit: usize| {
+        let message = format!(
+            "{what} of K = {} samples would take {} MiB; expected at most {} MiB",
+            cell.horizon,
+            bytes.div_ceil(1 << 20),
+            limit >> 20
+        );
+        Err(FileError::key(Key::Horizon.name(), message))
+    };
+    let record = cell.record_bytes();
+    if record > RECORD_LIMIT {
+        let what = format!("a record (plant's order {})", cell.process.order());
+        return too_large(&what, record, RECORD_LIMIT);
+    }
+    let bytes = Curves::bytes(cell.horizon);
+    if curves && bytes > CURVES_LIMIT {
+        return too_large("curves = true: curves", bytes, CURVES_LIMIT);
+    }
+    Ok(())
 }
 
 fn unknown(key: Key, given: &str, known: &[&str]) -> FileError {

@@ -11,6 +11,9 @@ const LOWEST_EXPONENT: i32 = -64;
 const HIGHEST_EXPONENT: i32 = 16;
 const BINS: usize = ((HIGHEST_EXPONENT - LOWEST_EXPONENT) << BINS_PER_OCTAVE_LOG2) as usize;
 
+/// The most bytes that the histograms of a cell may take; each thread has some of them at a time.
+pub(super) const CURVES_LIMIT: usize = 1 << 30;
+
 /// The largest relative error of a curve's quantile: half a bin, 1/32.
 pub const CURVE_BIN_ERROR: f64 = 1.0 / 32.0;
 
@@ -80,6 +83,11 @@ fn middle(bin: usize) -> f64 {
 }
 
 impl Curves {
+    /// The memory of the histograms for records of K samples.
+    pub(super) fn bytes(horizon: usize) -> usize {
+        (2 * BINS * size_of::<u32>()).saturating_mul(horizon)
+    }
+
     /// Empty histograms for records of K samples.
     pub fn new(horizon: usize) -> Self {
         Self {

@@ -51,6 +51,11 @@ impl Cell {
             window: self.window,
         }
     }
+
+    /// The memory of a record with its truth: u, y, r, u0, y0, f and n states for every sample.
+    pub fn record_bytes(&self) -> usize {
+        size_of::<f64>() * (6 + self.process.order()) * self.horizon
+    }
 }
 
 /// A Monte-Carlo experiment. A trial is a pure function of the experiment, a cell and a trial index.

@@ -233,6 +233,16 @@ fn settings_that_cannot_be() {
         ("order = 0", ["order", "at least 1"]),
         ("order = -2", ["order: -2", "whole number"]),
         ("order = 1000", ["window", "order 1000"]),
+        ("order = 1001", ["order: ", "at most 1000"]),
+        ("order = 100000", ["order: ", "at most 1000"]),
+        (
+            "plant = \"random\"\nplant_order = 20000",
+            ["plant_order: ", "at most 1000"],
+        ),
+        (
+            "plant = \"random\"\nplant_order = 1000\norder = 2\nhorizon = 1e6",
+            ["horizon: a record", "7676 MiB; expected at most 4096"],
+        ),
         ("eta = nan", ["line 2, column 7", "not a finite number"]),
         ("eta = [1, inf]", ["line 2", "inf is not a finite number"]),
         ("eta = -1", ["eta: -1", "at least 0"]),
@@ -284,6 +294,10 @@ fn settings_that_cannot_be() {
     ] {
         place.refuses_file(&format!("[settings]\n{text}"), &parts);
     }
+    place.refuses_file(
+        "curves = true\n[settings]\nhorizon = [400, 200000]",
+        &["horizon: curves = true", "1954 MiB; expected at most 1024"],
+    );
 }
 
 #[test]

@@ -18,7 +18,7 @@ named_enum! {
 }
 
 /// The most IV passes.
-const MOST_ITERATIONS: usize = 1000;
+pub const MOST_ITERATIONS: usize = 1000;
 
 /// One value, or several, each of which makes a method of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -11,7 +11,7 @@ mod tables;
 pub use axis::{Axis, Scalar};
 pub use grid::{CELL_LIMIT, Settings, cells, matches};
 pub use key::{AUTOMATIC, Key};
-pub use method::{EstimatorName, MethodTable};
+pub use method::{EstimatorName, MOST_ITERATIONS, MethodTable};
 pub use parse::{FileError, schema};
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilStatistic};
 pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
