@@ -11,7 +11,8 @@ use crate::estimator::{Auxiliary, InstrumentSource, Pass, Progress, Stabilise, W
 use crate::observer::Observer;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
-    Cell, Experiment, Figure, ObserverStart, Row, Trial, TrialRecord, read_manifest, stored_alike,
+    Cell, Experiment, Figure, ObserverStart, Row, Trial, TrialRecord, design_of, read_manifest,
+    stored_alike,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -190,16 +191,15 @@ fn stored(
 ) -> Option<bool> {
     // Whatever else is in the folder is no concern of a replay.
     let manifest = read_manifest(folder).ok()??;
-    let stored = ExperimentFile::from_json(&manifest["experiment"]).and_then(Experiment::new);
-    if stored.ok()?.design() != experiment.design() {
+    if design_of(&manifest["experiment"]) != experiment.design() {
         return None;
     }
     let file = folder.join("trials.parquet");
     if !file.exists() {
         return None;
     }
-    let trials: Vec<u64> = match &manifest["trials"] {
-        Value::Array(counts) => counts.iter().filter_map(Value::as_u64).collect(),
+    let trials = match &manifest["trials"] {
+        Value::Array(counts) => counts.iter().map(Value::as_u64).collect::<Option<_>>()?,
         count => vec![count.as_u64()?; experiment.cells.len()],
     };
     stored_alike(&file, experiment, cell, &trials, record.rows).unwrap_or_else(|error| {

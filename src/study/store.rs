@@ -327,15 +327,9 @@ pub fn stored_alike(
     trials: &[u64],
     rows: &[Row],
 ) -> Result<Option<bool>, StoreError> {
-    let Some(trial) = rows
-        .first()
-        .map(|row| row.trial)
-        .filter(|t| *t < trials[cell])
-    else {
+    let Some(first) = first_row(cell, trials, rows) else {
         return Ok(None);
     };
-    let before: u64 = trials[..cell].iter().sum();
-    let first = (before + trial) as usize * rows.len();
     let stored = read_rows(path, first, rows.len())?;
     let waiting: Vec<Waiting> = rows.iter().map(|row| (cell, *row)).collect();
     let alike = frame(experiment, &experiment.outputs(), &waiting)
@@ -344,6 +338,19 @@ pub fn stored_alike(
         path: path.to_owned(),
         source,
     })
+}
+
+/// Where the rows of a trial begin in a file whose cells have so many trials each; `None` where it has no such trial.
+fn first_row(cell: usize, trials: &[u64], rows: &[Row]) -> Option<usize> {
+    let (before, of_cell) = (trials.get(..cell)?, trials.get(cell)?);
+    let trial = rows.first()?.trial;
+    if trial >= *of_cell {
+        return None;
+    }
+    let before = before
+        .iter()
+        .try_fold(trial, |sum, n| sum.checked_add(*n))?;
+    usize::try_from(before).ok()?.checked_mul(rows.len())
 }
 
 /// Whether two tables are equal, numbers bit for bit.

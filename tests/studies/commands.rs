@@ -4,7 +4,7 @@ use super::{EVERYTHING, Place, assert_same, contents, stderr, stdout, succeeds};
 use asobench::study::Experiment;
 use asobench::study::file::{ExperimentFile, TrialRule};
 use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 fn root() -> PathBuf {
@@ -270,6 +270,42 @@ fn replays_equal_what_is_stored() {
     let output = place.run(&["replay", "out", "1:7", "--format", "json"]);
     let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
     assert_eq!(json["equal_to_stored"], false);
+}
+
+/// A manifest that was edited by hand tells a replay no more than it holds.
+#[test]
+fn replays_of_a_damaged_manifest_are_compared_with_nothing() {
+    let place = Place::new();
+    place.write("methods.toml", METHODS.as_bytes());
+    succeeds(&place.run(&["run", "methods.toml", "--out", "out"]));
+    let path = place.path("out/manifest.json");
+    let whole: Value =
+        serde_json::from_slice(&std::fs::read(&path).expect("a file")).expect("JSON");
+    let compared = |trials: Value| {
+        let mut manifest = whole.clone();
+        manifest["trials"] = trials;
+        std::fs::write(&path, manifest.to_string()).expect("written");
+        let output = place.run(&["replay", "out", "2:7", "--format", "json"]);
+        succeeds(&output);
+        let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+        json["equal_to_stored"].clone()
+    };
+    assert_eq!(compared(json!(30)), true);
+    assert_eq!(compared(json!([30, 30, 30, 30])), true);
+    for trials in [
+        json!([]),
+        json!([30, 30]),
+        json!(["30", 30, 30, 30, 30]),
+        json!([30, -1, 30, 30]),
+        json!([u64::MAX, u64::MAX, 30, 30]),
+        json!([u64::MAX / 2, 0, 30, 30]),
+        json!([30, 30, 7, 30]),
+        json!(null),
+    ] {
+        assert_eq!(compared(trials.clone()), Value::Null, "{trials}");
+    }
+    // A file that ends before the trial.
+    assert_ne!(compared(json!([1_000_000_000_000_u64, 0, 30, 30])), true);
 }
 
 /// The record of a replay, estimated as a file by the same method, gives the same numbers bit for bit.
