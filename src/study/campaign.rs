@@ -2,7 +2,7 @@
 
 use super::blocks::{BlockError, BlockFolder, StoredBlock};
 use super::experiment::Experiment;
-use super::file::{Store, TrialRule, Until, UntilStatistic};
+use super::file::{FileError, Store, TrialRule, Until, UntilStatistic};
 use super::folder::{FolderError, ResultsFolder};
 use super::runner::{RunError, Span, run_spans};
 use super::store::{StoreError, TrialWriter, write_summary};
@@ -38,6 +38,9 @@ pub enum CampaignError {
     /// The folder or a file in it.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// The rule for the number of trials.
+    #[error(transparent)]
+    Rule(#[from] FileError),
     /// A block file.
     #[error(transparent)]
     Block(#[from] BlockError),
@@ -106,6 +109,9 @@ impl<'e> Campaign<'e> {
         rule: TrialRule,
         options: RunOptions,
     ) -> Result<Self, CampaignError> {
+        if let TrialRule::Until(until) = &rule {
+            experiment.target(until)?;
+        }
         let folder = ResultsFolder::open(path)?;
         if options.replace {
             ResultsFolder::clear(path)?;
@@ -237,20 +243,8 @@ impl<'e> Campaign<'e> {
     }
 
     fn is_known(&self, cell: usize, until: &Until) -> Result<bool, CampaignError> {
+        let (output, figure) = self.experiment.target(until)?;
         let tally = self.blocks.tally(&self.stored[cell])?;
-        let file = &self.experiment.file;
-        let figure = file
-            .measures
-            .iter()
-            .position(|figure| *figure == until.until);
-        let output = self
-            .experiment
-            .outputs()
-            .iter()
-            .position(|o| o.label() == until.output);
-        let (Some(figure), Some(output)) = (figure, output) else {
-            return Ok(true);
-        };
         let sample = &tally.outputs[output].samples[figure];
         let (value, mcse) = match until.statistic {
             UntilStatistic::Median => {
@@ -441,6 +435,20 @@ mod tests {
         stop.store(false, Ordering::Relaxed);
         assert_eq!(run(false).unwrap().cells.len(), 2);
         assert_eq!(files(), 2 + 4);
+    }
+
+    #[test]
+    fn a_rule_for_what_is_not_there_is_refused() {
+        let experiment = Experiment::new(ExperimentFile::parse("trials = 4").unwrap()).unwrap();
+        let place = tempfile::tempdir().unwrap();
+        let rule = "trials = { until = \"e_a\", output = \"iv(9)\", relative_mcse = 1, minimum = 1, maximum = 2 }";
+        let rule = ExperimentFile::parse(rule).unwrap().trials;
+        let opened = Campaign::open(place.path(), &experiment, rule, RunOptions::default());
+        let error = opened.err().map(|error| error.to_string());
+        assert!(
+            error.is_some_and(|error| error.contains("trials.output") && error.contains("iv(9)"))
+        );
+        assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0);
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! What is studied: cells with their processes, and methods.
 
 use super::build::{Build, FEEDBACKS, NOISES, PLANTS};
-use super::file::{Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, cells};
+use super::file::{
+    Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, cells,
+};
 use super::row::Figure;
 use crate::data::Process;
 use crate::estimator::{InstrumentSource, Method, Output, Shape};
@@ -195,11 +197,10 @@ impl Experiment {
             self.compare.push(pair);
         }
         if let TrialRule::Until(until) = &self.file.trials {
-            self.output("trials.output", &until.output)?;
-            self.check_measure("trials.until", until.until)?;
+            self.target(until)?;
         }
         for slope in &self.file.slopes {
-            self.check_measure("slopes", slope.figure)?;
+            self.measure("slopes", slope.figure)?;
             let Some(Axis::Many(values)) = self.file.settings.get(&slope.over) else {
                 let message = format!("'{}' has no list in [settings]", slope.over);
                 return Err(FileError::key("slopes.over", message));
@@ -220,7 +221,7 @@ impl Experiment {
             }
         }
         for bound in &self.file.bounds {
-            self.check_measure("bounds", bound.figure)?;
+            self.measure("bounds", bound.figure)?;
             if bound.below.is_some() == bound.rounding.is_some() {
                 return Err(FileError::key(
                     "bounds",
@@ -303,14 +304,20 @@ impl Experiment {
         Ok(())
     }
 
-    fn check_measure(&self, key: &str, figure: Figure) -> Result<(), FileError> {
-        if self.file.measures.contains(&figure) {
-            return Ok(());
-        }
-        Err(FileError::key(
-            key,
-            format!("'{figure}' is not among the measures"),
-        ))
+    /// The indices of the output and of the figure that a rule looks at.
+    ///
+    /// # Errors
+    /// If there is no such output or figure.
+    pub fn target(&self, until: &Until) -> Result<(usize, usize), FileError> {
+        let output = self.output("trials.output", &until.output)?;
+        Ok((output, self.measure("trials.until", until.until)?))
+    }
+
+    /// The index of a figure among the measures.
+    fn measure(&self, key: &str, figure: Figure) -> Result<usize, FileError> {
+        let mut measures = self.file.measures.iter();
+        let found = measures.position(|measure| *measure == figure);
+        found.ok_or_else(|| FileError::key(key, format!("'{figure}' is not among the measures")))
     }
 }
 
