@@ -7,6 +7,8 @@
 //! All little-endian; the checksum is XXH3 of everything before it. A block file may be any range of trials: ranges
 //! that lie within others are ignored, gaps are computed.
 
+use super::experiment::Experiment;
+use super::file::Store;
 use super::row::Row;
 use super::runner::{Block, Span};
 use super::tally::CellTally;
@@ -75,22 +77,47 @@ pub struct Content {
     pub rows: Option<Vec<Row>>,
 }
 
+impl Content {
+    /// Whether it is of these trials of an experiment.
+    fn fits(&self, experiment: &Experiment, span: &Span) -> bool {
+        let outputs = experiment.outputs().len() as u64;
+        let row = |(number, row): (u64, &Row)| {
+            row.trial == span.trials.start + number / outputs
+                && row.output as u64 == number % outputs
+        };
+        let rows_fit = |rows: &Vec<Row>| {
+            Some(rows.len() as u64) == span.len().checked_mul(outputs) && (0..).zip(rows).all(row)
+        };
+        let keep = experiment.file.store == Store::Trials;
+        self.tally.trials == span.len()
+            && self.tally.fits(experiment, &experiment.cells[span.cell])
+            && self
+                .rows
+                .as_ref()
+                .map_or(!keep, |rows| keep && rows_fit(rows))
+    }
+}
+
 /// The folder of the block files of one design.
-#[derive(Debug)]
-pub struct BlockFolder {
+pub struct BlockFolder<'e> {
     path: PathBuf,
+    experiment: &'e Experiment,
     fingerprint: u128,
 }
 
-impl BlockFolder {
-    /// The folder `blocks` within `results`, made where needed; `fingerprint` is the experiment's.
+impl<'e> BlockFolder<'e> {
+    /// The folder `blocks` within `results`, made where needed.
     ///
     /// # Errors
     /// If it cannot be made.
-    pub fn open(results: &Path, fingerprint: u128) -> Result<Self, BlockError> {
+    pub fn open(results: &Path, experiment: &'e Experiment) -> Result<Self, BlockError> {
         let path = results.join("blocks");
         fs::create_dir_all(&path).map_err(io_error(&path))?;
-        Ok(Self { path, fingerprint })
+        Ok(Self {
+            path,
+            experiment,
+            fingerprint: experiment.fingerprint(),
+        })
     }
 
     /// Writes a block; `keep` tells whether with its rows.
@@ -202,6 +229,9 @@ impl BlockFolder {
             cell: u32::from_le_bytes(field(&bytes, 28)) as usize,
             trials: u64::from_le_bytes(field(&bytes, 32))..u64::from_le_bytes(field(&bytes, 40)),
         };
+        if span.cell >= self.experiment.cells.len() || span.trials.is_empty() {
+            return Err(damaged("no such cell or no trials"));
+        }
         bytes.drain(..HEAD);
         Ok((span, bytes))
     }
@@ -211,11 +241,17 @@ impl BlockFolder {
     /// # Errors
     /// If it cannot be read or is damaged.
     pub fn read(&self, block: &StoredBlock) -> Result<Content, BlockError> {
-        let (_, bytes) = self.verified(&block.path)?;
-        postcard::from_bytes(&bytes).map_err(|_| BlockError::Damaged {
+        let damaged = |reason| BlockError::Damaged {
             path: block.path.clone(),
-            reason: "its content cannot be decoded",
-        })
+            reason,
+        };
+        let (span, bytes) = self.verified(&block.path)?;
+        let content: Content =
+            postcard::from_bytes(&bytes).map_err(|_| damaged("its content cannot be decoded"))?;
+        if span != block.span || !content.fits(self.experiment, &span) {
+            return Err(damaged("its content is not of its cell and trials"));
+        }
+        Ok(content)
     }
 
     /// Merges the tallies of some blocks, one in memory at a time.

@@ -93,7 +93,7 @@ pub struct Campaign<'e> {
     rule: TrialRule,
     options: RunOptions,
     folder: ResultsFolder,
-    blocks: BlockFolder,
+    blocks: BlockFolder<'e>,
     /// For every cell the blocks that are there, ascending.
     stored: Vec<Vec<StoredBlock>>,
 }
@@ -122,7 +122,7 @@ impl<'e> Campaign<'e> {
             ResultsFolder::remove_blocks(path)?;
             folder.claim_design(&design)?;
         }
-        let blocks = BlockFolder::open(path, experiment.fingerprint())?;
+        let blocks = BlockFolder::open(path, experiment)?;
         let (mut found, mut damaged) = blocks.list()?;
         if options.repair {
             // A whole file may still hold what this program cannot decode.

@@ -19,7 +19,7 @@ pub const CURVE_BIN_ERROR: f64 = 1.0 / 32.0;
 
 /// Histograms of e_x(k) for the first and the last output of a trial, k = 0 ... K-1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Sparse", into = "Sparse")]
+#[serde(try_from = "Sparse", into = "Sparse")]
 pub struct Curves {
     horizon: usize,
     counts: Vec<u32>,
@@ -42,15 +42,19 @@ impl From<Curves> for Sparse {
     }
 }
 
-impl From<Sparse> for Curves {
-    fn from(sparse: Sparse) -> Self {
+impl TryFrom<Sparse> for Curves {
+    type Error = &'static str;
+
+    fn try_from(sparse: Sparse) -> Result<Self, &'static str> {
+        if Self::bytes(sparse.horizon) > CURVES_LIMIT {
+            return Err("curves of a record that is too long");
+        }
         let mut curves = Self::new(sparse.horizon);
         for (bin, count) in sparse.bins {
-            if let Some(place) = curves.counts.get_mut(bin as usize) {
-                *place = count;
-            }
+            let place = curves.counts.get_mut(bin as usize);
+            *place.ok_or("a bin beyond the curves")? = count;
         }
-        curves
+        Ok(curves)
     }
 }
 
@@ -86,6 +90,11 @@ impl Curves {
     /// The memory of the histograms for records of K samples.
     pub(super) fn bytes(horizon: usize) -> usize {
         (2 * BINS * size_of::<u32>()).saturating_mul(horizon)
+    }
+
+    /// The record's length K.
+    pub(super) fn horizon(&self) -> usize {
+        self.horizon
     }
 
     /// Empty histograms for records of K samples.

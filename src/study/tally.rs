@@ -136,6 +136,31 @@ impl CellTally {
         }
     }
 
+    /// Whether it has the parts that [`Self::of`] makes for a cell, each of its trials.
+    pub(super) fn fits(&self, experiment: &Experiment, cell: &Cell) -> bool {
+        let file = &experiment.file;
+        let measures = file.measures.len();
+        let outputs: usize = experiment.methods.iter().map(|m| m.outputs().len()).sum();
+        let parameters = if file.parameters { 2 * cell.order } else { 0 };
+        let output = |output: &OutputTally| {
+            output.outcomes.trials == self.trials
+                && output.samples.len() == measures
+                && output.parameters.len() == parameters
+                && output.met.len() == file.bounds.len()
+        };
+        let pairs = |pairs: &Vec<Paired>| pairs.len() == measures;
+        let groups = |slope: &Vec<Vec<Sample>>| {
+            slope.len() == outputs && slope.iter().all(|of| of.len() == JACKKNIFE_GROUPS)
+        };
+        self.outputs.len() == outputs
+            && self.outputs.iter().all(output)
+            && self.pairs.len() == experiment.compare.len()
+            && self.pairs.iter().all(pairs)
+            && self.groups.len() == file.slopes.len()
+            && self.groups.iter().all(groups)
+            && self.curves.as_ref().map(Curves::horizon) == file.curves.then_some(cell.horizon)
+    }
+
     /// Adds the tally of other trials of the same cell.
     pub fn merge(&mut self, other: &Self) {
         self.trials += other.trials;

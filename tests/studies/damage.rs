@@ -46,7 +46,7 @@ fn damaged_blocks_are_named_and_repaired() {
     type Damage = (&'static str, fn(&[u8]) -> Vec<u8>);
     let place = Place::new();
     let expected = place.results("whole", &RUN[2..]);
-    let damages: [Damage; 7] = [
+    let damages: [Damage; 8] = [
         ("truncated", |bytes| bytes[..bytes.len() - 1].to_vec()),
         ("half", |bytes| bytes[..bytes.len() / 2].to_vec()),
         ("flipped", |bytes| {
@@ -64,6 +64,10 @@ fn damaged_blocks_are_named_and_repaired() {
         ("foreign", |_| {
             b"PAR1 something else that is long enough to be a block by its length alone PAR1"
                 .to_vec()
+        }),
+        ("shorter", |bytes| {
+            // The tally's number of trials.
+            with_checksum(bytes, |bytes| bytes[48] -= 1)
         }),
         ("undecodable", |bytes| {
             with_checksum(bytes, |bytes| bytes[48..].fill(0xff))
@@ -113,6 +117,53 @@ fn damaged_blocks_are_named_and_repaired() {
     let output = place.run(&[&run_in("several")[..], &["--repair"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert_same(&contents(&folder), &expected, "several");
+}
+
+/// Blocks whose checksum and fingerprint are right and whose content is not.
+#[test]
+fn blocks_that_do_not_fit_are_damaged() {
+    let place = Place::new();
+    let one = ["--trials", "100"];
+    let expected = place.results("whole", &one);
+    let victim = blocks(&place.path("whole")).swap_remove(3);
+    let name = victim.file_name().expect("a name").to_owned();
+    let name = name.to_str().expect("UTF-8");
+    let whole = std::fs::read(&victim).expect("a file");
+    let mut forged = vec![
+        with_checksum(&whole, |bytes| bytes[28..32].fill(0xff)),
+        with_checksum(&whole, |bytes| bytes[28] = 12),
+        with_checksum(&whole, |bytes| bytes[40..48].fill(0)),
+        // The tally's number of trials.
+        with_checksum(&whole, |bytes| bytes[48] -= 1),
+    ];
+    for (i, change) in [
+        "horizon=111",
+        "curves=false",
+        "parameters=false",
+        "store=summaries",
+        "measures=[\"e_a\", \"e_b\"]",
+        "bounds=[]",
+        "slopes=[]",
+        "compare=[]",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let out = format!("other{i}");
+        place.results(&out, &[&one[..], &["--set", change]].concat());
+        let other = std::fs::read(place.path(&out).join("blocks").join(name)).expect("a file");
+        forged.push(with_checksum(&other, |bytes| {
+            bytes[12..28].copy_from_slice(&whole[12..28]);
+        }));
+    }
+    let run = [&["run", "everything.toml", "--out", "whole"][..], &one].concat();
+    for (i, bytes) in forged.into_iter().enumerate() {
+        std::fs::write(&victim, bytes).expect("written");
+        place.refuses(&run, &[name, "damaged", "--repair"]);
+        let output = place.run(&[&run[..], &["--repair"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{i}: {}", stderr(&output));
+        assert_same(&contents(&place.path("whole")), &expected, name);
+    }
 }
 
 #[test]
