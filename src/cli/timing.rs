@@ -3,7 +3,7 @@
 use super::error::{Error, failed};
 use crate::data::Realisation;
 use crate::estimator::{Pass, Window};
-use crate::study::Experiment;
+use crate::study::{Experiment, replace_file};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -93,9 +93,7 @@ pub(super) fn measure(
     let path = folder.join("timing");
     let content = json!({ "design": design(experiment), "times": times });
     let text = serde_json::to_string_pretty(&content).map_err(failed)?;
-    let temporary = path.join(".times.json.tmp");
     fs::create_dir_all(&path)
-        .and_then(|()| fs::write(&temporary, format!("{text}\n")))
-        .and_then(|()| fs::rename(&temporary, path.join("times.json")))
+        .and_then(|()| replace_file(&path.join("times.json"), format!("{text}\n").as_bytes()))
         .map_err(|error| failed(format!("{}: {error}", path.display())))
 }

@@ -9,12 +9,13 @@
 
 use super::experiment::Experiment;
 use super::file::Store;
+use super::folder::replace_file;
 use super::row::Row;
 use super::runner::{Block, Span};
 use super::tally::CellTally;
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -149,17 +150,7 @@ impl<'e> BlockFolder<'e> {
             .map_err(|error| io_error(&path)(io::Error::other(error)))?;
         bytes.extend(encoded);
         bytes.extend(xxh3_128(&bytes).to_le_bytes());
-        let temporary = path.with_extension("tmp");
-        let written = fs::File::create(&temporary).and_then(|mut file| {
-            file.write_all(&bytes)?;
-            file.sync_all()?;
-            fs::rename(&temporary, &path)
-        });
-        if let Err(source) = written {
-            // The first error is the one to report.
-            let _ = fs::remove_file(&temporary);
-            return Err(io_error(&path)(source));
-        }
+        replace_file(&path, &bytes).map_err(io_error(&path))?;
         Ok(StoredBlock { span, path })
     }
 

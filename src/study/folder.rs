@@ -84,6 +84,22 @@ fn io_error(path: &Path) -> impl Fn(io::Error) -> FolderError + '_ {
     }
 }
 
+/// Writes a file under a temporary name beside it (its own with the extension "tmp"), then renames it. Nothing is
+/// left where that fails.
+pub(crate) fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let temporary = path.with_extension("tmp");
+    let written = fs::File::create(&temporary).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&temporary, path)
+    });
+    if written.is_err() {
+        // The first error is the one to report.
+        let _ = fs::remove_file(&temporary);
+    }
+    written
+}
+
 /// The manifest of the results in a folder; `None` where there are none, or they were not written to their end.
 ///
 /// # Errors
@@ -191,10 +207,7 @@ impl ResultsFolder {
                 }
                 let folder = self.path.join(BLOCKS);
                 fs::create_dir_all(&folder).map_err(io_error(&folder))?;
-                let temporary = folder.join(".design.json.tmp");
-                fs::write(&temporary, design.to_string())
-                    .and_then(|()| fs::rename(&temporary, &path))
-                    .map_err(io_error(&path))
+                replace_file(&path, design.to_string().as_bytes()).map_err(io_error(&path))
             }
             Err(error) => Err(io_error(&path)(error)),
         }

@@ -22,6 +22,7 @@ pub use campaign::{Campaign, CampaignError, Event, RunOptions};
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub(crate) use experiment::design_of;
 pub use experiment::{Cell, Experiment, NIKOLOV2023, ObserverStart};
+pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use row::{Figure, Row};
 pub use runner::{Block, RunError, Span, block_size, run, run_spans};
