@@ -31,6 +31,7 @@ pub fn cells(
             format!("a grid of {size} cells; expected at most {CELL_LIMIT}"),
         ));
     }
+    let exclude: Vec<Conditions> = exclude.iter().map(conditions).collect();
     let mut cells = Vec::new();
     for index in 0..size as usize {
         let cell = cell(&dimensions, index);
@@ -103,11 +104,20 @@ fn cell(dimensions: &[Dimension], mut index: usize) -> Settings {
     cell
 }
 
+/// The values that some settings may have.
+pub type Conditions = BTreeMap<Key, Vec<Scalar>>;
+
+/// The conditions of a table, its ranges written out.
+pub fn conditions(table: &BTreeMap<Key, Axis>) -> Conditions {
+    let values = |(key, axis): (&Key, &Axis)| (*key, axis.values(key.is_count()));
+    table.iter().map(values).collect()
+}
+
 /// Whether a cell has one of the values of every condition.
-pub fn matches(cell: &Settings, conditions: &BTreeMap<Key, Axis>) -> bool {
-    conditions.iter().all(|(key, axis)| {
+pub fn matches(cell: &Settings, conditions: &Conditions) -> bool {
+    conditions.iter().all(|(key, values)| {
         let value = cell.get(key);
-        value.is_some_and(|value| axis.values(key.is_count()).contains(value))
+        value.is_some_and(|value| values.contains(value))
     })
 }
 

@@ -9,7 +9,7 @@ mod rule;
 mod tables;
 
 pub use axis::{Axis, Scalar};
-pub use grid::{CELL_LIMIT, Settings, cells, matches};
+pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches};
 pub use key::{AUTOMATIC, Key};
 pub use method::{EstimatorName, MOST_ITERATIONS, MethodTable};
 pub use parse::{FileError, schema};
@@ -148,8 +148,9 @@ impl ExperimentFile {
         let Ok(all) = resolved.and_then(|file| cells(&file.settings, &file.zip, &[])) else {
             return Ok(());
         };
-        for (i, conditions) in self.exclude.iter().enumerate() {
-            if !all.iter().any(|cell| matches(cell, conditions)) {
+        for (i, table) in self.exclude.iter().enumerate() {
+            let conditions = conditions(table);
+            if !all.iter().any(|cell| matches(cell, &conditions)) {
                 let message =
                     "no cell of the grid is like that; expected values that stand in [settings]";
                 return Err(FileError::key(&format!("exclude[{i}]"), message));
