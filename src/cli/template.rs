@@ -124,7 +124,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         )));
     }
     let created = std::fs::File::create_new(&path);
-    let written = created.and_then(|mut file| file.write_all(content().as_bytes()));
+    let written = created.and_then(|mut file| {
+        let written = file.write_all(content().as_bytes());
+        written.inspect_err(|_| {
+            // The first error is the one to report.
+            let _ = std::fs::remove_file(&path);
+        })
+    });
     written.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
     note(&format!(
         "wrote {}; next: asobench check {}",
