@@ -315,9 +315,7 @@ impl Summary {
             cells,
         }
     }
-}
 
-impl Summary {
     /// What summary.json holds: numbers are rounded to nine significant digits; summary.parquet has all.
     pub fn to_json(&self) -> Value {
         let mut json = serde_json::to_value(self).unwrap_or_default();
