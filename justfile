@@ -29,6 +29,24 @@ lint:
 bench *ARGS:
     cargo bench {{ARGS}}
 
+# Keep the times of benches/lanes.rs under a name.
+bench-save NAME:
+    cargo bench --bench lanes -- --save-baseline {{NAME}}
+
+# The same benches again, as ratios to a name.
+bench-compare BASELINE="base" FILTER="":
+    cargo bench --bench lanes -- --baseline-lenient {{BASELINE}} "{{FILTER}}"
+    cargo run --release --example bench_table {{BASELINE}}
+
+# Where a trial's time goes in the lanes, stage by stage.
+lane-stages *ISA:
+    cargo run --release --example lane_stages {{ISA}}
+
+# How fast W98 is beside NumPy, Numba, JAX and Octave; `just peers --setup` installs the Python ones.
+peers *ARGS:
+    cargo build --release
+    benches/peers/compare.py {{ARGS}}
+
 # The README's table of solvers, from fresh benchmarks.
 solver-table:
     cargo bench --bench kernels

@@ -3,33 +3,25 @@
 //!
 //! `cargo run --release --example solver_table`
 
+mod criterion;
+
 use asobench::data::csv;
 use asobench::estimator::{
     Estimator, InstrumentalVariables, IvOptions, LeastSquares, Pass, Shape, Solver, Window,
 };
 use asobench::metric::relative_error;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Criterion's median time of a benchmark, in text; "-" where it was not run.
 fn time(group: &str, solver: Solver, size: &str) -> String {
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);
-    let file = target
-        .join("criterion")
-        .join(group)
-        .join(solver.name())
-        .join(size);
-    let median = std::fs::read_to_string(file.join("new/estimates.json"))
-        .ok()
-        .and_then(|text| serde_json::from_str::<Value>(&text).ok())
-        .and_then(|estimates| estimates["median"]["point_estimate"].as_f64());
-    match median {
+    let benchmark = criterion::folder().join(group).join(solver.name());
+    match criterion::median(&benchmark.join(size), "new") {
         None => "-".to_owned(),
-        Some(ns) if ns < 1e6 => format!("{:.1} \u{b5}s", ns / 1e3),
-        Some(ns) => format!("{:.1} ms", ns / 1e6),
+        Some([ns, _]) if ns < 1e6 => format!("{:.1} \u{b5}s", ns / 1e3),
+        Some([ns, _]) => format!("{:.1} ms", ns / 1e6),
     }
 }
 

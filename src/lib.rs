@@ -68,10 +68,12 @@
 pub mod cli;
 pub mod data;
 pub mod estimator;
+pub mod lanes;
 pub mod metric;
 mod names;
 pub mod observer;
 pub mod plant;
+pub mod real;
 pub mod report;
 pub mod signal;
 pub mod study;

@@ -530,9 +530,140 @@ fn help_texts() {
         ("help_new", vec!["new", "--help"]),
         ("help_schema", vec!["schema", "--help"]),
         ("help_replay", vec!["replay", "--help"]),
+        ("help_throughput", vec!["throughput", "--help"]),
     ] {
         insta::assert_snapshot!(name, stdout(&asobench(&arguments)));
     }
+}
+
+/// Keys, counts and medians of W98: median e_a 0.119, e_b 0.0223, max e_x 0.649, by both engines (a study of 10^6
+/// trials by faer), within five of their standard errors.
+#[test]
+fn throughput_is_measured_beside_the_peak() {
+    let arguments = [
+        "throughput",
+        "--trials",
+        "2000",
+        "--repetitions",
+        "1",
+        "--threads",
+        "1,2",
+        "--format",
+        "json",
+    ];
+    let output = asobench(&arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+    let keys = |of: &Value| -> Vec<String> {
+        of.as_object().expect("an object").keys().cloned().collect()
+    };
+    assert_eq!(
+        keys(&json),
+        [
+            "workload",
+            "flop_per_trial",
+            "processors",
+            "fma_peak_gflops",
+            "engines"
+        ]
+    );
+    assert_eq!(json["workload"], "W98");
+    let engines = json["engines"].as_array().expect("engines");
+    let asked = [("lanes", 1), ("lanes", 2), ("faer", 1), ("faer", 2)];
+    assert_eq!(engines.len(), asked.len());
+    let number = |of: &Value, key: &str| of[key].as_f64().unwrap_or_else(|| panic!("{key}: {of}"));
+    for (of, (engine, threads)) in engines.iter().zip(asked) {
+        assert_eq!(
+            keys(of),
+            [
+                "engine",
+                "instructions",
+                "threads",
+                "trials",
+                "repetitions",
+                "trials_per_second",
+                "slowest",
+                "fastest",
+                "fma_peak_gflops",
+                "fraction_of_fma_peak",
+                "e_a",
+                "e_b",
+                "e_x_max",
+                "e_a_mcse",
+                "e_b_mcse",
+                "e_x_max_mcse",
+                "failed",
+                "fallbacks",
+            ]
+        );
+        assert_eq!(of["engine"], engine);
+        assert_eq!(of["threads"], threads);
+        assert_eq!(of["trials"], 2000);
+        assert_eq!(of["repetitions"], 1);
+        assert_eq!(of["failed"], 0);
+        assert!(number(of, "fallbacks") < 2000.0 && (engine == "lanes" || of["fallbacks"] == 0));
+        for (key, expected) in [("e_a", 0.119), ("e_b", 0.0223), ("e_x_max", 0.649)] {
+            let error = number(of, &format!("{key}_mcse"));
+            let found = number(of, key);
+            assert!(error > 0.0 && error < 0.05 * expected, "{key}: {error}");
+            assert!(
+                (found - expected).abs() < 5.0 * error,
+                "{key}: {found} +- {error}"
+            );
+        }
+        let rate = number(of, "trials_per_second");
+        assert!(rate > 0.0 && rate == number(of, "slowest") && rate == number(of, "fastest"));
+        let peaks = numbers(&of["fma_peak_gflops"]);
+        assert_eq!(peaks.len(), 2);
+        let fraction = rate * number(&json, "flop_per_trial") / (0.5e9 * (peaks[0] + peaks[1]));
+        assert!((number(of, "fraction_of_fma_peak") / fraction - 1.0).abs() < 1e-12);
+        assert!(
+            peaks
+                .iter()
+                .all(|peak| *peak <= number(&json, "fma_peak_gflops"))
+        );
+    }
+    // Threads move no figure.
+    for key in ["e_a", "e_b", "e_x_max", "fallbacks"] {
+        assert_eq!(engines[0][key], engines[1][key], "{key}");
+        assert_eq!(engines[2][key], engines[3][key], "{key}");
+    }
+}
+
+#[test]
+fn throughput_as_text() {
+    let fast = [
+        "throughput",
+        "--trials",
+        "100",
+        "--repetitions",
+        "2",
+        "--threads",
+        "1",
+    ];
+    let output = asobench(&[&fast[..], &["--format", "text"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = stdout(&output);
+    let of = |engine: &str| text.lines().filter(|line| line.starts_with(engine)).count();
+    assert_eq!((of("lanes "), of("faer ")), (2, 2), "{text}");
+    assert!(text.starts_with("W98: n = 6, N = 98, K = 400"), "{text}");
+    let output = asobench(&[&fast[..], &["--engine", "lanes"]].concat());
+    assert!(!stdout(&output).contains("faer"), "{}", stdout(&output));
+    refused(
+        &["throughput", "--engine", "auto"],
+        &["--engine", "'auto'", "lanes or faer"],
+    );
+    refused(
+        &["throughput", "--engine", "lane"],
+        &["--engine", "'lane'", "lanes"],
+    );
+    refused(&["throughput", "--trials", "99"], &["--trials", "99"]);
+    refused(&["throughput", "--threads", "0"], &["--threads", "0"]);
+    refused(&["throughput", "--threads", "1,x"], &["--threads", "x"]);
+    refused(
+        &["throughput", "--repetitions", "0"],
+        &["--repetitions", "0"],
+    );
 }
 
 /// Files of a folder, hidden ones too.

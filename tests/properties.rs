@@ -1,11 +1,12 @@
-//! Invariants on random plants, records and instruments.
+//! Invariants on random plants, records and instruments; of the estimators by faer and by lanes of every width.
 
 use asobench::estimator::information::Information;
 use asobench::estimator::solver::{Solution, condition::RANK_MULTIPLE};
 use asobench::estimator::{
     Auxiliary, Drive, Estimator, FailureKind, InstrumentalVariables, Instruments, IvOptions,
-    LeastSquares, Pass, Shape, Solver, Stage10, Window,
+    LeastSquares, Pass, Shape, Solver, Stage10, StartState, Window,
 };
+use asobench::lanes::Isa;
 use asobench::metric::relative_error;
 use asobench::observer::Gain;
 use asobench::plant::{StateSpace, TransferFunction, random_stable, simulate};
@@ -63,17 +64,51 @@ impl Case {
     }
 }
 
-fn least_squares(shape: Shape, window: Window<'_>, solver: Solver) -> Pass {
+/// What computes the estimates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Engine {
+    Faer(Solver),
+    Lanes(Isa),
+}
+
+/// Faer by these solvers, and lanes of every width of this machine.
+fn engines(solvers: &[Solver]) -> Vec<Engine> {
+    let here = Isa::ALL.iter().copied().filter(|isa| isa.is_here());
+    let solvers = solvers.iter().copied().map(Engine::Faer);
+    solvers.chain(here.map(Engine::Lanes)).collect()
+}
+
+fn least_squares(shape: Shape, window: Window<'_>, engine: Engine) -> Pass {
     let mut passes = [Pass::new(shape.order)];
-    let mut estimator = LeastSquares::new(shape, solver).expect("a valid shape");
+    let mut estimator: Box<dyn Estimator> = match engine {
+        Engine::Faer(solver) => Box::new(LeastSquares::new(shape, solver).expect("a valid shape")),
+        Engine::Lanes(isa) => {
+            let options = IvOptions {
+                iterations: 0,
+                ..IvOptions::default()
+            };
+            isa.estimator(shape, &options).expect("a valid shape")
+        }
+    };
     estimator.estimate(window, &mut passes);
     let [pass] = passes;
     pass
 }
 
-fn instrumental_variables(shape: Shape, window: Window<'_>, options: &IvOptions) -> Vec<Pass> {
+/// All passes; faer's solver is that of the options.
+fn instrumental_variables(
+    shape: Shape,
+    window: Window<'_>,
+    engine: Engine,
+    options: &IvOptions,
+) -> Vec<Pass> {
     let mut passes = vec![Pass::new(shape.order); options.iterations + 1];
-    let mut estimator = InstrumentalVariables::new(shape, options).expect("a valid shape");
+    let mut estimator: Box<dyn Estimator> = match engine {
+        Engine::Faer(_) => {
+            Box::new(InstrumentalVariables::new(shape, options).expect("a valid shape"))
+        }
+        Engine::Lanes(isa) => isa.estimator(shape, options).expect("a valid shape"),
+    };
     estimator.estimate(window, &mut passes);
     passes
 }
@@ -115,16 +150,20 @@ proptest! {
         let window = Window::new(&case.u, &case.y0, case.y0.len());
         let rounding = |pass: &Pass| 4.0 * (order * case.y0.len()) as f64 * f64::EPSILON * pass.condition;
         let theta = [case.plant.a(), &case.plant.h()].concat();
-        let by_qr = least_squares(case.shape(), window, Solver::Qr);
+        let by_qr = least_squares(case.shape(), window, Engine::Faer(Solver::Qr));
         prop_assert_eq!(by_qr.failure, None);
         prop_assert!(relative_error(&theta, &[&by_qr.a[..], &by_qr.h].concat()) < rounding(&by_qr));
-        let passes = instrumental_variables(case.shape(), window, &IvOptions::default());
-        for pass in &passes {
-            prop_assert!(pass.failure.is_none() || by_qr.condition > 1e5, "{:?}", pass.failure);
+        let all = engines(&[Solver::Partitioned]).into_iter().flat_map(|engine| {
+            let passes = instrumental_variables(case.shape(), window, engine, &IvOptions::default());
+            passes.into_iter().map(move |pass| (engine, pass))
+        });
+        for (engine, pass) in all {
+            prop_assert!(pass.failure.is_none() || by_qr.condition > 1e5, "{engine:?}: {:?}", pass.failure);
             if pass.failure.is_some() {
                 continue;
             }
-            prop_assert!(relative_error(&theta, &[&pass.a[..], &pass.h].concat()) < rounding(pass));
+            let error = relative_error(&theta, &[&pass.a[..], &pass.h].concat());
+            prop_assert!(error < rounding(&pass), "{engine:?}: {error:e}");
             let model = StateSpace::new(pass.a.clone(), pass.b.clone()).unwrap();
             let h_size = norm(&pass.a).max(1.0) * norm(&pass.b);
             prop_assert!(distance(&model.h(), &pass.h) <= 10.0 * order as f64 * f64::EPSILON * h_size);
@@ -132,7 +171,8 @@ proptest! {
             let (mut output, mut states) = (vec![0.0; samples], vec![0.0; samples * order]);
             model.simulate(&mut case.x0.clone(), &case.u, &mut output, &mut states);
             let own = 100.0 * order as f64 * f64::EPSILON * norm(&case.y0);
-            prop_assert!(distance(&case.x0, &pass.x0) <= distance(&output, &case.y0) + own);
+            let (found, allowed) = (distance(&case.x0, &pass.x0), distance(&output, &case.y0) + own);
+            prop_assert!(found <= allowed, "{engine:?}: {found:e} > {allowed:e}");
         }
     }
 
@@ -209,9 +249,9 @@ proptest! {
         let scaled_u: Vec<f64> = case.u.iter().map(|u| d * u).collect();
         let scaled_y: Vec<f64> = case.y.iter().map(|y| c * y).collect();
         let scaled = Window::new(&scaled_u, &scaled_y, scaled_y.len());
-        for solver in [Solver::Partitioned, Solver::Qr] {
-            let plain = least_squares(case.shape(), case.window(), solver);
-            let pass = least_squares(case.shape(), scaled, solver);
+        for engine in engines(&[Solver::Partitioned, Solver::Qr]) {
+            let plain = least_squares(case.shape(), case.window(), engine);
+            let pass = least_squares(case.shape(), scaled, engine);
             let limit = 1e4 * f64::EPSILON * plain.condition;
             let times = |values: &[f64], factor: f64| -> Vec<f64> {
                 values.iter().map(|value| factor * value).collect()
@@ -355,42 +395,38 @@ fn rank_deficiency_is_typed_by_every_solver() {
         window: 60,
     };
     let window = Window::new(&u, &y, y.len());
-    for solver in ALL_SOLVERS {
+    for solver in engines(&ALL_SOLVERS) {
         let pass = least_squares(shape, window, solver);
-        if solver == Solver::Dual {
+        if solver == Engine::Faer(Solver::Dual) {
             assert!(pass.failure.is_none());
             continue;
         }
         let failure = pass
             .failure
-            .unwrap_or_else(|| panic!("{solver}: {:e}", pass.condition));
-        assert_eq!(failure.kind, FailureKind::RankDeficient, "{solver}");
+            .unwrap_or_else(|| panic!("{solver:?}: {:e}", pass.condition));
+        assert_eq!(failure.kind, FailureKind::RankDeficient, "{solver:?}");
         assert!(
             !(pass.condition * RANK_MULTIPLE * 4.0 * f64::EPSILON < 1.0),
-            "{solver}"
+            "{solver:?}"
         );
         assert!(
             pass.a.iter().all(|a| a.is_nan()),
-            "{solver}: a number after a failure"
+            "{solver:?}: a number after a failure"
         );
     }
     // Zero output: a zero column is exactly singular.
     let zeros = vec![0.0; 60];
-    let pass = least_squares(
-        shape,
-        Window::new(&u, &zeros, zeros.len()),
-        Solver::Partitioned,
-    );
-    assert_eq!(
-        pass.failure.map(|failure| failure.kind),
-        Some(FailureKind::Singular)
-    );
+    for engine in engines(&[Solver::Partitioned]) {
+        let pass = least_squares(shape, Window::new(&u, &zeros, zeros.len()), engine);
+        let kind = pass.failure.map(|failure| failure.kind);
+        assert_eq!(kind, Some(FailureKind::Singular), "{engine:?}");
+    }
     // A value that is not finite.
     y[30] = f64::INFINITY;
-    for solver in ALL_SOLVERS {
-        let pass = least_squares(shape, Window::new(&u, &y, y.len()), solver);
+    for engine in engines(&ALL_SOLVERS) {
+        let pass = least_squares(shape, Window::new(&u, &y, y.len()), engine);
         let kind = pass.failure.map(|failure| failure.kind);
-        assert_eq!(kind, Some(FailureKind::NonFinite), "{solver}");
+        assert_eq!(kind, Some(FailureKind::NonFinite), "{engine:?}");
     }
 }
 
@@ -398,27 +434,44 @@ fn rank_deficiency_is_typed_by_every_solver() {
 #[test]
 fn readings_differ_where_they_should() {
     let case = Case::new(3, 11, 120, 0.7);
-    let run = |options: IvOptions| instrumental_variables(case.shape(), case.window(), &options);
-    let refresh = run(IvOptions::default());
-    let with = |auxiliary| {
-        run(IvOptions {
-            auxiliary,
+    for engine in engines(&[Solver::Partitioned]) {
+        let run = |options: IvOptions| {
+            instrumental_variables(case.shape(), case.window(), engine, &options)
+        };
+        let refresh = run(IvOptions::default());
+        let with = |auxiliary| {
+            run(IvOptions {
+                auxiliary,
+                ..IvOptions::default()
+            })
+        };
+        let (frozen, literal) = (with(Auxiliary::Frozen), with(Auxiliary::Literal));
+        // Pass 1 starts from iteration 0 in every reading.
+        assert_eq!(frozen[1].a, refresh[1].a);
+        assert_ne!(frozen[2].a, refresh[2].a);
+        assert_eq!(frozen[4].a, literal[4].a);
+        assert_eq!(frozen[4].x0, refresh[0].x0);
+        assert_eq!(literal[4].b, refresh[0].b);
+        assert_ne!(frozen[4].b, refresh[0].b);
+        let five = run(IvOptions {
+            iterations: 5,
             ..IvOptions::default()
-        })
-    };
-    let (frozen, literal) = (with(Auxiliary::Frozen), with(Auxiliary::Literal));
-    // Pass 1 starts from iteration 0 in every reading.
-    assert_eq!(frozen[1].a, refresh[1].a);
-    assert_ne!(frozen[2].a, refresh[2].a);
-    assert_eq!(frozen[4].a, literal[4].a);
-    assert_eq!(frozen[4].x0, refresh[0].x0);
-    assert_eq!(literal[4].b, refresh[0].b);
-    assert_ne!(frozen[4].b, refresh[0].b);
-    let five = run(IvOptions {
-        iterations: 5,
-        ..IvOptions::default()
-    });
-    assert_eq!(five[4].a, refresh[4].a);
+        });
+        assert_eq!(five[4].a, refresh[4].a);
+        // Without stage 6 every start is zero, and least squares needs none.
+        let from_zero = run(IvOptions {
+            initial_state: StartState::Zero,
+            ..IvOptions::default()
+        });
+        assert_eq!(from_zero[0].a, refresh[0].a);
+        assert_ne!(from_zero[1].a, refresh[1].a);
+        assert!(from_zero.iter().all(|pass| pass.x0 == [0.0; 3]));
+    }
+    // The rest is for faer alone.
+    let faer = Engine::Faer(Solver::Partitioned);
+    let run =
+        |options: IvOptions| instrumental_variables(case.shape(), case.window(), faer, &options);
+    let refresh = run(IvOptions::default());
     let driven = |gain| {
         run(IvOptions {
             drive: Drive::Observer,

@@ -19,7 +19,7 @@ mod settings;
 mod study;
 
 use asobench::study::file::ExperimentFile;
-use asobench::study::{Experiment, Trial, Trials};
+use asobench::study::{Experiment, Trials, Worker};
 use consistent::{
     colours, convergence, errata, noise_levels, orders, the_papers_experiment, windows,
 };
@@ -84,9 +84,9 @@ fn quick_trials_are_the_first_trials_of_the_full_study() {
                 .find(|other| other.settings == cell.settings);
             let same = same.unwrap_or_else(|| panic!("{}: {:?}", path.display(), cell.settings));
             let trials = |experiment, cell| {
-                let mut trial = Trial::new(experiment, cell).unwrap();
                 let mut trials = Trials::default();
-                (0..3).for_each(|index| trial.run_into(index, &mut trials));
+                let mut worker = Worker::new(experiment, cell).unwrap();
+                worker.run_into(0..3, &mut trials);
                 trials
             };
             let (short, long) = (trials(&quick, cell), trials(&full, same));

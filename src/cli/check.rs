@@ -4,7 +4,7 @@ use super::error::{Error, failed};
 use super::print;
 use super::run::{StudyArguments, threads};
 use crate::study::file::{Axis, Key, Store, TrialRule};
-use crate::study::{Cell, CellTally, Experiment, Trial, Trials, block_size};
+use crate::study::{Cell, CellTally, Experiment, Trials, Worker, block_size};
 use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -200,13 +200,14 @@ fn cost(experiment: &Experiment) -> Result<Cost, Error> {
     // Of all cells: the largest need not be among the timed ones.
     let record_bytes = experiment.cells.iter().map(Cell::record_bytes).max();
     for (index, cell) in experiment.cells.iter().enumerate().step_by(step) {
-        let mut trial = Trial::new(experiment, cell).map_err(failed)?;
-        trial.run(0);
+        let mut worker = Worker::new(experiment, cell).map_err(failed)?;
+        worker.run_into(0..worker.stride(), &mut Trials::default());
         let begin = Instant::now();
         let (mut count, mut trials) = (0, Trials::default());
         while count == 0 || begin.elapsed() < BUDGET {
-            trial.run_into(count, &mut trials);
-            count += 1;
+            let next = count + worker.stride();
+            worker.run_into(count..next, &mut trials);
+            count = next;
         }
         seconds += begin.elapsed().as_secs_f64() / count as f64;
         timed += 1;

@@ -16,6 +16,7 @@ mod report;
 mod reproduce;
 mod run;
 mod template;
+mod throughput;
 mod timing;
 
 use crate::names::named_enum;
@@ -46,6 +47,7 @@ enum Command {
     Replay(replay::Arguments),
     Report(report::Arguments),
     Estimate(estimate::Arguments),
+    Throughput(throughput::Arguments),
     /// Print the JSON schema of experiment files, for editors
     Schema,
 }
@@ -70,6 +72,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Check(arguments) => check::run(&arguments),
             Command::New(arguments) => template::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
+            Command::Throughput(arguments) => throughput::run_command(&arguments),
             Command::Report(arguments) => report::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
             Command::Schema => template::schema(),

@@ -11,8 +11,8 @@ use crate::estimator::{Auxiliary, InstrumentSource, Pass, Progress, Stabilise, W
 use crate::observer::Observer;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
-    Cell, Experiment, Figure, ObserverStart, Row, Trial, TrialRecord, design_of, read_manifest,
-    stored_alike,
+    Cell, Experiment, Figure, ObserverStart, Row, Trial, TrialRecord, Trials, Worker, design_of,
+    read_manifest, stored_alike,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -150,6 +150,14 @@ pub(super) fn show(
         })?;
         note(&format!("wrote {}", path.display()));
     }
+    // The stages by faer; the rows by the engine that the study ran on.
+    let mut rows = Trials::default();
+    let mut worker = Worker::new(experiment, cell).map_err(failed)?;
+    worker.run_into(which.trial..which.trial + 1, &mut rows);
+    let record = TrialRecord {
+        rows: &rows.rows,
+        ..record
+    };
     let stored = stored(options.folder, experiment, index, &record);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
     replay.stored = stored;

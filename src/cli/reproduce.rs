@@ -4,8 +4,10 @@ use super::error::{Error, failed};
 use super::run::{execute, threads};
 use super::{Format, print, replay};
 use crate::report::{draw, verdict_table};
-use crate::study::file::{TRIAL_LIMIT, TrialRule};
-use crate::study::{CellSummary, Experiment, OutputShare, RunOptions, Summary};
+use crate::study::file::{ExperimentFile, TRIAL_LIMIT, TrialRule};
+use crate::study::{
+    CellSummary, Engine, Experiment, NIKOLOV2023, OutputShare, RunOptions, Summary,
+};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -31,6 +33,9 @@ pub(super) struct Arguments {
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// What computes the trials: auto, lanes or faer
+    #[arg(long, value_name = "ENGINE", default_value_t)]
+    engine: Engine,
     /// Folder of the results [default: results/reproduce, replaced at every run]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -53,7 +58,12 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let experiment = Experiment::nikolov2023(arguments.seed);
+    let file = ExperimentFile {
+        seed: arguments.seed,
+        engine: arguments.engine,
+        ..ExperimentFile::parse(NIKOLOV2023).map_err(failed)?
+    };
+    let experiment = Experiment::new(file).map_err(failed)?;
     if let Some(which) = &arguments.replay {
         let options = replay::Options {
             flag: "--replay: ",

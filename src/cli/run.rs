@@ -5,8 +5,8 @@ use super::{note, print, progress, timing};
 use crate::report::FigureError;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
-    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, RunError, RunOptions,
-    Summary,
+    BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
+    RunOptions, Summary,
 };
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -47,6 +47,9 @@ pub(super) struct StudyArguments {
     /// The file's quick variant, of a minute or less
     #[arg(long)]
     quick: bool,
+    /// What computes the trials, in the place of the file's: auto, lanes or faer
+    #[arg(long, value_name = "ENGINE")]
+    engine: Option<Engine>,
 }
 
 impl StudyArguments {
@@ -67,6 +70,9 @@ impl StudyArguments {
             file = file
                 .set(assignment)
                 .map_err(|e| Error::Input(format!("--set {e}")))?;
+        }
+        if let Some(engine) = self.engine {
+            file.engine = engine;
         }
         if let Some(trials) = self.trials {
             file.trials = TrialRule::Fixed(trials);
@@ -115,9 +121,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         .flat_map(|cell| &cell.outputs)
         .map(|output| output.outcomes.failed())
         .sum();
+    let fallbacks: u64 = summary.cells.iter().map(|cell| cell.fallbacks).sum();
+    let fallbacks = match fallbacks {
+        0 => String::new(),
+        some => format!("lanes that were solved again with pivots: {some}\n"),
+    };
     let folder = path.display();
     print(&format!(
         "{cells} cells, {trials} trials, {failed} estimates failed (typed in summary.json)\n\
+         {fallbacks}\
          results in {folder}\n\
          a report of them: asobench report {folder}\n",
     ))?;

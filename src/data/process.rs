@@ -3,10 +3,10 @@
 use super::feedback::run_controlled;
 use super::source::{Plants, Resolved};
 use super::{Feedback, NoiseColour, PlantSource, Realisation};
-use crate::plant::{ORDER_LIMIT, SystemError};
+use crate::plant::{ORDER_LIMIT, StateSpace, SystemError};
 use crate::signal::{
-    Input, LevelOf, LevelOver, LevelReading, NoiseFilter, NoiseFilterError, Purpose, fill_white,
-    stream,
+    Input, LevelOf, LevelOver, LevelReading, NoiseFilter, NoiseFilterError, ProcessVariances,
+    Purpose, fill_white, stream,
 };
 use serde_json::{Value, json};
 
@@ -264,6 +264,20 @@ impl Process {
         for (u, u0) in to.u.iter_mut().zip(&to.u0) {
             *u += u0;
         }
+    }
+
+    /// Plant, noise filter and variances, where they are those of every trial and the measured input is the plant's.
+    pub(crate) fn open_loop(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
+        let open = matches!(self.settings.feedback, Feedback::None);
+        let Plants::Fixed(resolved) = &self.plants else {
+            return None;
+        };
+        let Resolved {
+            plant,
+            noise,
+            variances,
+        } = resolved;
+        (open && self.settings.input_noise == 0.0).then_some((plant, noise, *variances))
     }
 
     /// Every setting, for a manifest.

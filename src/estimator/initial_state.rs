@@ -16,10 +16,10 @@ use faer::{Mat, MatMut, Par};
 
 /// Once every entry of `c'A^k` of a stable A is below this, later rows change no digit of x0: their
 /// terms are below 2^-160 of `D'D >= I`, and far below the rounding of the terms before them.
-const NEGLIGIBLE: f64 = 8.271_806_125_530_277e-25; // 2^-80
+pub(crate) const NEGLIGIBLE: f64 = 8.271_806_125_530_277e-25; // 2^-80
 
 /// The largest trace of D'D for which x0 is found by Cholesky: four of the sixteen digits may go.
-const TRACE_LIMIT: f64 = 1e4;
+pub(crate) const TRACE_LIMIT: f64 = 1e4;
 
 /// Buffers for stage 6.
 pub struct InitialState {

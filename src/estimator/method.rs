@@ -32,7 +32,22 @@ pub struct Method {
     /// The passes that are reported, ascending.
     reported: Vec<usize>,
     passes: usize,
-    factory: Box<Factory>,
+    maker: Maker,
+}
+
+/// Where a method's estimators come from.
+enum Maker {
+    Options(MethodOptions),
+    Own(Box<Factory>),
+}
+
+/// The choices of a method of this crate.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MethodOptions {
+    /// Of [`LeastSquares`].
+    LeastSquares(LsOptions),
+    /// Of [`InstrumentalVariables`].
+    InstrumentalVariables(IvOptions),
 }
 
 impl Method {
@@ -41,11 +56,15 @@ impl Method {
         outputs: Vec<Output>,
         factory: impl Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync + 'static,
     ) -> Self {
+        Self::of(outputs, Maker::Own(Box::new(factory)))
+    }
+
+    fn of(outputs: Vec<Output>, maker: Maker) -> Self {
         Self {
             reported: (0..outputs.len()).collect(),
             passes: outputs.len(),
             outputs,
-            factory: Box::new(factory),
+            maker,
         }
     }
 
@@ -55,10 +74,8 @@ impl Method {
             estimator: "ls".to_owned(),
             pass: 0,
         };
-        Self::new(vec![output], move |shape| {
-            let estimator = LeastSquares::new(shape, options.solver)?;
-            Ok(Box::new(estimator.with_start(options.initial_state)))
-        })
+        let options = MethodOptions::LeastSquares(options);
+        Self::of(vec![output], Maker::Options(options))
     }
 
     /// Instrumental variables with its iteration 0: ("ls", 0), ("iv", 1), ("iv", 2), ...
@@ -70,9 +87,8 @@ impl Method {
                 pass,
             })
             .collect();
-        Self::new(outputs, move |shape| {
-            Ok(Box::new(InstrumentalVariables::new(shape, &options)?))
-        })
+        let options = MethodOptions::InstrumentalVariables(options);
+        Self::of(outputs, Maker::Options(options))
     }
 
     /// Gives every output another name; "iv" and "ls" leave what is so called, with iteration 0 as "ls".
@@ -123,6 +139,23 @@ impl Method {
     /// # Errors
     /// If the method cannot serve the shape.
     pub fn prepare(&self, shape: Shape) -> Result<Box<dyn Estimator>, SetupError> {
-        (self.factory)(shape)
+        match &self.maker {
+            Maker::Own(factory) => factory(shape),
+            Maker::Options(MethodOptions::LeastSquares(options)) => {
+                let estimator = LeastSquares::new(shape, options.solver)?;
+                Ok(Box::new(estimator.with_start(options.initial_state)))
+            }
+            Maker::Options(MethodOptions::InstrumentalVariables(options)) => {
+                Ok(Box::new(InstrumentalVariables::new(shape, options)?))
+            }
+        }
+    }
+
+    /// The choices, where the method is one of this crate.
+    pub fn options(&self) -> Option<&MethodOptions> {
+        match &self.maker {
+            Maker::Own(_) => None,
+            Maker::Options(options) => Some(options),
+        }
     }
 }

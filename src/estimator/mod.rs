@@ -23,7 +23,7 @@ pub use instrumental_variables::{
 };
 pub use least_squares::{LeastSquares, LsOptions, StartState};
 pub use limit::{LimitError, least_squares_limit};
-pub use method::{Method, Output};
+pub use method::{Method, MethodOptions, Output};
 pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
 pub use reflection::{PoleReflection, Stabilise};
 pub use solver::{Instruments, Solver, Stage10};

@@ -1,11 +1,18 @@
 //! Errors of estimates, Eq. (7), in the two readings of E3.
 
+use crate::real::Real;
+
 /// `|| v - v_hat || / || v ||`: the reading `relative`.
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn relative_error(v: &[f64], v_hat: &[f64]) -> f64 {
-    (square_distance(v, v_hat) / v.iter().map(|v| v * v).sum::<f64>()).sqrt()
+#[inline(always)]
+pub fn relative_error<R: Real>(v: &[R], v_hat: &[R]) -> R {
+    let mut size = R::zero();
+    for v in v {
+        size = size + *v * *v;
+    }
+    (square_distance(v, v_hat) / size).sqrt()
 }
 
 /// `sqrt( sum (v - v_hat)^2 / sum v )`: the reading `as-printed`, its minus sign dropped. NaN (undefined)
@@ -13,19 +20,24 @@ pub fn relative_error(v: &[f64], v_hat: &[f64]) -> f64 {
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn relative_error_as_printed(v: &[f64], v_hat: &[f64]) -> f64 {
-    let sum: f64 = v.iter().sum();
-    if sum > 0.0 {
-        (square_distance(v, v_hat) / sum).sqrt()
-    } else {
-        f64::NAN
+#[inline(always)]
+pub fn relative_error_as_printed<R: Real>(v: &[R], v_hat: &[R]) -> R {
+    let mut sum = R::zero();
+    for v in v {
+        sum = sum + *v;
     }
+    let error = (square_distance(v, v_hat) / sum).sqrt();
+    R::select(R::zero().less(sum), error, R::splat(f64::NAN))
 }
 
 #[inline(always)]
-fn square_distance(v: &[f64], v_hat: &[f64]) -> f64 {
+fn square_distance<R: Real>(v: &[R], v_hat: &[R]) -> R {
     assert_eq!(v.len(), v_hat.len());
-    v.iter().zip(v_hat).map(|(v, w)| (v - w) * (v - w)).sum()
+    let mut sum = R::zero();
+    for (v, w) in v.iter().zip(v_hat) {
+        sum = sum + (*v - *w) * (*v - *w);
+    }
+    sum
 }
 
 /// The state's errors e_x(k), gathered over k: maximum and root mean square, both readings of E3.

@@ -6,6 +6,7 @@
 
 use crate::plant::canonical::solve_toeplitz;
 use crate::plant::polynomial_from_poles;
+use crate::real::Real;
 use faer::c64;
 
 /// Where the eigenvalues of `F = A-hat - g c'` are placed.
@@ -93,7 +94,8 @@ impl Gain {
     ///
     /// # Panics
     /// If the lengths differ, or the number of poles is not n.
-    pub fn compute(&self, a: &[f64], g: &mut [f64]) {
+    #[inline(always)]
+    pub fn compute<R: Real>(&self, a: &[R], g: &mut [R]) {
         let n = a.len();
         match self {
             Self::DeadBeat => {
@@ -106,12 +108,12 @@ impl Gain {
                 let mut power = 1.0;
                 for i in 0..n {
                     power *= rho;
-                    g[i] = a[n - 1 - i] * (1.0 - power);
+                    g[i] = a[n - 1 - i] * R::splat(1.0 - power);
                 }
             }
             Self::Poles(Poles { phi, .. }) => {
                 for i in 0..n {
-                    g[i] = phi[i] + a[n - 1 - i];
+                    g[i] = R::splat(phi[i]) + a[n - 1 - i];
                 }
             }
         }

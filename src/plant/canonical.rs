@@ -4,11 +4,14 @@
 //! `T b = h`, Eq. (5). `alpha_i = -a_(n+1-i)` and `beta_i = h_i`, the field's
 //! `A(q) = 1 + alpha_1 q^-1 + ...` and `B(q) = beta_1 q^-1 + ...`.
 
+use crate::real::Real;
+
 /// Solves `T x = r` in place: `x_i = r_i + sum_(j<i) a_(n+1-(i-j)) x_j`. Stage 5 with r = h.
 ///
 /// # Panics
 /// In debug builds, if the lengths differ.
-pub fn solve_toeplitz(a: &[f64], x: &mut [f64]) {
+#[inline(always)]
+pub fn solve_toeplitz<R: Real>(a: &[R], x: &mut [R]) {
     debug_assert_eq!(a.len(), x.len());
     let n = a.len();
     for i in 1..n {
@@ -24,22 +27,24 @@ pub fn solve_toeplitz(a: &[f64], x: &mut [f64]) {
 ///
 /// # Panics
 /// In debug builds, if the lengths differ.
-pub fn multiply_toeplitz(a: &[f64], x: &mut [f64]) {
+#[inline(always)]
+pub fn multiply_toeplitz<R: Real>(a: &[R], x: &mut [R]) {
     debug_assert_eq!(a.len(), x.len());
     let n = a.len();
     for i in (1..n).rev() {
         let mut sum = x[i];
         for j in 0..i {
-            sum = (-a[n - (i - j)]).mul_add(x[j], sum);
+            sum = a[n - (i - j)].neg_mul_add(x[j], sum);
         }
         x[i] = sum;
     }
 }
 
 /// `alpha_i = -a_(n+1-i)`, and the same map back: a from alpha.
-pub fn reverse_negated(from: &[f64], to: &mut [f64]) {
+#[inline(always)]
+pub fn reverse_negated<R: Real>(from: &[R], to: &mut [R]) {
     debug_assert_eq!(from.len(), to.len());
     for (to, from) in to.iter_mut().zip(from.iter().rev()) {
-        *to = -from;
+        *to = -*from;
     }
 }

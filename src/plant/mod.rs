@@ -5,6 +5,7 @@ mod paper;
 mod poles;
 mod random;
 mod simulate;
+pub(crate) use simulate::inlined;
 pub mod stability;
 mod system;
 

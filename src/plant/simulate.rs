@@ -1,20 +1,21 @@
 //! Simulation of the canonical plant.
 
-use crate::signal::arithmetic::with_fma;
+use crate::real::Real;
 
 /// One step in place: `x <- A x + b u + g e`.
 ///
-/// `x_i <- x_(i+1) + b_i u + g_i e` and `x_n <- b_n u + g_n e + a_1 x_1 + ... + a_n x_n`, every product
+/// `x_i <- x_(i+1) + b_i u + g_i e` and `x_n <- b_n u + a_1 x_1 + ... + a_n x_n + g_n e`, every product
 /// fused, in this order. Pass an empty `g` for a plain simulation.
 #[inline(always)]
-fn advance<const FEEDBACK: bool>(a: &[f64], b: &[f64], g: &[f64], x: &mut [f64], u: f64, e: f64) {
+fn advance<const FEEDBACK: bool, R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R], u: R, e: R) {
     let n = x.len();
     let mut last = b[n - 1] * u;
-    if FEEDBACK {
-        last = g[n - 1].mul_add(e, last);
-    }
     for i in 0..n {
         last = a[i].mul_add(x[i], last);
+    }
+    // The innovation, which is known last, enters last.
+    if FEEDBACK {
+        last = g[n - 1].mul_add(e, last);
     }
     for i in 0..n - 1 {
         x[i] = b[i].mul_add(u, x[i + 1]);
@@ -31,23 +32,10 @@ fn advance<const FEEDBACK: bool>(a: &[f64], b: &[f64], g: &[f64], x: &mut [f64],
 /// # Panics
 /// If `a`, `b` and `x` are not of one length n >= 1.
 #[inline(always)]
-pub fn simulate(
-    a: &[f64],
-    b: &[f64],
-    x: &mut [f64],
-    u: &[f64],
-    mut visit: impl FnMut(usize, &[f64]),
-) {
-    let n = x.len();
-    assert!(n > 0 && a.len() == n && b.len() == n);
-    with_fma(
+pub fn simulate<R: Real>(a: &[R], b: &[R], x: &mut [R], u: &[R], visit: impl FnMut(usize, &[R])) {
+    R::run(
         #[inline(always)]
-        || {
-            for (k, &u) in u.iter().enumerate() {
-                visit(k, x);
-                advance::<false>(a, b, &[], x, u, 0.0);
-            }
-        },
+        || inlined::simulate(a, b, x, u, visit),
     );
 }
 
@@ -56,21 +44,21 @@ pub fn simulate(
 /// # Panics
 /// If `a`, `b` and `x` are not of one length n >= 1.
 #[inline(always)]
-pub fn drive(
-    a: &[f64],
-    b: &[f64],
-    x: &mut [f64],
+pub fn drive<R: Real>(
+    a: &[R],
+    b: &[R],
+    x: &mut [R],
     samples: usize,
-    mut visit: impl FnMut(usize, &[f64]) -> f64,
+    mut visit: impl FnMut(usize, &[R]) -> R,
 ) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n);
-    with_fma(
+    R::run(
         #[inline(always)]
         || {
             for k in 0..samples {
                 let u = visit(k, x);
-                advance::<false>(a, b, &[], x, u, 0.0);
+                advance::<false, R>(a, b, &[], x, u, R::zero());
             }
         },
     );
@@ -82,25 +70,59 @@ pub fn drive(
 /// # Panics
 /// If `a`, `b`, `g` and `x` are not of one length n >= 1, or `u` and `y` differ in length.
 #[inline(always)]
-pub fn observe(
-    a: &[f64],
-    b: &[f64],
-    g: &[f64],
-    x: &mut [f64],
-    u: &[f64],
-    y: &[f64],
-    mut visit: impl FnMut(usize, &[f64]),
+pub fn observe<R: Real>(
+    a: &[R],
+    b: &[R],
+    g: &[R],
+    x: &mut [R],
+    u: &[R],
+    y: &[R],
+    visit: impl FnMut(usize, &[R]),
 ) {
-    let n = x.len();
-    assert!(n > 0 && a.len() == n && b.len() == n && g.len() == n && u.len() == y.len());
-    with_fma(
+    R::run(
         #[inline(always)]
-        || {
-            for k in 0..u.len() {
-                visit(k, x);
-                let innovation = y[k] - x[0];
-                advance::<true>(a, b, g, x, u[k], innovation);
-            }
-        },
+        || inlined::observe(a, b, g, x, u, y, visit),
     );
+}
+
+/// The same for a caller that is already inside of [`Real::run`], so that a constant order stays one.
+pub(crate) mod inlined {
+    use super::{Real, advance};
+
+    /// [`super::simulate`].
+    #[inline(always)]
+    pub(crate) fn simulate<R: Real>(
+        a: &[R],
+        b: &[R],
+        x: &mut [R],
+        u: &[R],
+        mut visit: impl FnMut(usize, &[R]),
+    ) {
+        let n = x.len();
+        assert!(n > 0 && a.len() == n && b.len() == n);
+        for (k, &u) in u.iter().enumerate() {
+            visit(k, x);
+            advance::<false, R>(a, b, &[], x, u, R::zero());
+        }
+    }
+
+    /// [`super::observe`].
+    #[inline(always)]
+    pub(crate) fn observe<R: Real>(
+        a: &[R],
+        b: &[R],
+        g: &[R],
+        x: &mut [R],
+        u: &[R],
+        y: &[R],
+        mut visit: impl FnMut(usize, &[R]),
+    ) {
+        let n = x.len();
+        assert!(n > 0 && a.len() == n && b.len() == n && g.len() == n && u.len() == y.len());
+        for k in 0..u.len() {
+            visit(k, x);
+            let innovation = y[k] - x[0];
+            advance::<true, R>(a, b, g, x, u[k], innovation);
+        }
+    }
 }

@@ -1,25 +1,25 @@
 //! Stability without eigenvalues: Levinson's step-down recursion, also known as the Schur-Cohn or
 //! Jury test, with the predictors and energies that come out of the same numbers.
 
+use crate::real::{Mask, Real};
+
 /// One step down, in place: the predictor of order m - 1 from that of order m.
 ///
 /// `d^(m-1)_i = (d^(m)_i - kappa d^(m)_(m-i)) / (1 - kappa^2)`, `kappa = d^(m)_m`; `d` holds
-/// `d_1 ... d_m`. Returns kappa, or `None` where |kappa| >= 1 or kappa is not a number.
-fn step_down(d: &mut [f64]) -> Option<f64> {
+/// `d_1 ... d_m`. Returns kappa; where |kappa| >= 1 or kappa is not a number, what is left means nothing.
+#[inline(always)]
+fn step_down<R: Real>(d: &mut [R]) -> R {
     let m = d.len();
     let kappa = d[m - 1];
-    // `!(... < 1.0)` so that NaN is refused.
-    if !(kappa.abs() < 1.0) {
-        return None;
-    }
-    let inverse = 1.0 / ((1.0 - kappa) * (1.0 + kappa));
+    let one = R::splat(1.0);
+    let inverse = one / ((one - kappa) * (one + kappa));
     for i in 0..(m - 1).div_ceil(2) {
         let j = m - 2 - i;
         let (low, high) = (d[i], d[j]);
-        d[i] = (-kappa).mul_add(high, low) * inverse;
-        d[j] = (-kappa).mul_add(low, high) * inverse;
+        d[i] = kappa.neg_mul_add(high, low) * inverse;
+        d[j] = kappa.neg_mul_add(low, high) * inverse;
     }
-    Some(kappa)
+    kappa
 }
 
 /// Whether all zeros of `z^n - a_n z^(n-1) - ... - a_1` lie inside the unit circle, in O(n^2).
@@ -28,11 +28,15 @@ fn step_down(d: &mut [f64]) -> Option<f64> {
 ///
 /// # Panics
 /// In debug builds, if the lengths differ.
-pub fn is_stable(a: &[f64], scratch: &mut [f64]) -> bool {
+#[inline(always)]
+pub fn is_stable<R: Real>(a: &[R], scratch: &mut [R]) -> R::Mask {
     super::canonical::reverse_negated(a, scratch);
-    (1..=scratch.len())
-        .rev()
-        .all(|m| step_down(&mut scratch[..m]).is_some())
+    let inside = |kappa: R| kappa.abs().less(R::splat(1.0));
+    let mut stable = R::Mask::from_bits(u8::MAX);
+    for m in (1..=scratch.len()).rev() {
+        stable = stable & inside(step_down(&mut scratch[..m]));
+    }
+    stable
 }
 
 /// The predictors of orders 0 ... p of the stationary process `D(q) v = w`, w white of unit variance.
@@ -52,7 +56,11 @@ impl StepDown {
         let mut variances = vec![1.0];
         let mut current = d.to_vec();
         for m in (1..=p).rev() {
-            let kappa = step_down(&mut current[..m])?;
+            let kappa = step_down(&mut current[..m]);
+            // `!(... < 1.0)` so that NaN is refused.
+            if !(kappa.abs() < 1.0) {
+                return None;
+            }
             variances.push(variances[p - m] / ((1.0 - kappa) * (1.0 + kappa)));
             predictors.push(current[..m - 1].to_vec());
         }
@@ -105,7 +113,7 @@ mod tests {
         assert!(!is_stable(&[-1.0, 1.5], &mut [0.0; 2]));
         assert!(!is_stable(&[-0.7, 1.75], &mut [0.0; 2]));
         assert!(!is_stable(&[f64::NAN, 1.0], &mut [0.0; 2]));
-        assert!(is_stable(&[], &mut []));
+        assert!(is_stable::<f64>(&[], &mut []));
     }
 
     #[test]

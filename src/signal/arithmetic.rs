@@ -10,6 +10,10 @@
 //!
 //! A machine without fused multiply-add instructions computes the same bits through the software
 //! `fma`, slowly. A machine that has them is detected at run time by [`with_fma`].
+//!
+//! What is written over [`Real`] serves one trial and trials in lock step alike.
+
+use crate::real::Real;
 
 /// Runs `kernel` compiled for the machine's fused multiply-add and vector instructions.
 ///
@@ -21,7 +25,7 @@ pub fn with_fma<R>(kernel: impl FnOnce() -> R) -> R {
 
 /// Folds eight partial sums: halves are added, then quarters, then the last two.
 #[inline(always)]
-pub fn fold(partial: [f64; 8]) -> f64 {
+pub fn fold<R: Real>(partial: [R; 8]) -> R {
     let [a, b, c, d, e, f, g, h] = partial;
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
@@ -49,8 +53,8 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
 
 /// `sum_k term(x(k))` over eight partial sums, each step `step(partial, x(k))`.
 #[inline(always)]
-fn reduce(x: &[f64], step: impl Fn(f64, f64) -> f64) -> f64 {
-    let mut partial = [0.0; 8];
+fn reduce<R: Real>(x: &[R], step: impl Fn(R, R) -> R) -> R {
+    let mut partial = [R::zero(); 8];
     let (whole, rest) = x.as_chunks::<8>();
     for x in whole {
         for i in 0..8 {
@@ -64,20 +68,21 @@ fn reduce(x: &[f64], step: impl Fn(f64, f64) -> f64) -> f64 {
 }
 
 /// The arithmetic mean; NaN for an empty slice.
-pub fn mean(x: &[f64]) -> f64 {
-    with_fma(
+pub fn mean<R: Real>(x: &[R]) -> R {
+    R::run(
         #[inline(always)]
-        || reduce(x, |s, x| s + x) / x.len() as f64,
+        || reduce(x, |s, x| s + x) / R::splat(x.len() as f64),
     )
 }
 
 /// The mean square about the mean, divisor N: `sum_k (x(k) - mean)^2 / N`, in two passes.
-pub fn variance(x: &[f64]) -> f64 {
-    with_fma(
+pub fn variance<R: Real>(x: &[R]) -> R {
+    R::run(
         #[inline(always)]
         || {
-            let mean = reduce(x, |s, x| s + x) / x.len() as f64;
-            reduce(x, |s, x| (x - mean).mul_add(x - mean, s)) / x.len() as f64
+            let count = R::splat(x.len() as f64);
+            let mean = reduce(x, |s, x| s + x) / count;
+            reduce(x, |s, x| (x - mean).mul_add(x - mean, s)) / count
         },
     )
 }
@@ -86,14 +91,19 @@ pub fn variance(x: &[f64]) -> f64 {
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn covariance(x: &[f64], y: &[f64]) -> f64 {
+pub fn covariance<R: Real>(x: &[R], y: &[R]) -> R {
     assert_eq!(x.len(), y.len());
     let (mean_x, mean_y) = (mean(x), mean(y));
-    let mut partial = [0.0; 8];
-    for (k, (x, y)) in x.iter().zip(y).enumerate() {
-        partial[k % 8] = (x - mean_x).mul_add(y - mean_y, partial[k % 8]);
-    }
-    fold(partial) / x.len() as f64
+    R::run(
+        #[inline(always)]
+        || {
+            let mut partial = [R::zero(); 8];
+            for (k, (x, y)) in x.iter().zip(y).enumerate() {
+                partial[k % 8] = (*x - mean_x).mul_add(*y - mean_y, partial[k % 8]);
+            }
+            fold(partial) / R::splat(x.len() as f64)
+        },
+    )
 }
 
 #[cfg(test)]

@@ -25,17 +25,17 @@ named_enum! {
     }
 }
 
-/// The period of the paper's pseudo-random binary sequence.
-const PERIOD: usize = 127;
-
 impl RandomSigns {
+    /// The period of the paper's pseudo-random binary sequence.
+    pub(crate) const PERIOD: usize = 127;
+
     /// Fills `u` from the stream: the sign of u(k) is bit k mod 64 of word k div 64, set for plus.
     ///
     /// A longer `u` extends a shorter one.
     pub fn fill(&self, stream: &mut Stream, u: &mut [f64]) {
         let fresh = match self.sequence {
             Sequence::Independent => u.len(),
-            Sequence::Periodic127 => u.len().min(PERIOD),
+            Sequence::Periodic127 => u.len().min(Self::PERIOD),
         };
         for block in u[..fresh].chunks_mut(64) {
             let signs = stream.next_u64();
@@ -45,7 +45,7 @@ impl RandomSigns {
             }
         }
         for k in fresh..u.len() {
-            u[k] = u[k - PERIOD];
+            u[k] = u[k - Self::PERIOD];
         }
     }
 }

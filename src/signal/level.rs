@@ -2,6 +2,7 @@
 
 use super::arithmetic::{covariance, variance};
 use crate::names::named_enum;
+use crate::real::Real;
 
 named_enum! {
     /// Over what the standard deviations of Eq. (6) are taken: reading E7.
@@ -52,36 +53,33 @@ impl LevelReading {
     ///
     /// # Panics
     /// If the lengths differ.
-    pub fn scale(self, eta: f64, y0: &[f64], f: &[f64], process: ProcessVariances) -> f64 {
+    pub fn scale<R: Real>(self, eta: f64, y0: &[R], f: &[R], process: ProcessVariances) -> R {
         if eta == 0.0 {
-            return 0.0;
+            return R::zero();
         }
-        let e = eta / 100.0;
+        let e = R::splat(eta / 100.0);
         let (output, noise, cross) = match self.over {
             LevelOver::Window => {
                 let cross = match self.of {
-                    LevelOf::NoiseFree => 0.0,
+                    LevelOf::NoiseFree => R::zero(),
                     LevelOf::Measured => covariance(y0, f),
                 };
                 (variance(y0), variance(f), cross)
             }
-            LevelOver::Process => (process.output, process.noise, 0.0),
+            LevelOver::Process => (R::splat(process.output), R::splat(process.noise), R::zero()),
         };
         let scale = match self.of {
             LevelOf::NoiseFree => e * (output / noise).sqrt(),
             LevelOf::Measured => {
                 // (1 - e^2) F s^2 - 2 e^2 C s - e^2 Y = 0
                 let square = e * e;
-                let lead = (1.0 - square) * noise;
+                let lead = (R::splat(1.0) - square) * noise;
                 let half = square * cross;
-                if lead > 0.0 {
-                    (half + half.mul_add(half, lead * square * output).sqrt()) / lead
-                } else {
-                    f64::NAN
-                }
+                let root = (half + half.mul_add(half, lead * square * output).sqrt()) / lead;
+                R::select(R::zero().less(lead), root, R::splat(f64::NAN))
             }
         };
-        if scale.is_finite() { scale } else { f64::NAN }
+        R::select(scale.is_finite(), scale, R::splat(f64::NAN))
     }
 }
 

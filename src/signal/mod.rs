@@ -5,13 +5,14 @@
 pub mod arithmetic;
 mod input;
 mod level;
-mod noise;
+pub(crate) mod noise;
 pub mod normal;
 mod stream;
 
 pub use input::{Input, InputLaw, RandomSigns, Sequence, fill_white};
 pub use level::{LevelOf, LevelOver, LevelReading, ProcessVariances};
 pub use noise::{NoiseFilter, NoiseFilterError};
+pub(crate) use stream::state_of;
 pub use stream::{Purpose, Stream, stream};
 
 #[cfg(test)]

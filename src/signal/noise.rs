@@ -4,6 +4,7 @@ use super::arithmetic::with_fma;
 use super::normal::fill_standard_normal;
 use super::stream::Stream;
 use crate::plant::stability::StepDown;
+use crate::real::Real;
 
 /// The noise filter `C(q) / D(q)`: `f(k) = sum_i c_i v(k-i)`, `v(k) = w(k) - sum_i d_i v(k-i)`,
 /// with w white, Gaussian, of unit variance.
@@ -76,7 +77,7 @@ impl NoiseFilter {
     }
 
     /// Samples of v before k = 0 that the recursions reach back to.
-    fn memory(&self) -> usize {
+    pub(crate) fn memory(&self) -> usize {
         self.denominator.len().max(self.numerator.len() - 1)
     }
 
@@ -91,44 +92,145 @@ impl NoiseFilter {
     pub fn fill(&self, start: &mut Stream, drive: &mut Stream, v: &mut Vec<f64>, f: &mut [f64]) {
         let memory = self.memory();
         v.resize(memory + f.len(), 0.0);
-        self.draw_start(start, &mut v[..memory]);
+        fill_standard_normal(start, &mut v[..memory]);
+        self.start(&mut v[..memory]);
         fill_standard_normal(drive, &mut v[memory..]);
+        self.colour(v);
+        f.copy_from_slice(&v[memory..]);
+    }
+
+    /// Colours white numbers: v holds [`Self::memory`] numbers of the stationary start, then the drive w, which
+    /// becomes f.
+    fn colour(&self, v: &mut [f64]) {
         with_fma(
             #[inline(always)]
-            || {
-                for k in memory..v.len() {
-                    let predicted = predict(&self.denominator, v, k);
-                    v[k] += predicted;
-                }
-                for (k, f) in f.iter_mut().enumerate() {
-                    *f = self.numerator[0] * v[memory + k];
-                    for (i, c) in self.numerator.iter().enumerate().skip(1) {
-                        *f = c.mul_add(v[memory + k - i], *f);
-                    }
-                }
-            },
+            || self.colour_as_drawn(v, Drawn),
         );
     }
 
-    /// Draws the samples of v before k = 0 from their stationary distribution.
-    fn draw_start(&self, stream: &mut Stream, v: &mut [f64]) {
-        fill_standard_normal(stream, v);
-        for j in 0..v.len() {
-            let order = j.min(self.denominator.len());
-            let (predictor, deviation) = self.predictors.predictor(order);
-            v[j] = deviation.mul_add(v[j], predict(predictor, v, j));
+    /// The same where w is drawn on the way, so that the recursion, which waits for itself, runs beside the drawing.
+    #[inline(always)]
+    pub(crate) fn colour_as_drawn<R: Real>(&self, v: &mut [R], mut draw: impl Draw<R>) {
+        let memory = self.memory();
+        let d = &self.denominator[..];
+        match d.len() {
+            1 => recur::<1, R>(d, v, memory, draw),
+            2 => recur::<2, R>(d, v, memory, draw),
+            4 => recur::<4, R>(d, v, memory, draw),
+            6 => recur::<6, R>(d, v, memory, draw),
+            _ => {
+                draw.fill(&mut v[memory..]);
+                for k in memory..v.len() {
+                    v[k] = v[k] + predict(d, v, k);
+                }
+            }
         }
+        let [first, others @ ..] = &self.numerator[..] else {
+            return;
+        };
+        if *first == 1.0 && others.is_empty() {
+            return;
+        }
+        // The last one first: what it needs of v is still there.
+        for k in (memory..v.len()).rev() {
+            let mut f = R::splat(*first) * v[k];
+            for (i, c) in others.iter().enumerate() {
+                f = R::splat(*c).mul_add(v[k - 1 - i], f);
+            }
+            v[k] = f;
+        }
+    }
+
+    /// Makes the samples of v before k = 0, which have their stationary distribution, of white numbers.
+    pub(crate) fn start<R: Real>(&self, v: &mut [R]) {
+        R::run(
+            #[inline(always)]
+            || {
+                for j in 0..v.len() {
+                    let order = j.min(self.denominator.len());
+                    let (predictor, deviation) = self.predictors.predictor(order);
+                    v[j] = R::splat(deviation).mul_add(v[j], predict(predictor, v, j));
+                }
+            },
+        );
     }
 }
 
 /// `-sum_i d_i v(k-i)`, oldest sample first so that the newest enters last.
 #[inline(always)]
-fn predict(d: &[f64], v: &[f64], k: usize) -> f64 {
-    let mut sum = 0.0;
+fn predict<R: Real>(d: &[f64], v: &[R], k: usize) -> R {
+    let mut sum = R::zero();
     for i in (1..=d.len()).rev() {
-        sum = (-d[i - 1]).mul_add(v[k - i], sum);
+        sum = R::splat(-d[i - 1]).mul_add(v[k - i], sum);
     }
     sum
+}
+
+/// Makes a sequence of numbers in order, two at a time.
+pub(crate) trait Draw<R> {
+    /// Begins the next pairs, at most [`DRAW_PAIRS`].
+    fn begin(&mut self, pairs: usize);
+
+    /// The numbers of one of these pairs; only the first where the sequence ends.
+    fn pair(&mut self, index: usize, to: &mut [R]);
+
+    /// The whole sequence.
+    #[inline(always)]
+    fn fill(&mut self, to: &mut [R]) {
+        for block in to.chunks_mut(2 * DRAW_PAIRS) {
+            self.begin(block.len().div_ceil(2));
+            for (i, pair) in block.chunks_mut(2).enumerate() {
+                self.pair(i, pair);
+            }
+        }
+    }
+}
+
+/// Pairs that are begun together.
+pub(crate) const DRAW_PAIRS: usize = 16;
+
+/// What is there already.
+struct Drawn;
+
+impl Draw<f64> for Drawn {
+    #[inline(always)]
+    fn begin(&mut self, _: usize) {}
+    #[inline(always)]
+    fn pair(&mut self, _: usize, _: &mut [f64]) {}
+}
+
+/// `v(k) <- w(k) - sum_i d_i v(k-i)` for all k from `from` on: [`predict`] with the past in registers.
+#[inline(always)]
+fn recur<const P: usize, R: Real>(d: &[f64], v: &mut [R], from: usize, mut draw: impl Draw<R>) {
+    let (mut minus_d, mut past) = ([R::zero(); P], [R::zero(); P]);
+    for i in 0..P {
+        minus_d[i] = R::splat(-d[i]);
+        past[i] = v[from - 1 - i];
+    }
+    let mut step = |v: &mut R| {
+        let mut sum = R::zero();
+        for i in (0..P).rev() {
+            sum = minus_d[i].mul_add(past[i], sum);
+        }
+        *v = *v + sum;
+        for i in (1..P).rev() {
+            past[i] = past[i - 1];
+        }
+        past[0] = *v;
+    };
+    for block in v[from..].chunks_mut(2 * DRAW_PAIRS) {
+        draw.begin(block.len().div_ceil(2));
+        let (pairs, last) = block.as_chunks_mut::<2>();
+        for (i, pair) in pairs.iter_mut().enumerate() {
+            draw.pair(i, pair);
+            step(&mut pair[0]);
+            step(&mut pair[1]);
+        }
+        if let [single] = last {
+            draw.pair(pairs.len(), std::slice::from_mut(single));
+            step(single);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -7,11 +7,13 @@
 
 use super::arithmetic::with_fma;
 use super::stream::Stream;
+use crate::real::{Real, Word};
 use rand::Rng;
 use std::f64::consts::FRAC_PI_2;
 
 const MANTISSA: u64 = (1 << 52) - 1;
 const ONE: u64 = 1023 << 52;
+const SIGN: u64 = 1 << 63;
 
 /// Fills `z` with independent standard normal numbers.
 ///
@@ -24,7 +26,7 @@ pub fn fill_standard_normal(stream: &mut Stream, z: &mut [f64]) {
         for pair in words.iter_mut().take(block.len().div_ceil(2)) {
             *pair = [stream.next_u64(), stream.next_u64()];
         }
-        let mut normals = [[0.0; 2]; PAIRS];
+        let mut normals = [[0.0_f64; 2]; PAIRS];
         with_fma(
             #[inline(always)]
             || {
@@ -40,19 +42,36 @@ pub fn fill_standard_normal(stream: &mut Stream, z: &mut [f64]) {
 /// One pair of normal numbers from two words.
 #[inline(always)]
 fn box_muller([radius_word, angle_word]: [u64; 2]) -> [f64; 2] {
-    let v = 2.0 - f64::from_bits(ONE | (radius_word & MANTISSA));
-    let r = (-2.0 * ln(v)).sqrt();
-    let fraction = f64::from_bits(ONE | (angle_word & MANTISSA)) - 1.5;
-    let (sin, cos) = sin_cos_quarter(fraction);
-    let quadrant = angle_word >> 62;
-    // Turn by the quadrant: (c, s), (-s, c), (-c, -s), (s, -c).
-    let odd = quadrant & 1 == 1;
-    let (x, y) = if odd { (sin, cos) } else { (cos, sin) };
-    let x_sign = ((quadrant + 1) & 2) << 62;
-    let y_sign = (quadrant & 2) << 62;
+    turn(radius_square(radius_word), angle_word)
+}
+
+/// The bits of the mantissa, in [1, 2).
+#[inline(always)]
+fn fraction<R: Real>(word: R::Word) -> R {
+    R::from_bits((word & R::Word::splat(MANTISSA)) | R::Word::splat(ONE))
+}
+
+/// r^2.
+#[inline(always)]
+pub(crate) fn radius_square<R: Real>(word: R::Word) -> R {
+    R::splat(-2.0) * ln(R::splat(2.0) - fraction::<R>(word))
+}
+
+/// `(r cos t, r sin t)` of r^2 and the word of t.
+#[inline(always)]
+pub(crate) fn turn<R: Real>(radius_square: R, angle_word: R::Word) -> [R; 2] {
+    let r = radius_square.sqrt();
+    let (sin, cos) = sin_cos_quarter(fraction::<R>(angle_word) - R::splat(1.5));
+    // Turn by the quadrant, the highest two bits: (c, s), (-s, c), (-c, -s), (s, -c).
+    let second_bit = angle_word.left::<1>();
+    let odd = R::where_negative(second_bit);
+    let (x, y) = (R::select(odd, sin, cos), R::select(odd, cos, sin));
+    let sign = R::Word::splat(SIGN);
+    let x_sign = (angle_word ^ second_bit) & sign;
+    let y_sign = angle_word & sign;
     [
-        r * f64::from_bits(x.to_bits() ^ x_sign),
-        r * f64::from_bits(y.to_bits() ^ y_sign),
+        r * R::from_bits(x.to_bits() ^ x_sign),
+        r * R::from_bits(y.to_bits() ^ y_sign),
     ]
 }
 
@@ -62,8 +81,8 @@ fn box_muller([radius_word, angle_word]: [u64; 2]) -> [f64; 2] {
 /// `ln m = f - f^2/2 + s (f^2/2 + R(s^2))`, with R's minimax coefficients from FreeBSD's e_log.c
 /// (Sun Microsystems 1993; error of R below 2^-58.45).
 #[inline(always)]
-fn ln(v: f64) -> f64 {
-    const R: [f64; 7] = [
+fn ln<R: Real>(v: R) -> R {
+    const COEFFICIENTS: [f64; 7] = [
         6.666666666666735130e-1,
         3.999999999940941908e-1,
         2.857142874366239149e-1,
@@ -77,22 +96,27 @@ fn ln(v: f64) -> f64 {
     const LN2_LOW: f64 = 1.90821492927058770002e-10;
     // The bits of sqrt(1/2).
     const SPLIT: u64 = 0x3fe6_a09e_667f_3bcd;
+    // 2^52, whose lowest bits take an integer, and what was added to the exponent.
+    const SHIFTER: f64 = 4_503_599_627_370_496.0;
+    const BIAS: u64 = 0x800;
 
-    let offset = v.to_bits().wrapping_sub(SPLIT);
-    let exponent = (offset.cast_signed() >> 52) as f64;
-    let m = f64::from_bits(v.to_bits().wrapping_sub(offset & !MANTISSA));
-    let f = m - 1.0;
-    let s = f / (2.0 + f);
+    let offset = v.to_bits().minus(R::Word::splat(SPLIT));
+    let biased = offset.right::<52>() ^ R::Word::splat(BIAS);
+    let exponent =
+        R::from_bits(biased | R::Word::splat(SHIFTER.to_bits())) - R::splat(SHIFTER + BIAS as f64);
+    let m = R::from_bits(v.to_bits().minus(offset & R::Word::splat(!MANTISSA)));
+    let f = m - R::splat(1.0);
+    let s = f / (R::splat(2.0) + f);
     let w = s * s;
-    let remainder = w * horner(&R, w);
-    let half_square = 0.5 * f * f;
-    let low = s.mul_add(half_square + remainder, exponent * LN2_LOW);
-    exponent.mul_add(LN2_HIGH, f - (half_square - low))
+    let remainder = w * horner(&COEFFICIENTS, w);
+    let half_square = R::splat(0.5) * f * f;
+    let low = s.mul_add(half_square + remainder, exponent * R::splat(LN2_LOW));
+    exponent.mul_add(R::splat(LN2_HIGH), f - (half_square - low))
 }
 
 /// `(sin, cos)` of `pi/2 * x` for |x| <= 1/2 by their Taylor series, truncation below 2^-54 and 2^-58.
 #[inline(always)]
-fn sin_cos_quarter(x: f64) -> (f64, f64) {
+fn sin_cos_quarter<R: Real>(x: R) -> (R, R) {
     // (-1)^k (pi/2)^(2k+1) / (2k+1)! and (-1)^k (pi/2)^(2k) / (2k)!
     const SIN: [f64; 8] = [
         FRAC_PI_2,
@@ -121,10 +145,10 @@ fn sin_cos_quarter(x: f64) -> (f64, f64) {
 
 /// `c_0 + c_1 x + c_2 x^2 + ...` by Horner's rule, fused.
 #[inline(always)]
-fn horner<const M: usize>(c: &[f64; M], x: f64) -> f64 {
-    let mut sum = c[M - 1];
+fn horner<const M: usize, R: Real>(c: &[f64; M], x: R) -> R {
+    let mut sum = R::splat(c[M - 1]);
     for i in (0..M - 1).rev() {
-        sum = sum.mul_add(x, c[i]);
+        sum = sum.mul_add(x, R::splat(c[i]));
     }
     sum
 }

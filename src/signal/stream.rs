@@ -42,6 +42,18 @@ const fn mix(mut z: u64) -> u64 {
 /// 128 bits of the generator's state, so two streams of one purpose never start alike; the other
 /// 128 bits are mixed from these.
 pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
+    let mut state = [0; 32];
+    for (bytes, word) in state
+        .chunks_exact_mut(8)
+        .zip(state_of(seed, trial, purpose))
+    {
+        bytes.copy_from_slice(&word.to_le_bytes());
+    }
+    Stream::from_seed(state)
+}
+
+/// The generator's state of [`stream`].
+pub(crate) fn state_of(seed: u64, trial: u64, purpose: Purpose) -> [u64; 4] {
     const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
     let key = mix(GOLDEN.wrapping_mul(purpose as u64));
     let (mut left, mut right) = (seed, trial);
@@ -52,15 +64,10 @@ pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
                 .wrapping_add(round.wrapping_mul(GOLDEN)));
         (left, right) = (right, next);
     }
-    let words = [
+    [
         left,
         right,
         mix(left.wrapping_add(key)),
         mix(right.wrapping_add(key)),
-    ];
-    let mut state = [0; 32];
-    for (bytes, word) in state.chunks_exact_mut(8).zip(words) {
-        bytes.copy_from_slice(&word.to_le_bytes());
-    }
-    Stream::from_seed(state)
+    ]
 }

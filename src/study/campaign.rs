@@ -1,6 +1,7 @@
 //! A study in a folder: what is there already, what is missing, and the results of it all.
 
 use super::blocks::{BlockError, BlockFolder, StoredBlock};
+use super::engine::Engine;
 use super::experiment::Experiment;
 use super::file::{FileError, Store, TrialRule, Until, UntilStatistic};
 use super::folder::{FolderError, ResultsFolder};
@@ -387,17 +388,26 @@ fn next_step(trials: u64, until: &Until) -> u64 {
     trials.saturating_mul(2).min(until.maximum)
 }
 
-/// What made the results: nothing of the host, the time or the threads.
+/// What made the results: nothing of the time or the threads, and of the host only what faer's bits depend on.
 fn manifest(experiment: &Experiment, targets: &[u64]) -> Value {
     let trials = match targets {
         [first, rest @ ..] if rest.iter().all(|other| other == first) => json!(first),
         _ => json!(targets),
+    };
+    let engines = (0..experiment.cells.len()).map(|cell| experiment.engine(cell));
+    let engines: Vec<Engine> = engines.flatten().collect();
+    let by_faer = engines.contains(&Engine::Faer);
+    let engines = match &engines[..] {
+        [first, rest @ ..] if rest.iter().all(|other| other == first) => json!(first),
+        _ => json!(engines),
     };
     json!({
         "program": "asobench",
         "version": env!("CARGO_PKG_VERSION"),
         "git_revision": option_env!("ASOBENCH_GIT_REVISION"),
         "trials": trials,
+        "engine": engines,
+        "faer_instructions": by_faer.then(Engine::faer_instructions),
         "experiment": experiment.file,
     })
 }

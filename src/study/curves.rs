@@ -107,16 +107,12 @@ impl Curves {
 
     /// Counts e_x(0) ... e_x(K-1) of one trial; `last` tells the last output from the first. NaN is
     /// not counted.
-    ///
-    /// # Panics
-    /// If there are not K errors.
-    pub fn add(&mut self, last: bool, errors: &[f64]) {
-        assert_eq!(errors.len(), self.horizon);
+    pub fn add(&mut self, last: bool, errors: impl IntoIterator<Item = f64>) {
         let from = usize::from(last) * self.horizon * BINS;
         let histograms = self.counts[from..].chunks_exact_mut(BINS);
         for (histogram, error) in histograms.zip(errors) {
             if !error.is_nan() {
-                histogram[bin(*error)] += 1;
+                histogram[bin(error)] += 1;
             }
         }
     }
@@ -168,7 +164,7 @@ mod tests {
             .map(|i| libm::exp(f64::from(i % 997) / 50.0 - 15.0))
             .collect();
         for value in &values {
-            curves.add(true, &[*value]);
+            curves.add(true, [*value]);
         }
         values.sort_by(f64::total_cmp);
         let found = curves.quantiles(true);
@@ -184,7 +180,7 @@ mod tests {
         assert_eq!((bin(0.0), bin(1e-300), bin(1e300)), (0, 0, BINS - 1));
         assert_eq!(bin(f64::INFINITY), BINS - 1);
         let mut curves = Curves::new(2);
-        curves.add(false, &[f64::NAN, 1.0]);
+        curves.add(false, [f64::NAN, 1.0]);
         let mut other = curves.clone();
         other.merge(&curves);
         let found = other.quantiles(false);

@@ -1,6 +1,7 @@
 //! What is studied: cells with their processes, and methods.
 
 use super::build::{Build, FEEDBACKS, NOISES, PLANTS};
+use super::engine::Engine;
 use super::file::{
     Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, cells,
 };
@@ -122,6 +123,9 @@ impl Experiment {
             file,
         };
         experiment.check()?;
+        for cell in 0..experiment.cells.len() {
+            experiment.engine(cell)?;
+        }
         Ok(experiment)
     }
 
@@ -140,6 +144,20 @@ impl Experiment {
     pub fn outputs(&self) -> Vec<Output> {
         let outputs = self.methods.iter().flat_map(Method::outputs);
         outputs.cloned().collect()
+    }
+
+    /// What runs a cell: [`Engine::Lanes`] or [`Engine::Faer`].
+    ///
+    /// # Errors
+    /// If lanes are asked for and do not cover it.
+    pub fn engine(&self, cell: usize) -> Result<Engine, FileError> {
+        let engine = self.file.engine.of(self, &self.cells[cell]);
+        engine.map_err(|reason| {
+            let message = format!(
+                "\"lanes\" do not cover {reason} (cell {cell}); expected \"auto\" or \"faer\""
+            );
+            FileError::key("engine", message)
+        })
     }
 
     /// The settings that vary, beside those that every result has a column of.

@@ -124,6 +124,9 @@ pub struct CellSummary {
     pub settings: Settings,
     /// Trials.
     pub trials: u64,
+    /// Solves of a lane that were done again with pivots; 0 where faer ran.
+    #[serde(default)]
+    pub fallbacks: u64,
     /// Every output.
     pub outputs: Vec<OutputSummary>,
     /// The comparisons that the file asks for.
@@ -155,6 +158,7 @@ impl CellSummary {
             horizon: cell.horizon,
             settings: cell.settings.clone(),
             trials: tally.trials,
+            fallbacks: tally.fallbacks,
             outputs: outputs
                 .iter()
                 .zip(&tally.outputs)

@@ -51,6 +51,8 @@ pub struct OutputTally {
 pub struct CellTally {
     /// Trials.
     pub trials: u64,
+    /// Solves of a lane that were done again with pivots.
+    pub fallbacks: u64,
     /// Every output.
     pub outputs: Vec<OutputTally>,
     /// For every comparison, every measure.
@@ -70,6 +72,8 @@ pub struct Trials {
     pub parameters: Vec<f64>,
     /// e_x(k) over k, where wanted.
     pub curves: Option<Curves>,
+    /// Solves of a lane that were done again with pivots.
+    pub fallbacks: u64,
 }
 
 fn merge_all<T>(left: &mut Vec<T>, right: &[T], merge: impl Fn(&mut T, &T))
@@ -124,6 +128,7 @@ impl CellTally {
         };
         Self {
             trials: (trials.rows.len() / count) as u64,
+            fallbacks: trials.fallbacks,
             outputs: outputs.collect(),
             pairs: pairs.collect(),
             groups: experiment
@@ -164,6 +169,7 @@ impl CellTally {
     /// Adds the tally of other trials of the same cell.
     pub fn merge(&mut self, other: &Self) {
         self.trials += other.trials;
+        self.fallbacks += other.fallbacks;
         merge_all(&mut self.outputs, &other.outputs, |left, right| {
             left.outcomes.merge(&right.outcomes);
             merge_all(&mut left.samples, &right.samples, Sample::merge);

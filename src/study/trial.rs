@@ -14,14 +14,14 @@ pub struct Trial<'e> {
     cell: &'e Cell,
     outputs: Vec<Output>,
     realisation: Realisation,
-    methods: Vec<Worker<'e>>,
+    methods: Vec<MethodRun<'e>>,
     scorer: Scorer,
     /// What [`Self::run`] computed last.
     last: Trials,
 }
 
 /// A method's estimator and its passes.
-struct Worker<'e> {
+struct MethodRun<'e> {
     estimator: Box<dyn Estimator>,
     passes: Vec<Pass>,
     /// The passes that are reported.
@@ -48,7 +48,7 @@ impl<'e> Trial<'e> {
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, SetupError> {
         let mut methods = Vec::new();
         for method in &experiment.methods {
-            methods.push(Worker {
+            methods.push(MethodRun {
                 estimator: method.prepare(cell.shape())?,
                 passes: vec![Pass::new(cell.order); method.passes()],
                 reported: method.reported(),
@@ -91,7 +91,7 @@ impl<'e> Trial<'e> {
         self.scorer.begin(file.seed, trial, record);
         let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
         let mut output = 0;
-        for Worker {
+        for MethodRun {
             estimator,
             passes,
             reported,
@@ -116,10 +116,10 @@ impl<'e> Trial<'e> {
                 }
                 if let Some(curves) = &mut to.curves {
                     if output == 0 {
-                        curves.add(false, self.scorer.curve());
+                        curves.add(false, self.scorer.curve().iter().copied());
                     }
                     if output + 1 == self.outputs.len() {
-                        curves.add(true, self.scorer.curve());
+                        curves.add(true, self.scorer.curve().iter().copied());
                     }
                 }
                 output += 1;

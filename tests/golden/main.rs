@@ -1,18 +1,36 @@
 //! Reference values in 50-digit arithmetic, made without this program (`data/README.md`).
 //!
 //! Every file of `tests/golden/data`, or of the folder named by `ASOBENCH_GOLDEN`, is run: least squares and
-//! every IV pass in the readings `refresh` and `frozen`, the gain and the observer's states.
+//! every IV pass in the readings `refresh` and `frozen`, the gain and the observer's states; by faer and by lanes of
+//! every width.
 
 use asobench::estimator::information::Information;
 use asobench::estimator::{
     Auxiliary, Estimator, InstrumentalVariables, IvOptions, LeastSquares, Pass, Shape, Solver,
     Window,
 };
+use asobench::lanes::Isa;
 use asobench::metric::relative_error;
 use asobench::observer::Gain;
 use asobench::plant::observe;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+
+/// What computes the estimates.
+#[derive(Clone, Copy, Debug)]
+enum Engine {
+    Faer(Solver),
+    Lanes(Isa),
+}
+
+/// The partitioned inverse by everything that computes it here.
+fn partitioned() -> Vec<Engine> {
+    let here = Isa::ALL.iter().copied().filter(|isa| isa.is_here());
+    let faer = Engine::Faer(Solver::Partitioned);
+    std::iter::once(faer)
+        .chain(here.map(Engine::Lanes))
+        .collect()
+}
 
 /// One file: the record and its reference values.
 struct Case {
@@ -83,22 +101,40 @@ impl Case {
         Window::new(&self.u, &self.y, self.shape.window)
     }
 
-    fn least_squares(&self, solver: Solver) -> Pass {
+    fn least_squares(&self, engine: Engine) -> Pass {
         let mut passes = vec![Pass::new(self.shape.order)];
-        let mut estimator = LeastSquares::new(self.shape, solver).expect("a valid shape");
+        let estimator: Result<Box<dyn Estimator>, _> = match engine {
+            Engine::Faer(solver) => {
+                LeastSquares::new(self.shape, solver).map(|estimator| Box::new(estimator) as _)
+            }
+            Engine::Lanes(isa) => {
+                let options = IvOptions {
+                    iterations: 0,
+                    ..IvOptions::default()
+                };
+                isa.estimator(self.shape, &options)
+            }
+        };
+        let mut estimator = estimator.expect("a valid shape");
         estimator.estimate(self.window(), &mut passes);
         passes.remove(0)
     }
 
-    fn passes(&self, solver: Solver, auxiliary: Auxiliary) -> Vec<Pass> {
-        let options = IvOptions {
-            solver,
+    fn passes(&self, engine: Engine, auxiliary: Auxiliary) -> Vec<Pass> {
+        let mut options = IvOptions {
             auxiliary,
             ..IvOptions::default()
         };
         let mut passes = vec![Pass::new(self.shape.order); 5];
-        let mut estimator =
-            InstrumentalVariables::new(self.shape, &options).expect("a valid shape");
+        let estimator: Result<Box<dyn Estimator>, _> = match engine {
+            Engine::Faer(solver) => {
+                options.solver = solver;
+                InstrumentalVariables::new(self.shape, &options)
+                    .map(|estimator| Box::new(estimator) as _)
+            }
+            Engine::Lanes(isa) => isa.estimator(self.shape, &options),
+        };
+        let mut estimator = estimator.expect("a valid shape");
         estimator.estimate(self.window(), &mut passes);
         passes
     }
@@ -120,10 +156,10 @@ fn difference(pass: &Pass, reference: &Value) -> f64 {
     .fold(0.0, f64::max)
 }
 
-/// Largest differences of least squares and of the IV passes of one solver on one case.
-fn differences(case: &Case, solver: Solver) -> (f64, f64) {
-    let ls = difference(&case.least_squares(solver), &case.reference["ls"]);
-    if solver == Solver::Cholesky {
+/// Largest differences of least squares and of the IV passes of one engine on one case.
+fn differences(case: &Case, engine: Engine) -> (f64, f64) {
+    let ls = difference(&case.least_squares(engine), &case.reference["ls"]);
+    if matches!(engine, Engine::Faer(Solver::Cholesky)) {
         return (ls, f64::NAN);
     }
     let mut iv = 0.0_f64;
@@ -131,7 +167,7 @@ fn differences(case: &Case, solver: Solver) -> (f64, f64) {
         (Auxiliary::Refresh, "iv_refresh"),
         (Auxiliary::Frozen, "iv_frozen"),
     ] {
-        let passes = case.passes(solver, auxiliary);
+        let passes = case.passes(engine, auxiliary);
         let references = case.reference[key].as_array().expect("passes");
         assert_eq!(references.len(), 4);
         for (pass, reference) in passes[1..].iter().zip(references) {
@@ -145,13 +181,12 @@ fn differences(case: &Case, solver: Solver) -> (f64, f64) {
 #[test]
 fn partitioned_reaches_the_reference_values() {
     for case in Case::all() {
-        let (ls, iv) = differences(&case, Solver::Partitioned);
-        println!("{}: ls {ls:.1e}, iv {iv:.1e}", case.name);
-        assert!(
-            ls <= case.tolerance() && iv <= case.tolerance(),
-            "{}",
-            case.name
-        );
+        for engine in partitioned() {
+            let (ls, iv) = differences(&case, engine);
+            println!("{} {engine:?}: ls {ls:.1e}, iv {iv:.1e}", case.name);
+            let limit = case.tolerance();
+            assert!(ls <= limit && iv <= limit, "{} {engine:?}", case.name);
+        }
     }
 }
 
@@ -166,7 +201,7 @@ fn every_solver_reaches_the_reference_values() {
             Solver::Svd,
             Solver::Augmented,
         ] {
-            let (ls, iv) = differences(&case, solver);
+            let (ls, iv) = differences(&case, Engine::Faer(solver));
             println!("{} {solver}: ls {ls:.1e}, iv {iv:.1e}", case.name);
             let limit = case.tolerance();
             assert!(
@@ -188,7 +223,7 @@ fn dual_reaches_what_its_regularisation_allows() {
         information.least_squares(case.window());
         let g = information.matrix();
         let bound = 2.0_f64.powi(-26) * g.norm_l2() * g.partial_piv_lu().inverse().norm_l2();
-        let pass = case.least_squares(Solver::Dual);
+        let pass = case.least_squares(Engine::Faer(Solver::Dual));
         let reference = &case.reference["ls"];
         let theta = |a: &[f64], h: &[f64]| [a, h].concat();
         let expected = theta(&numbers(&reference["a"]), &numbers(&reference["h"]));
@@ -201,11 +236,14 @@ fn dual_reaches_what_its_regularisation_allows() {
 /// Stage 12: the dead-beat gain and the states at k = N and k = K - 1.
 #[test]
 fn the_observer_reaches_the_reference_values() {
-    for case in Case::all() {
+    let cases = Case::all();
+    let engines = partitioned();
+    for (case, engine) in cases
+        .iter()
+        .flat_map(|case| engines.iter().map(move |engine| (case, *engine)))
+    {
         let expected = &case.reference["observer"];
-        let pass = case
-            .passes(Solver::Partitioned, Auxiliary::Refresh)
-            .remove(4);
+        let pass = case.passes(engine, Auxiliary::Refresh).remove(4);
         let mut g = vec![0.0; case.shape.order];
         Gain::DeadBeat.compute(&pass.a, &mut g);
         let mut x = pass.x0.clone();
@@ -218,8 +256,12 @@ fn the_observer_reaches_the_reference_values() {
         });
         for (key, found) in [("g", &g), ("x_at_window", &at_window), ("x_last", &last)] {
             let error = relative_error(&numbers(&expected[key]), found);
-            println!("{} {key}: {error:.1e}", case.name);
-            assert!(error <= case.tolerance(), "{} {key}: {error:e}", case.name);
+            println!("{} {engine:?} {key}: {error:.1e}", case.name);
+            let name = &case.name;
+            assert!(
+                error <= case.tolerance(),
+                "{name} {engine:?} {key}: {error:e}"
+            );
         }
     }
 }

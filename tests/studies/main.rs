@@ -2,6 +2,7 @@
 
 mod commands;
 mod damage;
+mod engines;
 mod files;
 mod identity;
 mod kills;

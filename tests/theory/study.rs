@@ -2,7 +2,7 @@
 
 use asobench::metric::quantile;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{Experiment, Figure, Trial, Trials};
+use asobench::study::{Experiment, Figure, Trials, Worker};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -30,7 +30,7 @@ pub fn cut(name: &str, set: &[&str]) -> Experiment {
     Experiment::new(file.unwrap()).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// Trials 0 ... of one cell of an experiment.
+/// Trials 0 ... of one cell of an experiment, by the engine that a study of it runs on.
 pub struct Found {
     outputs: usize,
     trials: Vec<Trials>,
@@ -39,10 +39,10 @@ pub struct Found {
 pub fn run(experiment: &Experiment, cell: usize, trials: u64) -> Found {
     let cell = &experiment.cells[cell];
     let trials = (0..trials).into_par_iter().map_init(
-        || Trial::new(experiment, cell).unwrap(),
-        |trial, index| {
+        || Worker::new(experiment, cell).unwrap(),
+        |worker, index| {
             let mut one = Trials::default();
-            trial.run_into(index, &mut one);
+            worker.run_into(index..index + 1, &mut one);
             one
         },
     );

@@ -16,6 +16,7 @@ pub use parse::{FileError, schema};
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilStatistic};
 pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
 
+use super::engine::Engine;
 use super::row::Figure;
 use crate::names::named_enum;
 use schemars::JsonSchema;
@@ -51,6 +52,8 @@ pub struct ExperimentFile {
     /// Trials in each cell: a number, or a rule such as { until = "e_a", output = "iv(4)", relative_mcse = 0.01,
     /// minimum = 1000, maximum = 100000 }.
     pub trials: TrialRule,
+    /// What computes the trials: "auto", "lanes" or "faer".
+    pub engine: Engine,
     /// What is kept: "summaries" or "trials".
     pub store: Store,
     /// The figures that are computed and summarised.
@@ -95,6 +98,7 @@ impl Default for ExperimentFile {
             expected_time: String::new(),
             seed: 2023,
             trials: TrialRule::Fixed(1000),
+            engine: Engine::default(),
             store: Store::default(),
             measures: vec![
                 Figure::Ea,

@@ -1,0 +1,35 @@
+//! Runs trials of W98 and prints nothing of interest: `.ci/instructions` counts its instructions.
+//!
+//! `cargo run --release --example lane_instructions avx2|portable|faer TRIALS`
+
+use asobench::lanes::Isa;
+use asobench::study::file::ExperimentFile;
+use asobench::study::kernels::W98;
+use asobench::study::{Engine, Experiment, Plan, Trials, Worker};
+
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+fn main() -> Result<()> {
+    let mut arguments = std::env::args().skip(1);
+    let what = arguments.next().ok_or("avx2, portable or faer?")?;
+    let count: u64 = arguments.next().ok_or("how many trials?")?.parse()?;
+    let mut file = ExperimentFile::parse(W98)?;
+    file.engine = Engine::Faer;
+    let experiment = Experiment::new(file)?;
+    let cell = &experiment.cells[0];
+    let mut worker = if what == "faer" {
+        Worker::new(&experiment, cell)?
+    } else {
+        let isa: Isa = what.parse()?;
+        if !isa.is_here() {
+            return Err(format!("{isa} is not on this machine").into());
+        }
+        Worker::Lanes(Plan::new(&experiment, cell)?.pack(isa))
+    };
+    // Room for all rows, so that their number does not count.
+    let mut trials = Trials::default();
+    trials.rows.reserve(count as usize);
+    worker.run_into(0..count, &mut trials);
+    println!("{} rows, {} fallbacks", trials.rows.len(), trials.fallbacks);
+    Ok(())
+}

@@ -1,0 +1,374 @@
+//! Prints what each stage of a W98 trial takes in the lanes: time, share of the peak of fused multiply-adds, and the
+//! time of the same stage on faer. All are measured in turn, round after round; medians are printed.
+//!
+//! `cargo run --release --example lane_stages [avx512|avx2|portable]`
+
+use asobench::data::Realisation;
+use asobench::estimator::auxiliary::AuxiliaryModel;
+use asobench::estimator::information::Information;
+use asobench::estimator::initial_state::InitialState;
+use asobench::estimator::solver::{Solution, SolveInstruments};
+use asobench::estimator::{
+    Drive, Estimator, InstrumentalVariables, Instruments, IvOptions, Pass, Shape, Solver, Stage10,
+    Window,
+};
+use asobench::lanes::Isa;
+use asobench::metric::StateError;
+use asobench::observer::{Gain, ObservedModel, Observer};
+use asobench::study::file::ExperimentFile;
+use asobench::study::kernels::{Kernel, W98};
+use asobench::study::{Cell, Engine, Experiment, Plan, Trials, Worker};
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+const ROUNDS: usize = 51;
+
+/// How long one stage is measured in a round.
+const STRETCH: Duration = Duration::from_millis(2);
+
+/// The stages of a trial: name, how often, kernel.
+const STAGES: [(&str, usize, Kernel); 7] = [
+    ("record", 1, Kernel::Draw),
+    ("least-squares sums", 1, Kernel::LeastSquaresSums),
+    ("IV sums", 4, Kernel::IvSums),
+    ("solve", 5, Kernel::Solve),
+    ("initial state", 5, Kernel::InitialState),
+    ("auxiliary model", 4, Kernel::Auxiliary),
+    ("observer, errors", 1, Kernel::Observer),
+];
+
+/// Floating-point operations of one run of a kernel in one lane: 2 for a fused multiply-add, 1 for any other; no
+/// integer operations, signs, comparisons, and nothing that only guards (finite? stable? regular?).
+///
+/// n, N (window) and K (horizon); `rows` are those of D, m = 2n, and S a simulated sample: 2n products, all but one of
+/// them fused, `4n - 1`.
+///
+/// - Record: K + n normal numbers (33 each: a pair takes 28 for the logarithm, 33 for sine and cosine, 5 for the
+///   rest); the noise of n fused products and a sum (2n + 1) K, its start n (n + 1); S N; two variances, 4 N each; the
+///   noise added, 2 N.
+/// - Least-squares sums: 4n + 1 products for each of N - n samples; three blocks extended, two fused products for each
+///   of `(n-1)^2` entries; as much for 2 (n - 1) entries of first columns.
+/// - IV sums: 4n - 1 products for each of N - n samples; two blocks, one first column.
+/// - Solve: elimination of m x m, `(m-1) m (2m-1) / 6` fused products; for each of m (m-1) / 2 multipliers one product,
+///   and a fused one each for the right-hand side and for the substitution back; m divisions and products with them;
+///   b from h, n (n-1) / 2 fused products.
+/// - Initial state: for each row the residual 1, two sums 4n, the response 4n - 1, the next row 2n - 1; D'D from its
+///   last column, 3 fused products for each of n (n+1) / 2 entries; `L D L'`: `(n^3-n) / 6` fused products, for each of
+///   n (n-1) / 2 factors one product and two fused ones, n divisions, n products.
+/// - Auxiliary model: S N.
+/// - Observer: the observer 6n K; for each of K - N samples the truth S, y(k) 2, the state's size 2n + 1, the error
+///   3n + 2.
+fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
+    let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
+    let m = 2 * n;
+    let sample = 4 * n - 1;
+    match kernel {
+        Kernel::Draw => {
+            33 * (horizon + n) + (2 * n + 1) * horizon + n * (n + 1) + (sample + 4 + 4 + 2) * window
+        }
+        Kernel::LeastSquaresSums => {
+            2 * (4 * n + 1) * (window - n) + 3 * 4 * (n - 1) * (n - 1) + 4 * 2 * (n - 1)
+        }
+        Kernel::IvSums => 2 * (4 * n - 1) * (window - n) + 2 * 4 * (n - 1) * (n - 1) + 4 * (n - 1),
+        Kernel::Solve => (m - 1) * m * (2 * m - 1) / 3 + 5 * m * (m - 1) / 2 + 2 * m + n * (n - 1),
+        Kernel::InitialState => {
+            (10 * n - 1) * rows
+                + 3 * n * (n + 1)
+                + (n * n * n - n) / 3
+                + 5 * n * (n - 1) / 2
+                + 2 * n
+        }
+        Kernel::Auxiliary => sample * window,
+        Kernel::Observer => {
+            6 * n * horizon + (sample + 2 + 2 * n + 1 + 3 * n + 2) * (horizon - window)
+        }
+        Kernel::Estimate => {
+            let of = |kernel| flop(kernel, cell, rows);
+            of(Kernel::LeastSquaresSums)
+                + 4 * (of(Kernel::IvSums) + of(Kernel::Auxiliary))
+                + 5 * (of(Kernel::Solve) + of(Kernel::InitialState))
+        }
+    }
+}
+
+/// Rows of D before all of `c'A^k` is below 2^-80 at a multiple of 32, for the true plant.
+fn rows(a: &[f64], window: usize) -> usize {
+    let mut row = vec![0.0; a.len()];
+    row[0] = 1.0;
+    for k in 1..=window {
+        let last = row[a.len() - 1];
+        row.rotate_right(1);
+        row[0] = 0.0;
+        row.iter_mut().zip(a).for_each(|(r, a)| *r += last * a);
+        if k % 32 == 0 && row.iter().all(|r| r.abs() < 2.0_f64.powi(-80)) {
+            return k;
+        }
+    }
+    window
+}
+
+/// The stages of one trial on faer.
+struct Faer<'e> {
+    experiment: &'e Experiment,
+    cell: &'e Cell,
+    record: Realisation,
+    information: Information,
+    solver: Box<dyn SolveInstruments>,
+    solution: Solution,
+    pass: Pass,
+    initial_state: InitialState,
+    x0: Vec<f64>,
+    auxiliary: AuxiliaryModel,
+    observer: Observer,
+    estimator: InstrumentalVariables,
+    passes: Vec<Pass>,
+}
+
+impl<'e> Faer<'e> {
+    fn new(experiment: &'e Experiment) -> Result<Self> {
+        let cell = &experiment.cells[0];
+        let n = cell.order;
+        let shape = Shape {
+            order: n,
+            window: cell.window,
+        };
+        let mut this = Self {
+            experiment,
+            cell,
+            record: Realisation::default(),
+            information: Information::new(n),
+            solver: Solver::Partitioned.instruments(shape, Stage10::Corrected)?,
+            solution: Solution::new(n),
+            pass: Pass::new(n),
+            initial_state: InitialState::new(n),
+            x0: vec![0.0; n],
+            auxiliary: AuxiliaryModel::new(n, cell.window, Drive::Model, Gain::DeadBeat),
+            observer: Observer::new(Gain::DeadBeat, n),
+            estimator: InstrumentalVariables::new(shape, &IvOptions::default())?,
+            passes: vec![Pass::new(n); 5],
+        };
+        this.run(Kernel::Draw);
+        this.run(Kernel::Estimate);
+        let window = Window::new(&this.record.u, &this.record.y, cell.window);
+        let kind = |kind| format!("{kind:?}");
+        let solved = this.solver.least_squares(window, &mut this.solution);
+        solved.map_err(kind)?;
+        this.information.least_squares(window);
+        this.run(Kernel::Auxiliary);
+        Ok(this)
+    }
+
+    /// As the lanes' kernel; but the solve makes its sums too.
+    fn run(&mut self, kernel: Kernel) {
+        let (cell, record) = (self.cell, &mut self.record);
+        if kernel == Kernel::Draw {
+            let seed = self.experiment.file.seed;
+            let (window, horizon) = (cell.window, cell.horizon);
+            let process = &cell.process;
+            process.realise(seed, 0, cell.eta, window, horizon, record);
+            return;
+        }
+        let window = Window::new(&record.u, &record.y, cell.window);
+        let Pass { a, b, x0, .. } = &self.passes[4];
+        let instruments = Instruments::new(&self.auxiliary.yhat);
+        match kernel {
+            Kernel::Draw => {}
+            Kernel::LeastSquaresSums => self.information.least_squares(window),
+            Kernel::IvSums => self.information.instruments(window, instruments),
+            Kernel::Solve => {
+                let solution = &mut self.solution;
+                let solved = self.solver.instruments(window, instruments, solution);
+                let set = self.pass.set_parameters(&solution.p, solution.condition);
+                let _ = black_box((solved, set));
+            }
+            Kernel::InitialState => {
+                let found = self.initial_state.estimate(a, b, window, &mut self.x0);
+                let _ = black_box(found);
+            }
+            Kernel::Auxiliary => {
+                let _ = black_box(self.auxiliary.run(a, b, x0, window));
+            }
+            Kernel::Estimate => {
+                self.passes.iter_mut().for_each(Pass::clear);
+                self.estimator.estimate(window, &mut self.passes);
+            }
+            Kernel::Observer => {
+                let (n, states) = (cell.order, &record.states);
+                let mut errors = StateError::default();
+                let done = self.observer.run(
+                    ObservedModel { a, b, x0 },
+                    &record.u,
+                    &record.y,
+                    #[inline(always)]
+                    |k, x_hat| {
+                        if k >= cell.window {
+                            errors.add(&states[k * n..(k + 1) * n], x_hat);
+                        }
+                    },
+                );
+                let _ = black_box((done, errors.maximum()));
+            }
+        }
+    }
+}
+
+/// One thing that is measured.
+struct Timed<'a> {
+    run: Box<dyn FnMut() + 'a>,
+    /// How often it runs in a round.
+    count: u32,
+    /// Nanoseconds of a run, one for each round.
+    times: Vec<f64>,
+}
+
+impl<'a> Timed<'a> {
+    fn new(mut run: impl FnMut() + 'a) -> Self {
+        let (begin, mut count) = (Instant::now(), 0);
+        while begin.elapsed() < STRETCH {
+            run();
+            count += 1;
+        }
+        Self {
+            run: Box::new(run),
+            count,
+            times: Vec::new(),
+        }
+    }
+
+    fn measure(&mut self) {
+        let begin = Instant::now();
+        for _ in 0..self.count {
+            (self.run)();
+        }
+        let time = begin.elapsed().as_secs_f64() * 1e9;
+        self.times.push(time / f64::from(self.count));
+    }
+}
+
+/// A kernel of the lanes, and of faer.
+fn stage<'e>(
+    fast: &'e Experiment,
+    slow: &'e Experiment,
+    isa: Isa,
+    kernel: Kernel,
+) -> Result<[Timed<'e>; 2]> {
+    let mut pack = Plan::new(fast, &fast.cells[0])?.kernels(isa);
+    let mut faer = Faer::new(slow)?;
+    Ok([
+        Timed::new(move || pack.run(kernel)),
+        Timed::new(move || faer.run(kernel)),
+    ])
+}
+
+/// Whole trials, `at_once` in a run.
+fn whole(at_once: u64, mut worker: Worker<'_>) -> Timed<'_> {
+    let (mut trials, mut from) = (Trials::default(), 0);
+    Timed::new(move || {
+        trials.rows.clear();
+        worker.run_into(from..from + at_once, &mut trials);
+        from += at_once;
+        black_box(trials.rows.len());
+    })
+}
+
+fn median(mut x: Vec<f64>) -> f64 {
+    x.sort_by(f64::total_cmp);
+    x[x.len() / 2]
+}
+
+/// Prints nanoseconds of a trial in the lanes and on faer: the stages, all passes, the whole.
+fn print(isa: Isa, lanes: usize, cell: &Cell, rows: usize, peak: f64, times: &[[f64; 2]]) {
+    let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
+    println!(
+        "W98 (n = {n}, N = {window}, K = {horizon}), {isa}, lanes: {lanes}; a trial's share of a pack"
+    );
+    println!("medians of {ROUNDS} rounds; peak of fused multiply-adds {peak:.1} Gflop/s\n");
+    println!("stage              times     flop  lanes ns  of peak   faer ns  ratio");
+    println!("{}", "-".repeat(70));
+    let line = |name: &str, count: usize, flop: usize, [fast, slow]: [f64; 2]| {
+        let share = 100.0 * flop as f64 / fast / peak;
+        let ratio = slow / fast;
+        println!(
+            "{name:<18} {count:>5} {flop:>8} {fast:>9.1} {share:>6.1} % {slow:>9.0} {ratio:>6.1}"
+        );
+    };
+    let [iv_sums, estimate, whole] = [times[2], times[STAGES.len()], times[STAGES.len() + 1]];
+    let (mut sum, mut sum_flop) = ([0.0; 2], 0);
+    for ((name, count, kernel), [fast, slow]) in STAGES.into_iter().zip(times.iter().copied()) {
+        // On faer a solve makes its sums.
+        let slow = if kernel == Kernel::Solve {
+            slow - iv_sums[1]
+        } else {
+            slow
+        };
+        let all = [fast, slow].map(|time| time * count as f64);
+        let flop = count * flop(kernel, cell, rows);
+        line(name, count, flop, all);
+        sum = [sum[0] + all[0], sum[1] + all[1]];
+        sum_flop += flop;
+    }
+    println!("{}", "-".repeat(70));
+    line("sum", 1, sum_flop, sum);
+    line(
+        "all passes",
+        1,
+        flop(Kernel::Estimate, cell, rows),
+        estimate,
+    );
+    line("whole trial", 1, sum_flop, whole);
+    println!(
+        "\nA line is all of its stage in a trial. Whole trial less sum, {:.1} ns: what is not a\n\
+         stage (errors of parameters, rows), and caches. Rows of D: {rows}. faer's record\n\
+         simulates all K samples, the lanes' observer those after N; faer's solve, which\n\
+         finds the condition number too, is timed with its sums, which are subtracted.",
+        whole[0] - sum[0],
+    );
+}
+
+fn main() -> Result<()> {
+    let isa = match std::env::args().nth(1) {
+        Some(name) => name.parse()?,
+        None => Isa::best(),
+    };
+    if !isa.is_here() {
+        return Err(format!("{isa} is not on this machine").into());
+    }
+    let file = ExperimentFile::parse(W98)?;
+    let mut slow_file = file.clone();
+    slow_file.engine = Engine::Faer;
+    let (fast, slow) = (Experiment::new(file)?, Experiment::new(slow_file)?);
+    let cell = &fast.cells[0];
+    let lanes = Plan::new(&fast, cell)?.pack(isa).lanes();
+
+    let mut timed: Vec<[Timed<'_>; 2]> = Vec::new();
+    for (_, _, kernel) in STAGES {
+        timed.push(stage(&fast, &slow, isa, kernel)?);
+    }
+    timed.push(stage(&fast, &slow, isa, Kernel::Estimate)?);
+    let pack = Worker::Lanes(Plan::new(&fast, cell)?.pack(isa));
+    let trial = Worker::new(&slow, &slow.cells[0])?;
+    timed.push([whole(lanes as u64, pack), whole(1, trial)]);
+    let mut peaks = Vec::new();
+    for _ in 0..ROUNDS {
+        peaks.push(isa.fma_peak(STRETCH));
+        for timed in timed.iter_mut().flatten() {
+            timed.measure();
+        }
+    }
+    let peak = median(peaks) / 1e9;
+    let times: Vec<[f64; 2]> = timed
+        .into_iter()
+        .map(|[fast, slow]| [median(fast.times) / lanes as f64, median(slow.times)])
+        .collect();
+    print(
+        isa,
+        lanes,
+        cell,
+        rows(&Faer::new(&slow)?.record.truth.a, cell.window),
+        peak,
+        &times,
+    );
+    Ok(())
+}

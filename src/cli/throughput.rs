@@ -1,0 +1,264 @@
+//! `asobench throughput`: trials per second of one fixed workload, beside the machine's peak.
+
+use super::error::{Error, failed};
+use super::{Format, print, progress};
+use crate::lanes::Isa;
+use crate::study::file::ExperimentFile;
+use crate::study::kernels::W98;
+use crate::study::{CellTally, Engine, Experiment, RunError, run};
+use serde_json::{Value, json};
+use std::convert::Infallible;
+use std::fmt::Write as _;
+use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// What one trial of W98 counts for, whatever the program really computes: so wasteful code does not look good.
+const FLOP_PER_TRIAL: f64 = 110_000.0;
+
+/// Trials of a repetition, about a second's work on one thread.
+const fn default_trials(engine: Engine) -> u64 {
+    match engine {
+        Engine::Faer => 16_384,
+        Engine::Auto | Engine::Lanes => 524_288,
+    }
+}
+
+/// Time one fixed workload, W98 (n = 6, N = 98, K = 400, least squares and four IV passes, observer), on each engine
+/// and number of threads, beside the machine's peak of fused multiply-adds.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Trials in a repetition [default: about a second's work]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(100..=1_000_000_000))]
+    trials: Option<u64>,
+    /// Numbers of threads, such as 1,2 [default: one, and one per processor]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Vec<u16>,
+    /// Engines, of lanes and faer [default: lanes,faer]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [Engine::Lanes, Engine::Faer], hide_default_value = true)]
+    engine: Vec<Engine>,
+    /// Repetitions; the median counts
+    #[arg(long, value_name = "R", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    repetitions: u16,
+    /// Form of the output: text or json
+    #[arg(long, value_name = "FORMAT", default_value_t)]
+    format: Format,
+}
+
+/// One engine on some threads.
+struct Timing {
+    engine: Engine,
+    threads: usize,
+    trials: u64,
+    /// Trials per second of every repetition, ascending.
+    rates: Vec<f64>,
+    /// Flop per second of all threads, just before and just after.
+    peak: [f64; 2],
+    tally: CellTally,
+}
+
+impl Timing {
+    fn median(&self) -> f64 {
+        let rates = &self.rates;
+        f64::midpoint(rates[(rates.len() - 1) / 2], rates[rates.len() / 2])
+    }
+
+    fn fraction_of_peak(&self) -> f64 {
+        let [before, after] = self.peak;
+        self.median() * FLOP_PER_TRIAL / f64::midpoint(before, after)
+    }
+
+    /// Medians of e_a, e_b and max e_x with their standard errors.
+    fn figures(&self) -> [[f64; 2]; 3] {
+        [0, 1, 2].map(|figure| {
+            let median = self.tally.outputs[0].samples[figure].quantile(0.5);
+            [median.value, median.mcse]
+        })
+    }
+
+    fn instructions(&self) -> &'static str {
+        match self.engine {
+            Engine::Faer => Engine::faer_instructions(),
+            Engine::Auto | Engine::Lanes => Isa::best().name(),
+        }
+    }
+
+    fn json(&self) -> Value {
+        let [e_a, e_b, e_x_max] = self.figures();
+        json!({
+            "engine": self.engine,
+            "instructions": self.instructions(),
+            "threads": self.threads,
+            "trials": self.trials,
+            "repetitions": self.rates.len(),
+            "trials_per_second": self.median(),
+            "slowest": self.rates.first(),
+            "fastest": self.rates.last(),
+            "fma_peak_gflops": self.peak.map(|peak| peak / 1e9),
+            "fraction_of_fma_peak": self.fraction_of_peak(),
+            "e_a": e_a[0],
+            "e_b": e_b[0],
+            "e_x_max": e_x_max[0],
+            "e_a_mcse": e_a[1],
+            "e_b_mcse": e_b[1],
+            "e_x_max_mcse": e_x_max[1],
+            "failed": self.tally.outputs[0].outcomes.failed(),
+            "fallbacks": self.tally.fallbacks,
+        })
+    }
+}
+
+pub(super) fn run_command(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut threads: Vec<usize> = arguments.threads.iter().map(|t| usize::from(*t)).collect();
+    if threads.is_empty() {
+        threads = vec![1, processors];
+        threads.dedup();
+    }
+    if arguments.engine.contains(&Engine::Auto) {
+        let message = "--engine: 'auto' is no engine of its own; expected lanes or faer";
+        return Err(Error::Input(message.to_owned()));
+    }
+    let stop = progress::stop_flag()?;
+    let mut timings = Vec::new();
+    for &engine in &arguments.engine {
+        let mut file = ExperimentFile::parse(W98).map_err(failed)?;
+        file.engine = engine;
+        let experiment = Experiment::new(file).map_err(failed)?;
+        let trials = arguments.trials;
+        for &threads in &threads {
+            let share = default_trials(engine) * threads as u64;
+            let trials = trials.unwrap_or(share);
+            timings.push(time(
+                &experiment,
+                trials,
+                threads,
+                arguments.repetitions,
+                &stop,
+            )?);
+        }
+    }
+    let text = match arguments.format {
+        Format::Text => text(&timings)?,
+        Format::Json => {
+            let engines: Vec<Value> = timings.iter().map(Timing::json).collect();
+            let best = |peak: f64, of: &Timing| peak.max(of.peak[0]).max(of.peak[1]);
+            let json = json!({
+                "workload": "W98",
+                "flop_per_trial": FLOP_PER_TRIAL,
+                "processors": processors,
+                "fma_peak_gflops": timings.iter().fold(0.0, best) / 1e9,
+                "engines": engines,
+            });
+            serde_json::to_string_pretty(&json).map_err(failed)? + "\n"
+        }
+    };
+    print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn time(
+    experiment: &Experiment,
+    trials: u64,
+    threads: usize,
+    repetitions: u16,
+    stop: &AtomicBool,
+) -> Result<Timing, Error> {
+    // What is loaded and sized at first use is not timed.
+    sample(experiment, trials.min(2000), threads, stop)?;
+    let before = peak(threads);
+    let mut rates = Vec::new();
+    let mut tally = CellTally::default();
+    for _ in 0..repetitions {
+        let begin = Instant::now();
+        tally = sample(experiment, trials, threads, stop)?;
+        rates.push(trials as f64 / begin.elapsed().as_secs_f64());
+    }
+    rates.sort_by(f64::total_cmp);
+    Ok(Timing {
+        engine: experiment.file.engine,
+        threads,
+        trials,
+        rates,
+        peak: [before, peak(threads)],
+        tally,
+    })
+}
+
+/// Runs trials as a study does, and gathers what a study keeps of them.
+fn sample(
+    experiment: &Experiment,
+    trials: u64,
+    threads: usize,
+    stop: &AtomicBool,
+) -> Result<CellTally, Error> {
+    let mut tally = CellTally::default();
+    let done = run::<Infallible>(experiment, trials, threads, stop, |block| {
+        tally.merge(&block.tally);
+        Ok(())
+    });
+    match done {
+        Ok(()) => Ok(tally),
+        Err(RunError::Interrupted { .. }) => Err(Error::Interrupted("interrupted".to_owned())),
+        Err(error) => Err(failed(error)),
+    }
+}
+
+/// The peak of some threads at once, flop per second.
+fn peak(threads: usize) -> f64 {
+    let one = || Isa::best().fma_peak(Duration::from_millis(100));
+    std::thread::scope(|scope| {
+        let all: Vec<_> = (0..threads).map(|_| scope.spawn(one)).collect();
+        let peaks = all
+            .into_iter()
+            .map(|thread| thread.join().unwrap_or(f64::NAN));
+        peaks.sum()
+    })
+}
+
+fn text(timings: &[Timing]) -> Result<String, Error> {
+    let mut text = String::from(
+        "W98: n = 6, N = 98, K = 400, least squares and four IV passes, observer\n\n\
+         engine  instructions  threads   trials/s  (slowest, fastest)   share of peak\n",
+    );
+    for of in timings {
+        let (engine, instructions) = (of.engine.name(), of.instructions());
+        let spread = format!("({:.0}, {:.0})", of.rates[0], of.rates[of.rates.len() - 1]);
+        writeln!(
+            text,
+            "{engine:<7} {instructions:<13} {:>7} {:>10.0}  {spread:<20} {:>12.1} %",
+            of.threads,
+            of.median(),
+            100.0 * of.fraction_of_peak(),
+        )
+        .map_err(failed)?;
+    }
+    text.push_str("\nengine  threads     trials  median e_a      median e_b      median max e_x\n");
+    for of in timings {
+        let figures = of
+            .figures()
+            .map(|[value, mcse]| format!("{value:.5} \u{b1} {mcse:.5}"));
+        let [e_a, e_b, e_x_max] = figures;
+        writeln!(
+            text,
+            "{:<7} {:>7} {:>10}  {e_a:<15} {e_b:<15} {e_x_max}",
+            of.engine.name(),
+            of.threads,
+            of.trials,
+        )
+        .map_err(failed)?;
+    }
+    let peaks = timings
+        .iter()
+        .map(|of| format!("{:.0}", (of.peak[0] + of.peak[1]) / 2e9));
+    let peaks: Vec<String> = peaks.collect();
+    writeln!(
+        text,
+        "\nShare of peak: {FLOP_PER_TRIAL} flop for a trial, a fixed count, over the measured peak of\n\
+         fused multiply-adds on registers ({} Gflop/s, before and after each line).\n\
+         Every line is the median of repetitions; the last one's medians are printed.",
+        peaks.join(", "),
+    )
+    .map_err(failed)?;
+    Ok(text)
+}

@@ -1,0 +1,163 @@
+//! The fast engine: the stages with one trial in each SIMD lane.
+//!
+//! A pack of trials runs in lock step, 8 with AVX-512, 4 with AVX2 and FMA, one elsewhere. A lane's arithmetic is that
+//! of f64 and knows nothing of its neighbours, so that the same trial gives the same bits in any lane of any pack on
+//! any machine. Records have the bits of [`crate::data`], estimates agree with those of [`crate::estimator`] to
+//! rounding.
+//!
+//! [`crate::study::Engine`] says when it serves; everything else runs on [`crate::estimator`].
+
+pub(crate) mod information;
+pub(crate) mod initial_state;
+pub(crate) mod partitioned;
+pub(crate) mod passes;
+mod peak;
+pub(crate) mod record;
+pub(crate) mod score;
+mod single;
+mod sorted_qr;
+#[cfg(test)]
+mod tests;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use crate::names::named_enum;
+use crate::real::Real;
+
+/// The largest order of a pack: the capacity of the code that serves all orders without code of their own.
+pub const LARGEST_ORDER: usize = 24;
+
+/// An n x n matrix, row by row, in the first n rows and columns.
+type Square<R, const N: usize> = [[R; N]; N];
+
+/// The order: a constant where it has code of its own.
+#[inline(always)]
+pub(crate) fn order<const N: usize>(n: usize) -> usize {
+    if N == LARGEST_ORDER { n } else { N }
+}
+
+/// `visit(0) ... visit(n - 1)`, written out where the order is a constant, so that what is indexed stays in registers.
+#[inline(always)]
+fn each<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
+    if N == LARGEST_ORDER {
+        for i in 0..n {
+            visit(i);
+        }
+        return;
+    }
+    if 0 < n {
+        visit(0);
+    }
+    if 1 < n {
+        visit(1);
+    }
+    if 2 < n {
+        visit(2);
+    }
+    if 3 < n {
+        visit(3);
+    }
+    if 4 < n {
+        visit(4);
+    }
+    if 5 < n {
+        visit(5);
+    }
+    const { assert!(N <= 6 || N == LARGEST_ORDER) };
+}
+
+/// The same numbers in every lane, zeros following.
+fn splat<R: Real, const N: usize>(of: &[f64]) -> [R; N] {
+    let mut to = [R::zero(); N];
+    for (to, of) in to.iter_mut().zip(of) {
+        *to = R::splat(*of);
+    }
+    to
+}
+
+/// The numbers of one lane.
+pub(crate) fn lane<R: Real, const N: usize>(of: &[R; N], lane: usize) -> [f64; N] {
+    std::array::from_fn(|i| of[i].lane(lane))
+}
+
+named_enum! {
+    /// The instructions of a pack.
+    Isa, "instruction set" {
+        /// Eight lanes.
+        Avx512 = "avx512",
+        /// Four lanes, with fused multiply-add.
+        Avx2 = "avx2",
+        /// One lane, on any machine.
+        Portable = "portable",
+    }
+}
+
+impl Isa {
+    /// Whether this machine has them.
+    pub fn is_here(self) -> bool {
+        match self {
+            Self::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                Self::Avx2.is_here()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512bw")
+                    && is_x86_feature_detected!("avx512cd")
+            }
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => {
+                is_x86_feature_detected!("avx2")
+                    && is_x86_feature_detected!("fma")
+                    && is_x86_feature_detected!("bmi1")
+                    && is_x86_feature_detected!("bmi2")
+                    && is_x86_feature_detected!("lzcnt")
+                    && is_x86_feature_detected!("popcnt")
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => false,
+        }
+    }
+
+    /// The best of this machine.
+    pub fn best() -> Self {
+        let all = [Self::Avx512, Self::Avx2, Self::Portable];
+        all.into_iter()
+            .find(|isa| isa.is_here())
+            .unwrap_or_default()
+    }
+
+    /// Calls with the pack of this width, and the capacity for an order.
+    ///
+    /// # Panics
+    /// If this machine does not have the instructions, or the order is 0 or above [`LARGEST_ORDER`].
+    pub(crate) fn dispatch<C: Call>(self, order: usize, call: C) -> C::Output {
+        assert!(self.is_here(), "{self} is not on this machine");
+        assert!((1..=LARGEST_ORDER).contains(&order));
+        // What has no code of its own gives the same bits by the code for all orders.
+        match (self, order) {
+            #[cfg(target_arch = "x86_64")]
+            (Self::Avx512, 2) => call.with::<x86::Avx512, 2>(),
+            #[cfg(target_arch = "x86_64")]
+            (Self::Avx512, 4) => call.with::<x86::Avx512, 4>(),
+            #[cfg(target_arch = "x86_64")]
+            (Self::Avx512, 6) => call.with::<x86::Avx512, 6>(),
+            #[cfg(target_arch = "x86_64")]
+            (Self::Avx512, _) => call.with::<x86::Avx512, LARGEST_ORDER>(),
+            #[cfg(target_arch = "x86_64")]
+            (Self::Avx2, 6) => call.with::<x86::Avx2, 6>(),
+            #[cfg(target_arch = "x86_64")]
+            (Self::Avx2, _) => call.with::<x86::Avx2, LARGEST_ORDER>(),
+            _ => call.with::<f64, LARGEST_ORDER>(),
+        }
+    }
+}
+
+/// What is done with packs of some width.
+pub(crate) trait Call {
+    type Output;
+
+    /// Does it with packs `R` and matrices of capacity `N`.
+    fn with<R: Real, const N: usize>(self) -> Self::Output;
+}

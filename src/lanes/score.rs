@@ -1,0 +1,426 @@
+//! Errors of estimates in lock step: parameters, initial state, and stage 12's observer beside the true plant.
+
+use super::passes::PassPack;
+use super::record::Record;
+use super::{order, splat};
+use crate::data::Truth;
+use crate::metric::{relative_error, relative_error_as_printed};
+use crate::observer::Gain;
+use crate::plant::inlined::{observe, simulate};
+use crate::real::Real;
+use std::ops::Range;
+
+/// Errors of one output, NaN where undefined.
+#[derive(Clone, Copy)]
+pub(crate) struct Errors<R> {
+    /// Of a, b, h and x0, relative.
+    pub(crate) relative: [R; 4],
+    /// Of the same, as printed.
+    pub(crate) as_printed: [R; 4],
+    /// Maximum and root mean square of e_x(k), k >= N.
+    pub(crate) state: [R; 2],
+    /// The same as printed.
+    pub(crate) state_as_printed: [R; 2],
+}
+
+impl<R: Real> Errors<R> {
+    pub(crate) fn new() -> Self {
+        let undefined = R::splat(f64::NAN);
+        Self {
+            relative: [undefined; 4],
+            as_printed: [undefined; 4],
+            state: [undefined; 2],
+            state_as_printed: [undefined; 2],
+        }
+    }
+}
+
+/// What is computed beside the relative errors.
+#[derive(Clone, Copy)]
+pub(crate) struct Wanted {
+    /// The state's errors as printed too.
+    pub(crate) states_as_printed: bool,
+    /// e_x(k) for every k.
+    pub(crate) curves: bool,
+}
+
+/// Maximum and sum of a sequence of squares.
+#[derive(Clone, Copy)]
+struct Gathered<R> {
+    maximum: R,
+    sum: R,
+}
+
+impl<R: Real> Gathered<R> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self {
+            maximum: R::zero(),
+            sum: R::zero(),
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, square: R) {
+        self.maximum = R::select(self.maximum.less(square), square, self.maximum);
+        self.sum = self.sum + square;
+    }
+
+    /// Maximum and root mean square of `count` numbers; NaN where there are none, or `defined` is not set.
+    #[inline(always)]
+    fn finish(self, count: R, defined: R::Mask) -> [R; 2] {
+        let undefined = R::splat(f64::NAN);
+        let any = R::zero().less(count) & defined;
+        let [maximum, rms] = [self.maximum.sqrt(), (self.sum / count).sqrt()];
+        [
+            R::select(any, maximum, undefined),
+            R::select(any, rms, undefined),
+        ]
+    }
+}
+
+/// `|x - x_hat|^2`.
+#[inline(always)]
+fn distance<R: Real>(x: &[R], x_hat: &[R]) -> R {
+    let mut distance = R::zero();
+    for i in 0..x.len() {
+        let difference = x[i] - x_hat[i];
+        distance = difference.mul_add(difference, distance);
+    }
+    distance
+}
+
+/// Samples that are simulated, then observed by every output, while they are in the first cache.
+const CHUNK: usize = 32;
+
+/// A piece of the true trajectory.
+struct Chunk<R> {
+    /// The measured output.
+    y: [R; CHUNK],
+    /// The states, n for each k.
+    states: Vec<R>,
+    /// `1 / |x(k)|^2`, and 0 where x(k) = 0.
+    sizes: [R; CHUNK],
+    /// 1 over the sum of x(k), and 0 where that is not positive.
+    sums: [R; CHUNK],
+}
+
+/// The observer of one output.
+#[derive(Clone)]
+pub(crate) struct Observer<R: Real, const N: usize> {
+    g: [R; N],
+    x: [R; N],
+    relative: Gathered<R>,
+    as_printed: Gathered<R>,
+    /// e_x(k)^2, where wanted.
+    pub(crate) curve: Vec<R>,
+}
+
+impl<R: Real, const N: usize> Observer<R, N> {
+    /// With room for `samples` errors.
+    pub(crate) fn new(samples: usize) -> Self {
+        let zero = [R::zero(); N];
+        Self {
+            g: zero,
+            x: zero,
+            relative: Gathered::new(),
+            as_printed: Gathered::new(),
+            curve: vec![R::zero(); samples],
+        }
+    }
+}
+
+/// The measures of one cell, with buffers.
+pub(crate) struct Scorer<R, const N: usize> {
+    n: usize,
+    window: usize,
+    horizon: usize,
+    gain: Gain,
+    /// a, b, h and x0.
+    truth: [[R; N]; 4],
+    wanted: Wanted,
+    chunk: Chunk<R>,
+    /// The true state at the next chunk.
+    x: [R; N],
+    /// How many k >= N have `|x(k)| > 0`.
+    size_count: R,
+    /// How many k >= N have a positive sum of x(k).
+    sum_count: R,
+}
+
+impl<R: Real, const N: usize> Scorer<R, N> {
+    pub(crate) fn new(
+        window: usize,
+        horizon: usize,
+        gain: Gain,
+        truth: &Truth,
+        wanted: Wanted,
+    ) -> Self {
+        let n = truth.a.len();
+        let zeros = [R::zero(); CHUNK];
+        Self {
+            n,
+            window,
+            horizon,
+            gain,
+            truth: [&truth.a, &truth.b, &truth.h, &truth.x0].map(|of| splat(of)),
+            wanted,
+            chunk: Chunk {
+                y: zeros,
+                states: vec![R::zero(); n * CHUNK],
+                sizes: zeros,
+                sums: zeros,
+            },
+            x: [R::zero(); N],
+            size_count: R::zero(),
+            sum_count: R::zero(),
+        }
+    }
+
+    /// Errors of a pass's parameters and initial state.
+    pub(crate) fn parameters(&self, pass: &PassPack<R, N>, errors: &mut Errors<R>) {
+        let truth = &self.truth;
+        R::run(
+            #[inline(always)]
+            || {
+                let n = order::<N>(self.n);
+                let undefined = R::splat(f64::NAN);
+                let parts = [
+                    (&pass.a, pass.parameters),
+                    (&pass.b, pass.parameters),
+                    (&pass.h, pass.parameters),
+                    (&pass.x0, pass.state),
+                ];
+                for i in 0..4 {
+                    let (found, known) = parts[i];
+                    let (truth, found) = (&truth[i][..n], &found[..n]);
+                    let error = relative_error(truth, found);
+                    errors.relative[i] = R::select(known, error, undefined);
+                    let error = relative_error_as_printed(truth, found);
+                    errors.as_printed[i] = R::select(known, error, undefined);
+                }
+            },
+        );
+    }
+
+    /// Stage 12: makes an observer from a pass, starting at `x0`; where e_x(k) is not wanted before k = N, it runs
+    /// through the window at once.
+    pub(crate) fn start(
+        &self,
+        pass: &PassPack<R, N>,
+        x0: &[R; N],
+        record: &Record<R, N>,
+        observer: &mut Observer<R, N>,
+    ) {
+        let gain = &self.gain;
+        observer.x = *x0;
+        observer.relative = Gathered::new();
+        observer.as_printed = Gathered::new();
+        let Observer { g, x, .. } = observer;
+        R::run(
+            #[inline(always)]
+            || {
+                let n = order::<N>(self.n);
+                let (a, b) = (&pass.a[..n], &pass.b[..n]);
+                // What changes from k to k + 1 is a variable of its own, so that it stays in registers.
+                let (mut of_g, mut of_x) = (*g, *x);
+                gain.compute(a, &mut of_g[..n]);
+                if !self.wanted.curves {
+                    observe(
+                        a,
+                        b,
+                        &of_g[..n],
+                        &mut of_x[..n],
+                        &record.u[..self.window],
+                        &record.y,
+                        #[inline(always)]
+                        |_, _| (),
+                    );
+                }
+                (*g, *x) = (of_g, of_x);
+            },
+        );
+    }
+
+    /// The first k that observers are compared at.
+    pub(crate) fn begin(&mut self, record: &Record<R, N>) -> usize {
+        self.size_count = R::zero();
+        self.sum_count = R::zero();
+        if self.wanted.curves {
+            self.x = record.x0;
+            0
+        } else {
+            self.x = record.x_window;
+            self.window
+        }
+    }
+
+    /// Simulates the truth for some k, at most to the next chunk.
+    pub(crate) fn advance(&mut self, record: &Record<R, N>, from: usize) -> Range<usize> {
+        let mut to = self.horizon.min(from + CHUNK);
+        if from < self.window {
+            to = to.min(self.window);
+        }
+        let (u, f) = (&record.u[from..to], &record.noise()[from..to]);
+        let (window, printed) = (self.window, self.wanted.states_as_printed);
+        let (chunk, x) = (&mut self.chunk, &mut self.x);
+        let count = to - from;
+        R::run(
+            #[inline(always)]
+            || {
+                let n = order::<N>(self.n);
+                let (zero, one) = (R::zero(), R::splat(1.0));
+                let (mut size_count, mut sum_count) = (zero, zero);
+                let (mut of_x, scale, f) = (*x, record.scale, &f[..count]);
+                let (y, sizes) = (&mut chunk.y[..count], &mut chunk.sizes[..count]);
+                let (sums, states) = (&mut chunk.sums[..count], &mut chunk.states[..n * count]);
+                simulate(
+                    &record.a[..n],
+                    &record.b[..n],
+                    &mut of_x[..n],
+                    u,
+                    #[inline(always)]
+                    |k, x| {
+                        y[k] = scale.mul_add(f[k], x[0]);
+                        let to = &mut states[n * k..n * (k + 1)];
+                        let mut size = zero;
+                        for i in 0..n {
+                            to[i] = x[i];
+                            size = x[i].mul_add(x[i], size);
+                        }
+                        let defined = zero.less(size);
+                        sizes[k] = R::select(defined, one / size, zero);
+                        size_count = size_count + R::select(defined, one, zero);
+                        if printed {
+                            let mut sum = zero;
+                            for i in 0..n {
+                                sum = sum + x[i];
+                            }
+                            let defined = zero.less(sum);
+                            sums[k] = R::select(defined, one / sum, zero);
+                            sum_count = sum_count + R::select(defined, one, zero);
+                        }
+                    },
+                );
+                *x = of_x;
+                if from >= window {
+                    self.size_count = self.size_count + size_count;
+                    self.sum_count = self.sum_count + sum_count;
+                }
+            },
+        );
+        from..to
+    }
+
+    /// Runs an observer through what [`Self::advance`] simulated.
+    pub(crate) fn observe(
+        &self,
+        pass: &PassPack<R, N>,
+        record: &Record<R, N>,
+        k: Range<usize>,
+        observer: &mut Observer<R, N>,
+    ) {
+        match (self.wanted.curves, k.start >= self.window) {
+            (false, _) => self.observe_chunk::<true, false>(pass, record, k, observer),
+            (true, true) => self.observe_chunk::<true, true>(pass, record, k, observer),
+            (true, false) => self.observe_chunk::<false, true>(pass, record, k, observer),
+        }
+    }
+
+    fn observe_chunk<const GATHER: bool, const CURVES: bool>(
+        &self,
+        pass: &PassPack<R, N>,
+        record: &Record<R, N>,
+        k: Range<usize>,
+        observer: &mut Observer<R, N>,
+    ) {
+        let (from, count) = (k.start, k.len());
+        let (u, chunk) = (&record.u[k], &self.chunk);
+        let printed = self.wanted.states_as_printed;
+        let Observer {
+            g,
+            x,
+            relative,
+            as_printed,
+            curve,
+        } = observer;
+        let curve = if CURVES { &mut curve[from..] } else { curve };
+        R::run(
+            #[inline(always)]
+            || {
+                let n = order::<N>(self.n);
+                let (mut of_size, mut of_sum) = (*relative, *as_printed);
+                let (of_g, mut of_x) = (*g, *x);
+                let states = &chunk.states[..n * count];
+                let sizes = &chunk.sizes[..count];
+                observe(
+                    &pass.a[..n],
+                    &pass.b[..n],
+                    &of_g[..n],
+                    &mut of_x[..n],
+                    u,
+                    &chunk.y[..count],
+                    #[inline(always)]
+                    |k, x_hat| {
+                        let distance = distance(&states[n * k..n * (k + 1)], x_hat);
+                        let square = distance * sizes[k];
+                        if GATHER {
+                            of_size.add(square);
+                            if printed {
+                                of_sum.add(distance * chunk.sums[k]);
+                            }
+                        }
+                        if CURVES {
+                            // Undefined where x(k) = 0.
+                            let defined = R::zero().less(sizes[k]);
+                            curve[k] = R::select(defined, square, R::splat(f64::NAN));
+                        }
+                    },
+                );
+                *x = of_x;
+                *relative = of_size;
+                *as_printed = of_sum;
+            },
+        );
+    }
+
+    /// The errors of an observer at the horizon; returns where it and they stayed finite.
+    pub(crate) fn finish(
+        &self,
+        pass: &PassPack<R, N>,
+        observer: &Observer<R, N>,
+        errors: &mut Errors<R>,
+    ) -> R::Mask {
+        R::run(
+            #[inline(always)]
+            || {
+                let mut check = R::zero();
+                for i in 0..order::<N>(self.n) {
+                    check = observer.x[i].mul_add(R::zero(), check);
+                    check = observer.g[i].mul_add(R::zero(), check);
+                }
+                let known = pass.state & check.is_finite();
+                errors.state = observer.relative.finish(self.size_count, known);
+                if self.wanted.states_as_printed {
+                    errors.state_as_printed = observer.as_printed.finish(self.sum_count, known);
+                }
+                // Squares overflow before the state does.
+                let infinite = R::splat(f64::INFINITY);
+                let Errors {
+                    state: [maximum, rms],
+                    state_as_printed: [maximum_printed, rms_printed],
+                    ..
+                } = errors;
+                let all = [maximum, rms, maximum_printed, rms_printed];
+                let mut finite = check.is_finite();
+                for i in 0..4 {
+                    finite = finite & !infinite.at_most(*all[i]);
+                }
+                for figure in all {
+                    *figure = R::select(finite, *figure, R::splat(f64::NAN));
+                }
+                finite
+            },
+        )
+    }
+}

@@ -1,0 +1,261 @@
+//! What the stages' arithmetic is written over: one number, or a pack of numbers in lock step.
+//!
+//! [`Real`] is f64 itself or one SIMD register of f64 ([`crate::lanes`]). A lane's results are those of f64: every
+//! operation is IEEE 754's, lane by lane, and every fused product says so ([`Real::mul_add`]).
+
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// The largest number of lanes.
+pub const MOST_LANES: usize = 8;
+
+/// A double, or some in lock step.
+pub trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Send
+    + 'static
+{
+    /// Numbers in a pack.
+    const LANES: usize;
+    /// What a comparison gives.
+    type Mask: Mask;
+    /// The same bits as integers.
+    type Word: Word;
+
+    /// The same number in every lane.
+    fn splat(x: f64) -> Self;
+    /// Lane i from `x[i]`.
+    ///
+    /// # Panics
+    /// If `x` is shorter than the pack.
+    fn load(x: &[f64]) -> Self;
+    /// Lane i to `x[i]`.
+    ///
+    /// # Panics
+    /// If `x` is shorter than the pack.
+    fn store(self, x: &mut [f64]);
+    /// `self * factor + addend` with one rounding.
+    #[must_use]
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// `addend - self * factor` with one rounding.
+    #[must_use]
+    fn neg_mul_add(self, factor: Self, addend: Self) -> Self;
+    /// The square root.
+    #[must_use]
+    fn sqrt(self) -> Self;
+    /// The absolute value.
+    #[must_use]
+    fn abs(self) -> Self;
+    /// Whether `self < other`; false for NaN.
+    fn less(self, other: Self) -> Self::Mask;
+    /// Whether `self <= other`; false for NaN.
+    fn at_most(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask is set, `no` elsewhere.
+    #[must_use]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// The bits.
+    fn to_bits(self) -> Self::Word;
+    /// The number of some bits.
+    fn from_bits(bits: Self::Word) -> Self;
+    /// Where the highest bit is set.
+    fn where_negative(bits: Self::Word) -> Self::Mask;
+    /// Runs a kernel, which must be inlined, with the instructions that the lanes need.
+    fn run<T>(kernel: impl FnOnce() -> T) -> T;
+
+    /// Zero.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+
+    /// The number of one lane.
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        let mut lanes = [0.0; MOST_LANES];
+        self.store(&mut lanes);
+        lanes[lane]
+    }
+
+    /// The pack with another number in one lane.
+    #[inline(always)]
+    #[must_use]
+    fn with_lane(self, lane: usize, x: f64) -> Self {
+        let mut lanes = [0.0; MOST_LANES];
+        self.store(&mut lanes);
+        lanes[lane] = x;
+        Self::load(&lanes)
+    }
+
+    /// The larger one, NaN if either is.
+    #[inline(always)]
+    #[must_use]
+    fn maximum(self, other: Self) -> Self {
+        // `other <= self` is false where one is NaN; then other, or self where self is the NaN.
+        let larger = Self::select(other.at_most(self), self, other);
+        Self::select(self.at_most(self), larger, self)
+    }
+
+    /// Where the number is neither infinite nor NaN.
+    #[inline(always)]
+    fn is_finite(self) -> Self::Mask {
+        self.abs().less(Self::splat(f64::INFINITY))
+    }
+}
+
+/// A choice of lanes.
+pub trait Mask:
+    Copy + Send + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// Bit i is lane i.
+    fn bits(self) -> u8;
+    /// The inverse of [`Self::bits`]; bits beyond the lanes count for nothing.
+    fn from_bits(bits: u8) -> Self;
+
+    /// Whether a lane is chosen.
+    #[inline(always)]
+    fn lane(self, lane: usize) -> bool {
+        self.bits() >> lane & 1 == 1
+    }
+
+    /// Whether any lane is chosen.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+
+    /// The lanes that are chosen.
+    fn lanes(self) -> impl Iterator<Item = usize> {
+        let bits = self.bits();
+        (0..MOST_LANES).filter(move |lane| bits >> lane & 1 == 1)
+    }
+}
+
+/// 64 bits, or some times 64.
+pub trait Word:
+    Copy + BitXor<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self>
+{
+    /// The same bits in every lane.
+    fn splat(x: u64) -> Self;
+    /// Lane i from `x[i]`.
+    ///
+    /// # Panics
+    /// If `x` is shorter than the pack.
+    fn load(x: &[u64]) -> Self;
+    /// The sum modulo 2^64.
+    #[must_use]
+    fn plus(self, other: Self) -> Self;
+    /// The difference modulo 2^64.
+    #[must_use]
+    fn minus(self, other: Self) -> Self;
+    /// Shifted to the left.
+    #[must_use]
+    fn left<const BITS: u32>(self) -> Self;
+    /// Shifted to the right, zeros following.
+    #[must_use]
+    fn right<const BITS: u32>(self) -> Self;
+}
+
+impl Real for f64 {
+    const LANES: usize = 1;
+    type Mask = bool;
+    type Word = u64;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn load(x: &[f64]) -> Self {
+        x[0]
+    }
+    #[inline(always)]
+    fn store(self, x: &mut [f64]) {
+        x[0] = self;
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        Self::mul_add(self, factor, addend)
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, addend: Self) -> Self {
+        Self::mul_add(-self, factor, addend)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+    #[inline(always)]
+    fn less(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn at_most(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn to_bits(self) -> u64 {
+        Self::to_bits(self)
+    }
+    #[inline(always)]
+    fn from_bits(bits: u64) -> Self {
+        Self::from_bits(bits)
+    }
+    #[inline(always)]
+    fn where_negative(bits: u64) -> bool {
+        bits >> 63 == 1
+    }
+    #[inline(always)]
+    fn run<T>(kernel: impl FnOnce() -> T) -> T {
+        crate::signal::arithmetic::with_fma(kernel)
+    }
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn bits(self) -> u8 {
+        u8::from(self)
+    }
+    #[inline(always)]
+    fn from_bits(bits: u8) -> Self {
+        bits & 1 == 1
+    }
+}
+
+impl Word for u64 {
+    #[inline(always)]
+    fn splat(x: u64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn load(x: &[u64]) -> Self {
+        x[0]
+    }
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self.wrapping_add(other)
+    }
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self.wrapping_sub(other)
+    }
+    #[inline(always)]
+    fn left<const BITS: u32>(self) -> Self {
+        self << BITS
+    }
+    #[inline(always)]
+    fn right<const BITS: u32>(self) -> Self {
+        self >> BITS
+    }
+}

@@ -1,0 +1,87 @@
+//! What computes a cell's trials: packs of [`crate::lanes`], or [`Trial`] by faer.
+
+use super::pack::PackTrial;
+use super::plan::Plan;
+use super::{Cell, Experiment, Trial, Trials};
+use crate::estimator::SetupError;
+use crate::lanes::Isa;
+use crate::names::named_enum;
+use std::ops::Range;
+
+named_enum! {
+    /// What computes the trials.
+    Engine, "engine" {
+        /// The lanes in every cell that they cover, faer in the others (the default).
+        Auto = "auto",
+        /// Trials in lock step, a SIMD lane each; the same bits on every machine.
+        Lanes = "lanes",
+        /// One trial after the other; the same bits on machines with the same vector instructions.
+        Faer = "faer",
+    }
+}
+
+impl Engine {
+    /// What runs a cell: lanes or faer.
+    ///
+    /// # Errors
+    /// Where lanes are asked for: what they do not cover.
+    pub(super) fn of(self, experiment: &Experiment, cell: &Cell) -> Result<Self, String> {
+        match (self, Plan::new(experiment, cell)) {
+            (Self::Auto | Self::Lanes, Ok(_)) => Ok(Self::Lanes),
+            (Self::Lanes, Err(reason)) => Err(reason),
+            (Self::Auto | Self::Faer, _) => Ok(Self::Faer),
+        }
+    }
+
+    /// The vector instructions that faer's bits depend on, for a manifest.
+    pub fn faer_instructions() -> &'static str {
+        if Isa::Avx512.is_here() {
+            Isa::Avx512.name()
+        } else if Isa::Avx2.is_here() {
+            Isa::Avx2.name()
+        } else {
+            std::env::consts::ARCH
+        }
+    }
+}
+
+/// Buffers to run trials of one cell, whatever the engine.
+pub enum Worker<'e> {
+    /// One after the other.
+    Faer(Box<Trial<'e>>),
+    /// A pack at a time.
+    Lanes(Box<dyn PackTrial + 'e>),
+}
+
+impl<'e> Worker<'e> {
+    /// Buffers for a cell, on the engine that the experiment says.
+    ///
+    /// # Errors
+    /// If a method cannot serve the cell.
+    pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, SetupError> {
+        let plan = match experiment.file.engine {
+            Engine::Faer => None,
+            Engine::Auto | Engine::Lanes => Plan::new(experiment, cell).ok(),
+        };
+        match plan {
+            Some(plan) => Ok(Self::Lanes(plan.pack(Isa::best()))),
+            None => Trial::new(experiment, cell).map(|trial| Self::Faer(Box::new(trial))),
+        }
+    }
+
+    /// How many trials it computes at a time.
+    pub fn stride(&self) -> u64 {
+        match self {
+            Self::Faer(_) => 1,
+            Self::Lanes(pack) => pack.lanes() as u64,
+        }
+    }
+
+    /// Runs trials and appends what is wanted of them.
+    pub fn run_into(&mut self, trials: Range<u64>, to: &mut Trials) {
+        match self {
+            Self::Faer(trial) => trials.for_each(|index| trial.run_into(index, to)),
+            Self::Lanes(pack) => pack.run_into(trials, to),
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The kernels of a pack one at a time, for the benches and examples that measure: no part of the interface.
+
+use super::pack::Pack;
+use super::plan::Plan;
+use crate::lanes::passes::PassPack;
+use crate::lanes::{Call, Isa};
+use crate::names::named_enum;
+use crate::real::{Mask, Real};
+use std::hint::black_box;
+
+/// W98: order 6, N = 98, K = 400, signs of amplitude 10, noise 1/A at eta = 10.018 %, least squares and four IV
+/// passes, dead-beat observer; the three measures.
+pub const W98: &str = r#"
+seed = 1
+measures = ["e_a", "e_b", "e_x_max"]
+[settings]
+eta = 10.018
+window = 98
+horizon = 400
+[[methods]]
+estimator = "iv"
+iterations = 4
+report = [4]
+"#;
+
+named_enum! {
+    /// A kernel of a pack.
+    Kernel, "kernel" {
+        /// The records.
+        Draw = "draw",
+        /// Stage 2.
+        LeastSquaresSums = "ls_sums",
+        /// Stage 9.
+        IvSums = "iv_sums",
+        /// Stages 3 to 5, or 10, with the condition number where a measure asks for it.
+        Solve = "solve",
+        /// Stage 6.
+        InitialState = "initial_state",
+        /// Stage 7.
+        Auxiliary = "auxiliary",
+        /// All passes: stages 2 to 11.
+        Estimate = "estimate",
+        /// Stage 12 of every output, beside the true plant.
+        Observer = "observer",
+    }
+}
+
+/// The first pack of trials of one cell, with their estimates by its first method.
+pub trait RunKernel {
+    /// Runs a kernel, those of a pass as the last pass does; the numbers are the same every time.
+    fn run(&mut self, kernel: Kernel);
+    /// The trials of a pack.
+    fn lanes(&self) -> usize;
+}
+
+impl<'e> Plan<'e> {
+    /// The first pack of trials, drawn and estimated.
+    ///
+    /// # Panics
+    /// If this machine does not have the instructions.
+    pub fn kernels(self, isa: Isa) -> Box<dyn RunKernel + 'e> {
+        isa.dispatch(self.cell.order, Prepare(self))
+    }
+}
+
+struct Prepare<'e>(Plan<'e>);
+
+impl<'e> Call for Prepare<'e> {
+    type Output = Box<dyn RunKernel + 'e>;
+
+    fn with<R: Real, const N: usize>(self) -> Self::Output {
+        let mut kernels = Kernels::<R, N>(Pack::new(self.0));
+        kernels.run(Kernel::Draw);
+        kernels.run(Kernel::Estimate);
+        Box::new(kernels)
+    }
+}
+
+struct Kernels<'e, R: Real, const N: usize>(Pack<'e, R, N>);
+
+impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
+    fn run(&mut self, kernel: Kernel) {
+        let Pack {
+            plan,
+            record,
+            methods,
+            ..
+        } = &mut self.0;
+        if kernel == Kernel::Draw {
+            return record.draw(&plan.source, &std::array::from_fn(|lane| lane as u64));
+        }
+        let (u, y) = (&record.u[..plan.cell.window], &record.y[..]);
+        let all = R::Mask::from_bits(u8::MAX);
+        let (passes, last) = (&mut methods[0], plan.methods[0].passes - 1);
+        let mut pass = PassPack::new();
+        match kernel {
+            Kernel::Draw => {}
+            Kernel::LeastSquaresSums => passes.sum_least_squares(u, y),
+            Kernel::IvSums => passes.sum_instruments(u, y),
+            Kernel::Solve => passes.solve(last, &mut pass, all),
+            Kernel::InitialState => {
+                let done = std::mem::take(&mut passes.done);
+                pass = done[last];
+                passes.estimate_state(&done[..last], u, y, &mut pass);
+                passes.done = done;
+            }
+            Kernel::Auxiliary => {
+                let done = std::mem::take(&mut passes.done);
+                passes.simulate(&done[..last], u, &mut pass, all);
+                passes.done = done;
+            }
+            Kernel::Estimate => {
+                passes.estimate(u, y, all);
+            }
+            Kernel::Observer => self.0.observe(),
+        }
+        black_box(&pass);
+    }
+
+    fn lanes(&self) -> usize {
+        R::LANES
+    }
+}

@@ -1,0 +1,270 @@
+//! A pack of trials of one cell: draw, estimate, measure; rows as [`super::Trial`] leaves them.
+
+use super::plan::Plan;
+use super::{Figure, Row, Trials};
+use crate::estimator::{Failure, FailureKind, Stage};
+use crate::lanes::passes::Passes;
+use crate::lanes::record::Record;
+use crate::lanes::score::{Errors, Observer, Scorer};
+use crate::lanes::{lane, order};
+use crate::metric::relative_error;
+use crate::plant::PoleFinder;
+use crate::real::{MOST_LANES, Mask, Real};
+use std::ops::Range;
+
+/// Buffers to run trials of one cell in lock step.
+pub(super) struct Pack<'e, R: Real, const N: usize> {
+    pub(super) plan: Plan<'e>,
+    pub(super) record: Record<R, N>,
+    pub(super) methods: Vec<Passes<R, N>>,
+    scorer: Scorer<R, N>,
+    poles: PoleFinder,
+    outputs: Vec<Output>,
+    /// One per output.
+    observers: Vec<Observer<R, N>>,
+    /// e_x(k)^2 of the first and of the last output: all lanes of k = 0, then of k = 1, ...
+    curves: [Vec<f64>; 2],
+}
+
+/// One output of a pack.
+#[derive(Clone)]
+struct Output {
+    method: usize,
+    pass: usize,
+    /// Every figure, every lane.
+    figures: [[f64; MOST_LANES]; Figure::ALL.len()],
+    /// Lanes with an observer.
+    observed: u8,
+}
+
+/// Trials of one cell, a pack at a time, whatever the pack.
+pub trait PackTrial {
+    /// Runs trials and appends what is wanted of them.
+    fn run_into(&mut self, trials: Range<u64>, to: &mut Trials);
+    /// The trials that fit into a pack.
+    fn lanes(&self) -> usize;
+}
+
+impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
+    pub(super) fn new(plan: Plan<'e>) -> Self {
+        let cell = plan.cell;
+        let n = cell.order;
+        let methods = plan.methods.iter().map(|method| {
+            let (options, passes) = (&method.options, method.passes);
+            Passes::new(n, options, passes, cell.window, plan.wanted_condition)
+        });
+        let outputs = plan.methods.iter().enumerate();
+        let outputs = outputs.flat_map(|(method, of)| {
+            of.reported.iter().map(move |&pass| Output {
+                method,
+                pass,
+                figures: [[f64::NAN; MOST_LANES]; Figure::ALL.len()],
+                observed: 0,
+            })
+        });
+        let outputs: Vec<Output> = outputs.collect();
+        let observers = outputs
+            .iter()
+            .map(|_| Observer::new(if plan.wanted.curves { cell.horizon } else { 0 }));
+        let curve = || {
+            vec![
+                0.0;
+                if plan.wanted.curves {
+                    cell.horizon * R::LANES
+                } else {
+                    0
+                }
+            ]
+        };
+        let (horizon, gain) = (cell.horizon, cell.gain.clone());
+        Self {
+            record: Record::new(&plan.source, horizon),
+            methods: methods.collect(),
+            scorer: Scorer::new(cell.window, horizon, gain, &plan.truth, plan.wanted),
+            poles: PoleFinder::new(n),
+            observers: observers.collect(),
+            outputs,
+            curves: [curve(), curve()],
+            plan,
+        }
+    }
+
+    /// Runs up to a pack of trials.
+    fn run_pack(&mut self, trials: Range<u64>, to: &mut Trials) {
+        let count = (trials.end - trials.start) as usize;
+        // Lanes beyond repeat the last trial; nothing of them is kept.
+        let indices = std::array::from_fn(|lane| trials.start + lane.min(count - 1) as u64);
+        let asked = R::Mask::from_bits(((1_u16 << count) - 1) as u8);
+        self.record.draw(&self.plan.source, &indices);
+        let (u, y) = (&self.record.u[..self.plan.cell.window], &self.record.y[..]);
+        for method in &mut self.methods {
+            to.fallbacks += method.estimate(u, y, asked);
+        }
+        if self.plan.wanted_states {
+            self.observe();
+        }
+        for output in 0..self.outputs.len() {
+            self.measure(output);
+        }
+        for (lane, trial) in trials.enumerate() {
+            self.emit(lane, trial, to);
+        }
+    }
+
+    /// Runs all observers along the true trajectory, a chunk at a time.
+    pub(super) fn observe(&mut self) {
+        let zero = [R::zero(); N];
+        let (record, methods, scorer) = (&self.record, &self.methods, &mut self.scorer);
+        let pass_of = |output: &Output| &methods[output.method].done[output.pass];
+        for (output, observer) in self.outputs.iter().zip(&mut self.observers) {
+            let pass = pass_of(output);
+            let x0 = if self.plan.from_zero { &zero } else { &pass.x0 };
+            scorer.start(pass, x0, record, observer);
+        }
+        let mut k = scorer.begin(record);
+        while k < self.plan.cell.horizon {
+            let chunk = scorer.advance(record, k);
+            k = chunk.end;
+            for (output, observer) in self.outputs.iter().zip(&mut self.observers) {
+                scorer.observe(pass_of(output), record, chunk.clone(), observer);
+            }
+        }
+    }
+
+    /// Fills an output.
+    fn measure(&mut self, output: usize) {
+        let last = self.outputs.len() - 1;
+        let Output {
+            method,
+            pass: number,
+            figures: to,
+            observed,
+        } = &mut self.outputs[output];
+        let passes = &self.methods[*method].done;
+        let pass = &passes[*number];
+        let mut errors = Errors::<R>::new();
+        self.scorer.parameters(pass, &mut errors);
+        *observed = 0;
+        if self.plan.wanted_states {
+            let observer = &self.observers[output];
+            let finite = self.scorer.finish(pass, observer, &mut errors);
+            *observed = (pass.state & finite).bits();
+        }
+        let before = number.checked_sub(1).map(|before| &passes[before]);
+        let n = self.plan.cell.order;
+        R::run(
+            #[inline(always)]
+            || {
+                let mut put = |figure: Figure, value: R| value.store(&mut to[figure as usize]);
+                let Errors {
+                    relative: [e_a, e_b, e_h, e_x0],
+                    as_printed: [a_printed, b_printed, h_printed, x0_printed],
+                    state: [maximum, rms],
+                    state_as_printed: [maximum_printed, rms_printed],
+                } = errors;
+                put(Figure::Ea, e_a);
+                put(Figure::Eb, e_b);
+                put(Figure::Eh, e_h);
+                put(Figure::Ex0, e_x0);
+                put(Figure::EaPrinted, a_printed);
+                put(Figure::EbPrinted, b_printed);
+                put(Figure::EhPrinted, h_printed);
+                put(Figure::Ex0Printed, x0_printed);
+                put(Figure::ExMax, maximum);
+                put(Figure::ExRms, rms);
+                put(Figure::ExMaxPrinted, maximum_printed);
+                put(Figure::ExRmsPrinted, rms_printed);
+                put(Figure::Condition, pass.condition);
+                if let Some(before) = before {
+                    let n = order::<N>(n);
+                    let change = relative_error(&before.a[..n], &pass.a[..n]);
+                    let known = before.parameters & pass.parameters;
+                    put(Figure::Change, R::select(known, change, R::splat(f64::NAN)));
+                }
+            },
+        );
+        if self.plan.wanted.curves {
+            for (which, at) in [(0, 0), (1, last)] {
+                if output == at {
+                    store(&self.observers[output].curve, &mut self.curves[which]);
+                }
+            }
+        }
+    }
+
+    /// The rows of one lane.
+    fn emit(&mut self, lane_index: usize, trial: u64, to: &mut Trials) {
+        let plan = &self.plan;
+        let n = plan.cell.order;
+        for (index, output) in self.outputs.iter().enumerate() {
+            let pass = &self.methods[output.method].done[output.pass];
+            let known = pass.parameters.lane(lane_index);
+            let observed = output.observed >> lane_index & 1 == 1;
+            let mut row = Row::new(trial, index);
+            for (&figure, lanes) in Figure::ALL.iter().zip(&output.figures) {
+                row[figure] = lanes[lane_index];
+            }
+            row.failure = pass.failures[lane_index];
+            if pass.state.lane(lane_index) && plan.wanted_states && !observed {
+                row.failure = Some(Failure {
+                    kind: FailureKind::NonFinite,
+                    stage: Stage::Observer,
+                    pass: output.pass,
+                });
+            }
+            if known {
+                row.unstable = Some(pass.unstable.lane(lane_index));
+                if plan.wanted_radius {
+                    let a: [f64; N] = lane(&pass.a, lane_index);
+                    row[Figure::SpectralRadius] = self.poles.spectral_radius(&a[..n]);
+                }
+            }
+            to.rows.push(row);
+            if plan.parameters {
+                for (found, truth) in [(&pass.a, &plan.truth.a), (&pass.h, &plan.truth.h)] {
+                    let found: [f64; N] = lane(found, lane_index);
+                    let errors = found.iter().zip(truth);
+                    let errors = errors.map(|(found, truth)| found - truth);
+                    to.parameters
+                        .extend(errors.map(|error| if known { error } else { f64::NAN }));
+                }
+            }
+            if let (Some(curves), true) = (&mut to.curves, observed) {
+                for (last, at) in [(false, 0), (true, self.outputs.len() - 1)] {
+                    if index == at {
+                        let curve = self.curves[usize::from(last)].iter();
+                        let curve = curve.skip(lane_index).step_by(R::LANES);
+                        curves.add(last, curve.map(|square| square.sqrt()));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// All lanes of k = 0, then of k = 1, ...
+fn store<R: Real>(curve: &[R], to: &mut [f64]) {
+    R::run(
+        #[inline(always)]
+        || {
+            for (k, square) in curve.iter().enumerate() {
+                square.store(&mut to[k * R::LANES..]);
+            }
+        },
+    );
+}
+
+impl<R: Real, const N: usize> PackTrial for Pack<'_, R, N> {
+    fn run_into(&mut self, trials: Range<u64>, to: &mut Trials) {
+        let mut from = trials.start;
+        while from < trials.end {
+            let end = trials.end.min(from + R::LANES as u64);
+            self.run_pack(from..end, to);
+            from = end;
+        }
+    }
+
+    fn lanes(&self) -> usize {
+        R::LANES
+    }
+}

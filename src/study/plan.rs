@@ -1,0 +1,159 @@
+//! What of an experiment the lanes can run.
+
+use super::pack::{Pack, PackTrial};
+use super::{Cell, Experiment, Figure, ObserverStart};
+use crate::data::Truth;
+use crate::estimator::{
+    Drive, InstrumentSource, IvOptions, MethodOptions, Solver, Stabilise, Stage10,
+};
+use crate::lanes::record::Source;
+use crate::lanes::score::Wanted;
+use crate::lanes::{Call, Isa, LARGEST_ORDER};
+use crate::real::Real;
+
+/// The longest record of a pack: all lanes of it take 256 MiB.
+const LONGEST_HORIZON: usize = 1 << 20;
+
+/// A method of a plan.
+pub(super) struct PlannedMethod<'e> {
+    pub(super) options: IvOptions,
+    pub(super) passes: usize,
+    pub(super) reported: &'e [usize],
+}
+
+/// What a cell asks of a pack.
+///
+/// Covered are open loops with one plant for all trials, of an order up to [`LARGEST_ORDER`] that is also the
+/// estimator's; inputs without measurement noise; least squares and IV by the partitioned inverse, stage 10 corrected,
+/// with every reading of E4 and E11, every gain, and all figures but responses to fresh data.
+#[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
+pub struct Plan<'e> {
+    pub(super) cell: &'e Cell,
+    pub(super) source: Source<'e>,
+    pub(super) truth: Truth,
+    pub(super) methods: Vec<PlannedMethod<'e>>,
+    pub(super) wanted_condition: bool,
+    pub(super) wanted_states: bool,
+    pub(super) wanted: Wanted,
+    pub(super) wanted_radius: bool,
+    pub(super) parameters: bool,
+    pub(super) from_zero: bool,
+}
+
+impl<'e> Plan<'e> {
+    /// The plan of a cell.
+    ///
+    /// # Errors
+    /// What is not covered, in words.
+    pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, String> {
+        use Figure as F;
+        let process = &cell.process;
+        let (plant, noise, variances) = process
+            .open_loop()
+            .ok_or("feedback, input noise or random plants")?;
+        let order = plant.order();
+        if cell.order != order {
+            return Err("an order that is not the plant's".to_owned());
+        }
+        if order > LARGEST_ORDER {
+            return Err(format!("orders above {LARGEST_ORDER}"));
+        }
+        if cell.horizon > LONGEST_HORIZON {
+            return Err(format!("records of more than {LONGEST_HORIZON} samples"));
+        }
+        let file = &experiment.file;
+        let any = |figures: &[F]| {
+            let measured = figures.iter().any(|figure| file.measures.contains(figure));
+            measured
+                || file
+                    .bounds
+                    .iter()
+                    .any(|bound| figures.contains(&bound.figure))
+        };
+        if any(&[F::ImpulseResponse, F::FreshFit]) {
+            return Err("responses to fresh data".to_owned());
+        }
+        let methods = experiment.methods.iter().map(|method| {
+            let options = match method.options().ok_or("an estimator of your own")? {
+                MethodOptions::LeastSquares(options) => IvOptions {
+                    solver: options.solver,
+                    initial_state: options.initial_state,
+                    ..IvOptions::default()
+                },
+                MethodOptions::InstrumentalVariables(options) => options.clone(),
+            };
+            check(&options)?;
+            Ok(PlannedMethod {
+                options,
+                passes: method.passes(),
+                reported: method.reported(),
+            })
+        });
+        let rounding = file.bounds.iter().any(|bound| bound.rounding.is_some());
+        Ok(Self {
+            cell,
+            source: Source {
+                settings: process.settings(),
+                plant,
+                noise,
+                variances,
+                seed: file.seed,
+                eta: cell.eta,
+                window: cell.window,
+            },
+            truth: Truth {
+                a: plant.a().to_vec(),
+                b: plant.b().to_vec(),
+                h: plant.h(),
+                x0: process.settings().x0.clone(),
+            },
+            methods: methods.collect::<Result<_, String>>()?,
+            wanted_condition: rounding || any(&[F::Condition]),
+            wanted_states: file.curves
+                || any(&[F::ExMax, F::ExRms, F::ExMaxPrinted, F::ExRmsPrinted]),
+            wanted: Wanted {
+                states_as_printed: any(&[F::ExMaxPrinted, F::ExRmsPrinted]),
+                curves: file.curves,
+            },
+            wanted_radius: any(&[F::SpectralRadius]),
+            parameters: file.parameters,
+            from_zero: cell.observer_start == ObserverStart::Zero,
+        })
+    }
+
+    /// The buffers to run it.
+    ///
+    /// # Panics
+    /// If this machine does not have the instructions.
+    pub fn pack(self, isa: Isa) -> Box<dyn PackTrial + 'e> {
+        isa.dispatch(self.cell.order, self)
+    }
+}
+
+impl<'e> Call for Plan<'e> {
+    type Output = Box<dyn PackTrial + 'e>;
+
+    fn with<R: Real, const N: usize>(self) -> Self::Output {
+        Box::new(Pack::<R, N>::new(self))
+    }
+}
+
+/// Whether a method is covered.
+fn check(options: &IvOptions) -> Result<(), String> {
+    match options {
+        IvOptions { solver, .. } if *solver != Solver::Partitioned => {
+            Err(format!("the solver \"{solver}\""))
+        }
+        IvOptions { stage10, .. } if *stage10 != Stage10::Corrected => {
+            Err(format!("stage10 = \"{stage10}\""))
+        }
+        IvOptions { drive, .. } if *drive != Drive::Model => Err(format!("drive = \"{drive}\"")),
+        IvOptions { instruments, .. } if *instruments != InstrumentSource::Input => {
+            Err(format!("instruments = \"{instruments}\""))
+        }
+        IvOptions { stabilise, .. } if *stabilise != Stabilise::None => {
+            Err(format!("stabilise = \"{stabilise}\""))
+        }
+        _ => Ok(()),
+    }
+}

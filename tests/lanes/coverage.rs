@@ -1,0 +1,161 @@
+//! What the lanes do not cover, and what is said of it.
+
+use super::{Case, IV};
+use asobench::estimator::Method;
+use asobench::study::file::ExperimentFile;
+use asobench::study::{Engine, Experiment, Plan, Worker};
+
+/// A study of a plant of order 2 with changes.
+fn study(top: &str, settings: &str, more: &str) -> String {
+    Case::new("", 2, top, settings, more).text
+}
+
+fn parse(text: &str) -> ExperimentFile {
+    ExperimentFile::parse(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+#[test]
+fn what_is_not_covered_runs_on_faer_or_is_refused() {
+    let open = "feedback, input noise or random plants";
+    let loops = "[feedbacks.f]\nnumerator = [0.1]\n";
+    let feedback = format!("{loops}{IV}");
+    let reference = format!("{loops}[[methods]]\nestimator = \"iv\"\ninstruments = \"r\"\n");
+    let wide: Vec<f64> = (0..25).map(|i| if i == 0 { 0.1 } else { 0.0 }).collect();
+    let wide = format!("[plants.wide]\na = {wide:?}\nb = {wide:?}\n{IV}");
+    let method = |option: &str| format!("[[methods]]\nestimator = \"iv\"\n{option}\n");
+    for (top, settings, more, reason) in [
+        ("", "feedback = \"f\"", feedback.as_str(), open),
+        ("", "feedback = \"f\"", reference.as_str(), open),
+        ("", "input_noise = 1.0", IV, open),
+        ("", "plant = \"random\"", IV, open),
+        ("", "order = 3", IV, "an order that is not the plant's"),
+        ("", "plant = \"wide\"", wide.as_str(), "orders above 24"),
+        (
+            "",
+            "horizon = 1048577",
+            IV,
+            "records of more than 1048576 samples",
+        ),
+        ("measures = [\"e_g\"]", "", IV, "responses to fresh data"),
+        (
+            "measures = [\"e_a\", \"fit_fresh\"]",
+            "",
+            IV,
+            "responses to fresh data",
+        ),
+        ("", "", &method("solver = \"lu\""), "the solver \"lu\""),
+        ("", "", &method("solver = \"qr\""), "the solver \"qr\""),
+        (
+            "",
+            "",
+            "[[methods]]\nestimator = \"ls\"\nsolver = \"cholesky\"\n",
+            "the solver \"cholesky\"",
+        ),
+        (
+            "",
+            "",
+            &method("stage10 = \"as-printed\""),
+            "stage10 = \"as-printed\"",
+        ),
+        (
+            "",
+            "",
+            &method("stage10 = \"as-printed-2024\""),
+            "stage10 = \"as-printed-2024\"",
+        ),
+        (
+            "",
+            "",
+            &method("drive = \"observer\""),
+            "drive = \"observer\"",
+        ),
+        (
+            "",
+            "",
+            &method("stabilise = \"reflect\""),
+            "stabilise = \"reflect\"",
+        ),
+    ] {
+        // A key that stands twice is no TOML: the plant goes where it is given.
+        let text = study(top, settings, more);
+        let text = if settings.starts_with("plant") {
+            text.replacen("plant = \"p\"\n", "", 1)
+        } else {
+            text
+        };
+        for (engine, expected) in [("", Engine::Faer), ("engine = \"faer\"\n", Engine::Faer)] {
+            let experiment = Experiment::new(parse(&format!("{engine}{text}")));
+            let experiment = experiment.unwrap_or_else(|error| panic!("{error}: {text}"));
+            assert_eq!(experiment.engine(0).ok(), Some(expected), "{reason}");
+            let plan = Plan::new(&experiment, &experiment.cells[0]);
+            assert_eq!(plan.err().as_deref(), Some(reason));
+            let worker = Worker::new(&experiment, &experiment.cells[0]).expect("a worker");
+            assert!(
+                matches!(worker, Worker::Faer(_)) && worker.stride() == 1,
+                "{reason}"
+            );
+        }
+        let refused = Experiment::new(parse(&format!("engine = \"lanes\"\n{text}")));
+        let message = refused.err().expect("refused").to_string();
+        let expected = format!(
+            "engine: \"lanes\" do not cover {reason} (cell 0); expected \"auto\" or \"faer\""
+        );
+        assert_eq!(message, expected);
+    }
+}
+
+#[test]
+fn what_is_covered_runs_on_lanes_unless_faer_is_asked_for() {
+    let text = study("", "eta = [0, 5]", IV);
+    for (engine, expected) in [
+        ("auto", Engine::Lanes),
+        ("lanes", Engine::Lanes),
+        ("faer", Engine::Faer),
+    ] {
+        let experiment =
+            Experiment::new(parse(&format!("engine = \"{engine}\"\n{text}"))).expect("a study");
+        for (cell, of) in experiment.cells.iter().enumerate() {
+            assert_eq!(experiment.engine(cell).ok(), Some(expected));
+            assert!(Plan::new(&experiment, of).is_ok());
+            let worker = Worker::new(&experiment, of).expect("a worker");
+            assert_eq!(
+                matches!(worker, Worker::Lanes(_)),
+                expected == Engine::Lanes
+            );
+            assert_eq!(matches!(worker, Worker::Faer(_)), expected == Engine::Faer);
+        }
+    }
+    // Some cells only: each has its own, and the first that is not covered is named.
+    let text = study(
+        "",
+        "feedback = [\"none\", \"f\"]\neta = 5.0",
+        &format!("[feedbacks.f]\nnumerator = [0.1]\n{IV}"),
+    );
+    let experiment = Experiment::new(parse(&text)).expect("a study");
+    assert_eq!(experiment.engine(0).ok(), Some(Engine::Lanes));
+    assert_eq!(experiment.engine(1).ok(), Some(Engine::Faer));
+    let refused = Experiment::new(parse(&format!("engine = \"lanes\"\n{text}")));
+    let message = refused.err().expect("refused").to_string();
+    assert!(message.contains("(cell 1)"), "{message}");
+    let unknown = ExperimentFile::parse(&format!("engine = \"lane\"\n{text}"));
+    let message = unknown.expect_err("refused").to_string();
+    assert!(
+        message.contains("'lane'") && message.contains("lanes"),
+        "{message}"
+    );
+}
+
+/// A caller's estimator is nothing that lanes know.
+#[test]
+fn an_estimator_of_ones_own_runs_on_faer() {
+    let mut experiment = Experiment::new(parse(&study("", "", IV))).expect("a study");
+    let outputs = experiment.outputs();
+    let options = asobench::estimator::IvOptions::default();
+    experiment.methods = vec![Method::new(outputs, move |shape| {
+        let own = asobench::estimator::InstrumentalVariables::new(shape, &options)?;
+        Ok(Box::new(own))
+    })];
+    assert_eq!(experiment.engine(0).ok(), Some(Engine::Faer));
+    let plan = Plan::new(&experiment, &experiment.cells[0]);
+    assert_eq!(plan.err().as_deref(), Some("an estimator of your own"));
+}

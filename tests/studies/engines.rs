@@ -1,0 +1,208 @@
+//! Studies on lanes and on faer: what a manifest says, what goes together, what replays compare.
+
+use super::{Contents, Place, assert_same, blocks, contents, stdout, succeeds};
+use serde_json::Value;
+
+/// Everything that lanes can be asked for.
+const COVERED: &str = r#"
+seed = 5
+trials = 400
+store = "trials"
+parameters = true
+curves = true
+measures = ["e_a", "e_b", "e_x_max", "e_x_rms", "condition"]
+compare = [["iv(2)", "ls"]]
+[settings]
+plant = "mine"
+horizon = 110
+eta = [2, 30]
+window = [6, 50]
+[plants.mine]
+a = [-0.7, 1.5]
+b = [1.0, 0.5]
+[[methods]]
+estimator = "iv"
+iterations = 2
+[[slopes]]
+figure = "e_a"
+over = "window"
+[[bounds]]
+figure = "e_b"
+rounding = 100
+"#;
+
+/// A folder with `covered.toml`, and `mixed.toml` whose second half has feedback.
+fn place() -> Place {
+    let place = Place::new();
+    place.write("covered.toml", COVERED.as_bytes());
+    let mixed = COVERED.replace("eta = [2, 30]", "feedback = [\"none\", \"f\"]");
+    let mixed = format!("{mixed}[feedbacks.f]\nnumerator = [0.1]\n");
+    place.write("mixed.toml", mixed.as_bytes());
+    place
+}
+
+/// Runs a study to its end: its files.
+fn results(place: &Place, file: &str, out: &str, more: &[&str]) -> Contents {
+    let arguments = [&["run", file, "--out", out], more].concat();
+    succeeds(&place.run(&arguments));
+    contents(&place.path(out))
+}
+
+fn json(contents: &Contents, name: &str) -> Value {
+    serde_json::from_slice(&contents[name]).expect("JSON")
+}
+
+/// Lanes in one cell, faer in the other: the manifest says so, and names the instructions that bits depend on.
+#[test]
+fn a_manifest_says_what_computed() {
+    let place = place();
+    let instructions = asobench::study::Engine::faer_instructions();
+    for (file, flag, asked, engine, by_faer) in [
+        ("covered.toml", "auto", "auto", Value::from("lanes"), false),
+        (
+            "covered.toml",
+            "lanes",
+            "lanes",
+            Value::from("lanes"),
+            false,
+        ),
+        ("covered.toml", "faer", "faer", Value::from("faer"), true),
+        (
+            "mixed.toml",
+            "auto",
+            "auto",
+            Value::from(vec!["lanes", "lanes", "faer", "faer"]),
+            true,
+        ),
+        ("everything.toml", "auto", "auto", Value::from("faer"), true),
+    ] {
+        let out = format!("{flag}-{file}");
+        let found = results(&place, file, &out, &["--trials", "20", "--engine", flag]);
+        let manifest = json(&found, "manifest.json");
+        assert_eq!(manifest["engine"], engine, "{out}");
+        assert_eq!(manifest["experiment"]["engine"], asked, "{out}");
+        let expected = if by_faer {
+            Value::from(instructions)
+        } else {
+            Value::Null
+        };
+        assert_eq!(manifest["faer_instructions"], expected, "{out}");
+    }
+    // The flag is the file's key.
+    let by_flag = results(
+        &place,
+        "covered.toml",
+        "flag",
+        &["--trials", "20", "--engine", "faer"],
+    );
+    let by_key = results(
+        &place,
+        "covered.toml",
+        "key",
+        &["--trials", "20", "--set", "engine=faer"],
+    );
+    assert_same(&by_flag, &by_key, "--set engine=faer");
+    let lanes = ["run", "mixed.toml", "--engine", "lanes"];
+    place.refuses(&lanes, &["mixed.toml", "engine", "feedback", "cell 2"]);
+    let wrong = ["run", "covered.toml", "--engine", "fast"];
+    place.refuses(&wrong, &["--engine", "'fast'", "auto", "lanes", "faer"]);
+}
+
+/// What threads, blocks and extensions do to a study on faer they do to one on lanes: nothing.
+#[test]
+fn threads_blocks_and_extensions_move_no_bit_of_lanes() {
+    let place = place();
+    let expected = results(&place, "covered.toml", "first", &["--threads", "1"]);
+    for (threads, block) in [
+        ("2", "7"),
+        ("5", "64"),
+        ("1", "1000"),
+        ("2", "399"),
+        ("2", "1"),
+    ] {
+        let out = format!("out-{threads}-{block}");
+        let more = ["--threads", threads, "--block", block];
+        let found = results(&place, "covered.toml", &out, &more);
+        assert_same(&found, &expected, &out);
+    }
+    let part = ["--trials", "133", "--block", "11"];
+    results(&place, "covered.toml", "extended", &part);
+    let found = results(&place, "covered.toml", "extended", &["--block", "5"]);
+    assert_same(&found, &expected, "extended");
+    // Some trials failed, some solves were done again: they are in the tallies that must not change.
+    let summary = String::from_utf8(expected["summary.json"].clone()).expect("UTF-8");
+    assert!(summary.contains("unstable"), "{summary}");
+}
+
+/// The two engines' bits do not mix in a folder.
+#[test]
+fn another_engine_cannot_go_on_with_a_folder() {
+    let place = place();
+    for (first, second) in [
+        ("lanes", "faer"),
+        ("faer", "lanes"),
+        ("auto", "faer"),
+        ("auto", "lanes"),
+    ] {
+        let out = format!("{first}-{second}");
+        let before = results(
+            &place,
+            "covered.toml",
+            &out,
+            &["--trials", "20", "--engine", first],
+        );
+        let there = blocks(&place.path(&out));
+        let again = [
+            "run",
+            "covered.toml",
+            "--out",
+            &out,
+            "--trials",
+            "40",
+            "--engine",
+            second,
+        ];
+        place.refuses(&again, &[out.as_str(), "engine"]);
+        assert_same(&contents(&place.path(&out)), &before, "refused");
+        assert_eq!(blocks(&place.path(&out)), there);
+        // The same one goes on.
+        results(
+            &place,
+            "covered.toml",
+            &out,
+            &["--trials", "40", "--engine", first],
+        );
+    }
+}
+
+/// A replay computes rows as the study did.
+#[test]
+fn replays_of_lanes_equal_what_is_stored() {
+    let place = place();
+    for engine in ["lanes", "faer", "auto"] {
+        results(
+            &place,
+            "covered.toml",
+            engine,
+            &["--trials", "30", "--engine", engine],
+        );
+        for which in ["0:0", "0:29", "1:7", "2:13", "3:28"] {
+            let text = stdout(&place.run(&["replay", engine, which]));
+            let equal = "These rows equal, bit for bit, those stored in";
+            assert!(text.contains(equal), "{engine} {which}: {text}");
+            let output = place.run(&["replay", engine, which, "--format", "json"]);
+            succeeds(&output);
+            let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+            assert_eq!(json["equal_to_stored"], true, "{engine} {which}");
+        }
+    }
+    // The engines' rows differ in their last bits, so that the comparison is one.
+    let [lanes, faer] = ["lanes", "faer"].map(|engine| {
+        let output = place.run(&["replay", engine, "1:7", "--format", "json"]);
+        let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+        json["rows"].clone()
+    });
+    assert_ne!(lanes, faer);
+    let e_a = |rows: &Value| rows[2]["e_a"].as_f64().expect("a number");
+    assert!((e_a(&lanes) / e_a(&faer) - 1.0).abs() < 1e-6);
+}
