@@ -151,6 +151,9 @@ pub trait Word:
     /// The difference modulo 2^64.
     #[must_use]
     fn minus(self, other: Self) -> Self;
+    /// The product modulo 2^64.
+    #[must_use]
+    fn times(self, other: Self) -> Self;
     /// Shifted to the left.
     #[must_use]
     fn left<const BITS: u32>(self) -> Self;
@@ -249,6 +252,10 @@ impl Word for u64 {
     #[inline(always)]
     fn minus(self, other: Self) -> Self {
         self.wrapping_sub(other)
+    }
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        self.wrapping_mul(other)
     }
     #[inline(always)]
     fn left<const BITS: u32>(self) -> Self {

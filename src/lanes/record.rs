@@ -17,13 +17,10 @@ struct Streams<R: Real>([R::Word; 4]);
 
 impl<R: Real> Streams<R> {
     fn new(seed: u64, trials: &[u64; MOST_LANES], purpose: Purpose) -> Self {
-        let mut words = [[0; MOST_LANES]; 4];
-        for (lane, trial) in trials.iter().enumerate().take(R::LANES) {
-            for (words, word) in words.iter_mut().zip(state_of(seed, *trial, purpose)) {
-                words[lane] = word;
-            }
-        }
-        Self(words.map(|words| R::Word::load(&words)))
+        Self(R::run(
+            #[inline(always)]
+            || state_of(seed, R::Word::load(trials), purpose),
+        ))
     }
 
     #[inline(always)]

@@ -197,6 +197,11 @@ impl Word for Avx512Word {
         Self(unsafe { _mm512_sub_epi64(self.0, other.0) })
     }
     #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        Self(unsafe { _mm512_mullo_epi64(self.0, other.0) })
+    }
+    #[inline(always)]
     fn left<const BITS: u32>(self) -> Self {
         // SAFETY: as the module says.
         Self(unsafe { _mm512_slli_epi64::<BITS>(self.0) })
@@ -362,6 +367,22 @@ impl Word for Avx2Word {
     fn minus(self, other: Self) -> Self {
         // SAFETY: as the module says.
         Self(unsafe { _mm256_sub_epi64(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        // SAFETY: as the module says. The halves' products, of which those of unlike halves count 2^32.
+        Self(unsafe {
+            let (high, other_high) = (
+                _mm256_srli_epi64::<32>(self.0),
+                _mm256_srli_epi64::<32>(other.0),
+            );
+            let crossed = _mm256_add_epi64(
+                _mm256_mul_epu32(high, other.0),
+                _mm256_mul_epu32(self.0, other_high),
+            );
+            let low = _mm256_mul_epu32(self.0, other.0);
+            _mm256_add_epi64(low, _mm256_slli_epi64::<32>(crossed))
+        })
     }
     #[inline(always)]
     fn left<const BITS: u32>(self) -> Self {
@@ -575,6 +596,7 @@ mod tests {
                 let b = R::Word::load(&y);
                 check_words::<R>("plus", a.plus(b), |l| x[l].wrapping_add(y[l]));
                 check_words::<R>("minus", a.minus(b), |l| x[l].wrapping_sub(y[l]));
+                check_words::<R>("times", a.times(b), |l| x[l].wrapping_mul(y[l]));
                 check_words::<R>("xor", a ^ b, |l| x[l] ^ y[l]);
                 check_words::<R>("and", a & b, |l| x[l] & y[l]);
                 check_words::<R>("or", a | b, |l| x[l] | y[l]);

@@ -42,20 +42,22 @@ impl ExactSum {
     /// In debug builds, if x is not finite; in release builds the sum is then meaningless.
     #[inline(always)]
     pub fn add(&mut self, x: f64) {
-        debug_assert!(x.is_finite());
+        let (mantissa, exponent) = parts(x);
+        self.add_scaled(mantissa, exponent);
+    }
+
+    /// Adds `mantissa 2^(max(exponent, 1) - 1075)`.
+    #[inline(always)]
+    fn add_scaled(&mut self, mantissa: i64, exponent: usize) {
         if self.pending == LIMIT {
             self.carry();
         }
         self.pending += 1;
-        let bits = x.to_bits();
-        let exponent = (bits >> 52) & 0x7ff;
-        let mantissa = (bits & MANTISSA) | (u64::from(exponent != 0) << 52);
-        // x = mantissa 2^(position - 1074)
-        let position = exponent.saturating_sub(1) as usize;
+        let position = exponent.saturating_sub(1);
         let (limb, shift) = (position / 32, position % 32);
-        let low = mantissa << shift;
-        let high = (mantissa >> 1) >> (63 - shift);
-        let sign = bits.cast_signed() >> 63;
+        let (sign, size) = (mantissa >> 63, mantissa.unsigned_abs());
+        let low = size << shift;
+        let high = (size >> 1) >> (63 - shift);
         let signed = |digit: u64| (digit.cast_signed() ^ sign) - sign;
         self.limbs[limb] += signed(low & 0xffff_ffff);
         self.limbs[limb + 1] += signed(low >> 32);
@@ -134,6 +136,66 @@ impl ExactSum {
         let mut rest = self.clone();
         rest.add(-high);
         (high, rest.value())
+    }
+}
+
+/// The mantissa with its sign, and the exponent's bits: `x = mantissa 2^(max(exponent, 1) - 1075)`.
+#[inline(always)]
+fn parts(x: f64) -> (i64, usize) {
+    debug_assert!(x.is_finite());
+    let bits = x.to_bits();
+    let exponent = (bits >> 52) & 0x7ff;
+    let mantissa = (bits & MANTISSA) | (u64::from(exponent != 0) << 52);
+    let sign = bits.cast_signed() >> 63;
+    ((mantissa.cast_signed() ^ sign) - sign, exponent as usize)
+}
+
+/// Numbers on their way into an [`ExactSum`]: the mantissas of each exponent are summed first, one addition for each
+/// number in the place of three (Neal's large superaccumulator).
+pub(super) struct Buckets {
+    /// By exponent.
+    sums: Box<[i64; 2048]>,
+    lowest: usize,
+    highest: usize,
+    /// Numbers since the sums were zero.
+    count: u32,
+}
+
+impl Buckets {
+    /// Mantissas of 53 bits that a sum of 63 bits takes.
+    const LIMIT: u32 = (1 << 10) - 1;
+
+    pub(super) fn new() -> Self {
+        Self {
+            sums: Box::new([0; 2048]),
+            lowest: 2047,
+            highest: 0,
+            count: 0,
+        }
+    }
+
+    /// Adds x to what will enter `sum`.
+    ///
+    /// # Panics
+    /// In debug builds, if x is not finite.
+    #[inline(always)]
+    pub(super) fn add(&mut self, x: f64, sum: &mut ExactSum) {
+        if self.count == Self::LIMIT {
+            self.empty_into(sum);
+        }
+        self.count += 1;
+        let (mantissa, exponent) = parts(x);
+        self.sums[exponent & 2047] += mantissa;
+        self.lowest = self.lowest.min(exponent);
+        self.highest = self.highest.max(exponent);
+    }
+
+    /// Adds everything to `sum`.
+    pub(super) fn empty_into(&mut self, sum: &mut ExactSum) {
+        for exponent in self.lowest..=self.highest {
+            sum.add_scaled(std::mem::take(&mut self.sums[exponent]), exponent);
+        }
+        (self.lowest, self.highest, self.count) = (2047, 0, 0);
     }
 }
 
@@ -384,6 +446,17 @@ mod tests {
     proptest! {
         /// Terms m 2^e with |m| < 2^53 and 0 <= e < 60: their sum in units of 2^-60 is a 128-bit integer,
         /// whose conversion to a double is correctly rounded. `scale` moves it all over the range.
+        /// More terms than buckets take at once, of all sizes.
+        #[test]
+        fn by_buckets_it_is_the_same_sum(terms in prop::collection::vec(finite(), 0..3000)) {
+            let (mut buckets, mut by_buckets) = (Buckets::new(), ExactSum::default());
+            for x in &terms {
+                buckets.add(*x, &mut by_buckets);
+            }
+            buckets.empty_into(&mut by_buckets);
+            prop_assert_eq!(bytes(&by_buckets), bytes(&sum(terms)));
+        }
+
         #[test]
         fn agrees_with_integers(
             terms in prop::collection::vec((-(1_i64 << 53)..(1 << 53), 0..60_u32), 0..60),

@@ -6,6 +6,7 @@
 
 use super::dd::{Dd, powers};
 use super::estimate::{Estimate, nan_is_null, not_negative};
+use super::exact_sum::Buckets;
 use super::{ExactSum, Quantile, Sketch};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
@@ -49,8 +50,12 @@ impl Sample {
         with_fma(
             #[inline(always)]
             || {
+                let mut buckets = [(); 4].map(|()| Buckets::new());
                 for &x in &defined {
-                    sample.add_powers(x);
+                    sample.add_powers(x, &mut buckets);
+                }
+                for (sum, buckets) in sample.sums().into_iter().zip(&mut buckets) {
+                    buckets.empty_into(sum);
                 }
             },
         );
@@ -59,21 +64,32 @@ impl Sample {
     }
 
     #[inline(always)]
-    fn add_powers(&mut self, x: f64) {
+    fn add_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
         let (low, high) = self.extremes.unwrap_or((x, x));
         self.extremes = Some((low.min(x), high.max(x)));
         let powers = powers(x);
-        let sums = [&mut self.squares, &mut self.cubes, &mut self.fourths];
-        for (sum, (high, low)) in sums.into_iter().zip(powers) {
+        let [sum, sums @ ..] = self.sums();
+        let [first, others @ ..] = buckets;
+        for ((sum, buckets), (high, low)) in sums.into_iter().zip(others).zip(powers) {
             if high.is_finite() && low.is_finite() {
-                sum.add(high);
-                sum.add(low);
+                buckets.add(high, sum);
+                buckets.add(low, sum);
             }
         }
         if x.is_finite() {
-            self.sum.add(x);
+            first.add(x, sum);
         }
         self.overflowed += u64::from(!finite(powers[2]));
+    }
+
+    /// The sums of the first to fourth powers.
+    fn sums(&mut self) -> [&mut ExactSum; 4] {
+        [
+            &mut self.sum,
+            &mut self.squares,
+            &mut self.cubes,
+            &mut self.fourths,
+        ]
     }
 
     /// Adds the trials of another sample.

@@ -5,6 +5,7 @@
 //! unscaled noise in every cell (common random numbers: comparisons are paired), any trial can be
 //! drawn alone, and a longer record only reads further into the same streams.
 
+use crate::real::Word;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -30,10 +31,11 @@ pub enum Purpose {
 }
 
 /// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64 bits.
-const fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+#[inline(always)]
+fn mix<W: Word>(z: W) -> W {
+    let z = (z ^ z.right::<30>()).times(W::splat(0xbf58_476d_1ce4_e5b9));
+    let z = (z ^ z.right::<27>()).times(W::splat(0x94d0_49bb_1331_11eb));
+    z ^ z.right::<31>()
 }
 
 /// The stream of one purpose in one trial.
@@ -52,22 +54,16 @@ pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
     Stream::from_seed(state)
 }
 
-/// The generator's state of [`stream`].
-pub(crate) fn state_of(seed: u64, trial: u64, purpose: Purpose) -> [u64; 4] {
+/// The generator's state of [`stream`], for one trial or for some.
+#[inline(always)]
+pub(crate) fn state_of<W: Word>(seed: u64, trial: W, purpose: Purpose) -> [W; 4] {
     const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
-    let key = mix(GOLDEN.wrapping_mul(purpose as u64));
-    let (mut left, mut right) = (seed, trial);
+    let key = W::splat(mix(GOLDEN.wrapping_mul(purpose as u64)));
+    let (mut left, mut right) = (W::splat(seed), trial);
     for round in 1..=4_u64 {
-        let next = left
-            ^ mix(right
-                .wrapping_add(key)
-                .wrapping_add(round.wrapping_mul(GOLDEN)));
+        let constant = W::splat(round.wrapping_mul(GOLDEN));
+        let next = left ^ mix(right.plus(key).plus(constant));
         (left, right) = (right, next);
     }
-    [
-        left,
-        right,
-        mix(left.wrapping_add(key)),
-        mix(right.wrapping_add(key)),
-    ]
+    [left, right, mix(left.plus(key)), mix(right.plus(key))]
 }
