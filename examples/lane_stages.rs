@@ -17,7 +17,7 @@ use asobench::metric::StateError;
 use asobench::observer::{Gain, ObservedModel, Observer};
 use asobench::study::file::ExperimentFile;
 use asobench::study::kernels::{Kernel, W98};
-use asobench::study::{Cell, Engine, Experiment, Plan, Trials, Worker};
+use asobench::study::{Cell, Engine, Experiment, Plan, Trials, Worker, fma_peak};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -86,6 +86,35 @@ fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
         }
         Kernel::Estimate => {
             let of = |kernel| flop(kernel, cell, rows);
+            of(Kernel::LeastSquaresSums)
+                + 4 * (of(Kernel::IvSums) + of(Kernel::Auxiliary))
+                + 5 * (of(Kernel::Solve) + of(Kernel::InitialState))
+        }
+    }
+}
+
+/// Bytes that one run of a kernel reads and writes in one lane, each number of its data counted once a pass over it:
+/// samples (8 bytes each), and G and r of the sums; what stays in registers or is read again while it is near does not count.
+///
+/// - Record: u and f to the horizon, y in the window.
+/// - Sums: u and y, for IV yhat too; G and r, m (m + 1).
+/// - Solve: G and r, p.
+/// - Initial state: u and y in as many samples as D has rows; D'D, n (n + 1).
+/// - Auxiliary model: u, yhat.
+/// - Observer: u and f to the horizon, y in the window; true states of K - N samples, written and read.
+fn bytes(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
+    let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
+    let m = 2 * n;
+    8 * match kernel {
+        Kernel::Draw => 2 * horizon + window,
+        Kernel::LeastSquaresSums => 2 * window + m * (m + 1),
+        Kernel::IvSums => 3 * window + m * (m + 1),
+        Kernel::Solve => m * (m + 1) + m,
+        Kernel::InitialState => 2 * rows + n * (n + 1),
+        Kernel::Auxiliary => 2 * window,
+        Kernel::Observer => 2 * horizon + window + 2 * n * (horizon - window),
+        Kernel::Estimate => {
+            let of = |kernel| bytes(kernel, cell, rows) / 8;
             of(Kernel::LeastSquaresSums)
                 + 4 * (of(Kernel::IvSums) + of(Kernel::Auxiliary))
                 + 5 * (of(Kernel::Solve) + of(Kernel::InitialState))
@@ -285,17 +314,18 @@ fn print(isa: Isa, lanes: usize, cell: &Cell, rows: usize, peak: f64, times: &[[
         "W98 (n = {n}, N = {window}, K = {horizon}), {isa}, lanes: {lanes}; a trial's share of a pack"
     );
     println!("medians of {ROUNDS} rounds; peak of fused multiply-adds {peak:.1} Gflop/s\n");
-    println!("stage              times     flop  lanes ns  of peak   faer ns  ratio");
-    println!("{}", "-".repeat(70));
-    let line = |name: &str, count: usize, flop: usize, [fast, slow]: [f64; 2]| {
+    println!("stage              times     flop    bytes  lanes ns  of peak   faer ns  ratio");
+    println!("{}", "-".repeat(79));
+    let line = |name: &str, count: usize, work: [usize; 2], [fast, slow]: [f64; 2]| {
+        let [flop, bytes] = work;
         let share = 100.0 * flop as f64 / fast / peak;
         let ratio = slow / fast;
         println!(
-            "{name:<18} {count:>5} {flop:>8} {fast:>9.1} {share:>6.1} % {slow:>9.0} {ratio:>6.1}"
+            "{name:<18} {count:>5} {flop:>8} {bytes:>8} {fast:>9.1} {share:>6.1} % {slow:>9.0} {ratio:>6.1}"
         );
     };
     let [iv_sums, estimate, whole] = [times[2], times[STAGES.len()], times[STAGES.len() + 1]];
-    let (mut sum, mut sum_flop) = ([0.0; 2], 0);
+    let (mut sum, mut sum_work) = ([0.0; 2], [0; 2]);
     for ((name, count, kernel), [fast, slow]) in STAGES.into_iter().zip(times.iter().copied()) {
         // On faer a solve makes its sums.
         let slow = if kernel == Kernel::Solve {
@@ -304,20 +334,20 @@ fn print(isa: Isa, lanes: usize, cell: &Cell, rows: usize, peak: f64, times: &[[
             slow
         };
         let all = [fast, slow].map(|time| time * count as f64);
-        let flop = count * flop(kernel, cell, rows);
-        line(name, count, flop, all);
+        let work = [flop, bytes].map(|of| count * of(kernel, cell, rows));
+        line(name, count, work, all);
         sum = [sum[0] + all[0], sum[1] + all[1]];
-        sum_flop += flop;
+        sum_work = [sum_work[0] + work[0], sum_work[1] + work[1]];
     }
-    println!("{}", "-".repeat(70));
-    line("sum", 1, sum_flop, sum);
+    println!("{}", "-".repeat(79));
+    line("sum", 1, sum_work, sum);
     line(
         "all passes",
         1,
-        flop(Kernel::Estimate, cell, rows),
+        [flop, bytes].map(|of| of(Kernel::Estimate, cell, rows)),
         estimate,
     );
-    line("whole trial", 1, sum_flop, whole);
+    line("whole trial", 1, sum_work, whole);
     println!(
         "\nA line is all of its stage in a trial. Whole trial less sum, {:.1} ns: what is not a\n\
          stage (errors of parameters, rows), and caches. Rows of D: {rows}. faer's record\n\
@@ -352,7 +382,7 @@ fn main() -> Result<()> {
     timed.push([whole(lanes as u64, pack), whole(1, trial)]);
     let mut peaks = Vec::new();
     for _ in 0..ROUNDS {
-        peaks.push(isa.fma_peak(STRETCH));
+        peaks.push(fma_peak(isa, 1, STRETCH));
         for timed in timed.iter_mut().flatten() {
             timed.measure();
         }

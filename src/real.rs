@@ -162,6 +162,14 @@ pub trait Word:
     fn right<const BITS: u32>(self) -> Self;
 }
 
+/// Runs `kernel` compiled for the machine's fused multiply-add and vector instructions.
+///
+/// The result does not depend on what is found: `kernel` must only use the rules of [`crate::signal::arithmetic`].
+#[inline(always)]
+pub fn with_fma<T>(kernel: impl FnOnce() -> T) -> T {
+    pulp::Arch::new().dispatch(kernel)
+}
+
 impl Real for f64 {
     const LANES: usize = 1;
     type Mask = bool;
@@ -221,7 +229,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn run<T>(kernel: impl FnOnce() -> T) -> T {
-        crate::signal::arithmetic::with_fma(kernel)
+        with_fma(kernel)
     }
 }
 

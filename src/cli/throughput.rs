@@ -5,7 +5,7 @@ use super::{Format, print, progress};
 use crate::lanes::Isa;
 use crate::study::file::ExperimentFile;
 use crate::study::kernels::W98;
-use crate::study::{CellTally, Engine, Experiment, RunError, run};
+use crate::study::{CellTally, Engine, Experiment, RunError, fma_peak, run};
 use serde_json::{Value, json};
 use std::convert::Infallible;
 use std::fmt::Write as _;
@@ -204,16 +204,8 @@ fn sample(
     }
 }
 
-/// The peak of some threads at once, flop per second.
 fn peak(threads: usize) -> f64 {
-    let one = || Isa::best().fma_peak(Duration::from_millis(100));
-    std::thread::scope(|scope| {
-        let all: Vec<_> = (0..threads).map(|_| scope.spawn(one)).collect();
-        let peaks = all
-            .into_iter()
-            .map(|thread| thread.join().unwrap_or(f64::NAN));
-        peaks.sum()
-    })
+    fma_peak(Isa::best(), threads, Duration::from_millis(100))
 }
 
 fn text(timings: &[Timing]) -> Result<String, Error> {

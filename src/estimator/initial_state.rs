@@ -10,6 +10,7 @@
 use super::sorted_qr::SortedQr;
 use super::{FailureKind, Window};
 use crate::plant::simulate;
+use crate::real::Real;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, MatMut, Par};
@@ -183,7 +184,7 @@ impl InitialState {
 
 /// `r <- r A`: `r_1 <- r_n a_1`, `r_i <- r_(i-1) + r_n a_i`.
 #[inline(always)]
-fn next_row(a: &[f64], row: &mut [f64]) {
+pub(crate) fn next_row<R: Real>(a: &[R], row: &mut [R]) {
     let n = row.len();
     let last = row[n - 1];
     for i in (1..n).rev() {

@@ -7,22 +7,11 @@
 
 use super::{Square, lane as lane_of, order, sorted_qr};
 use crate::estimator::FailureKind;
-use crate::estimator::initial_state::{NEGLIGIBLE, TRACE_LIMIT};
+use crate::estimator::initial_state::{NEGLIGIBLE, TRACE_LIMIT, next_row};
 use crate::real::{Mask, Real};
 
 /// Rows of D between two looks at which lanes' rows have become negligible.
 const LOOK: usize = 32;
-
-/// `r <- r A`.
-#[inline(always)]
-fn next_row<R: Real>(a: &[R], row: &mut [R]) {
-    let n = row.len();
-    let last = row[n - 1];
-    for i in (1..n).rev() {
-        row[i] = last.mul_add(a[i], row[i - 1]);
-    }
-    row[0] = last * a[0];
-}
 
 /// One step of `B(q)/A(q)` from rest, the transposed direct form: the output is `state[0]`.
 #[inline(always)]

@@ -9,6 +9,7 @@
 
 pub(crate) mod information;
 pub(crate) mod initial_state;
+mod inverses;
 pub(crate) mod partitioned;
 pub(crate) mod passes;
 mod peak;

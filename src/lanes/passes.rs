@@ -2,7 +2,7 @@
 
 use super::information::Information;
 use super::partitioned::{Parameters, Triangles};
-use super::{initial_state, order, partitioned};
+use super::{initial_state, inverses, order, partitioned};
 use crate::estimator::{Auxiliary, Failure, FailureKind, IvOptions, Stage, StartState};
 use crate::plant::canonical::{reverse_negated, solve_toeplitz};
 use crate::plant::inlined::simulate;
@@ -185,7 +185,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
         let mut parameters = going;
         for lane in (unsafe_lanes & going).lanes() {
             self.fallbacks += 1;
-            let (alone, condition) = partitioned::solve_alone(information, lane);
+            let (alone, condition) = inverses::solve_alone(information, lane);
             solved.condition = solved.condition.with_lane(lane, condition);
             match alone {
                 Ok(p) => solved.set_lane(lane, &p),

@@ -117,7 +117,7 @@ pub(crate) struct Observer<R: Real, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Observer<R, N> {
-    /// With room for `samples` errors.
+    /// With room for `samples` errors e_x(k): all, or 0 where they are not wanted.
     pub(crate) fn new(samples: usize) -> Self {
         let zero = [R::zero(); N];
         Self {
@@ -320,23 +320,10 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         k: Range<usize>,
         observer: &mut Observer<R, N>,
     ) {
-        match (self.wanted.curves, k.start >= self.window) {
-            (false, _) => self.observe_chunk::<true, false>(pass, record, k, observer),
-            (true, true) => self.observe_chunk::<true, true>(pass, record, k, observer),
-            (true, false) => self.observe_chunk::<false, true>(pass, record, k, observer),
-        }
-    }
-
-    fn observe_chunk<const GATHER: bool, const CURVES: bool>(
-        &self,
-        pass: &PassPack<R, N>,
-        record: &Record<R, N>,
-        k: Range<usize>,
-        observer: &mut Observer<R, N>,
-    ) {
         let (from, count) = (k.start, k.len());
         let (u, chunk) = (&record.u[k], &self.chunk);
         let printed = self.wanted.states_as_printed;
+        let gather = from >= self.window;
         let Observer {
             g,
             x,
@@ -344,7 +331,8 @@ impl<R: Real, const N: usize> Scorer<R, N> {
             as_printed,
             curve,
         } = observer;
-        let curve = if CURVES { &mut curve[from..] } else { curve };
+        let with_curve = !curve.is_empty();
+        let curve = &mut curve[if with_curve { from } else { 0 }..];
         R::run(
             #[inline(always)]
             || {
@@ -364,13 +352,13 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                     |k, x_hat| {
                         let distance = distance(&states[n * k..n * (k + 1)], x_hat);
                         let square = distance * sizes[k];
-                        if GATHER {
+                        if gather {
                             of_size.add(square);
                             if printed {
                                 of_sum.add(distance * chunk.sums[k]);
                             }
                         }
-                        if CURVES {
+                        if with_curve {
                             // Undefined where x(k) = 0.
                             let defined = R::zero().less(sizes[k]);
                             curve[k] = R::select(defined, square, R::splat(f64::NAN));

@@ -149,7 +149,12 @@ impl Sample {
     }
 
     fn clamp(&self, x: f64) -> f64 {
-        self.extremes.map_or(x, |(low, high)| x.clamp(low, high))
+        // Not `f64::clamp`, which panics on what only a forged file holds.
+        match self.extremes {
+            Some((low, _)) if x < low => low,
+            Some((_, high)) if x > high => high,
+            _ => x,
+        }
     }
 
     /// The median alone.

@@ -13,15 +13,9 @@
 //!
 //! What is written over [`Real`] serves one trial and trials in lock step alike.
 
-use crate::real::Real;
+pub use crate::real::with_fma;
 
-/// Runs `kernel` compiled for the machine's fused multiply-add and vector instructions.
-///
-/// The result does not depend on what is found: `kernel` must only use the rules of this module.
-#[inline(always)]
-pub fn with_fma<R>(kernel: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(kernel)
-}
+use crate::real::Real;
 
 /// Folds eight partial sums: halves are added, then quarters, then the last two.
 #[inline(always)]

@@ -107,14 +107,21 @@ impl Curves {
 
     /// Counts e_x(0) ... e_x(K-1) of one trial; `last` tells the last output from the first. NaN is
     /// not counted.
+    ///
+    /// # Panics
+    /// If there are not K errors.
     pub fn add(&mut self, last: bool, errors: impl IntoIterator<Item = f64>) {
         let from = usize::from(last) * self.horizon * BINS;
-        let histograms = self.counts[from..].chunks_exact_mut(BINS);
-        for (histogram, error) in histograms.zip(errors) {
+        let mut histograms = self.counts[from..]
+            .chunks_exact_mut(BINS)
+            .take(self.horizon);
+        for error in errors {
+            let histogram = histograms.next().expect("K errors");
             if !error.is_nan() {
                 histogram[bin(error)] += 1;
             }
         }
+        assert!(histograms.next().is_none(), "K errors");
     }
 
     /// Adds another worker's counts.

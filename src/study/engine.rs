@@ -1,7 +1,7 @@
 //! What computes a cell's trials: packs of [`crate::lanes`], or [`Trial`] by faer.
 
 use super::pack::PackTrial;
-use super::plan::Plan;
+use super::plan::{Plan, covered};
 use super::{Cell, Experiment, Trial, Trials};
 use crate::estimator::SetupError;
 use crate::lanes::Isa;
@@ -26,7 +26,7 @@ impl Engine {
     /// # Errors
     /// Where lanes are asked for: what they do not cover.
     pub(super) fn of(self, experiment: &Experiment, cell: &Cell) -> Result<Self, String> {
-        match (self, Plan::new(experiment, cell)) {
+        match (self, covered(experiment, cell)) {
             (Self::Auto | Self::Lanes, Ok(_)) => Ok(Self::Lanes),
             (Self::Lanes, Err(reason)) => Err(reason),
             (Self::Auto | Self::Faer, _) => Ok(Self::Faer),
@@ -45,6 +45,17 @@ impl Engine {
     }
 }
 
+/// Why a cell has no worker.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WorkerError {
+    /// A method cannot serve it.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// Lanes are asked for.
+    #[error("engine: \"lanes\" do not cover {0}; expected \"auto\" or \"faer\"")]
+    NotCovered(String),
+}
+
 /// Buffers to run trials of one cell, whatever the engine.
 pub enum Worker<'e> {
     /// One after the other.
@@ -57,15 +68,15 @@ impl<'e> Worker<'e> {
     /// Buffers for a cell, on the engine that the experiment says.
     ///
     /// # Errors
-    /// If a method cannot serve the cell.
-    pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, SetupError> {
-        let plan = match experiment.file.engine {
-            Engine::Faer => None,
-            Engine::Auto | Engine::Lanes => Plan::new(experiment, cell).ok(),
-        };
-        match plan {
-            Some(plan) => Ok(Self::Lanes(plan.pack(Isa::best()))),
-            None => Trial::new(experiment, cell).map(|trial| Self::Faer(Box::new(trial))),
+    /// If a method cannot serve the cell, or lanes are asked for that do not cover it.
+    pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, WorkerError> {
+        let engine = experiment.file.engine.of(experiment, cell);
+        match engine.map_err(WorkerError::NotCovered)? {
+            Engine::Lanes => {
+                let plan = Plan::new(experiment, cell).map_err(WorkerError::NotCovered)?;
+                Ok(Self::Lanes(plan.pack(Isa::best())))
+            }
+            Engine::Auto | Engine::Faer => Ok(Self::Faer(Box::new(Trial::new(experiment, cell)?))),
         }
     }
 

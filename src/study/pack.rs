@@ -63,28 +63,21 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             })
         });
         let outputs: Vec<Output> = outputs.collect();
-        let observers = outputs
-            .iter()
-            .map(|_| Observer::new(if plan.wanted.curves { cell.horizon } else { 0 }));
-        let curve = || {
-            vec![
-                0.0;
-                if plan.wanted.curves {
-                    cell.horizon * R::LANES
-                } else {
-                    0
-                }
-            ]
-        };
+        let curve = if plan.wanted.curves { cell.horizon } else { 0 };
+        // Of the first and of the last output.
+        let ends = |output: usize| output == 0 || output + 1 == outputs.len();
+        let observers =
+            (0..outputs.len()).map(|output| Observer::new(if ends(output) { curve } else { 0 }));
+        let observers: Vec<Observer<R, N>> = observers.collect();
         let (horizon, gain) = (cell.horizon, cell.gain.clone());
         Self {
             record: Record::new(&plan.source, horizon),
             methods: methods.collect(),
             scorer: Scorer::new(cell.window, horizon, gain, &plan.truth, plan.wanted),
             poles: PoleFinder::new(n),
-            observers: observers.collect(),
+            observers,
             outputs,
-            curves: [curve(), curve()],
+            curves: [(); 2].map(|()| vec![0.0; curve * R::LANES]),
             plan,
         }
     }

@@ -1,5 +1,6 @@
 //! What of an experiment the lanes can run.
 
+use super::file::ExperimentFile;
 use super::pack::{Pack, PackTrial};
 use super::{Cell, Experiment, Figure, ObserverStart};
 use crate::data::Truth;
@@ -9,7 +10,9 @@ use crate::estimator::{
 use crate::lanes::record::Source;
 use crate::lanes::score::Wanted;
 use crate::lanes::{Call, Isa, LARGEST_ORDER};
+use crate::plant::StateSpace;
 use crate::real::Real;
+use crate::signal::{NoiseFilter, ProcessVariances};
 
 /// The longest record of a pack: all lanes of it take 256 MiB.
 const LONGEST_HORIZON: usize = 1 << 20;
@@ -47,44 +50,12 @@ impl<'e> Plan<'e> {
     /// What is not covered, in words.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, String> {
         use Figure as F;
-        let process = &cell.process;
-        let (plant, noise, variances) = process
-            .open_loop()
-            .ok_or("feedback, input noise or random plants")?;
-        let order = plant.order();
-        if cell.order != order {
-            return Err("an order that is not the plant's".to_owned());
-        }
-        if order > LARGEST_ORDER {
-            return Err(format!("orders above {LARGEST_ORDER}"));
-        }
-        if cell.horizon > LONGEST_HORIZON {
-            return Err(format!("records of more than {LONGEST_HORIZON} samples"));
-        }
-        let file = &experiment.file;
-        let any = |figures: &[F]| {
-            let measured = figures.iter().any(|figure| file.measures.contains(figure));
-            measured
-                || file
-                    .bounds
-                    .iter()
-                    .any(|bound| figures.contains(&bound.figure))
-        };
-        if any(&[F::ImpulseResponse, F::FreshFit]) {
-            return Err("responses to fresh data".to_owned());
-        }
-        let methods = experiment.methods.iter().map(|method| {
-            let options = match method.options().ok_or("an estimator of your own")? {
-                MethodOptions::LeastSquares(options) => IvOptions {
-                    solver: options.solver,
-                    initial_state: options.initial_state,
-                    ..IvOptions::default()
-                },
-                MethodOptions::InstrumentalVariables(options) => options.clone(),
-            };
-            check(&options)?;
-            Ok(PlannedMethod {
-                options,
+        let (plant, noise, variances) = covered(experiment, cell)?;
+        let (file, process) = (&experiment.file, &cell.process);
+        let any = |figures: &[F]| asks_for(file, figures);
+        let methods = experiment.methods.iter().filter_map(|method| {
+            Some(PlannedMethod {
+                options: iv_options(method.options()?),
                 passes: method.passes(),
                 reported: method.reported(),
             })
@@ -107,7 +78,7 @@ impl<'e> Plan<'e> {
                 h: plant.h(),
                 x0: process.settings().x0.clone(),
             },
-            methods: methods.collect::<Result<_, String>>()?,
+            methods: methods.collect(),
             wanted_condition: rounding || any(&[F::Condition]),
             wanted_states: file.curves
                 || any(&[F::ExMax, F::ExRms, F::ExMaxPrinted, F::ExRmsPrinted]),
@@ -138,12 +109,67 @@ impl<'e> Call for Plan<'e> {
     }
 }
 
-/// Whether a method is covered.
-fn check(options: &IvOptions) -> Result<(), String> {
+/// Whether a measure or a bound is of one of the figures.
+fn asks_for(file: &ExperimentFile, figures: &[Figure]) -> bool {
+    let measured = file.measures.iter();
+    let bounded = file.bounds.iter().map(|bound| &bound.figure);
+    measured
+        .chain(bounded)
+        .any(|figure| figures.contains(figure))
+}
+
+/// Least squares as IV without iterations.
+fn iv_options(options: &MethodOptions) -> IvOptions {
     match options {
-        IvOptions { solver, .. } if *solver != Solver::Partitioned => {
-            Err(format!("the solver \"{solver}\""))
-        }
+        MethodOptions::LeastSquares(options) => IvOptions {
+            solver: options.solver,
+            initial_state: options.initial_state,
+            ..IvOptions::default()
+        },
+        MethodOptions::InstrumentalVariables(options) => options.clone(),
+    }
+}
+
+/// The fixed plant, noise filter and variances of a cell that lanes cover; or what they do not, in words.
+pub(super) fn covered<'e>(
+    experiment: &'e Experiment,
+    cell: &'e Cell,
+) -> Result<(&'e StateSpace, &'e NoiseFilter, ProcessVariances), String> {
+    let open_loop = cell.process.open_loop();
+    let open_loop = open_loop.ok_or("feedback, input noise or random plants")?;
+    let order = open_loop.0.order();
+    if cell.order != order {
+        return Err("an order that is not the plant's".to_owned());
+    }
+    if order > LARGEST_ORDER {
+        return Err(format!("orders above {LARGEST_ORDER}"));
+    }
+    if cell.horizon > LONGEST_HORIZON {
+        return Err(format!("records of more than {LONGEST_HORIZON} samples"));
+    }
+    let responses = [Figure::ImpulseResponse, Figure::FreshFit];
+    if asks_for(&experiment.file, &responses) {
+        return Err("responses to fresh data".to_owned());
+    }
+    for method in &experiment.methods {
+        covers(method.options().ok_or("an estimator of your own")?)?;
+    }
+    Ok(open_loop)
+}
+
+/// Whether a method is covered.
+fn covers(options: &MethodOptions) -> Result<(), String> {
+    let solver = match options {
+        MethodOptions::LeastSquares(options) => options.solver,
+        MethodOptions::InstrumentalVariables(options) => options.solver,
+    };
+    if solver != Solver::Partitioned {
+        return Err(format!("the solver \"{solver}\""));
+    }
+    let MethodOptions::InstrumentalVariables(options) = options else {
+        return Ok(());
+    };
+    match options {
         IvOptions { stage10, .. } if *stage10 != Stage10::Corrected => {
             Err(format!("stage10 = \"{stage10}\""))
         }

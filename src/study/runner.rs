@@ -1,12 +1,12 @@
 //! The runner: blocks of trials over rayon's threads.
 
 use super::tally::{CellTally, Trials};
-use super::{Curves, Engine, Experiment, Row, Worker};
+use super::{Curves, Engine, Experiment, Row, Worker, WorkerError};
 use crate::estimator::Method;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How many times more trials lanes do in that time, about.
@@ -63,6 +63,9 @@ pub enum RunError<E> {
         /// Trials that were asked for, over all cells.
         of: u64,
     },
+    /// A cell that no worker serves, such as one with a method of the caller's own that refuses its shape.
+    #[error(transparent)]
+    Worker(WorkerError),
     /// The consumer failed.
     #[error(transparent)]
     Consumer(E),
@@ -127,6 +130,7 @@ pub fn run_spans<E>(
         stop,
         ended: AtomicBool::new(false),
         next: Mutex::new((0, 0)),
+        failed: OnceLock::new(),
     };
     let threads = shared.blocks().clamp(1, threads.max(1) as u64) as usize;
     let pool = rayon::ThreadPoolBuilder::new()
@@ -142,6 +146,9 @@ pub fn run_spans<E>(
         shared.deliver(receiver, threads, consume)
     });
     let of = spans.iter().map(Span::len).sum();
+    if let Some(error) = shared.failed.into_inner() {
+        return Err(RunError::Worker(error));
+    }
     match delivered {
         Err(error) => Err(RunError::Consumer(error)),
         Ok(done) if done < of => Err(RunError::Interrupted { done, of }),
@@ -172,10 +179,12 @@ struct Shared<'a> {
     /// Trials in a block.
     block: Option<u64>,
     stop: &'a AtomicBool,
-    /// Raised where the consumer failed or a worker panicked.
+    /// Raised where the consumer or a worker failed.
     ended: AtomicBool,
     /// What is to be taken next: a span, and how many of its trials are taken.
     next: Mutex<(usize, u64)>,
+    /// Why a cell has no worker.
+    failed: OnceLock<WorkerError>,
 }
 
 impl Shared<'_> {
@@ -235,8 +244,15 @@ impl Shared<'_> {
                 .is_none_or(|(known, _)| *known != span.cell)
             {
                 let cell = &self.experiment.cells[span.cell];
-                let worker = Worker::new(self.experiment, cell).expect("a valid experiment");
-                current = Some((span.cell, worker));
+                match Worker::new(self.experiment, cell) {
+                    Ok(worker) => current = Some((span.cell, worker)),
+                    Err(error) => {
+                        // The first one is told.
+                        let _ = self.failed.set(error);
+                        self.ended.store(true, Ordering::Relaxed);
+                        return;
+                    }
+                }
             }
             let Some((_, worker)) = &mut current else {
                 return;

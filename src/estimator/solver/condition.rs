@@ -15,14 +15,18 @@ pub const RANK_MULTIPLE: f64 = 4.0;
 /// # Errors
 /// [`FailureKind::RankDeficient`], or [`FailureKind::NonFinite`] where the condition is NaN.
 pub fn check_rank(condition: f64, order: usize) -> Result<(), FailureKind> {
-    let limit = RANK_MULTIPLE * 2.0 * order as f64 * f64::EPSILON;
     if condition.is_nan() {
         Err(FailureKind::NonFinite)
-    } else if condition.recip() < limit {
+    } else if condition.recip() < rank_limit(order) {
         Err(FailureKind::RankDeficient)
     } else {
         Ok(())
     }
+}
+
+/// The reciprocal condition below which a matrix of 2n rows is rank deficient.
+pub(crate) fn rank_limit(order: usize) -> f64 {
+    RANK_MULTIPLE * 2.0 * order as f64 * f64::EPSILON
 }
 
 /// Row and column scales, powers of two (so that scaling rounds nothing), that bring the largest entry of

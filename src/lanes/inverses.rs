@@ -1,0 +1,316 @@
+//! Stages 3 and 10 by the two inverses of [`crate::estimator::solver::Partitioned`]: the condition number of all lanes,
+//! and p of a lane that elimination without pivots does not serve.
+
+use super::Square;
+use super::information::Information;
+use crate::estimator::FailureKind;
+use crate::estimator::solver::condition::check_rank;
+use crate::real::{Real, Word};
+use std::convert::Infallible;
+
+/// p of a lane that was solved alone, and its condition number, NaN where it is not known.
+pub(crate) type Single<const N: usize> = (Result<[[f64; N]; 2], FailureKind>, f64);
+
+/// The inverses that p and the condition number are made of.
+struct Inverses<R, const N: usize> {
+    /// `G11^-1`.
+    m1: Square<R, N>,
+    /// `G11^-1 G12`.
+    m1_g12: Square<R, N>,
+    /// The Schur complement `G22 - G21 G11^-1 G12`.
+    schur: Square<R, N>,
+    /// Its inverse.
+    m2: Square<R, N>,
+}
+
+impl<R: Real, const N: usize> Inverses<R, N> {
+    /// By `invert`, which puts the inverse in a matrix's place.
+    #[inline(always)]
+    fn of<E>(
+        of: &Information<R, N>,
+        mut invert: impl FnMut(usize, &mut Square<R, N>) -> Result<(), E>,
+    ) -> Result<Self, E> {
+        let n = of.order();
+        let [g11, g12, g21, g22] = &of.g;
+        let zero = [[R::zero(); N]; N];
+        let (mut m1, mut m1_g12, mut schur) = (*g11, zero, zero);
+        invert(n, &mut m1)?;
+        product::<false, R, N>(n, None, &m1, g12, &mut m1_g12);
+        product::<true, R, N>(n, Some(g22), g21, &m1_g12, &mut schur);
+        let mut m2 = schur;
+        invert(n, &mut m2)?;
+        Ok(Self {
+            m1,
+            m1_g12,
+            schur,
+            m2,
+        })
+    }
+}
+
+/// Column k of Gauss's and Jordan's elimination, the inverse growing in the matrix's place.
+#[inline(always)]
+fn eliminate<R: Real, const N: usize>(n: usize, k: usize, a: &mut Square<R, N>) {
+    let inverse = R::splat(1.0) / a[k][k];
+    let pivot_row = a[k];
+    for i in 0..n {
+        if i == k {
+            continue;
+        }
+        let factor = a[i][k] * inverse;
+        for j in 0..n {
+            a[i][j] = factor.neg_mul_add(pivot_row[j], a[i][j]);
+        }
+        a[i][k] = -factor;
+    }
+    for j in 0..n {
+        a[k][j] = pivot_row[j] * inverse;
+    }
+    a[k][k] = inverse;
+}
+
+/// `a <- a^-1` with row pivots.
+#[inline(always)]
+fn invert_pivoted<const N: usize>(n: usize, a: &mut Square<f64, N>) -> Result<(), FailureKind> {
+    let mut order: [usize; N] = std::array::from_fn(|i| i);
+    for k in 0..n {
+        let mut pivot = k;
+        for i in k + 1..n {
+            if a[i][k].abs() > a[pivot][k].abs() {
+                pivot = i;
+            }
+        }
+        a.swap(k, pivot);
+        order.swap(k, pivot);
+        if a[k][k] == 0.0 {
+            return Err(FailureKind::RankDeficient);
+        }
+        if !a[k][k].is_finite() {
+            return Err(FailureKind::NonFinite);
+        }
+        eliminate(n, k, a);
+    }
+    // Row exchanges of a are column exchanges of its inverse.
+    for row in &mut a[..n] {
+        let from = *row;
+        for j in 0..n {
+            row[order[j]] = from[j];
+        }
+    }
+    Ok(())
+}
+
+/// `out <- c + sign a b`, c zero where there is none.
+#[inline(always)]
+fn product<const MINUS: bool, R: Real, const N: usize>(
+    n: usize,
+    c: Option<&Square<R, N>>,
+    a: &Square<R, N>,
+    b: &Square<R, N>,
+    out: &mut Square<R, N>,
+) {
+    for i in 0..n {
+        let mut row = [R::zero(); N];
+        if let Some(c) = c {
+            row = c[i];
+        }
+        for l in 0..n {
+            let factor = a[i][l];
+            for j in 0..n {
+                row[j] = if MINUS {
+                    factor.neg_mul_add(b[l][j], row[j])
+                } else {
+                    factor.mul_add(b[l][j], row[j])
+                };
+            }
+        }
+        out[i] = row;
+    }
+}
+
+/// `c + a x`, or `c - a x`.
+#[inline(always)]
+fn apply<const MINUS: bool, R: Real, const N: usize>(
+    n: usize,
+    c: &[R; N],
+    a: &Square<R, N>,
+    x: &[R; N],
+) -> [R; N] {
+    let mut out = *c;
+    for j in 0..n {
+        for i in 0..n {
+            out[i] = if MINUS {
+                a[i][j].neg_mul_add(x[j], out[i])
+            } else {
+                a[i][j].mul_add(x[j], out[i])
+            };
+        }
+    }
+    out
+}
+
+/// p1 and p2: `q = M1 r1`, `p2 = M2 (r2 - G21 q)`, `p1 = q - M1 G12 p2`.
+#[inline(always)]
+fn parameters<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R, N>) -> [[R; N]; 2] {
+    let n = of.order();
+    let zero = [R::zero(); N];
+    let [r1, r2] = &of.r;
+    let q = apply::<false, R, N>(n, &zero, &by.m1, r1);
+    let rest = apply::<true, R, N>(n, r2, &of.g[2], &q);
+    let p2 = apply::<false, R, N>(n, &zero, &by.m2, &rest);
+    [apply::<true, R, N>(n, &q, &by.m1_g12, &p2), p2]
+}
+
+/// The power of two s with `s x` in [1, 2).
+#[inline(always)]
+fn inverse_power_of_two<R: Real>(x: R) -> R {
+    let exponent = x.to_bits() & R::Word::splat(0x7ff << 52);
+    R::from_bits(R::Word::splat(2046 << 52).minus(exponent))
+}
+
+/// The condition number as [`crate::estimator::solver::Partitioned`] defines it; not finite where G is not or has a
+/// zero row or column.
+#[inline(always)]
+fn condition_by<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R, N>) -> R {
+    let n = of.order();
+    let [g11, g12, g21, g22] = &of.g;
+    let Inverses {
+        m1,
+        m1_g12,
+        schur,
+        m2,
+    } = by;
+    let zero = [[R::zero(); N]; N];
+    let (mut g21_m1, mut m2_g21_m1, mut c11, mut c12) = (zero, zero, zero, zero);
+    product::<false, R, N>(n, None, g21, m1, &mut g21_m1);
+    product::<false, R, N>(n, None, m2, &g21_m1, &mut m2_g21_m1);
+    product::<false, R, N>(n, Some(m1), m1_g12, &m2_g21_m1, &mut c11);
+    product::<false, R, N>(n, None, m1_g12, m2, &mut c12);
+    // Signs do not matter in norms.
+    let g = [[g11, g12], [g21, g22]];
+    let c = [[&c11, &c12], [&m2_g21_m1, m2]];
+
+    let mut rows = [[R::zero(); N]; 2];
+    for half in 0..2 {
+        for i in 0..n {
+            let mut row = R::zero();
+            for block in g[half] {
+                for j in 0..n {
+                    row = row.maximum(block[i][j].abs());
+                }
+            }
+            rows[half][i] = inverse_power_of_two(row);
+        }
+    }
+    let mut columns = [[R::zero(); N]; 2];
+    let (mut norm, mut inverse_norm) = (R::zero(), R::zero());
+    let (mut schur_norm, mut schur_inverse, mut pivot_inverse) = (R::zero(), R::zero(), R::zero());
+    for half in 0..2 {
+        for j in 0..n {
+            let (mut size, mut sum) = (R::zero(), R::zero());
+            for above in 0..2 {
+                for i in 0..n {
+                    let entry = g[above][half][i][j].abs() * rows[above][i];
+                    size = size.maximum(entry);
+                    sum = sum + entry;
+                }
+            }
+            columns[half][j] = inverse_power_of_two(size);
+            norm = norm.maximum(sum * columns[half][j]);
+        }
+    }
+    let one = R::splat(1.0);
+    let (mut unscale_rows, mut unscale_columns) = (rows, columns);
+    for half in 0..2 {
+        for i in 0..n {
+            unscale_rows[half][i] = one / rows[half][i];
+            unscale_columns[half][i] = one / columns[half][i];
+        }
+    }
+    for half in 0..2 {
+        for j in 0..n {
+            let mut sum = R::zero();
+            for above in 0..2 {
+                for i in 0..n {
+                    let entry = c[above][half][i][j].abs();
+                    sum = entry.mul_add(unscale_columns[above][i], sum);
+                }
+            }
+            inverse_norm = inverse_norm.maximum(sum * unscale_rows[half][j]);
+        }
+    }
+    for j in 0..n {
+        let (mut of_schur, mut of_m2, mut of_m1) = (R::zero(), R::zero(), R::zero());
+        for i in 0..n {
+            of_schur = schur[i][j].abs().mul_add(rows[1][i], of_schur);
+            of_m2 = m2[i][j].abs().mul_add(unscale_columns[1][i], of_m2);
+            of_m1 = m1[i][j].abs().mul_add(unscale_columns[0][i], of_m1);
+        }
+        schur_norm = schur_norm.maximum(of_schur * columns[1][j]);
+        schur_inverse = schur_inverse.maximum(of_m2 * unscale_rows[1][j]);
+        pivot_inverse = pivot_inverse.maximum(of_m1 * unscale_rows[0][j]);
+    }
+    (norm * inverse_norm.maximum(pivot_inverse)).maximum(schur_norm * schur_inverse)
+}
+
+/// The condition number of all lanes, by inverses without pivots; see [`condition_by`].
+#[inline(always)]
+pub(super) fn condition<R: Real, const N: usize>(of: &Information<R, N>) -> R {
+    let Ok(by) = Inverses::of(
+        of,
+        #[inline(always)]
+        |n, a| {
+            for k in 0..n {
+                eliminate(n, k, a);
+            }
+            Ok::<(), Infallible>(())
+        },
+    );
+    condition_by(of, &by)
+}
+
+/// One lane with pivots, its condition number and its failure.
+pub(crate) fn solve_alone<R: Real, const N: usize>(
+    of: &Information<R, N>,
+    lane: usize,
+) -> Single<N> {
+    let of = of.lane(lane);
+    f64::run(
+        #[inline(always)]
+        || solve_pivoted(&of),
+    )
+}
+
+#[inline(always)]
+fn solve_pivoted<const N: usize>(of: &Information<f64, N>) -> Single<N> {
+    let n = of.order();
+    let unknown = |kind| (Err(kind), f64::NAN);
+    let finite = |block: &Square<f64, N>| block.as_flattened().iter().all(|x| x.is_finite());
+    if !of.g.iter().all(finite) {
+        return unknown(FailureKind::NonFinite);
+    }
+    let [g11, g12, g21, g22] = &of.g;
+    let zero_row = |left: &Square<f64, N>, right: &Square<f64, N>, i: usize| {
+        left[i].iter().chain(&right[i]).all(|x| *x == 0.0)
+    };
+    let zero_column = |above: &Square<f64, N>, below: &Square<f64, N>, j: usize| {
+        above.iter().chain(below).all(|row| row[j] == 0.0)
+    };
+    let singular = (0..n).any(|i| {
+        zero_row(g11, g12, i)
+            || zero_row(g21, g22, i)
+            || zero_column(g11, g21, i)
+            || zero_column(g12, g22, i)
+    });
+    if singular {
+        return unknown(FailureKind::Singular);
+    }
+    match Inverses::of(of, invert_pivoted) {
+        Ok(by) => {
+            let condition = condition_by(of, &by);
+            let p = parameters(of, &by);
+            (check_rank(condition, n).map(|()| p), condition)
+        }
+        Err(kind) => unknown(kind),
+    }
+}

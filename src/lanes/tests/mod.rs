@@ -1,0 +1,61 @@
+//! The kernels against faer's solvers and against exact solutions.
+
+mod initial_state;
+mod solve;
+
+use super::Isa;
+use crate::estimator::Window;
+use crate::plant::random_stable;
+use crate::real::{MOST_LANES, Real};
+use crate::signal::{Purpose, normal::fill_standard_normal, stream};
+
+/// Half an ulp of 1, which bounds a rounding.
+const UNIT: f64 = f64::EPSILON / 2.0;
+
+/// The widths of this machine, of those that `ASOBENCH_LANES` lists (all without it): valgrind has no AVX-512.
+pub(super) fn tested() -> Vec<Isa> {
+    let asked = std::env::var("ASOBENCH_LANES").ok();
+    let asked = |isa: &Isa| match &asked {
+        None => true,
+        Some(list) => list.split(',').any(|name| name == isa.name()),
+    };
+    let all = Isa::ALL.iter().copied();
+    let tested: Vec<Isa> = all.filter(|isa| isa.is_here() && asked(isa)).collect();
+    assert!(!tested.is_empty());
+    tested
+}
+
+/// Records of a random plant: u, y with noise, and instruments yhat without.
+struct Record {
+    u: Vec<f64>,
+    y: Vec<f64>,
+    yhat: Vec<f64>,
+}
+
+impl Record {
+    fn new(order: usize, trial: u64, samples: usize, noise: f64) -> Self {
+        let plant = random_stable(order, 0.8, &mut stream(4, trial, Purpose::Plant));
+        let mut u = vec![0.0; samples];
+        fill_standard_normal(&mut stream(4, trial, Purpose::Input), &mut u);
+        let (mut yhat, mut states) = (vec![0.0; samples], vec![0.0; samples * order]);
+        plant.simulate(&mut vec![1.0; order], &u, &mut yhat, &mut states);
+        let mut f = vec![0.0; samples];
+        fill_standard_normal(&mut stream(4, trial, Purpose::NoiseDrive), &mut f);
+        let y = yhat.iter().zip(&f).map(|(y, f)| y + noise * f).collect();
+        Self { u, y, yhat }
+    }
+
+    fn window(&self) -> Window<'_> {
+        Window::new(&self.u, &self.y, self.u.len())
+    }
+}
+
+/// The records' samples, lane by lane.
+fn packed<R: Real>(records: &[Record], part: impl Fn(&Record) -> &[f64]) -> Vec<R> {
+    let of = |k: usize| {
+        R::load(&std::array::from_fn::<f64, MOST_LANES, _>(|l| {
+            part(&records[l])[k]
+        }))
+    };
+    (0..part(&records[0]).len()).map(of).collect()
+}
