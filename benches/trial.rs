@@ -25,7 +25,7 @@ fn trial(criterion: &mut Criterion) {
             });
         });
         let (mut record, mut index) = (Realisation::default(), 0);
-        let process = &cell.process;
+        let process = cell.process().expect("a record");
         group.bench_function(BenchmarkId::new("record", cell.window), |b| {
             b.iter(|| {
                 index += 1;

@@ -195,8 +195,9 @@ impl<'e> Faer<'e> {
         if kernel == Kernel::Draw {
             let seed = self.experiment.file.seed;
             let (window, horizon) = (cell.window, cell.horizon);
-            let process = &cell.process;
-            process.realise(seed, 0, cell.eta, window, horizon, record);
+            if let Some(process) = cell.process() {
+                process.realise(seed, 0, cell.eta, window, horizon, record);
+            }
             return;
         }
         let window = Window::new(&record.u, &record.y, cell.window);

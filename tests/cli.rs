@@ -275,7 +275,10 @@ fn bad_settings_are_refused_by_flag() {
 fn bad_flags_of_reproduce_are_refused() {
     refused(&["reproduce", "--threads", "65535"], &["--threads", "1024"]);
     refused(&["reproduce", "--threads", "0"], &["--threads", "0"]);
-    refused(&["reproduce", "--trials", "0"], &["--trials", "0"]);
+    refused(
+        &["reproduce", "--paper", "nikolov", "--trials", "0"],
+        &["--trials", "0"],
+    );
     refused(
         &["reproduce", "--replay", "C2"],
         &["--replay", "CELL:TRIAL"],
@@ -501,8 +504,24 @@ fn text_fits_eighty_columns() {
     let out = files.path("out");
     for arguments in [
         vec!["estimate", &file, "--order", "6", "--window", "18"],
-        vec!["reproduce", "--trials", "1", "--out", &out],
-        vec!["reproduce", "--trials", "40", "--out", &out],
+        vec![
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "1",
+            "--out",
+            &out,
+        ],
+        vec![
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "40",
+            "--out",
+            &out,
+        ],
         vec!["reproduce", "--replay", "c3:3", "--out", &out],
         vec!["reproduce", "--help"],
         vec!["estimate", "--help"],
@@ -690,7 +709,15 @@ fn reproduce_writes_whole_folders() {
     let files = Files::new();
     let out = files.path("out");
     let run = |more: &[&str]| {
-        let mut arguments = vec!["reproduce", "--trials", "300", "--out", &out];
+        let mut arguments = vec![
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "300",
+            "--out",
+            &out,
+        ];
         arguments.extend(more);
         asobench(&arguments)
     };
@@ -727,7 +754,17 @@ fn reproduce_writes_whole_folders() {
     assert_eq!(stdout(&second), text);
     assert!(content() == bytes, "other bits with 5 threads");
     refused(
-        &["reproduce", "--trials", "300", "--seed", "7", "--out", &out],
+        &[
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "300",
+            "--seed",
+            "7",
+            "--out",
+            &out,
+        ],
         &["--out", "another design", "seed"],
     );
     assert!(content() == bytes, "a refused run must change nothing");
@@ -738,7 +775,15 @@ fn reproduce_writes_whole_folders() {
 fn two_runs_in_one_folder() {
     let files = Files::new();
     let out = files.path("out");
-    let run = ["reproduce", "--trials", "10", "--out", &out];
+    let run = [
+        "reproduce",
+        "--paper",
+        "nikolov",
+        "--trials",
+        "10",
+        "--out",
+        &out,
+    ];
     let held = asobench::study::ResultsFolder::open(Path::new(&out)).expect("a folder");
     refused(&run, &["--out", "another run"]);
     drop(held);
@@ -758,20 +803,44 @@ fn foreign_folders_are_refused() {
     ] {
         files.write("out/manifest.json", content);
         refused(
-            &["reproduce", "--trials", "1", "--out", &out],
+            &[
+                "reproduce",
+                "--paper",
+                "nikolov",
+                "--trials",
+                "1",
+                "--out",
+                &out,
+            ],
             &["--out", part],
         );
     }
     std::fs::remove_file(Path::new(&out).join("manifest.json")).expect("removed");
     files.write("out/trials.parquet", "");
     refused(
-        &["reproduce", "--trials", "1", "--out", &out],
+        &[
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "1",
+            "--out",
+            &out,
+        ],
         &["trials.parquet without manifest.json"],
     );
     std::fs::remove_file(Path::new(&out).join("trials.parquet")).expect("removed");
     // A file that cannot be replaced: nothing of this run stays under a temporary name.
     std::fs::create_dir(Path::new(&out).join("summary.json")).expect("a folder");
-    let output = asobench(&["reproduce", "--trials", "1", "--out", &out]);
+    let output = asobench(&[
+        "reproduce",
+        "--paper",
+        "nikolov",
+        "--trials",
+        "1",
+        "--out",
+        &out,
+    ]);
     assert_eq!(output.status.code(), Some(1));
     assert!(
         listing(Path::new(&out))
@@ -786,9 +855,17 @@ fn a_trial_can_be_replayed() {
     let files = Files::new();
     let (out, data) = (files.path("out"), files.path("trial.csv"));
     assert!(
-        asobench(&["reproduce", "--trials", "20", "--out", &out])
-            .status
-            .success()
+        asobench(&[
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "20",
+            "--out",
+            &out
+        ])
+        .status
+        .success()
     );
     let replay = [
         "reproduce",
@@ -848,7 +925,15 @@ fn output_folders_that_cannot_take_the_results() {
         &["--out", "cannot write"],
     );
     refused(
-        &["reproduce", "--trials", "1", "--out", "/proc/asobench"],
+        &[
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "1",
+            "--out",
+            "/proc/asobench",
+        ],
         &["--out", "/proc/asobench"],
     );
     // A limit on the size of files stands for a full disk.
@@ -876,7 +961,15 @@ fn an_interrupted_run_leaves_nothing() {
     let files = Files::new();
     let out = files.path("out");
     let child = Command::new(PROGRAM)
-        .args(["reproduce", "--trials", "100000000", "--out", &out])
+        .args([
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "100000000",
+            "--out",
+            &out,
+        ])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

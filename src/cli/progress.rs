@@ -5,8 +5,8 @@ use super::note;
 use crate::study::Event;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Between two lines where standard error is no terminal; a shorter run prints none.
@@ -93,8 +93,12 @@ impl Display {
 }
 
 /// A flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once: files are written whole under
-/// other names first, so nothing is left half-written.
+/// other names first, so nothing is left half-written. All studies of a program share it.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
+    static SHARED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+    if let Some(flag) = SHARED.get() {
+        return Ok(Arc::clone(flag));
+    }
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     let handler = move || {
@@ -103,7 +107,7 @@ pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
         }
     };
     ctrlc::set_handler(handler).map_err(failed)?;
-    Ok(flag)
+    Ok(Arc::clone(SHARED.get_or_init(|| flag)))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! `asobench replay` and `asobench reproduce --replay`: every stage of one trial.
 
+mod course;
+
 use super::error::{Error, failed};
 use super::files::write_whole;
 use super::{Format, note, print};
@@ -11,8 +13,8 @@ use crate::estimator::{Auxiliary, InstrumentSource, Pass, Progress, Stabilise, W
 use crate::observer::Observer;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
-    Cell, Experiment, Figure, ObserverStart, Row, Trial, TrialRecord, Trials, Worker, design_of,
-    read_manifest, stored_alike,
+    Cell, Experiment, Figure, ObserverStart, Row, Source, Trial, TrialRecord, Trials, Worker,
+    design_of, read_manifest, stored_alike,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -139,6 +141,9 @@ pub(super) fn show(
 ) -> Result<ExitCode, Error> {
     let index = which.cell(options.flag, experiment)?;
     let cell = &experiment.cells[index];
+    if let Source::Continuous(of) = &cell.source {
+        return course::show(experiment, index, of, which.trial, options);
+    }
     let mut trial = Trial::new(experiment, cell).map_err(failed)?;
     trial.run(which.trial);
     let record = trial.record();
@@ -158,17 +163,10 @@ pub(super) fn show(
         rows: &rows.rows,
         ..record
     };
-    let stored = stored(options.folder, experiment, index, &record);
+    let stored = stored(options.folder, experiment, index, record.rows);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
     replay.stored = stored;
-    match options.format {
-        Format::Text => print(&replay.text(options.folder)?)?,
-        Format::Json => {
-            let text = serde_json::to_string_pretty(&replay.json()).map_err(failed)?;
-            print(&format!("{text}\n"))?;
-        }
-    }
-    Ok(ExitCode::SUCCESS)
+    replay.print(options)
 }
 
 /// The truth, as comment lines of a CSV file.
@@ -191,12 +189,7 @@ fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
 
 /// Whether the rows stood bit for bit in the results' folder; `None` where it holds no such trial of this
 /// experiment.
-fn stored(
-    folder: &Path,
-    experiment: &Experiment,
-    cell: usize,
-    record: &TrialRecord<'_>,
-) -> Option<bool> {
+fn stored(folder: &Path, experiment: &Experiment, cell: usize, rows: &[Row]) -> Option<bool> {
     // Whatever else is in the folder is no concern of a replay.
     let manifest = read_manifest(folder).ok()??;
     if design_of(&manifest["experiment"]) != experiment.design() {
@@ -210,7 +203,7 @@ fn stored(
         Value::Array(counts) => counts.iter().map(Value::as_u64).collect::<Option<_>>()?,
         count => vec![count.as_u64()?; experiment.cells.len()],
     };
-    stored_alike(&file, experiment, cell, &trials, record.rows).unwrap_or_else(|error| {
+    stored_alike(&file, experiment, cell, &trials, rows).unwrap_or_else(|error| {
         note(&format!("warning: the stored rows cannot be read: {error}"));
         None
     })
@@ -268,15 +261,42 @@ impl<'a> Replay<'a> {
         }
     }
 
-    fn text(&self, folder: &Path) -> Result<String, Error> {
-        let mut text = String::new();
+    fn print(&self, options: &Options<'_>) -> Result<ExitCode, Error> {
+        match options.format {
+            Format::Text => print(&self.text(options.folder)?)?,
+            Format::Json => {
+                let text = serde_json::to_string_pretty(&self.json()).map_err(failed)?;
+                print(&format!("{text}\n"))?;
+            }
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// The cell's settings, and what its vectors mean.
+    fn head(&self) -> (String, &'static str) {
+        if let Source::Continuous(of) = &self.cell.source {
+            let settings = format!("continuous time, T = {} s, step {} s", of.until, of.step);
+            return (
+                settings,
+                "errors of integration are known by halving the step twice",
+            );
+        }
         let Cell {
-            claim,
             eta,
             window,
             horizon,
             ..
         } = self.cell;
+        (
+            format!("eta = {eta} %, N = {window}, K = {horizon}"),
+            "p = (alpha, beta), A(q) = 1 + alpha_1 q^-1 + ..., a_i = -alpha_(n+1-i), h = beta",
+        )
+    }
+
+    fn text(&self, folder: &Path) -> Result<String, Error> {
+        let mut text = String::new();
+        let claim = &self.cell.claim;
+        let (settings, meaning) = self.head();
         let name = if claim.is_empty() {
             self.index.to_string()
         } else {
@@ -284,8 +304,7 @@ impl<'a> Replay<'a> {
         };
         writeln!(
             text,
-            "Cell {name} (eta = {eta} %, N = {window}, K = {horizon}), trial {}, seed {}\n\
-             p = (alpha, beta), A(q) = 1 + alpha_1 q^-1 + ..., a_i = -alpha_(n+1-i), h = beta",
+            "Cell {name} ({settings}), trial {}, seed {}\n{meaning}",
             self.trial, self.seed
         )
         .map_err(failed)?;

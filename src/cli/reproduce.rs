@@ -1,8 +1,11 @@
-//! `asobench reproduce`: the paper's experiment, and what a typical realisation meets of its bounds.
+//! `asobench reproduce`: the papers' experiments, and what a typical realisation meets of their claims.
+
+mod bobtsov;
 
 use super::error::{Error, failed};
 use super::run::{execute, threads};
 use super::{Format, print, replay};
+use crate::names::named_enum;
 use crate::report::{draw, verdict_table};
 use crate::study::file::{ExperimentFile, TRIAL_LIMIT, TrialRule};
 use crate::study::{
@@ -15,11 +18,26 @@ use std::process::ExitCode;
 /// Where results go without `--out`; replaced at every run.
 const DEFAULT_FOLDER: &str = "results/reproduce";
 
-/// Simulate the experiment of Nikolov et al. (2023), claims C1 to C3, and print which of the printed
-/// accuracy bounds a typical realisation meets.
+named_enum! {
+    /// Whose experiment.
+    Paper, "paper" {
+        /// Both.
+        All = "all",
+        /// Nikolov et al. (2023).
+        Nikolov = "nikolov",
+        /// Bobtsov et al. (2023).
+        Bobtsov = "bobtsov",
+    }
+}
+
+/// Simulate the experiments of Nikolov et al. (2023), claims C1 to C3, and of Bobtsov et al. (2023), claims B1
+/// to B3, and print which of them a typical realisation meets.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Trials in each of the three cells
+    /// Whose experiment: all, nikolov or bobtsov
+    #[arg(long, value_name = "PAPER", default_value_t)]
+    paper: Paper,
+    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have their files' number
     #[arg(long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
     pub(super) trials: u64,
     /// Seed of the random streams
@@ -58,6 +76,35 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let path = arguments.folder();
+    if arguments.replay.is_some() {
+        return nikolov(arguments, path).map(|_| ExitCode::SUCCESS);
+    }
+    let mut text = Vec::new();
+    let mut entries = Vec::new();
+    if arguments.paper != Paper::Bobtsov
+        && let Some(summary) = nikolov(arguments, path)?
+    {
+        text.push(report(arguments, &summary, path));
+        entries.extend(json(&summary));
+    }
+    if arguments.paper != Paper::Nikolov {
+        let bobtsov = bobtsov::Bobtsov::run(arguments, path)?;
+        text.push(bobtsov.text(path));
+        entries.extend(bobtsov.json());
+    }
+    match arguments.format {
+        Format::Text => print(&text.join("\n\n"))?,
+        Format::Json => {
+            let text = serde_json::to_string_pretty(&entries).map_err(failed)?;
+            print(&format!("{text}\n"))?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Runs the first paper's experiment, or replays a trial of it.
+fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Summary>, Error> {
     let file = ExperimentFile {
         seed: arguments.seed,
         engine: arguments.engine,
@@ -75,9 +122,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             data: arguments.data.as_deref(),
             format: arguments.format,
         };
-        return replay::show(&experiment, which, &options);
+        replay::show(&experiment, which, &options)?;
+        return Ok(None);
     }
-    let path = arguments.folder();
     let rule = TrialRule::Fixed(arguments.trials);
     let options = RunOptions {
         threads: threads(arguments.threads),
@@ -92,18 +139,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             .collect()
     };
     let (summary, _) = execute(path, "--out ", &experiment, rule, options, figures)?;
-    match arguments.format {
-        Format::Text => print(&report(arguments, &summary, path))?,
-        Format::Json => {
-            let text = serde_json::to_string_pretty(&json(&summary)).map_err(failed)?;
-            print(&format!("{text}\n"))?;
-        }
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(Some(summary))
 }
 
 /// Every bound with what its first and last output make of it.
-fn json(summary: &Summary) -> Value {
+fn json(summary: &Summary) -> Vec<Value> {
     let of_cell = |cell: &CellSummary| -> Vec<Value> {
         let output = |share: &OutputShare, figure| {
             let output = cell.output(&share.output)?;

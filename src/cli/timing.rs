@@ -44,6 +44,9 @@ pub(super) fn measure(
 ) -> Result<(), Error> {
     let mut times = Vec::new();
     for (index, cell) in experiment.cells.iter().enumerate() {
+        let Some(process) = cell.process() else {
+            continue;
+        };
         let mut record = Realisation::default();
         for (method, table) in experiment.methods.iter().zip(&experiment.file.methods) {
             let mut estimator = method.prepare(cell.shape()).map_err(failed)?;
@@ -51,7 +54,7 @@ pub(super) fn measure(
             let mut seconds = Vec::new();
             for trial in 0..RECORDS {
                 let seed = experiment.file.seed;
-                cell.process.realise(
+                process.realise(
                     seed,
                     trial,
                     cell.eta,

@@ -104,6 +104,9 @@ impl Shape {
 /// Why an estimator cannot be set up: a mistake in what was asked for, not a numerical failure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SetupError {
+    /// A cell in continuous time has observers and no record.
+    #[error("a study in continuous time has no records to estimate from")]
+    ContinuousTime,
     /// The order is 0.
     #[error("the order must be at least 1")]
     ZeroOrder,

@@ -15,6 +15,8 @@ named_enum! {
         Singular = "singular",
         /// A matrix that is singular to rounding (or whose pivot came out as zero): [`super::solver::condition::RANK_MULTIPLE`].
         RankDeficient = "rank-deficient",
+        /// Continuous time: the error by step halving is above the study's limit.
+        StepTooLong = "step-too-long",
     }
 }
 
@@ -61,7 +63,8 @@ impl From<DrawFailure> for FailureKind {
 impl From<FailureKind> for DrawFailure {
     fn from(kind: FailureKind) -> Self {
         match kind {
-            FailureKind::NonFinite => Self::NonFinite,
+            // No draw has a step.
+            FailureKind::NonFinite | FailureKind::StepTooLong => Self::NonFinite,
             FailureKind::Singular => Self::Singular,
             FailureKind::RankDeficient => Self::RankDeficient,
         }

@@ -48,6 +48,27 @@ pub enum GainError {
     Count(usize, usize),
 }
 
+impl Poles {
+    /// Poles of which the complex ones come in conjugate pairs.
+    pub(super) fn new(poles: Vec<c64>) -> Self {
+        let phi = polynomial_from_poles(&poles)
+            .iter()
+            .map(|phi| phi.re)
+            .collect();
+        Self { poles, phi }
+    }
+
+    /// How many.
+    pub(super) fn len(&self) -> usize {
+        self.poles.len()
+    }
+
+    /// `phi_1 ... phi_n` of `s^n + phi_1 s^(n-1) + ... + phi_n`.
+    pub(super) fn polynomial(&self) -> &[f64] {
+        &self.phi
+    }
+}
+
 impl Gain {
     /// A gain that places the given poles.
     ///
@@ -62,11 +83,7 @@ impl Gain {
             };
             unmatched.swap_remove(conjugate);
         }
-        let phi = polynomial_from_poles(&poles)
-            .iter()
-            .map(|phi| phi.re)
-            .collect();
-        Ok(Self::Poles(Poles { poles, phi }))
+        Ok(Self::Poles(Poles::new(poles)))
     }
 
     /// Checks that the gain fits an order.

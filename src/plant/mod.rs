@@ -1,6 +1,9 @@
 //! The true system: the canonical SISO plant, its forms, simulation, poles.
 
 pub mod canonical;
+mod continuous;
+mod exponential;
+mod observability;
 mod paper;
 mod poles;
 mod random;
@@ -9,6 +12,9 @@ pub(crate) use simulate::inlined;
 pub mod stability;
 mod system;
 
+pub use continuous::{ContinuousPlant, ContinuousPlantError};
+pub use exponential::exponential;
+pub use observability::observability_rank;
 pub use paper::{Numerator, nikolov2023};
 pub use poles::{PoleFinder, polynomial_from_poles};
 pub use random::random_stable;

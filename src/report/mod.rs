@@ -6,6 +6,7 @@ mod claims;
 mod demo;
 #[allow(clippy::format_push_string, reason = "sentences of a few words")]
 mod document;
+mod example;
 mod figures;
 mod folder;
 pub mod html;
@@ -17,7 +18,8 @@ mod shipped;
 mod table;
 
 pub use claims::{Claim, Number, claims};
-pub use document::{Files, report};
+pub use document::{Files, course_figures, report};
+pub use example::{ends, example_table};
 pub use figures::{FigureError, draw};
 pub use folder::{WriteError, write as write_report};
 pub use number::uncertain;

@@ -151,7 +151,9 @@ impl Study {
             Key::L,
         ];
         let others = Key::ALL.iter().filter(|key| !FIRST.contains(key));
+        let continuous = self.file.continuous.is_some();
         let candidates = FIRST.iter().chain(others).copied();
+        let candidates = candidates.filter(|key| key.is_of(continuous));
         let mut kept: Vec<Key> = Vec::new();
         for key in candidates {
             let follows = kept.iter().any(|other| self.follows(key, *other));
@@ -221,6 +223,9 @@ impl Study {
     /// default, or its last one, else the last output.
     pub fn main_output(&self) -> Option<String> {
         let labels = self.labels();
+        if self.file.continuous.is_some() {
+            return labels.last().cloned();
+        }
         let four = labels.iter().find(|label| *label == "iv(4)");
         let default = |label: &&String| {
             let method = label
@@ -265,7 +270,7 @@ impl Study {
             TrialRule::Until(_) => String::new(),
         };
         let command = if name == BUILT_IN {
-            format!("asobench reproduce{trials} --seed {seed} --out {to}")
+            format!("asobench reproduce --paper nikolov{trials} --seed {seed} --out {to}")
         } else {
             let quick = if quick { " --quick" } else { "" };
             format!(
@@ -311,7 +316,8 @@ pub fn place(cell: &CellSummary, keys: &[Key]) -> String {
 
 /// Whether a setting of a cell has its default.
 pub fn is_default(cell: &CellSummary, key: Key) -> bool {
-    key.default()
+    let continuous = Key::Disturbance;
+    key.default_of(cell.settings.contains_key(&continuous))
         .is_some_and(|value| value.to_string() == cell.setting(key))
 }
 
@@ -355,6 +361,12 @@ pub fn words(key: Key, value: &str) -> String {
         Key::PoleRadius => format!("poles within {value}"),
         Key::ObserverStart => format!("start at {value}"),
         Key::Gain => gain(value),
+        Key::Disturbance => format!("{value} disturbance"),
+        Key::Frequency => format!("{value} rad/s"),
+        Key::Phase => format!("phase {value}"),
+        Key::NoiseHold => format!("hold {value} s"),
+        Key::GainScale => format!("gains times {value}"),
+        Key::Step => format!("step {value} s"),
         _ => format!("{key} {value}"),
     }
 }
@@ -399,6 +411,11 @@ pub fn axis_label(key: Key) -> String {
         Key::PoleRadius => "largest pole radius".to_owned(),
         Key::X0 => "x0, every component".to_owned(),
         Key::Gain => "poles of F over those of A".to_owned(),
+        Key::Level => "level of the disturbance".to_owned(),
+        Key::Frequency => "frequency, rad/s".to_owned(),
+        Key::NoiseHold => "hold of white noise, s".to_owned(),
+        Key::GainScale => "factor on the adaptation gains".to_owned(),
+        Key::Step => "step, s".to_owned(),
         _ => key.name().replace('_', " "),
     }
 }
@@ -413,13 +430,22 @@ pub fn figure_name(figure: Figure) -> String {
         Figure::FreshFit => "FIT".to_owned(),
         Figure::SpectralRadius => "spectral radius".to_owned(),
         Figure::Condition => "condition number".to_owned(),
+        Figure::RmsState => "rms of the state's error".to_owned(),
+        Figure::RmsState1 => "rms error of x_1".to_owned(),
+        Figure::RmsState2 => "rms error of x_2".to_owned(),
+        Figure::ThetaRms => "rms e_theta".to_owned(),
+        Figure::Settling => "settling time, s".to_owned(),
+        Figure::Frozen => "frozen from, s".to_owned(),
+        Figure::MixedDisturbance => "largest |dbar|".to_owned(),
+        Figure::StepError => "error by step halving".to_owned(),
+        Figure::StepOrder => "order of the integration".to_owned(),
         _ => figure.name().replace("_as_printed", " as printed"),
     }
 }
 
 /// Whether a smaller value of the figure is the better one.
 pub fn is_error(figure: Figure) -> bool {
-    figure.name().starts_with("e_")
+    figure.name().starts_with("e_") || figure.name().starts_with("rms_")
 }
 
 /// The values of a setting over some cells, in order of appearance.

@@ -10,7 +10,7 @@ macro_rules! shipped {
     };
 }
 
-const FILES: [(&str, &str); 14] = shipped![
+const FILES: [(&str, &str); 19] = shipped![
     "nikolov2023",
     "c2-c3",
     "noise-level",
@@ -25,6 +25,11 @@ const FILES: [(&str, &str); 14] = shipped![
     "order",
     "input-noise",
     "check-grid",
+    "gpebo-figures",
+    "gpebo-noise",
+    "gpebo-amplitude",
+    "gpebo-gain",
+    "gpebo-plant",
 ];
 
 /// A shipped experiment.

@@ -3,17 +3,21 @@
 //! All of it follows [`arithmetic`], so that simulated data have the same bits on every machine.
 
 pub mod arithmetic;
+mod continuous;
 mod input;
 mod level;
 pub(crate) mod noise;
 pub mod normal;
 mod stream;
+mod wave;
 
+pub use continuous::Signal;
 pub use input::{Input, InputLaw, RandomSigns, Sequence, fill_white};
 pub use level::{LevelOf, LevelOver, LevelReading, ProcessVariances};
 pub use noise::{NoiseFilter, NoiseFilterError};
 pub(crate) use stream::state_of;
 pub use stream::{Purpose, Stream, stream};
+pub use wave::{Hold, SignalError, Wave};
 
 #[cfg(test)]
 mod value_stability;

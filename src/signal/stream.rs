@@ -28,6 +28,10 @@ pub enum Purpose {
     InputNoise = 5,
     /// A fresh input, on which models are compared with the plant.
     FreshInput = 6,
+    /// White disturbances in continuous time.
+    Disturbance = 9,
+    /// Random phases of disturbances in continuous time.
+    DisturbancePhase = 10,
 }
 
 /// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64 bits.

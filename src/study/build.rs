@@ -1,7 +1,8 @@
 //! A cell of its settings: plant, noise, feedback and the process that draws from them.
 
+use super::continuous::continuous_cell;
 use super::curves::{CURVES_LIMIT, Curves};
-use super::experiment::Cell;
+use super::experiment::{Cell, Source};
 use super::file::{AUTOMATIC, ExperimentFile, FeedbackTable, FileError, Key, Scalar, Settings};
 use super::state_feedback::StateFeedback;
 use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings};
@@ -34,6 +35,10 @@ pub(super) struct Build<'a> {
 impl Build<'_> {
     /// The cell.
     pub(super) fn cell(self) -> Result<Cell, FileError> {
+        if let Some(table) = &self.file.continuous {
+            let of = continuous_cell(&self, table)?;
+            return Ok(Cell::continuous(of, self.text(Key::Claim), self.settings));
+        }
         let plant = self.plant()?;
         let n = plant.order();
         if n > ORDER_LIMIT {
@@ -81,7 +86,7 @@ impl Build<'_> {
         gain.check(order)
             .map_err(|e| FileError::key("gain", e.to_string()))?;
         let cell = Cell {
-            process: self.process(plant)?,
+            source: Source::Record(self.process(plant)?),
             claim: self.text(Key::Claim),
             eta,
             order,
@@ -241,13 +246,13 @@ impl Build<'_> {
         Ok((feedback, table.reference))
     }
 
-    fn text(&self, key: Key) -> String {
+    pub(super) fn text(&self, key: Key) -> String {
         self.settings
             .get(&key)
             .map_or_else(String::new, Scalar::to_string)
     }
 
-    fn number(&self, key: Key) -> Result<f64, FileError> {
+    pub(super) fn number(&self, key: Key) -> Result<f64, FileError> {
         match self.settings.get(&key) {
             Some(Scalar::Number(number)) => Ok(*number),
             other => {
@@ -298,7 +303,7 @@ fn fits_into_memory(cell: &Cell, curves: bool) -> Result<(), FileError> {
     };
     let record = cell.record_bytes();
     if record > RECORD_LIMIT {
-        let what = format!("a record (plant's order {})", cell.process.order());
+        let what = format!("a record (plant's order {})", cell.plant_order());
         return too_large(&what, record, RECORD_LIMIT);
     }
     let bytes = Curves::bytes(cell.horizon);
@@ -308,7 +313,7 @@ fn fits_into_memory(cell: &Cell, curves: bool) -> Result<(), FileError> {
     Ok(())
 }
 
-fn unknown(key: Key, given: &str, known: &[&str]) -> FileError {
+pub(super) fn unknown(key: Key, given: &str, known: &[&str]) -> FileError {
     FileError::key(
         key.name(),
         crate::names::UnknownName::new(key.name(), given, known).to_string(),

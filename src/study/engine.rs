@@ -1,11 +1,14 @@
 //! What computes a cell's trials: packs of [`crate::lanes`], or [`Trial`] by faer.
 
+use super::continuous::ContinuousTrial;
+use super::experiment::Source;
 use super::pack::PackTrial;
 use super::plan::{Plan, covered};
 use super::{Cell, Experiment, Trial, Trials};
 use crate::estimator::SetupError;
 use crate::lanes::Isa;
 use crate::names::named_enum;
+use crate::observer::gpebo::CascadeError;
 use std::ops::Range;
 
 named_enum! {
@@ -51,6 +54,9 @@ pub enum WorkerError {
     /// A method cannot serve it.
     #[error(transparent)]
     Setup(#[from] SetupError),
+    /// What an observer in continuous time is made of.
+    #[error(transparent)]
+    Continuous(#[from] CascadeError),
     /// Lanes are asked for.
     #[error("engine: \"lanes\" do not cover {0}; expected \"auto\" or \"faer\"")]
     NotCovered(String),
@@ -62,6 +68,8 @@ pub enum Worker<'e> {
     Faer(Box<Trial<'e>>),
     /// A pack at a time.
     Lanes(Box<dyn PackTrial + 'e>),
+    /// Courses in continuous time, one after the other.
+    Continuous(Box<ContinuousTrial<'e>>),
 }
 
 impl<'e> Worker<'e> {
@@ -70,6 +78,10 @@ impl<'e> Worker<'e> {
     /// # Errors
     /// If a method cannot serve the cell, or lanes are asked for that do not cover it.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, WorkerError> {
+        if let Source::Continuous(of) = &cell.source {
+            let trial = ContinuousTrial::new(experiment, of)?;
+            return Ok(Self::Continuous(Box::new(trial)));
+        }
         let engine = experiment.file.engine.of(experiment, cell);
         match engine.map_err(WorkerError::NotCovered)? {
             Engine::Lanes => {
@@ -83,7 +95,7 @@ impl<'e> Worker<'e> {
     /// How many trials it computes at a time.
     pub fn stride(&self) -> u64 {
         match self {
-            Self::Faer(_) => 1,
+            Self::Faer(_) | Self::Continuous(_) => 1,
             Self::Lanes(pack) => pack.lanes() as u64,
         }
     }
@@ -93,6 +105,7 @@ impl<'e> Worker<'e> {
         match self {
             Self::Faer(trial) => trials.for_each(|index| trial.run_into(index, to)),
             Self::Lanes(pack) => pack.run_into(trials, to),
+            Self::Continuous(trial) => trials.for_each(|index| trial.run_into(index, to)),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What is studied: cells with their processes, and methods.
 
 use super::build::{Build, FEEDBACKS, NOISES, PLANTS};
+use super::continuous::{CONTINUOUS_PLANTS, ContinuousCell, SIGNALS};
 use super::engine::Engine;
 use super::file::{
     Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, cells,
@@ -23,13 +24,23 @@ named_enum! {
     }
 }
 
+/// What a cell's trials are drawn from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// Records of a process in discrete time.
+    Record(Process),
+    /// Courses in continuous time.
+    Continuous(Box<ContinuousCell>),
+}
+
 /// One combination of settings under which trials are drawn.
 #[derive(Clone, Debug)]
 pub struct Cell {
     /// The settings that it was made of.
     pub settings: Settings,
-    /// Draws the records.
-    pub process: Process,
+    /// Draws the trials. In continuous time what follows is not used, but for the claim and the order: eta, window and
+    /// horizon are 0.
+    pub source: Source,
     /// The claim or case, such as "C2".
     pub claim: String,
     /// The noise level eta, per cent.
@@ -47,6 +58,34 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// A cell in continuous time.
+    pub(super) fn continuous(of: ContinuousCell, claim: String, settings: Settings) -> Self {
+        Self {
+            settings,
+            claim,
+            eta: 0.0,
+            order: of.plant.order(),
+            window: 0,
+            horizon: 0,
+            gain: Gain::default(),
+            observer_start: ObserverStart::default(),
+            source: Source::Continuous(Box::new(of)),
+        }
+    }
+
+    /// What draws records; `None` in continuous time.
+    pub fn process(&self) -> Option<&Process> {
+        match &self.source {
+            Source::Record(process) => Some(process),
+            Source::Continuous(_) => None,
+        }
+    }
+
+    /// The order of the plant.
+    pub fn plant_order(&self) -> usize {
+        self.process().map_or(self.order, Process::order)
+    }
+
     /// The shape of the estimators' problem.
     pub fn shape(&self) -> Shape {
         Shape {
@@ -57,7 +96,7 @@ impl Cell {
 
     /// The memory of a record with its truth: u, y, r, u0, y0, f and n states for every sample.
     pub fn record_bytes(&self) -> usize {
-        size_of::<f64>() * (6 + self.process.order()) * self.horizon
+        size_of::<f64>() * (6 + self.plant_order()) * self.horizon
     }
 }
 
@@ -67,7 +106,7 @@ pub struct Experiment {
     pub file: ExperimentFile,
     /// Settings, each with trials of its own on common random numbers.
     pub cells: Vec<Cell>,
-    /// What is compared, all on the same records.
+    /// What is compared, all on the same records; none in continuous time, where observers are.
     pub methods: Vec<Method>,
     /// Pairs of outputs that are compared, as indices in [`Self::outputs`].
     pub compare: Vec<[usize; 2]>,
@@ -75,6 +114,22 @@ pub struct Experiment {
 
 /// The experiment file of Nikolov et al. (2023), claims C1 to C3.
 pub const NIKOLOV2023: &str = include_str!("../../experiments/nikolov2023.toml");
+
+/// The experiment files of Bobtsov et al. (2023) that `asobench reproduce` runs: the example, claims B1 to B3.
+pub const BOBTSOV2023: [(&str, &str); 3] = [
+    (
+        "gpebo-figures",
+        include_str!("../../experiments/gpebo-figures.toml"),
+    ),
+    (
+        "gpebo-noise",
+        include_str!("../../experiments/gpebo-noise.toml"),
+    ),
+    (
+        "gpebo-amplitude",
+        include_str!("../../experiments/gpebo-amplitude.toml"),
+    ),
+];
 
 impl Experiment {
     /// Resolves a file and checks every cell with every method.
@@ -103,6 +158,12 @@ impl Experiment {
         own_names("plants", file.plants.keys(), &PLANTS)?;
         own_names("noises", file.noises.keys(), &NOISES)?;
         own_names("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
+        own_names(
+            "continuous_plants",
+            file.continuous_plants.keys(),
+            &CONTINUOUS_PLANTS,
+        )?;
+        own_names("signals", file.signals.keys(), &SIGNALS)?;
         let all = cells(&file.settings, &file.zip, &file.exclude)?;
         let cells: Result<Vec<Cell>, FileError> = all
             .into_iter()
@@ -140,10 +201,20 @@ impl Experiment {
         Self::new(ExperimentFile { seed, ..file }).expect("a valid experiment")
     }
 
-    /// The outputs of all methods, in the order of a trial's rows.
+    /// The outputs of all methods, or of all observers in continuous time, in the order of a trial's rows.
     pub fn outputs(&self) -> Vec<Output> {
+        let observers = self.file.observers.iter().map(|table| Output {
+            estimator: table.label(),
+            pass: 0,
+        });
         let outputs = self.methods.iter().flat_map(Method::outputs);
-        outputs.cloned().collect()
+        outputs.cloned().chain(observers).collect()
+    }
+
+    /// How many outputs there are.
+    pub fn output_count(&self) -> usize {
+        let of_methods: usize = self.methods.iter().map(|m| m.outputs().len()).sum();
+        of_methods + self.file.observers.len()
     }
 
     /// What runs a cell: [`Engine::Lanes`] or [`Engine::Faer`].
@@ -259,25 +330,28 @@ impl Experiment {
 
     /// Every method must serve every cell, and every output have a name of its own.
     fn check_methods(&self) -> Result<(), FileError> {
-        if self.methods.is_empty() {
+        let place = if self.file.continuous.is_some() {
+            "observers"
+        } else {
+            "methods"
+        };
+        if self.output_count() == 0 {
             return Err(FileError::key(
-                "methods",
-                "an empty list; expected at least one method",
+                place,
+                "an empty list; expected at least one",
             ));
         }
+        for (i, table) in self.file.observers.iter().enumerate() {
+            own_name(&table.label(), &format!("observers[{i}].name"))?;
+        }
         for (i, table) in self.file.methods.iter().enumerate() {
-            let name = table.output_name(1);
-            if name.trim().is_empty() || name.contains(['(', ')']) {
-                let message = format!("'{name}'; expected a name without parentheses, not empty");
-                return Err(FileError::key(&format!("methods[{i}].name"), message));
-            }
+            own_name(&table.output_name(1), &format!("methods[{i}].name"))?;
         }
         let mut labels: Vec<String> = self.outputs().iter().map(Output::label).collect();
         labels.sort();
         if let Some([twice, _]) = labels.windows(2).find(|pair| pair[0] == pair[1]) {
-            let message =
-                format!("two outputs are called '{twice}'; expected a name for each method");
-            return Err(FileError::key("methods", message));
+            let message = format!("two outputs are called '{twice}'; expected a name for each");
+            return Err(FileError::key(place, message));
         }
         let mut shapes: Vec<Shape> = self.cells.iter().map(Cell::shape).collect();
         shapes.sort_by_key(|shape| (shape.order, shape.window));
@@ -356,6 +430,15 @@ pub(crate) fn design_of(file: &Value) -> Value {
         design.retain(|key, _| !WORDS.contains(&key.as_str()));
     }
     design
+}
+
+/// Checks the name of an output.
+fn own_name(name: &str, place: &str) -> Result<(), FileError> {
+    if name.trim().is_empty() || name.contains(['(', ')']) {
+        let message = format!("'{name}'; expected a name without parentheses, not empty");
+        return Err(FileError::key(place, message));
+    }
+    Ok(())
 }
 
 /// Checks that the report knows every claim.

@@ -4,6 +4,7 @@
 mod blocks;
 mod build;
 mod campaign;
+mod continuous;
 mod curves;
 mod engine;
 mod experiment;
@@ -25,10 +26,11 @@ mod trial;
 
 pub use blocks::BlockError;
 pub use campaign::{Campaign, CampaignError, Event, RunOptions};
+pub use continuous::{ContinuousCell, ContinuousTrial, OutputTrace, Term, Traces};
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use engine::{Engine, Worker, WorkerError};
 pub(crate) use experiment::design_of;
-pub use experiment::{Cell, Experiment, NIKOLOV2023, ObserverStart};
+pub use experiment::{BOBTSOV2023, Cell, Experiment, NIKOLOV2023, ObserverStart, Source};
 pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use pack::PackTrial;

@@ -3,7 +3,7 @@
 use super::file::ExperimentFile;
 use super::pack::{Pack, PackTrial};
 use super::{Cell, Experiment, Figure, ObserverStart};
-use crate::data::Truth;
+use crate::data::{Process, Truth};
 use crate::estimator::{
     Drive, InstrumentSource, IvOptions, MethodOptions, Solver, Stabilise, Stage10,
 };
@@ -50,8 +50,8 @@ impl<'e> Plan<'e> {
     /// What is not covered, in words.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, String> {
         use Figure as F;
-        let (plant, noise, variances) = covered(experiment, cell)?;
-        let (file, process) = (&experiment.file, &cell.process);
+        let (process, (plant, noise, variances)) = covered(experiment, cell)?;
+        let file = &experiment.file;
         let any = |figures: &[F]| asks_for(file, figures);
         let methods = experiment.methods.iter().filter_map(|method| {
             Some(PlannedMethod {
@@ -130,12 +130,19 @@ fn iv_options(options: &MethodOptions) -> IvOptions {
     }
 }
 
-/// The fixed plant, noise filter and variances of a cell that lanes cover; or what they do not, in words.
+/// A process, with its fixed plant, noise filter and variances.
+type Covered<'e> = (
+    &'e Process,
+    (&'e StateSpace, &'e NoiseFilter, ProcessVariances),
+);
+
+/// The process of a cell that lanes cover; or what they do not, in words.
 pub(super) fn covered<'e>(
     experiment: &'e Experiment,
     cell: &'e Cell,
-) -> Result<(&'e StateSpace, &'e NoiseFilter, ProcessVariances), String> {
-    let open_loop = cell.process.open_loop();
+) -> Result<Covered<'e>, String> {
+    let process = cell.process().ok_or("continuous time")?;
+    let open_loop = process.open_loop();
     let open_loop = open_loop.ok_or("feedback, input noise or random plants")?;
     let order = open_loop.0.order();
     if cell.order != order {
@@ -154,7 +161,7 @@ pub(super) fn covered<'e>(
     for method in &experiment.methods {
         covers(method.options().ok_or("an estimator of your own")?)?;
     }
-    Ok(open_loop)
+    Ok((process, open_loop))
 }
 
 /// Whether a method is covered.

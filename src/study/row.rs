@@ -42,6 +42,28 @@ named_enum! {
         FreshFit = "fit_fresh",
         /// Relative change of a from the pass before; null for pass 0.
         Change = "change",
+        /// Continuous time: root mean square of |x - xhat| over the scored time.
+        RmsState = "rms_x",
+        /// Continuous time: of x_1 - xhat_1.
+        RmsState1 = "rms_x1",
+        /// Continuous time: of x_2 - xhat_2.
+        RmsState2 = "rms_x2",
+        /// Continuous time: relative error of theta at the end.
+        Theta = "e_theta",
+        /// Continuous time: its root mean square over the scored time.
+        ThetaRms = "e_theta_rms",
+        /// Continuous time: seconds after which the relative error of theta stays below 10 %.
+        Settling = "t_settle",
+        /// Continuous time: seconds after which theta can lose no more than 1 % of its error; null where it still moves.
+        Frozen = "t_frozen",
+        /// Continuous time: the smallest gamma int Delta^2 of the components: exp(-this) of the first error is left.
+        Adaptation = "adaptation",
+        /// Continuous time: the largest |dbar_i|, which the paper assumes to be below 1.
+        MixedDisturbance = "dbar_max",
+        /// Continuous time: relative error of the state by step halving.
+        StepError = "step_error",
+        /// Continuous time: observed order of the integration.
+        StepOrder = "step_order",
     }
 }
 

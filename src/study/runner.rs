@@ -1,5 +1,6 @@
 //! The runner: blocks of trials over rayon's threads.
 
+use super::experiment::Source;
 use super::tally::{CellTally, Trials};
 use super::{Curves, Engine, Experiment, Row, Worker, WorkerError};
 use crate::estimator::Method;
@@ -11,6 +12,9 @@ use std::time::{Duration, Instant};
 
 /// How many times more trials lanes do in that time, about.
 const LANES_SPEED: usize = 16;
+
+/// Samples times outputs that take as long as a step of all observers in continuous time, with its halves, about.
+const STEP_WORK: usize = 32;
 
 /// Samples times outputs in a block, about: half a second of work.
 const BLOCK_WORK: usize = 1 << 21;
@@ -73,8 +77,13 @@ pub enum RunError<E> {
 
 /// Trials in a block of a cell by default: half a second of work, about.
 pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
+    let cell_of = &experiment.cells[cell];
     let outputs: usize = experiment.methods.iter().map(Method::passes).sum();
-    let work = BLOCK_WORK / (experiment.cells[cell].horizon * outputs.max(1));
+    let samples = match &cell_of.source {
+        Source::Record(_) => cell_of.horizon * outputs.max(1),
+        Source::Continuous(of) => STEP_WORK * of.steps(),
+    };
+    let work = BLOCK_WORK / samples.max(1);
     let work = match experiment.engine(cell) {
         Ok(Engine::Lanes) => LANES_SPEED * work,
         _ => work,

@@ -3,7 +3,7 @@
 use super::experiment::ObserverStart;
 use super::row::{Figure, Row};
 use super::{Cell, Experiment};
-use crate::data::{Realisation, Truth};
+use crate::data::{Process, Realisation, Truth};
 use crate::estimator::{Failure, FailureKind, Pass, Progress, Stage};
 use crate::metric::{Response, StateError, System, relative_error, relative_error_as_printed};
 use crate::observer::{ObservedModel, Observer};
@@ -35,12 +35,12 @@ struct Wanted {
 }
 
 impl Scorer {
-    pub(super) fn new(experiment: &Experiment, cell: &Cell) -> Self {
+    pub(super) fn new(experiment: &Experiment, cell: &Cell, process: &Process) -> Self {
         use Figure as F;
         let measures = &experiment.file.measures;
         let any = |figures: &[Figure]| figures.iter().any(|figure| measures.contains(figure));
         // States of another order cannot be compared.
-        let comparable = cell.process.order() == cell.order;
+        let comparable = process.order() == cell.order;
         let states = [F::ExMax, F::ExRms, F::ExMaxPrinted, F::ExRmsPrinted];
         Self {
             window: cell.window,
@@ -48,7 +48,7 @@ impl Scorer {
             zero: vec![0.0; cell.order],
             observer: Observer::new(cell.gain.clone(), cell.order),
             poles: PoleFinder::new(cell.order),
-            input: *cell.process.input(),
+            input: *process.input(),
             response: Response::new(RESPONSE_SAMPLES),
             wanted: Wanted {
                 states: comparable && (experiment.file.curves || any(&states)),

@@ -1,5 +1,6 @@
 //! Everything that a report shows, made of tallies; what summary.json holds.
 
+use super::continuous::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
 use super::file::{BoundTable, Key, Settings, SlopeTable};
@@ -138,6 +139,9 @@ pub struct CellSummary {
     /// Quantiles of e_x(k), k = 0 ... K-1, of the first and the last output.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curves: Option<[CurveQuantiles; 2]>,
+    /// The course of trial 0 in continuous time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traces: Option<Traces>,
 }
 
 impl CellSummary {
@@ -179,6 +183,7 @@ impl CellSummary {
                 .curves
                 .as_ref()
                 .map(|c| [c.quantiles(false), c.quantiles(true)]),
+            traces: tally.traces.clone(),
         }
     }
 

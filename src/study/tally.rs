@@ -1,5 +1,6 @@
 //! What a block leaves of its trials: counts and accumulators that merge in any order to the same bits.
 
+use super::continuous::Traces;
 use super::curves::Curves;
 use super::row::{Figure, Row};
 use super::{Cell, Experiment};
@@ -61,6 +62,8 @@ pub struct CellTally {
     pub groups: Vec<Vec<Vec<Sample>>>,
     /// e_x(k) over k, of the first and the last output.
     pub curves: Option<Curves>,
+    /// The course of trial 0 in continuous time, where it is wanted.
+    pub traces: Option<Traces>,
 }
 
 /// Trials of one cell as they come: rows, signed parameter errors, curves.
@@ -72,6 +75,8 @@ pub struct Trials {
     pub parameters: Vec<f64>,
     /// e_x(k) over k, where wanted.
     pub curves: Option<Curves>,
+    /// The course of trial 0 in continuous time, where it is wanted and among the trials.
+    pub traces: Option<Traces>,
     /// Solves of a lane that were done again with pivots.
     pub fallbacks: u64,
 }
@@ -92,9 +97,9 @@ where
 impl CellTally {
     /// The tally of some trials; their curves move into it.
     pub fn of(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
-        let curves = trials.curves.take();
+        let (curves, traces) = (trials.curves.take(), trials.traces.take());
         let trials = &*trials;
-        let count = experiment.methods.iter().map(|m| m.outputs().len()).sum();
+        let count = experiment.output_count();
         let rows = |output: usize| trials.rows.iter().skip(output).step_by(count);
         let value = |output: usize, figure: Figure| rows(output).map(move |row| row[figure]);
         let measures = &experiment.file.measures;
@@ -138,6 +143,7 @@ impl CellTally {
                 .map(|slope| groups_of(slope.figure))
                 .collect(),
             curves,
+            traces,
         }
     }
 
@@ -145,7 +151,7 @@ impl CellTally {
     pub(super) fn fits(&self, experiment: &Experiment, cell: &Cell) -> bool {
         let file = &experiment.file;
         let measures = file.measures.len();
-        let outputs: usize = experiment.methods.iter().map(|m| m.outputs().len()).sum();
+        let outputs = experiment.output_count();
         let parameters = if file.parameters { 2 * cell.order } else { 0 };
         let output = |output: &OutputTally| {
             output.outcomes.trials == self.trials
@@ -187,6 +193,9 @@ impl CellTally {
         match (&mut self.curves, &other.curves) {
             (Some(left), Some(right)) => left.merge(right),
             (left, right) => left.clone_from(right),
+        }
+        if self.traces.is_none() {
+            self.traces.clone_from(&other.traces);
         }
     }
 }

@@ -4,7 +4,7 @@ use super::row::{Figure, Row};
 use super::score::{self, Scorer};
 use super::tally::Trials;
 use super::{Cell, Experiment};
-use crate::data::Realisation;
+use crate::data::{Process, Realisation};
 use crate::estimator::{Estimator, Output, Pass, Progress, SetupError, Window};
 use crate::metric::relative_error;
 
@@ -12,6 +12,7 @@ use crate::metric::relative_error;
 pub struct Trial<'e> {
     experiment: &'e Experiment,
     cell: &'e Cell,
+    process: &'e Process,
     outputs: Vec<Output>,
     realisation: Realisation,
     methods: Vec<MethodRun<'e>>,
@@ -44,8 +45,9 @@ impl<'e> Trial<'e> {
     /// Buffers for a cell of an experiment.
     ///
     /// # Errors
-    /// If a method cannot serve the cell.
+    /// If a method cannot serve the cell, or it is in continuous time.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, SetupError> {
+        let process = cell.process().ok_or(SetupError::ContinuousTime)?;
         let mut methods = Vec::new();
         for method in &experiment.methods {
             methods.push(MethodRun {
@@ -57,10 +59,11 @@ impl<'e> Trial<'e> {
         Ok(Self {
             experiment,
             cell,
+            process,
             outputs: experiment.outputs(),
             realisation: Realisation::default(),
             methods,
-            scorer: Scorer::new(experiment, cell),
+            scorer: Scorer::new(experiment, cell, process),
             last: Trials::default(),
         })
     }
@@ -79,8 +82,7 @@ impl<'e> Trial<'e> {
     pub fn run_into(&mut self, trial: u64, to: &mut Trials) {
         let (file, cell) = (&self.experiment.file, self.cell);
         let record = &mut self.realisation;
-        let process = &cell.process;
-        process.realise(
+        self.process.realise(
             file.seed,
             trial,
             cell.eta,

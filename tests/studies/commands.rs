@@ -508,7 +508,15 @@ fn columns_of(table: &DataFrame) -> Vec<(&str, DataType)> {
 #[test]
 fn tables_have_the_columns_they_had() {
     let place = Place::new();
-    succeeds(&place.run(&["reproduce", "--trials", "3", "--out", "paper"]));
+    succeeds(&place.run(&[
+        "reproduce",
+        "--paper",
+        "nikolov",
+        "--trials",
+        "3",
+        "--out",
+        "paper",
+    ]));
     let paper = table(&place.path("paper/trials.parquet"));
     assert_eq!(columns_of(&paper), columns());
     assert_eq!(paper.height(), 3 * 3 * 5);

@@ -244,7 +244,15 @@ fn newer_versions_and_other_designs_are_left_alone() {
     // `reproduce` does not take another study's blocks away.
     let before = state(&folder);
     place.refuses(
-        &["reproduce", "--trials", "1", "--out", "out"],
+        &[
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "1",
+            "--out",
+            "out",
+        ],
         &["--out", "another design"],
     );
     assert!(state(&folder) == before);
@@ -283,7 +291,15 @@ fn killed_while_publishing() {
         std::fs::remove_dir_all(place.path("out")).expect("removed");
     }
     // `reproduce` keeps no blocks beside whole results, but their design beside a part of them.
-    let reproduce = ["reproduce", "--trials", "1", "--out", "paper"];
+    let reproduce = [
+        "reproduce",
+        "--paper",
+        "nikolov",
+        "--trials",
+        "1",
+        "--out",
+        "paper",
+    ];
     let done = || {
         let output = place.run(&reproduce);
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
@@ -317,7 +333,18 @@ fn foreign_results_are_left_alone() {
         let path = place.write(&format!("out/{name}"), b"precious");
         let without = format!("{name} without manifest.json");
         place.refuses(&run_in("out"), &["--out", "out", &without]);
-        place.refuses(&["reproduce", "--trials", "1", "--out", "out"], &[&without]);
+        place.refuses(
+            &[
+                "reproduce",
+                "--paper",
+                "nikolov",
+                "--trials",
+                "1",
+                "--out",
+                "out",
+            ],
+            &[&without],
+        );
         assert_eq!(std::fs::read(&path).expect("a file"), b"precious");
         assert!(!place.path("out/blocks").exists());
         std::fs::remove_file(path).expect("removed");
@@ -341,7 +368,15 @@ fn two_runs_in_one_folder() {
     wait_until(|| !blocks(&place.path("out")).is_empty());
     place.refuses(&arguments, &["--out", "out", "another run"]);
     place.refuses(
-        &["reproduce", "--trials", "1", "--out", "out"],
+        &[
+            "reproduce",
+            "--paper",
+            "nikolov",
+            "--trials",
+            "1",
+            "--out",
+            "out",
+        ],
         &["another run"],
     );
     child.kill().expect("killed");

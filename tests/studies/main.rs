@@ -1,6 +1,7 @@
 //! Studies from outside: experiment files, folders that can be gone on with, and the bits in them.
 
 mod commands;
+mod continuous;
 mod damage;
 mod engines;
 mod files;

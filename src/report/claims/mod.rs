@@ -7,6 +7,7 @@ mod accuracy;
 mod closed_loop;
 mod condition;
 mod errata;
+mod gpebo;
 mod iteration;
 mod noise;
 mod solvers;
@@ -139,7 +140,7 @@ impl<'a> Studies<'a> {
 
 type Rule = fn(Studies<'_>) -> Finding;
 
-const CLAIMS: [(&str, &str, Rule); 18] = [
+const CLAIMS: [(&str, &str, Rule); 21] = [
     (
         "C1",
         "Without noise, N = 18: e_a, e_b and e_x are zero.",
@@ -225,6 +226,21 @@ const CLAIMS: [(&str, &str, Rule); 18] = [
         "E12",
         "An auxiliary model driven as an observer does as well as an open-loop one.",
         |s| errata::method(s, "E12"),
+    ),
+    (
+        "B1",
+        "The proposed estimate of theta is as fast as the gradient's and more exact.",
+        gpebo::parameters,
+    ),
+    (
+        "B2",
+        "The state: the proposed observer is better than with the gradient and than the full-order one.",
+        gpebo::state,
+    ),
+    (
+        "B3",
+        "Nothing need be known of the disturbance but that it is small.",
+        gpebo::no_information,
     ),
 ];
 

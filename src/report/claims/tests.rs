@@ -124,7 +124,7 @@ fn nikolov(count: u64) -> Study {
 #[test]
 fn what_was_not_run_is_undecided_and_says_so() {
     let all = claims(&[]);
-    assert_eq!(all.len(), 18);
+    assert_eq!(all.len(), 21);
     for claim in all {
         assert_eq!(claim.verdict, Verdict::Undecided, "{}", claim.id);
         assert!(
@@ -144,6 +144,9 @@ fn what_was_not_run_is_undecided_and_says_so() {
         "observer-poles",
         "errata",
         "c2-c3",
+        "gpebo-figures",
+        "gpebo-noise",
+        "gpebo-amplitude",
     ] {
         for claim in claims(&[study(name, "[settings]\neta = 1")]) {
             assert!(
@@ -493,4 +496,74 @@ fn readings_cost_something_or_nothing() {
         because.contains("fail with as-printed in all 2 cells (at least 99 %)"),
         "{because}"
     );
+}
+
+const NOISE: &str = include_str!("../../../experiments/gpebo-noise.toml");
+
+/// The GPEBO study whose proposed estimator has these ratios of errors over the gradient's and over the full-order
+/// observer's in the first cells, and 1 / 2 in the others, and settles in so many more trials than the gradient.
+fn gpebo(ratios: &[f64], settles_more: i64) -> Study {
+    let mut study = study("gpebo-noise", NOISE);
+    for (i, cell) in study.summary.cells.iter_mut().enumerate() {
+        let ratio = ratios.get(i).copied().unwrap_or(0.5);
+        for other in ["gradient", "luenberger"] {
+            let mut pair = paired("proposed", other, ratio);
+            let of = pair.figures[&Figure::Ea];
+            for figure in [Figure::ThetaRms, Figure::RmsState, Figure::Settling] {
+                pair.figures.insert(figure, of);
+            }
+            let settling = pair.figures.get_mut(&Figure::Settling).unwrap();
+            settling.only_first = settles_more.max(0) as u64;
+            settling.only_second = (-settles_more).max(0) as u64;
+            cell.comparisons.push(pair);
+        }
+    }
+    study
+}
+
+#[test]
+fn gpebo_against_gradient_and_luenberger() {
+    for (ratios, more, parameters, state) in [
+        (&[][..], 3, Verdict::Holds, Verdict::Holds),
+        // As exact, but not settled where the gradient is.
+        (&[], -3, Verdict::DoesNotHold, Verdict::Holds),
+        (&[2.0], 3, Verdict::HoldsOnlyIf, Verdict::HoldsOnlyIf),
+        (&[1.0; 9], 0, Verdict::DoesNotHold, Verdict::DoesNotHold),
+    ] {
+        let study = gpebo(ratios, more);
+        let (found, because) = verdict_of(std::slice::from_ref(&study), "B1");
+        assert_eq!(found, parameters, "{because}");
+        let (found, because) = verdict_of(&[study], "B2");
+        assert_eq!(found, state, "{because}");
+    }
+    let (_, because) = verdict_of(&[gpebo(&[2.0], 3)], "B1");
+    assert!(because.contains("in 8 of 9 cells"), "{because}");
+}
+
+#[test]
+fn the_map_of_amplitudes() {
+    let file = include_str!("../../../experiments/gpebo-amplitude.toml");
+    for (first, others, verdict) in [
+        (900, 900, Verdict::Holds),
+        (0, 900, Verdict::HoldsOnlyIf),
+        (500, 900, Verdict::Holds),
+        (0, 100, Verdict::DoesNotHold),
+    ] {
+        let mut study = study("gpebo-amplitude", file);
+        for (i, cell) in study.summary.cells.iter_mut().enumerate() {
+            for bound in &mut cell.bounds {
+                for output in &mut bound.outputs {
+                    output.met = Share::new(if i == 0 { first } else { others }, 1000);
+                }
+            }
+        }
+        let (found, because) = verdict_of(&[study], "B3");
+        // One cell that is open among many that hold leaves it open.
+        let verdict = if first == 500 {
+            Verdict::Undecided
+        } else {
+            verdict
+        };
+        assert_eq!(found, verdict, "{because}");
+    }
 }

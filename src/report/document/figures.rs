@@ -4,7 +4,7 @@ use super::layout::{Layout, panel_title, sheet, x_of};
 use super::{lead_figures, lead_outputs, shown};
 use crate::metric::{Quantile, Statistics, Z};
 use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
-use crate::report::results::{Study, figure_name, is_error, statistics};
+use crate::report::results::{Study, figure_name, statistics};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Figure};
 
@@ -29,12 +29,16 @@ const FIGURES: usize = 6;
 pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     let lead = lead_figures(study);
     let first = lead.first().copied();
+    let map = super::map::map(study);
     let all = [
+        map.clone(),
         first.and_then(|figure| medians(study, figure)),
         super::traces::passes(study),
         super::traces::lost(study),
         super::traces::times(study),
-        super::traces::shares(study),
+        map.is_none()
+            .then(|| super::traces::shares(study))
+            .flatten(),
         first.and_then(|figure| ratios(study, figure)),
         super::traces::coefficients(study),
         super::traces::curves(study),
@@ -43,7 +47,11 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         .iter()
         .skip(1)
         .filter_map(|figure| medians(study, *figure));
-    let mut drawn: Vec<Drawn> = all.into_iter().flatten().chain(rest).collect();
+    let courses = super::courses::courses(&study.summary).into_iter();
+    let mut drawn: Vec<Drawn> = courses
+        .chain(all.into_iter().flatten())
+        .chain(rest)
+        .collect();
     drawn.truncate(FIGURES);
     drawn
 }
@@ -62,7 +70,7 @@ pub(super) fn y_axis(figure: Figure) -> Axis {
     match figure {
         Figure::FreshFit => Axis::linear(format!("{name} on fresh data, %")).range(-20.0, 100.0),
         Figure::SpectralRadius => Axis::linear(name),
-        _ if is_error(figure) => Axis::log(format!("{name}, relative")),
+        _ if figure.name().starts_with("e_") => Axis::log(format!("{name}, relative")),
         _ => Axis::log(name),
     }
 }

@@ -1,8 +1,10 @@
 //! The report as a page with figures and tables beside it.
 
 mod answer;
+mod courses;
 mod figures;
 mod layout;
+mod map;
 mod tables;
 mod traces;
 
@@ -12,6 +14,7 @@ use super::results::{Study, shown, shown_name};
 use super::shipped::Shipped;
 use crate::study::Figure;
 use crate::study::file::Key;
+pub use courses::course_figures;
 use figures::Drawn;
 use std::fmt::Write;
 
@@ -50,7 +53,7 @@ fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
 
 /// The figures of merit that the study is about, at most three: those that most cells have, errors of a first.
 fn lead_figures(study: &Study) -> Vec<Figure> {
-    const ORDER: [Figure; 8] = [
+    const ORDER: [Figure; 11] = [
         Figure::Ea,
         Figure::Eb,
         Figure::ExMax,
@@ -59,6 +62,9 @@ fn lead_figures(study: &Study) -> Vec<Figure> {
         Figure::Eh,
         Figure::ExRms,
         Figure::Ex0,
+        Figure::RmsState,
+        Figure::ThetaRms,
+        Figure::Theta,
     ];
     let outputs = lead_outputs(study);
     let defined = |figure: Figure| {
@@ -185,6 +191,11 @@ fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut
             "Why",
         ),
         (
+            'B',
+            "The claims of Bobtsov et al. (GPEBO) with what the results say.",
+            "Why",
+        ),
+        (
             'E',
             "Readings of the errata: does the reading make no difference?",
             "Why, reading by reading",
@@ -205,7 +216,7 @@ fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut
         let why =
             |claim: &Claim| format!("{}, {}: {}", claim.id, claim.verdict.name(), claim.because);
         let why: Vec<String> = claims.into_iter().map(why).collect();
-        if letter == 'C' {
+        if letter != 'E' {
             section.heading(heading);
             section.list(&why);
         } else {
@@ -260,7 +271,7 @@ fn experiment(section: &mut Section, study: &Study, claims: &[Claim], files: &mu
             section.answer(claim.verdict, &format!("{}: {sentence}", claim.id));
         }
     }
-    let named = own.iter().filter(|claim| claim.id.starts_with('C'));
+    let named = own.iter().filter(|claim| !claim.id.starts_with('E'));
     for claim in named {
         section.answer(claim.verdict, &format!("{}: {}", claim.id, claim.because));
     }
@@ -369,14 +380,23 @@ fn settings(section: &mut Section, study: &Study) {
             ("version".to_owned(), study.version.clone()),
         ]);
         section.settings(&pairs);
-        let methods: Vec<String> = study.file.methods.iter().map(method).collect();
-        section.list(&methods);
+        let methods = study
+            .file
+            .methods
+            .iter()
+            .map(|of| method(&of.output_name(1), of));
+        let observers = study
+            .file
+            .observers
+            .iter()
+            .map(|of| method(&of.label(), of));
+        section.list(&methods.chain(observers).collect::<Vec<String>>());
     });
 }
 
-/// A method with its options.
-fn method(table: &crate::study::file::MethodTable) -> String {
-    let mut text = format!("`{}`", table.output_name(1));
+/// A method or an observer with its options.
+fn method(name: &str, table: &impl serde::Serialize) -> String {
+    let mut text = format!("`{name}`");
     if let Ok(serde_json::Value::Object(options)) = serde_json::to_value(table) {
         let shown = options
             .iter()

@@ -48,18 +48,63 @@ named_enum! {
         Gain = "gain",
         /// Where the observer starts.
         ObserverStart = "observer_start",
+        /// Continuous time: the disturbance.
+        Disturbance = "disturbance",
+        /// Continuous time: its level.
+        Level = "level",
+        /// Continuous time: its frequency.
+        Frequency = "frequency",
+        /// Continuous time: its phase.
+        Phase = "phase",
+        /// Continuous time: the hold of white noise.
+        NoiseHold = "noise_hold",
+        /// Continuous time: a factor on adaptation gains.
+        GainScale = "gain_scale",
+        /// Continuous time: the longest step.
+        Step = "step",
     }
 }
 
 /// "the plant's", "as stated": settings whose default follows from others.
 pub const AUTOMATIC: &str = "auto";
 
+/// The settings of a study in continuous time.
+const CONTINUOUS: [Key; 9] = [
+    Key::Claim,
+    Key::Plant,
+    Key::Disturbance,
+    Key::Level,
+    Key::Frequency,
+    Key::Phase,
+    Key::NoiseHold,
+    Key::GainScale,
+    Key::Step,
+];
+
 impl Key {
+    /// Whether a study in continuous time, or in discrete time, has the setting.
+    pub fn is_of(self, continuous: bool) -> bool {
+        let shared = matches!(self, Self::Claim | Self::Plant);
+        shared || CONTINUOUS.contains(&self) == continuous
+    }
+
+    /// The value where a file of that kind says nothing.
+    pub fn default_of(self, continuous: bool) -> Option<Scalar> {
+        match self {
+            _ if !self.is_of(continuous) => None,
+            Self::Plant if continuous => Some(Scalar::Text("bobtsov2023".to_owned())),
+            _ => self.default(),
+        }
+    }
+
     /// What the setting means, with its unit and what it may be.
     pub const fn about(self) -> &'static str {
         match self {
             Self::Claim => "label of the cell, such as C2",
-            Self::Plant => "\"nikolov2023\", \"random\" or a name in [plants]",
+            Self::Plant => {
+                "\"nikolov2023\", \"random\" or a name in [plants]; in continuous time \"bobtsov2023\" or a name in \
+                 [continuous_plants]"
+            }
             Self::Numerator => {
                 "reading E1 of nikolov2023: \"state-space\" or \"transfer-function\""
             }
@@ -95,6 +140,20 @@ impl Key {
             Self::Horizon => "the record's length K, samples; \"auto\": max(400, N + 200)",
             Self::Gain => "reading E8: \"dead-beat\", \"scaled:RHO\" or \"poles:LIST\"",
             Self::ObserverStart => "the observer starts from \"x0-hat\" or from \"zero\"",
+            Self::Disturbance => {
+                "disturbance of a continuous-time output: \"none\", \"constant\", \"ramp\", \"sine\", \"square\", \
+                 \"white\" or a name in [signals]"
+            }
+            Self::Level => "factor on the disturbance: its amplitude, slope or standard deviation",
+            Self::Frequency => "frequency of a sine or square disturbance, rad/s",
+            Self::Phase => {
+                "phase of a sine or square disturbance, rad; \"random\": uniform, a new one in every trial"
+            }
+            Self::NoiseHold => {
+                "seconds for which a number of white noise is held: its bandwidth is 1/(2 hold) Hz"
+            }
+            Self::GainScale => "factor on the adaptation gains of every observer",
+            Self::Step => "longest step of the integration, seconds",
         }
     }
 
@@ -122,6 +181,11 @@ impl Key {
             Self::Window => number(98.0),
             Self::Gain => text("dead-beat"),
             Self::ObserverStart => text("x0-hat"),
+            Self::Disturbance => text("sine"),
+            Self::Level => number(0.3),
+            Self::Frequency | Self::GainScale => number(1.0),
+            Self::Phase => number(0.0),
+            Self::NoiseHold | Self::Step => number(0.01),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Experiment files: TOML, the same structure as JSON in a manifest, every default written out.
 
 mod axis;
+mod continuous;
 mod grid;
 mod key;
 mod method;
@@ -9,6 +10,10 @@ mod rule;
 mod tables;
 
 pub use axis::{Axis, Scalar};
+pub use continuous::{
+    ContinuousPlantTable, ContinuousTable, FactorName, HoldName, ObserverName, ObserverTable,
+    SignalTable, WaveName, WaveTable,
+};
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches};
 pub use key::{AUTOMATIC, Key};
 pub use method::{EstimatorName, MOST_ITERATIONS, MethodTable};
@@ -76,6 +81,18 @@ pub struct ExperimentFile {
     pub noises: BTreeMap<String, NoiseTable>,
     /// Feedbacks by name.
     pub feedbacks: BTreeMap<String, FeedbackTable>,
+    /// Makes it a study of observers in continuous time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub continuous: Option<ContinuousTable>,
+    /// Plants in continuous time by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub continuous_plants: BTreeMap<String, ContinuousPlantTable>,
+    /// Disturbances in continuous time by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub signals: BTreeMap<String, SignalTable>,
+    /// Observers in continuous time, all run on the same trials.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub observers: Vec<ObserverTable>,
     /// The methods, all run on the same records; a list in an option makes one method per value.
     pub methods: Vec<MethodTable>,
     /// Pairs of outputs that are compared on the same trials, such as `["iv(4)", "ls"]`.
@@ -119,6 +136,10 @@ impl Default for ExperimentFile {
             plants: BTreeMap::new(),
             noises: BTreeMap::new(),
             feedbacks: BTreeMap::new(),
+            continuous: None,
+            continuous_plants: BTreeMap::new(),
+            signals: BTreeMap::new(),
+            observers: Vec::new(),
             methods: vec![MethodTable::default()],
             compare: Vec::new(),
             slopes: Vec::new(),
@@ -172,6 +193,48 @@ impl ExperimentFile {
         Ok(())
     }
 
+    /// What belongs to the other kind of study means nothing.
+    fn check_kind(&self) -> Result<(), FileError> {
+        let continuous = self.continuous.is_some();
+        let kind = if continuous {
+            "continuous time (the file has [continuous])"
+        } else {
+            "discrete time (the file has no [continuous])"
+        };
+        let wrong = |key: &str| {
+            Err(FileError::key(
+                key,
+                format!("means nothing in a study in {kind}"),
+            ))
+        };
+        if let Some(key) = self.settings.keys().find(|key| !key.is_of(continuous)) {
+            return wrong(key.name());
+        }
+        let default = Self::default();
+        let given = [
+            (
+                "methods",
+                continuous && self.methods != default.methods && !self.methods.is_empty(),
+            ),
+            ("plants", continuous && !self.plants.is_empty()),
+            ("noises", continuous && !self.noises.is_empty()),
+            ("feedbacks", continuous && !self.feedbacks.is_empty()),
+            ("parameters", continuous && self.parameters),
+            ("curves", continuous && self.curves),
+            ("timing", continuous && self.timing),
+            (
+                "continuous_plants",
+                !continuous && !self.continuous_plants.is_empty(),
+            ),
+            ("signals", !continuous && !self.signals.is_empty()),
+            ("observers", !continuous && !self.observers.is_empty()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((key, _)) => wrong(key),
+            None => Ok(()),
+        }
+    }
+
     /// Writes every default out: settings, and one table per method.
     ///
     /// # Errors
@@ -181,9 +244,14 @@ impl ExperimentFile {
             let message = "stands beside 'window'; expected one of them (N = 3n + 2l)";
             return Err(FileError::key("l", message));
         }
+        let continuous = self.continuous.is_some();
+        self.check_kind()?;
+        if continuous {
+            self.methods.clear();
+        }
         for key in Key::ALL {
             let absent = *key == Key::Window && self.settings.contains_key(&Key::L);
-            if let Some(default) = key.default().filter(|_| !absent) {
+            if let Some(default) = key.default_of(continuous).filter(|_| !absent) {
                 self.settings.entry(*key).or_insert(Axis::One(default));
             }
         }

@@ -87,13 +87,22 @@ impl ExperimentFile {
             .is_some_and(|extension| extension == "json");
         let read = match std::fs::read_to_string(path) {
             Ok(text) if json => Self::parse_manifest(&text),
-            Ok(text) => Self::parse(&text),
+            Ok(text) => Self::parse(&text).and_then(|file| file.with_samples(path)),
             Err(error) => Err(FileError::Io(error.to_string())),
         };
         read.map_err(|error| FileError::In {
             path: path.display().to_string(),
             error: Box::new(error),
         })
+    }
+
+    /// Takes the samples of the files that disturbances name, which stand beside the experiment file.
+    fn with_samples(mut self, path: &Path) -> Result<Self, FileError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for (name, signal) in &mut self.signals {
+            signal.read_files(folder, &format!("signals.{name}"))?;
+        }
+        Ok(self)
     }
 
     fn parse_manifest(text: &str) -> Result<Self, FileError> {

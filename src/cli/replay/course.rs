@@ -1,0 +1,61 @@
+//! Replay of a trial in continuous time.
+
+use super::super::error::{Error, failed};
+use super::{Options, Replay, Stage, stored};
+use crate::estimator::Output;
+use crate::study::{ContinuousCell, ContinuousTrial, Experiment, Row, Traces, Trials};
+use std::process::ExitCode;
+
+/// Replays a trial in continuous time: its rows, and its course at some times.
+pub(super) fn show(
+    experiment: &Experiment,
+    index: usize,
+    cell: &ContinuousCell,
+    trial: u64,
+    options: &Options<'_>,
+) -> Result<ExitCode, Error> {
+    /// Points of the course.
+    const POINTS: f64 = 20.0;
+    if options.data.is_some() {
+        let message = "--data: a trial in continuous time has no record k, u, y";
+        return Err(Error::Input(message.to_owned()));
+    }
+    let mut trials = Trials::default();
+    let mut worker = ContinuousTrial::new(experiment, cell).map_err(failed)?;
+    worker.run_with_course(trial, Some(cell.until / POINTS), &mut trials);
+    let outputs = experiment.outputs();
+    let name = |row: &Row| outputs[row.output].label();
+    Replay {
+        cell: &experiment.cells[index],
+        index,
+        trial,
+        seed: experiment.file.seed,
+        stored: stored(options.folder, experiment, index, &trials.rows),
+        stages: trials
+            .traces
+            .as_ref()
+            .map_or_else(Vec::new, |of| course(of, &outputs)),
+        rows: trials.rows.iter().map(|row| (name(row), row)).collect(),
+    }
+    .print(options)
+}
+
+/// The true state, then what every observer makes of it.
+fn course(traces: &Traces, outputs: &[Output]) -> Vec<Stage> {
+    let named = |name: &str, courses: &[Vec<f64>]| -> Vec<(String, Vec<f64>)> {
+        let courses = courses.iter().enumerate();
+        courses
+            .map(|(i, of)| (format!("{name}_{}", i + 1), of.clone()))
+            .collect()
+    };
+    let mut plant = vec![("t, s".to_owned(), traces.times.clone())];
+    plant.extend(named("x", &traces.x));
+    plant.push(("theta = x(0) - xi(0)".to_owned(), traces.theta.clone()));
+    let mut stages = vec![("Plant".to_owned(), plant)];
+    for (output, of) in outputs.iter().zip(&traces.outputs) {
+        let mut vectors = named("xhat", &of.x_hat);
+        vectors.extend(named("theta_hat", &of.theta_hat));
+        stages.push((format!("Observer {}", output.label()), vectors));
+    }
+    stages
+}

@@ -1,0 +1,121 @@
+//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and claims B1 to B3.
+
+use super::super::error::{Error, failed};
+use super::super::run::execute;
+use super::Arguments;
+use crate::report::{Claim, Study, claims, course_figures, ends, example_table};
+use crate::study::file::ExperimentFile;
+use crate::study::{BOBTSOV2023, Experiment, RunOptions, Summary};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::Path;
+
+/// What was run.
+pub(super) struct Bobtsov {
+    studies: Vec<Study>,
+}
+
+impl Bobtsov {
+    /// Runs the studies, each in a folder of its name below `folder`.
+    pub(super) fn run(arguments: &Arguments, folder: &Path) -> Result<Self, Error> {
+        let mut studies = Vec::new();
+        for (name, text) in BOBTSOV2023 {
+            let file = ExperimentFile {
+                seed: arguments.seed,
+                ..ExperimentFile::parse(text).map_err(failed)?
+            };
+            let rule = file.trials.clone();
+            let experiment = Experiment::new(file).map_err(failed)?;
+            let path = folder.join(name);
+            let options = RunOptions {
+                threads: super::threads(arguments.threads),
+                fresh: true,
+                replace: arguments.out.is_none(),
+                ..RunOptions::default()
+            };
+            let figures = |summary: &Summary| Ok(course_figures(summary));
+            execute(&path, "--out ", &experiment, rule, options, figures)?;
+            studies.push(Study::read(&path).map_err(failed)?);
+        }
+        Ok(Self { studies })
+    }
+
+    /// B1 to B3 as far as these studies judge them.
+    fn claims(&self) -> Vec<Claim> {
+        let mut all = claims(&self.studies);
+        all.retain(|claim| claim.id.starts_with('B') && claim.is_judged());
+        all
+    }
+
+    /// The table, and what the claims come to.
+    pub(super) fn text(&self, folder: &Path) -> String {
+        let mut text =
+            "Bobtsov et al. (2023): the example, delta = 0.3 sin t, t = 8 to 20 s\n\n".to_owned();
+        if let Some(study) = self.studies.first() {
+            let from = study
+                .file
+                .continuous
+                .as_ref()
+                .map_or(0.0, |of| of.scored_from);
+            text.push_str(&example_table(&study.summary, from));
+            text.push_str("proposed: ");
+            text.push_str(&ends(&study.summary, "proposed").join("\n          "));
+            text.push_str("\n\n");
+        }
+        for claim in self.claims() {
+            let sentence = format!(
+                "{} {}: {} {}",
+                claim.id,
+                claim.verdict.name(),
+                claim.text,
+                claim.because
+            );
+            text.push_str(&wrapped(&sentence));
+            text.push('\n');
+        }
+        // Writing to a string does not fail.
+        let _ = write!(
+            text,
+            "kalman-bucy is recursive least squares on Eq. (9); it is told how large the noise\n\
+             is. Figs. 1 to 4 as theta.svg and state-errors.svg in {}\n",
+            folder.join("gpebo-figures").display()
+        );
+        text
+    }
+
+    /// The claims with their numbers.
+    pub(super) fn json(&self) -> Vec<Value> {
+        let claim = |claim: Claim| {
+            let numbers = claim.numbers.iter().map(
+                |number| json!({ "name": number.name, "value": number.value, "mcse": number.mcse }),
+            );
+            json!({
+                "claim": claim.id,
+                "text": claim.text,
+                "verdict": claim.verdict.name(),
+                "because": claim.because,
+                "numbers": numbers.collect::<Vec<Value>>(),
+            })
+        };
+        self.claims().into_iter().map(claim).collect()
+    }
+}
+
+/// A paragraph of lines of at most 80 columns, indented but for the first.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let last = lines.len() - 1;
+        let line = &mut lines[last];
+        if line.trim().is_empty() {
+            line.push_str(word);
+        } else if line.chars().count() + 1 + word.chars().count() <= 80 {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(format!("   {word}"));
+        }
+    }
+    lines.push(String::new());
+    lines.join("\n")
+}

@@ -1,0 +1,291 @@
+//! The run: plant, first mixing and all observers on one grid.
+
+use super::estimators::{Estimator, MixedNodes};
+use super::grid::Grid;
+use super::linear::{LinearState, LinearSystem, Propagator};
+use super::mixing::Mixer;
+use super::recursive::Information;
+use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check};
+use super::summary::{Estimate, ObserverSummary, Outcome, Sample, Summary};
+use crate::plant::ContinuousPlant;
+
+/// A plant, a scenario and observers that fit each other.
+#[derive(Clone, Debug)]
+pub struct Cascade {
+    n: usize,
+    horizon: f64,
+    /// The true theta = x(0) - xi(0).
+    theta: Vec<f64>,
+    specs: Vec<ObserverSpec>,
+    system: LinearSystem,
+    grid: Grid,
+}
+
+impl Cascade {
+    /// Checks the settings and prepares the matrices and the grid.
+    ///
+    /// # Errors
+    /// If a length does not fit the plant's order, a filter or gain is not positive, filters are not distinct, the step
+    /// or a signal does not fit the horizon, or there would be more than [`super::LARGEST_STEPS`]
+    /// steps, [`super::LARGEST_BREAKPOINTS`] breakpoints or [`super::LARGEST_LENGTHS`] different step lengths.
+    pub fn new(
+        plant: &ContinuousPlant,
+        scenario: &Scenario,
+        options: &GpeboOptions,
+        observers: &[ObserverSpec],
+    ) -> Result<Self, CascadeError> {
+        check(plant.order(), scenario, options, observers)?;
+        Ok(Self {
+            n: plant.order(),
+            horizon: scenario.horizon,
+            theta: scenario
+                .x0
+                .iter()
+                .zip(&options.xi0)
+                .map(|(x, xi)| x - xi)
+                .collect(),
+            specs: observers.to_vec(),
+            system: LinearSystem::new(plant, scenario, options, observers),
+            grid: Grid::new(scenario)?,
+        })
+    }
+
+    /// The number of base steps: the visitor of [`Self::run`] is called once more.
+    pub fn base_steps(&self) -> usize {
+        self.grid.steps()
+    }
+
+    /// The number of observers.
+    pub fn observers(&self) -> usize {
+        self.specs.len()
+    }
+
+    /// The true theta = x(0) - xi(0), of length n.
+    pub fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    /// Runs with each base step divided into `refine` (0 counts as 1); calls `visit` at t = 0 and after each base step.
+    pub fn run(&self, refine: usize, mut visit: impl FnMut(&Sample<'_>)) -> Summary {
+        let mut run = self.start(refine);
+        visit(&run.sample());
+        while run.advance() {
+            visit(&run.sample());
+        }
+        run.summary()
+    }
+
+    /// A run at t = 0, with each base step divided into `refine` (0 counts as 1).
+    pub fn start(&self, refine: usize) -> Run<'_> {
+        let n = self.n;
+        let refine = refine.max(1);
+        let lengths = self
+            .grid
+            .lengths
+            .iter()
+            .map(|length| length / refine as f64);
+        let steps = lengths
+            .map(|h| (h, self.system.propagator(h / 2.0)))
+            .collect();
+        let estimates = self.specs.iter().map(|spec| Estimate {
+            x: vec![0.0; n],
+            theta: match spec {
+                ObserverSpec::Luenberger { .. } => vec![],
+                _ => vec![0.0; n],
+            },
+        });
+        let mut run = Run {
+            cascade: self,
+            refine,
+            steps,
+            gap: 0,
+            done: 0,
+            taken: 0,
+            t: 0.0,
+            linear: self.system.initial(),
+            estimators: Estimator::all(&self.specs, n),
+            information: Information::new(n),
+            mixing: Mixing::new(n),
+            estimates: estimates.collect(),
+            outcomes: vec![Outcome::Finite; self.specs.len()],
+            outcome: Outcome::Finite,
+        };
+        let h = self.grid.lengths.first().copied().unwrap_or_default() / refine as f64;
+        self.system.start_step(&mut run.linear, 0.0, h / 2.0);
+        run.mixing.observe(self, &run.linear, 2);
+        run.finish_base_step();
+        run
+    }
+}
+
+/// The first mixing at the nodes of a step, and its buffers.
+#[derive(Clone, Debug)]
+struct Mixing {
+    mixer: Mixer,
+    m: Vec<f64>,
+    zbar: Vec<f64>,
+    nodes: MixedNodes,
+    /// At the last node observed.
+    mbar: Vec<f64>,
+    dbar: Vec<f64>,
+    largest_dbar: Vec<f64>,
+}
+
+impl Mixing {
+    fn new(n: usize) -> Self {
+        Self {
+            mixer: Mixer::new(n),
+            m: vec![0.0; n * n],
+            zbar: vec![0.0; n],
+            nodes: MixedNodes {
+                delta: [0.0; 3],
+                mbar: vec![[0.0; 3]; n],
+                phi: vec![[0.0; 3]; n],
+                z: [0.0; 3],
+            },
+            mbar: vec![0.0; n],
+            dbar: vec![0.0; n],
+            largest_dbar: vec![0.0; n],
+        }
+    }
+
+    /// Fills node `k` from the linear state, Eqs. (9), (10).
+    fn observe(&mut self, cascade: &Cascade, linear: &LinearState, k: usize) {
+        cascade.system.observe(linear, &mut self.m, &mut self.zbar);
+        let delta = self.mixer.mix(&self.m, &self.zbar, &mut self.mbar);
+        self.nodes.delta[k] = delta;
+        self.nodes.z[k] = self.zbar[0];
+        for (i, theta) in cascade.theta.iter().enumerate() {
+            self.nodes.phi[i][k] = self.m[i];
+            self.nodes.mbar[i][k] = self.mbar[i];
+            self.dbar[i] = self.mbar[i] - delta * theta;
+            self.largest_dbar[i] = self.largest_dbar[i].max(self.dbar[i].abs());
+        }
+    }
+
+    /// The end of a step is the start of the next.
+    fn shift(&mut self) {
+        let nodes = &mut self.nodes;
+        let signals = [&mut nodes.delta, &mut nodes.z].into_iter();
+        for signal in signals.chain(&mut nodes.mbar).chain(&mut nodes.phi) {
+            signal[0] = signal[2];
+        }
+    }
+}
+
+/// A run in progress.
+#[derive(Clone, Debug)]
+pub struct Run<'a> {
+    cascade: &'a Cascade,
+    refine: usize,
+    /// Step length and half-step propagator for each length of the grid.
+    steps: Vec<(f64, Propagator)>,
+    gap: usize,
+    /// Base steps done in this gap.
+    done: usize,
+    taken: usize,
+    t: f64,
+    linear: LinearState,
+    estimators: Vec<Estimator>,
+    information: Information,
+    mixing: Mixing,
+    estimates: Vec<Estimate>,
+    outcomes: Vec<Outcome>,
+    outcome: Outcome,
+}
+
+impl Run<'_> {
+    /// One base step. False, and nothing done, at the horizon or where the plant's state is not finite.
+    pub fn advance(&mut self) -> bool {
+        let Some(gap) = self.cascade.grid.gaps.get(self.gap).copied() else {
+            return false;
+        };
+        if self.outcome != Outcome::Finite {
+            return false;
+        }
+        let h = self.steps[gap.length].0;
+        let start = gap.time(self.done);
+        for k in 0..self.refine {
+            let first = self.done == 0 && k == 0;
+            self.step(start + k as f64 * h, gap.length, first);
+        }
+        self.done += 1;
+        self.t = gap.time(self.done);
+        if self.done == gap.count {
+            (self.gap, self.done) = (self.gap + 1, 0);
+        }
+        self.finish_base_step();
+        true
+    }
+
+    /// One step from t. The signals may jump before the first step of a gap.
+    fn step(&mut self, t: f64, length: usize, first: bool) {
+        let (cascade, n) = (self.cascade, self.cascade.n);
+        let (h, half) = &self.steps[length];
+        cascade.system.start_step(&mut self.linear, t, t + h / 2.0);
+        if first {
+            self.mixing.observe(cascade, &self.linear, 0);
+        } else {
+            self.mixing.shift();
+        }
+        for node in 1..3 {
+            self.linear.advance(half, n);
+            self.mixing.observe(cascade, &self.linear, node);
+        }
+        let nodes = &self.mixing.nodes;
+        self.information.step(*h, &nodes.phi, &nodes.z);
+        for estimator in &mut self.estimators {
+            estimator.step(*h, nodes);
+        }
+        self.taken += 1;
+    }
+
+    fn finish_base_step(&mut self) {
+        let t = self.t;
+        let plant = self.linear.x(self.cascade.n).iter().all(|x| x.is_finite());
+        self.outcome.note(plant, t);
+        let all = self
+            .estimators
+            .iter_mut()
+            .zip(&mut self.estimates)
+            .zip(&mut self.outcomes);
+        for ((estimator, estimate), outcome) in all {
+            estimator.estimate(t, &self.linear, &self.information, estimate);
+            let finite = estimate
+                .x
+                .iter()
+                .chain(&estimate.theta)
+                .all(|v| v.is_finite());
+            outcome.note(finite && plant, t);
+        }
+    }
+
+    /// The run as it is after the last base step.
+    pub fn sample(&self) -> Sample<'_> {
+        Sample {
+            t: self.t,
+            x: self.linear.x(self.cascade.n),
+            estimates: &self.estimates,
+            mbar: &self.mixing.mbar,
+            delta: self.mixing.nodes.delta[2],
+            dbar: &self.mixing.dbar,
+        }
+    }
+
+    /// The run until now.
+    pub fn summary(&self) -> Summary {
+        let observers = self.estimators.iter().zip(&self.outcomes);
+        Summary {
+            outcome: self.outcome,
+            observers: observers
+                .map(|(estimator, outcome)| ObserverSummary {
+                    outcome: *outcome,
+                    excitation: estimator.excitation(self.cascade.horizon),
+                })
+                .collect(),
+            largest_dbar: self.mixing.largest_dbar.clone(),
+            smallest_eigenvalue: self.information.smallest_eigenvalue(),
+            steps: self.taken,
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! Eq. (17): the regression of the expanded exponential.
+
+/// What is done with the factor `g = e^m`, which cancels from the identity of Eq. (16) but weighs its terms in time.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
+pub enum Factor {
+    /// Kept, as the paper's gains assume.
+    #[default]
+    Keep,
+    /// Replaced by 1; needs gains of its own.
+    Drop,
+}
+
+/// Highest order of the expansion.
+pub const HIGHEST_ORDER: usize = 2;
+
+/// One component's regression at one time: `values[0]` is zeta, `values[1 ..= q+1]` is psi.
+pub type Regression = [f64; HIGHEST_ORDER + 2];
+
+/// Eq. (17) for one component and the expansion of `e^d`, `d = m - phi theta`, to order q (1, 2):
+/// `zeta - psi'(theta, ..., theta^(q+1)) = (g / q!) (m - phi theta)^q (m' - phi' theta)`.
+///
+/// From Eq. (12), `g' = g m'`; from Eq. (15) with `E_q(d) = 1 + d + ... + d^q / q!`, multiplied by E_q,
+/// `E_q g' = E_q phi' theta g + E_(q-1) d' g`. The difference of both is the right-hand side above, which the estimator
+/// takes for zero and which is what the expansion neglects. The paper prints further terms in psi_1, which do not belong
+/// there (erratum E10).
+///
+/// An order above 2 is taken as 2, 0 as 1; unused entries are zero.
+#[inline]
+pub fn regression(
+    order: usize,
+    m: f64,
+    dm: f64,
+    phi: f64,
+    dphi: f64,
+    factor: Factor,
+) -> Regression {
+    let g = match factor {
+        Factor::Keep => m.exp(),
+        Factor::Drop => 1.0,
+    };
+    if order < 2 {
+        [g * m * dm, g * (m * dphi + phi * dm), -g * phi * dphi, 0.0]
+    } else {
+        [
+            g * m * m * dm / 2.0,
+            g * (phi * m * dm + m * m * dphi / 2.0),
+            -g * (m * phi * dphi + phi * phi * dm / 2.0),
+            g * phi * phi * dphi / 2.0,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: [f64; 4] = [-2.0, -1.0, 1.0, 3.0];
+
+    /// Calls `check(m, dm, phi, dphi, theta)` on a grid with more points for each variable than its degree (3 at most):
+    /// polynomials that agree there are equal. All numbers are small multiples of 1/2, so f64 is exact.
+    fn on_grid(check: impl Fn(f64, f64, f64, f64, f64)) {
+        for k in 0..4_usize.pow(5) {
+            let at = |digit: u32| GRID[k / 4_usize.pow(digit) % 4];
+            check(at(0), at(1), at(2), at(3), at(4));
+        }
+    }
+
+    fn residual(r: &Regression, theta: f64) -> f64 {
+        r[0] - (r[1] * theta + r[2] * theta.powi(2) + r[3] * theta.powi(3))
+    }
+
+    #[test]
+    fn residual_is_the_neglected_term() {
+        on_grid(|m, dm, phi, dphi, theta| {
+            let (d, dd) = (m - phi * theta, dm - dphi * theta);
+            let first = regression(1, m, dm, phi, dphi, Factor::Drop);
+            assert_eq!(residual(&first, theta), d * dd);
+            let second = regression(2, m, dm, phi, dphi, Factor::Drop);
+            assert_eq!(residual(&second, theta), d * d * dd / 2.0);
+        });
+    }
+
+    /// Eq. (15) differentiated, Eq. (16), minus `g' = g m'`.
+    #[test]
+    fn residual_is_equation_16() {
+        on_grid(|m, dm, phi, dphi, theta| {
+            let (d, dd) = (m - phi * theta, dm - dphi * theta);
+            let e = [1.0, 1.0 + d, 1.0 + d + d * d / 2.0];
+            for q in 1..=2 {
+                let left = e[q] * dm;
+                let right = e[q] * dphi * theta + e[q - 1] * dd;
+                let r = regression(q, m, dm, phi, dphi, Factor::Drop);
+                assert_eq!(residual(&r, theta), left - right);
+            }
+        });
+    }
+
+    #[test]
+    fn g_is_a_common_factor() {
+        let (m, dm, phi, dphi) = (0.3, -0.7, 1.1, 0.4);
+        for q in 1..=2 {
+            let kept = regression(q, m, dm, phi, dphi, Factor::Keep);
+            let dropped = regression(q, m, dm, phi, dphi, Factor::Drop);
+            for (k, d) in kept.iter().zip(dropped) {
+                assert!((k - d * 0.3_f64.exp()).abs() < 1e-15);
+            }
+        }
+    }
+}

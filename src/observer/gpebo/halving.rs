@@ -1,0 +1,118 @@
+//! How far the results depend on the step.
+
+use super::cascade::{Cascade, Run};
+use super::grid::REFINEMENTS;
+use super::summary::{Sample, Summary};
+
+/// The step's influence on one observer's xhat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Convergence {
+    /// Estimate of the error of the finest run: the largest `|xhat_(h/2) - xhat_(h/4)|` over time and components, by
+    /// `2^p - 1` with the observed order p limited to 1 ... 4 (1 where it is unknown); NaN if a run was not finite.
+    pub error: f64,
+    /// The largest `|xhat|` of the finest run, to compare with.
+    pub largest: f64,
+    /// `log2` of the ratio of the largest differences of neighbouring runs; `None` where they are rounding, i.e. below
+    /// eps times `largest` for each propagation of the finest run.
+    pub order: Option<f64>,
+}
+
+/// Three runs and what they say of each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Halving {
+    /// Of the finest run, h/4.
+    pub summary: Summary,
+    /// One for each observer, in their order.
+    pub observers: Vec<Convergence>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Differences {
+    coarse: f64,
+    fine: f64,
+    largest: f64,
+}
+
+/// The larger one; NaN if one is NaN.
+fn larger(a: f64, b: f64) -> f64 {
+    if b <= a || a.is_nan() { a } else { b }
+}
+
+impl Differences {
+    fn note(&mut self, observer: usize, runs: &[Run<'_>; 3]) {
+        let [coarse, middle, fine] = runs
+            .each_ref()
+            .map(|run| &run.sample().estimates[observer].x);
+        for ((c, m), f) in coarse.iter().zip(middle).zip(fine) {
+            self.coarse = larger(self.coarse, (c - m).abs());
+            self.fine = larger(self.fine, (m - f).abs());
+            self.largest = larger(self.largest, f.abs());
+        }
+    }
+
+    fn convergence(&self, steps: usize) -> Convergence {
+        let rounding = f64::EPSILON * self.largest * 2.0 * steps as f64;
+        let order = (self.fine > rounding && self.coarse > rounding)
+            .then(|| (self.coarse / self.fine).log2());
+        let divisor = order.unwrap_or(1.0).clamp(1.0, 4.0).exp2() - 1.0;
+        Convergence {
+            error: self.fine / divisor,
+            largest: self.largest,
+            order,
+        }
+    }
+}
+
+/// Runs with steps h, h/2 and h/4 side by side; `visit` sees the finest at t = 0 and after each base step.
+pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
+    let mut runs = REFINEMENTS.map(|refine| cascade.start(refine));
+    let mut differences = vec![Differences::default(); cascade.observers()];
+    loop {
+        visit(&runs[2].sample());
+        for (observer, differences) in differences.iter_mut().enumerate() {
+            differences.note(observer, &runs);
+        }
+        let [_, _, more] = runs.each_mut().map(Run::advance);
+        if !more {
+            break;
+        }
+    }
+    let summary = runs[2].summary();
+    let convergence = |d: &Differences| d.convergence(summary.steps);
+    Halving {
+        observers: differences.iter().map(convergence).collect(),
+        summary,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn richardson() {
+        let differences = Differences {
+            coarse: 1.6,
+            fine: 0.1,
+            largest: 2.0,
+        };
+        let found = differences.convergence(100);
+        assert_eq!(found.order, Some(4.0));
+        assert_eq!(found.error, 0.1 / 15.0);
+        let slow = Differences {
+            coarse: 0.11,
+            fine: 0.1,
+            largest: 2.0,
+        }
+        .convergence(100);
+        assert_eq!(slow.error, 0.1);
+        let rounding = Differences {
+            coarse: 1e-16,
+            fine: 1e-16,
+            largest: 1.0,
+        }
+        .convergence(100);
+        assert_eq!((rounding.order, rounding.error), (None, 1e-16));
+        assert!(larger(f64::NAN, 1.0).is_nan() && larger(1.0, f64::NAN).is_nan());
+    }
+}

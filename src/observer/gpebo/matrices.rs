@@ -1,0 +1,104 @@
+//! The matrices of the linear systems.
+
+use faer::Mat;
+
+use super::scenario::GpeboOptions;
+use crate::plant::ContinuousPlant;
+use crate::signal::{Signal, Wave};
+
+/// Rows of x, xi and the filtered z: `zf_i' = a_i (C'x - C'xi + delta - zf_i)`.
+pub(super) fn fill_plant(
+    base: &mut Mat<f64>,
+    plant: &ContinuousPlant,
+    options: &GpeboOptions,
+    input: &[usize],
+    disturbance: &[usize],
+) {
+    let n = plant.order();
+    for i in 0..n {
+        for j in 0..n {
+            base[(i, j)] = plant.a()[(i, j)];
+            base[(n + i, n + j)] = plant.a()[(i, j)];
+        }
+        for &k in input {
+            base[(i, k)] = plant.b()[i];
+            base[(n + i, k)] = plant.b()[i];
+        }
+    }
+    for (row, &pole) in options.filters.iter().enumerate() {
+        let row = 2 * n + row;
+        for j in 0..n {
+            base[(row, j)] = pole * plant.c()[j];
+            base[(row, n + j)] = -pole * plant.c()[j];
+        }
+        for &k in disturbance {
+            base[(row, k)] = pole;
+        }
+        base[(row, row)] = -pole;
+    }
+}
+
+/// Rows of the lines and of the oscillators.
+pub(super) fn fill_signals(
+    base: &mut Mat<f64>,
+    lines: [usize; 2],
+    first: usize,
+    signals: &[Signal; 2],
+) {
+    for line in lines {
+        base[(line, line + 1)] = 1.0;
+    }
+    let frequencies =
+        signals
+            .iter()
+            .flat_map(|signal| &signal.waves)
+            .filter_map(|wave| match wave {
+                Wave::Sine { frequency, .. } => Some(*frequency),
+                _ => None,
+            });
+    for (k, frequency) in frequencies.enumerate() {
+        let row = first + 2 * k;
+        base[(row, row + 1)] = frequency;
+        base[(row + 1, row)] = -frequency;
+    }
+}
+
+/// `xhat' = (A - L C') xhat + B u + L (C'x + delta)` below the base state.
+pub(super) fn observer_matrix(
+    base: &Mat<f64>,
+    plant: &ContinuousPlant,
+    gain: &[f64],
+    input: &[usize],
+    disturbance: &[usize],
+) -> Mat<f64> {
+    let (n, size) = (plant.order(), base.nrows());
+    let mut m = Mat::zeros(size + n, size + n);
+    m.submatrix_mut(0, 0, size, size).copy_from(base);
+    for i in 0..n {
+        for j in 0..n {
+            m[(size + i, j)] = gain[i] * plant.c()[j];
+            m[(size + i, size + j)] = plant.a()[(i, j)] - gain[i] * plant.c()[j];
+        }
+        for &k in input {
+            m[(size + i, k)] = plant.b()[i];
+        }
+        for &k in disturbance {
+            m[(size + i, k)] = gain[i];
+        }
+    }
+    m
+}
+
+/// `Phi' = A Phi`, `phi_i' = a_i (C'Phi - phi_i)`.
+pub(super) fn regressor_matrix(plant: &ContinuousPlant, options: &GpeboOptions) -> Mat<f64> {
+    let n = plant.order();
+    let mut m = Mat::zeros(2 * n - 1, 2 * n - 1);
+    m.submatrix_mut(0, 0, n, n).copy_from(plant.a());
+    for (row, &pole) in options.filters.iter().enumerate() {
+        for j in 0..n {
+            m[(n + row, j)] = pole * plant.c()[j];
+        }
+        m[(n + row, n + row)] = -pole;
+    }
+    m
+}

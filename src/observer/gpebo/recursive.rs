@@ -1,0 +1,123 @@
+//! The Kalman-Bucy filter in the coordinates theta: recursive least squares on Eq. (9).
+
+use super::filter::Nodes;
+
+/// `S = int phi phi' dt` and `s = int phi z dt` by Simpson's rule.
+#[derive(Clone, Debug)]
+pub struct Information {
+    n: usize,
+    matrix: Vec<f64>,
+    vector: Vec<f64>,
+}
+
+impl Information {
+    /// Zero, of order n.
+    pub fn new(n: usize) -> Self {
+        Self {
+            n,
+            matrix: vec![0.0; n * n],
+            vector: vec![0.0; n],
+        }
+    }
+
+    /// One step of length h from the nodes of each phi_i and of z.
+    #[inline]
+    pub fn step(&mut self, h: f64, phi: &[Nodes], z: &Nodes) {
+        let simpson =
+            |a: &Nodes, b: &Nodes| h / 6.0 * (a[0] * b[0] + 4.0 * a[1] * b[1] + a[2] * b[2]);
+        for i in 0..self.n {
+            for j in 0..=i {
+                self.matrix[i * self.n + j] += simpson(&phi[i], &phi[j]);
+            }
+            self.vector[i] += simpson(&phi[i], z);
+        }
+    }
+
+    /// The smallest eigenvalue of S, which measures the excitation of Eq. (9) over the run; `None` if S is not finite.
+    pub fn smallest_eigenvalue(&self) -> Option<f64> {
+        let n = self.n;
+        let s = faer::Mat::from_fn(n, n, |i, j| self.matrix[i.max(j) * n + i.min(j)]);
+        if !s.is_all_finite() {
+            return None;
+        }
+        // In ascending order.
+        s.self_adjoint_eigenvalues(faer::Side::Lower)
+            .ok()?
+            .first()
+            .copied()
+    }
+}
+
+/// `theta_hat = (I / p0 + S / r)^-1 s / r`: the mean of theta given z up to now for `theta ~ N(0, p0 I)` and white delta of
+/// intensity r. Then `xhat = xi + Phi theta_hat` is the filter `xhat' = A xhat + B u + P C (y - C'xhat) / r`,
+/// `P' = A P + P A' - P C C'P / r`, `P(0) = p0 I`, `xhat(0) = xi(0)`, without the Riccati equation.
+#[derive(Clone, Debug)]
+pub struct LeastSquares {
+    p0: f64,
+    r: f64,
+    factor: Vec<f64>,
+}
+
+impl LeastSquares {
+    /// With prior variance p0 and intensity r, for order n.
+    pub fn new(p0: f64, r: f64, n: usize) -> Self {
+        Self {
+            p0,
+            r,
+            factor: vec![0.0; n * n],
+        }
+    }
+
+    /// Fills `theta` by Cholesky of `I r / p0 + S`; NaN if that is not numerically positive definite.
+    pub fn solve(&mut self, information: &Information, theta: &mut [f64]) {
+        let n = theta.len();
+        let l = &mut self.factor;
+        for i in 0..n {
+            for j in 0..=i {
+                let prior = if i == j { self.r / self.p0 } else { 0.0 };
+                let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
+                let rest = information.matrix[i * n + j] + prior - sum;
+                // The root of a negative number is the NaN promised.
+                l[i * n + j] = if i == j {
+                    rest.sqrt()
+                } else {
+                    rest / l[j * n + j]
+                };
+            }
+        }
+        for i in 0..n {
+            let sum: f64 = (0..i).map(|k| l[i * n + k] * theta[k]).sum();
+            theta[i] = (information.vector[i] - sum) / l[i * n + i];
+        }
+        for i in (0..n).rev() {
+            let sum: f64 = (i + 1..n).map(|k| l[k * n + i] * theta[k]).sum();
+            theta[i] = (theta[i] - sum) / l[i * n + i];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// phi = (1, t), z = 2 + 3 t over [0, 1], by hand: S = [1 1/2; 1/2 1/3], s = S (2, 3).
+    #[test]
+    fn a_line_is_fitted() {
+        let mut information = Information::new(2);
+        let phi = [[1.0; 3], [0.0, 0.5, 1.0]];
+        information.step(1.0, &phi, &[2.0, 3.5, 5.0]);
+        let mut theta = [0.0; 2];
+        LeastSquares::new(1e12, 1.0, 2).solve(&information, &mut theta);
+        assert!((theta[0] - 2.0).abs() < 1e-9 && (theta[1] - 3.0).abs() < 1e-9);
+        // (4/3 - sqrt(16/9 - 1/3)) / 2
+        let exact = (4.0 / 3.0 - (16.0_f64 / 9.0 - 1.0 / 3.0).sqrt()) / 2.0;
+        assert!((information.smallest_eigenvalue().unwrap() - exact).abs() < 1e-15);
+        // With p0 = r: (I + S)^-1 s
+        LeastSquares::new(3.0, 3.0, 2).solve(&information, &mut theta);
+        let (a, b, d) = (2.0, 0.5, 4.0 / 3.0);
+        let s = [3.5, 2.0];
+        let det = a * d - b * b;
+        assert!((theta[0] - (d * s[0] - b * s[1]) / det).abs() < 1e-14);
+        assert!((theta[1] - (a * s[1] - b * s[0]) / det).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,257 @@
+//! What is run, and why it may be refused.
+
+use super::expansion::{Factor, HIGHEST_ORDER};
+use super::grid::{LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS};
+use crate::signal::{Signal, SignalError};
+
+/// Input, disturbance, initial state and time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// The input u(t).
+    pub u: Signal,
+    /// The disturbance delta(t) of the output.
+    pub delta: Signal,
+    /// x(0), of length n.
+    pub x0: Vec<f64>,
+    /// T in seconds.
+    pub horizon: f64,
+    /// The longest step in seconds.
+    pub step: f64,
+}
+
+/// What the estimators share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GpeboOptions {
+    /// xi(0), of length n, Eq. (5).
+    pub xi0: Vec<f64>,
+    /// The n - 1 poles `a_i > 0` (1/s) of the filters `a_i / (p + a_i)` of the first extension, distinct.
+    pub filters: Vec<f64>,
+}
+
+/// An observer to be run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ObserverSpec {
+    /// `xhat' = A xhat + B u + L (y - C'xhat)`, Eq. (4).
+    Luenberger {
+        /// L, of length n.
+        gain: Vec<f64>,
+        /// xhat(0), of length n.
+        x0: Vec<f64>,
+    },
+    /// Eq. (8) with `theta_i' = gamma_i Delta (mbar_i - Delta theta_i)` on Eq. (10), from zero.
+    Gradient {
+        /// gamma, n positive numbers.
+        gains: Vec<f64>,
+    },
+    /// Eq. (8) with theta from Eq. (17), from zero.
+    Proposed {
+        /// Pole (1/s) of the filter of Eq. (11).
+        k: f64,
+        /// q, 1 or 2.
+        order: usize,
+        /// q poles `b_j > 0` (1/s) of the second extension, distinct.
+        filters: Vec<f64>,
+        /// n positive numbers.
+        gains: Vec<f64>,
+        /// What is done with `g = e^m`.
+        factor: Factor,
+    },
+    /// The Kalman-Bucy filter for white noise in y and none in the state, which is recursive least squares on Eq. (9).
+    KalmanBucy {
+        /// Prior variance: `theta ~ N(0, p0 I)`.
+        p0: f64,
+        /// Intensity of the noise.
+        r: f64,
+    },
+}
+
+/// Why a setting is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettingError {
+    /// A vector of the wrong length.
+    #[error("{what} needs {expected} numbers, not {found}")]
+    Length {
+        /// The setting.
+        what: &'static str,
+        /// The length needed.
+        expected: usize,
+        /// The length found.
+        found: usize,
+    },
+    /// A number that is not finite.
+    #[error("{0} must hold finite numbers")]
+    NotFinite(&'static str),
+    /// A number that is not positive.
+    #[error("{what} must be positive, not {value}")]
+    NotPositive {
+        /// The setting.
+        what: &'static str,
+        /// The number found.
+        value: f64,
+    },
+    /// Two equal filters: the extended regressor would be singular for ever.
+    #[error("{what} must be distinct, and {value} occurs twice")]
+    NotDistinct {
+        /// The setting.
+        what: &'static str,
+        /// The number found twice.
+        value: f64,
+    },
+    /// An expansion that is not known.
+    #[error("the order of the expansion must be 1 to {HIGHEST_ORDER}, not {0}")]
+    Order(usize),
+}
+
+/// Why a run is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CascadeError {
+    /// A setting of the scenario or of what the estimators share.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// A setting of an observer.
+    #[error("observer {number}: {source}")]
+    Observer {
+        /// Its number, from 1.
+        number: usize,
+        /// What is wrong.
+        source: SettingError,
+    },
+    /// A signal.
+    #[error("{what}: {source}")]
+    Signal {
+        /// `input` or `disturbance`.
+        what: &'static str,
+        /// What is wrong.
+        source: SignalError,
+    },
+    /// A step that is longer than the horizon.
+    #[error("the step of {step} s must not be longer than the horizon of {horizon} s")]
+    Step {
+        /// The longest step.
+        step: f64,
+        /// T.
+        horizon: f64,
+    },
+    /// Too many steps.
+    #[error("the run would take about {0:.1e} steps, and {LARGEST_STEPS:.0e} are the most")]
+    Steps(f64),
+    /// Too many breakpoints.
+    #[error(
+        "the signals have about {0:.1e} switches and samples, and {LARGEST_BREAKPOINTS:.0e} are the most"
+    )]
+    Breakpoints(f64),
+    /// Too many step lengths.
+    #[error(
+        "the signals' switches and samples leave more than {LARGEST_LENGTHS} different distances: give them common multiples"
+    )]
+    Lengths,
+}
+
+fn vector(what: &'static str, v: &[f64], expected: usize) -> Result<(), SettingError> {
+    if v.len() != expected {
+        return Err(SettingError::Length {
+            what,
+            expected,
+            found: v.len(),
+        });
+    }
+    if v.iter().all(|v| v.is_finite()) {
+        Ok(())
+    } else {
+        Err(SettingError::NotFinite(what))
+    }
+}
+
+fn positive(what: &'static str, v: &[f64], expected: usize) -> Result<(), SettingError> {
+    vector(what, v, expected)?;
+    match v.iter().find(|v| **v <= 0.0) {
+        Some(&value) => Err(SettingError::NotPositive { what, value }),
+        None => Ok(()),
+    }
+}
+
+fn filters(what: &'static str, v: &[f64], expected: usize) -> Result<(), SettingError> {
+    positive(what, v, expected)?;
+    match v
+        .iter()
+        .enumerate()
+        .find(|(k, pole)| v[..*k].contains(pole))
+    {
+        Some((_, &value)) => Err(SettingError::NotDistinct { what, value }),
+        None => Ok(()),
+    }
+}
+
+impl ObserverSpec {
+    fn check(&self, n: usize) -> Result<(), SettingError> {
+        match self {
+            Self::Luenberger { gain, x0 } => {
+                vector("the gain L", gain, n)?;
+                vector("the initial estimate", x0, n)
+            }
+            Self::Gradient { gains } => positive("the gains", gains, n),
+            Self::Proposed {
+                k,
+                order,
+                filters: poles,
+                gains,
+                ..
+            } => {
+                if !(1..=HIGHEST_ORDER).contains(order) {
+                    return Err(SettingError::Order(*order));
+                }
+                positive("the filter k", &[*k], 1)?;
+                filters("the filters of the second extension", poles, *order)?;
+                positive("the gains", gains, n)
+            }
+            Self::KalmanBucy { p0, r } => {
+                positive("the prior variance p0", &[*p0], 1)?;
+                positive("the noise intensity r", &[*r], 1)
+            }
+        }
+    }
+}
+
+/// Refuses what cannot be run for a plant of order n.
+pub(super) fn check(
+    n: usize,
+    scenario: &Scenario,
+    options: &GpeboOptions,
+    observers: &[ObserverSpec],
+) -> Result<(), CascadeError> {
+    let Scenario { horizon, step, .. } = *scenario;
+    positive("the horizon", &[horizon], 1)?;
+    positive("the step", &[step], 1)?;
+    if step > horizon {
+        return Err(CascadeError::Step { step, horizon });
+    }
+    vector("the initial state", &scenario.x0, n)?;
+    vector("xi(0)", &options.xi0, n)?;
+    filters(
+        "the filters of the first extension",
+        &options.filters,
+        n - 1,
+    )?;
+    for (what, signal) in [("input", &scenario.u), ("disturbance", &scenario.delta)] {
+        signal
+            .check(horizon)
+            .map_err(|source| CascadeError::Signal { what, source })?;
+    }
+    let breakpoints =
+        scenario.u.breakpoint_bound(horizon) + scenario.delta.breakpoint_bound(horizon);
+    if !(breakpoints <= LARGEST_BREAKPOINTS) {
+        return Err(CascadeError::Breakpoints(breakpoints));
+    }
+    // Each breakpoint may add one step.
+    let steps = horizon / step + breakpoints + 1.0;
+    if !(steps <= LARGEST_STEPS) {
+        return Err(CascadeError::Steps(steps));
+    }
+    for (k, observer) in observers.iter().enumerate() {
+        observer.check(n).map_err(|source| CascadeError::Observer {
+            number: k + 1,
+            source,
+        })?;
+    }
+    Ok(())
+}

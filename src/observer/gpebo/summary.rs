@@ -1,0 +1,81 @@
+//! What a run yields.
+
+/// An observer's estimate at one time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// xhat, of length n.
+    pub x: Vec<f64>,
+    /// theta_hat, of length n; empty for the full-order observer.
+    pub theta: Vec<f64>,
+}
+
+/// A run at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<'a> {
+    /// t in seconds.
+    pub t: f64,
+    /// x, of length n.
+    pub x: &'a [f64],
+    /// One for each observer, in their order.
+    pub estimates: &'a [Estimate],
+    /// mbar of Eq. (10), of length n.
+    pub mbar: &'a [f64],
+    /// Delta of Eq. (10).
+    pub delta: f64,
+    /// `dbar = mbar - Delta theta` with the true theta, of length n.
+    pub dbar: &'a [f64],
+}
+
+/// Whether numbers stayed finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// At all times.
+    Finite,
+    /// Until the time given, in seconds: what was computed there and later is not to be used.
+    NotFinite(f64),
+}
+
+impl Outcome {
+    /// Keeps the first failure.
+    pub(super) fn note(&mut self, finite: bool, t: f64) {
+        if !finite && *self == Self::Finite {
+            *self = Self::NotFinite(t);
+        }
+    }
+}
+
+/// What the scalar estimators of an observer were given to learn from, one entry for each component; empty for observers
+/// without scalar estimators.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Excitation {
+    /// `int Delta^2 dt` over the run, Delta of the observer's own scalar regression.
+    pub integral: Vec<f64>,
+    /// The first t from which `gamma int_t^T Delta^2 dt < 0.01`: the estimate can lose no more than 1 % of its error any
+    /// more. 0 where there was never anything to learn, `None` where the estimator was still learning in the last
+    /// hundredth of the run.
+    pub frozen_at: Vec<Option<f64>>,
+}
+
+/// One observer over the whole run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObserverSummary {
+    /// Whether its estimates stayed finite.
+    pub outcome: Outcome,
+    /// What it was given to learn from.
+    pub excitation: Excitation,
+}
+
+/// The whole run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Whether the plant stayed finite; the run ends where it does not.
+    pub outcome: Outcome,
+    /// One for each observer, in their order.
+    pub observers: Vec<ObserverSummary>,
+    /// Largest `|dbar_i|` over all nodes, n numbers.
+    pub largest_dbar: Vec<f64>,
+    /// Smallest eigenvalue of `int phi phi' dt`; `None` if that is not finite.
+    pub smallest_eigenvalue: Option<f64>,
+    /// Steps taken, refinement included.
+    pub steps: usize,
+}

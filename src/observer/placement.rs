@@ -1,0 +1,97 @@
+//! Pole placement for an observer of any observable pair (A, C): Ackermann's formula.
+
+use super::gain::{Gain, GainError, Poles};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef, c64};
+use std::f64::consts::PI;
+
+/// L (n) such that `A - L C'` has the characteristic polynomial phi of the poles (Ackermann 1972):
+/// `L = phi(A) O^-1 (0, ..., 0, 1)'` with the rows `C'A^i`, i = 0 ... n-1, of the observability matrix O. A is n x n, C of
+/// length n. For the few states of a continuous-time plant; O's condition number limits it.
+///
+/// # Errors
+/// [`GainError::Count`] where the poles are not n.
+pub fn place(a: MatRef<'_, f64>, c: &[f64], poles: &Poles) -> Result<Vec<f64>, GainError> {
+    let n = a.nrows();
+    if poles.len() != n {
+        return Err(GainError::Count(poles.len(), n));
+    }
+    let mut observability = Mat::<f64>::zeros(n, n);
+    let mut row = Mat::from_fn(1, n, |_, j| c[j]);
+    for i in 0..n {
+        observability.row_mut(i).copy_from(row.row(0));
+        row = &row * a;
+    }
+    let last = Mat::from_fn(n, 1, |i, _| if i + 1 == n { 1.0 } else { 0.0 });
+    let q = observability.partial_piv_lu().solve(&last);
+    // Horner: phi(A) q = A (... A (A q + phi_1 q) + ...) + phi_n q.
+    let mut gain = q.clone();
+    for phi in poles.polynomial() {
+        gain = a * &gain + faer::Scale(*phi) * &q;
+    }
+    Ok((0..n).map(|i| gain[(i, 0)]).collect())
+}
+
+/// The poles of a list such as "-1+2i,-1-2i".
+///
+/// # Errors
+/// What is not a number or has no conjugate.
+pub fn parse_poles(list: &str) -> Result<Poles, GainError> {
+    match format!("poles:{list}").parse()? {
+        Gain::Poles(poles) => Ok(poles),
+        Gain::DeadBeat | Gain::Scaled(_) => Err(GainError::Form(list.to_owned())),
+    }
+}
+
+/// n poles evenly spread on the left half of the circle of this radius (rad/s): those of a Butterworth filter.
+pub fn butterworth(n: usize, radius: f64) -> Poles {
+    let pole = |i: usize| {
+        let angle = PI * (2 * i + n + 1) as f64 / (2 * n) as f64;
+        c64::new(radius * angle.cos(), radius * angle.sin())
+    };
+    // Conjugates from the same numbers, and the one in the middle real.
+    let poles = (0..n).map(|i| match (2 * i + 1).cmp(&n) {
+        std::cmp::Ordering::Less => pole(i),
+        std::cmp::Ordering::Equal => c64::new(-radius, 0.0),
+        std::cmp::Ordering::Greater => pole(n - 1 - i).conj(),
+    });
+    Poles::new(poles.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The eigenvalues of A - L C' are where they were asked for.
+    #[test]
+    fn poles_are_placed() {
+        for n in 1..=4 {
+            let a = Mat::from_fn(n, n, |i, j| {
+                ((3 * i + 7 * j) % 5) as f64 - 1.5 - f64::from(i == j)
+            });
+            let c: Vec<f64> = (0..n).map(|i| 1.0 + 0.5 * i as f64).collect();
+            let gain = place(a.as_ref(), &c, &butterworth(n, 3.0)).unwrap();
+            let closed = Mat::from_fn(n, n, |i, j| a[(i, j)] - gain[i] * c[j]);
+            for pole in closed.eigenvalues().unwrap() {
+                assert!(
+                    (pole.norm() - 3.0).abs() < 1e-9 && pole.re < 0.0,
+                    "{n}: {pole}"
+                );
+            }
+        }
+    }
+
+    /// The double integrator by hand: phi = s^2 + 2 s + 5, L = (2, 5).
+    #[test]
+    fn the_double_integrator() {
+        let a = Mat::from_fn(2, 2, |i, j| if (i, j) == (0, 1) { 1.0 } else { 0.0 });
+        let poles = parse_poles("-1+2i,-1-2i").unwrap();
+        let gain = place(a.as_ref(), &[1.0, 0.0], &poles).unwrap();
+        assert!((gain[0] - 2.0).abs() < 1e-14 && (gain[1] - 5.0).abs() < 1e-14);
+        assert_eq!(
+            place(a.as_ref(), &[1.0, 0.0], &butterworth(3, 1.0)),
+            Err(GainError::Count(3, 2))
+        );
+        assert!(parse_poles("-1+2i").is_err());
+    }
+}

@@ -1,0 +1,248 @@
+//! Continuous-time plants in any coordinates.
+
+use faer::{Mat, MatRef};
+
+use super::observability::observability_rank;
+
+/// The plant `x' = A x + B u`, `y = C'x + delta` with one input and one output, A n x n, B and C of length n, and
+/// (A, C) observable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContinuousPlant {
+    a: Mat<f64>,
+    b: Vec<f64>,
+    c: Vec<f64>,
+}
+
+/// Why matrices do not make a plant, or a transformation none of it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ContinuousPlantError {
+    /// A is empty or not square.
+    #[error("A must be n x n with n >= 1: row {row} of {rows} has {length} entries")]
+    NotSquare {
+        /// Rows of A.
+        rows: usize,
+        /// The first row that does not fit, from 1 (0 if A has no rows).
+        row: usize,
+        /// Its length.
+        length: usize,
+    },
+    /// A vector's length is not the order.
+    #[error("{what} must have {order} entries, as A has rows, not {found}")]
+    Length {
+        /// `B` or `C`.
+        what: &'static str,
+        /// The order n.
+        order: usize,
+        /// The length found.
+        found: usize,
+    },
+    /// An entry is not a finite number.
+    #[error("{0} must hold finite numbers")]
+    NotFinite(&'static str),
+    /// (A, C) is not observable.
+    #[error(
+        "the state cannot be observed: the observability matrix of (A, C) has rank {rank}, and the order is {order}"
+    )]
+    Unobservable {
+        /// The numerical rank.
+        rank: usize,
+        /// The order n.
+        order: usize,
+    },
+    /// A transformation that is not n x n or is singular to working precision.
+    #[error("a change of coordinates needs a nonsingular {order} x {order} matrix")]
+    Transformation {
+        /// The order n.
+        order: usize,
+    },
+}
+
+impl ContinuousPlant {
+    /// The plant with rows `a` of A, and B and C.
+    ///
+    /// # Errors
+    /// If the shapes do not fit, an entry is not finite, or (A, C) is unobservable in the sense of
+    /// [`observability_rank`].
+    pub fn new(a: &[Vec<f64>], b: Vec<f64>, c: Vec<f64>) -> Result<Self, ContinuousPlantError> {
+        let n = a.len();
+        if n == 0 {
+            return Err(ContinuousPlantError::NotSquare {
+                rows: 0,
+                row: 0,
+                length: 0,
+            });
+        }
+        if let Some(row) = a.iter().position(|row| row.len() != n) {
+            return Err(ContinuousPlantError::NotSquare {
+                rows: n,
+                row: row + 1,
+                length: a[row].len(),
+            });
+        }
+        Self::from_matrix(Mat::from_fn(n, n, |i, j| a[i][j]), b, c)
+    }
+
+    fn from_matrix(a: Mat<f64>, b: Vec<f64>, c: Vec<f64>) -> Result<Self, ContinuousPlantError> {
+        let order = a.nrows();
+        for (what, vector) in [("B", &b), ("C", &c)] {
+            if vector.len() != order {
+                return Err(ContinuousPlantError::Length {
+                    what,
+                    order,
+                    found: vector.len(),
+                });
+            }
+            if !vector.iter().all(|v| v.is_finite()) {
+                return Err(ContinuousPlantError::NotFinite(what));
+            }
+        }
+        if !a.is_all_finite() {
+            return Err(ContinuousPlantError::NotFinite("A"));
+        }
+        let rank = observability_rank(a.as_ref(), &c);
+        if rank < order {
+            return Err(ContinuousPlantError::Unobservable { rank, order });
+        }
+        Ok(Self { a, b, c })
+    }
+
+    /// The example of Bobtsov et al. 2023: an undamped oscillator at 3 rad/s, `A = [0 1; -9 0]`, `B = (0, 1)`,
+    /// `C = (5, 0)`.
+    pub fn bobtsov2023() -> Self {
+        Self {
+            a: faer::mat![[0.0, 1.0], [-9.0, 0.0]],
+            b: vec![0.0, 1.0],
+            c: vec![5.0, 0.0],
+        }
+    }
+
+    /// The order n.
+    pub fn order(&self) -> usize {
+        self.b.len()
+    }
+
+    /// A, n x n.
+    pub fn a(&self) -> MatRef<'_, f64> {
+        self.a.as_ref()
+    }
+
+    /// B, of length n.
+    pub fn b(&self) -> &[f64] {
+        &self.b
+    }
+
+    /// C, of length n.
+    pub fn c(&self) -> &[f64] {
+        &self.c
+    }
+
+    /// The same plant in the coordinates `T x`: `(T A T^-1, T B, T^-T C)`, T n x n.
+    ///
+    /// # Errors
+    /// If T is not n x n or singular to working precision.
+    pub fn transformed(&self, t: MatRef<'_, f64>) -> Result<Self, ContinuousPlantError> {
+        use faer::linalg::solvers::Solve;
+        let order = self.order();
+        let refusal = ContinuousPlantError::Transformation { order };
+        if t.nrows() != order || t.ncols() != order || !t.is_all_finite() {
+            return Err(refusal);
+        }
+        let inverse = t.partial_piv_lu().solve(Mat::<f64>::identity(order, order));
+        if !(inverse.norm_l2() * t.norm_l2() < 1.0 / f64::EPSILON) {
+            return Err(refusal);
+        }
+        let multiply = |m: MatRef<'_, f64>, v: &[f64]| {
+            (0..order)
+                .map(|i| (0..order).map(|j| m[(i, j)] * v[j]).sum())
+                .collect()
+        };
+        Self::from_matrix(
+            t * &self.a * &inverse,
+            multiply(t, &self.b),
+            multiply(inverse.transpose(), &self.c),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::mat;
+
+    #[test]
+    fn the_example_is_a_plant() {
+        let a = [vec![0.0, 1.0], vec![-9.0, 0.0]];
+        let plant = ContinuousPlant::new(&a, vec![0.0, 1.0], vec![5.0, 0.0]).unwrap();
+        assert_eq!(plant, ContinuousPlant::bobtsov2023());
+        assert_eq!(plant.order(), 2);
+    }
+
+    #[test]
+    fn refusals() {
+        let new = ContinuousPlant::new;
+        assert!(matches!(
+            new(&[], vec![], vec![]),
+            Err(ContinuousPlantError::NotSquare { rows: 0, .. })
+        ));
+        assert_eq!(
+            new(&[vec![1.0, 2.0], vec![3.0]], vec![1.0; 2], vec![1.0; 2]),
+            Err(ContinuousPlantError::NotSquare {
+                rows: 2,
+                row: 2,
+                length: 1
+            })
+        );
+        assert_eq!(
+            new(&[vec![1.0]], vec![1.0; 2], vec![1.0]),
+            Err(ContinuousPlantError::Length {
+                what: "B",
+                order: 1,
+                found: 2
+            })
+        );
+        assert_eq!(
+            new(&[vec![f64::NAN]], vec![1.0], vec![1.0]),
+            Err(ContinuousPlantError::NotFinite("A"))
+        );
+        assert_eq!(
+            new(&[vec![1.0]], vec![1.0], vec![0.0]),
+            Err(ContinuousPlantError::Unobservable { rank: 0, order: 1 })
+        );
+    }
+
+    /// A chain of integrators in units that differ by 1e20 is observable.
+    #[test]
+    fn units_do_not_matter() {
+        let a = [vec![0.0, 1e-10, 0.0], vec![0.0, 0.0, 1e10], vec![0.0; 3]];
+        assert!(ContinuousPlant::new(&a, vec![0.0; 3], vec![1e-200, 0.0, 0.0]).is_ok());
+        let a = [vec![0.0, 1.0], vec![-1e20, 0.0]];
+        assert!(ContinuousPlant::new(&a, vec![0.0; 2], vec![1.0, 0.0]).is_ok());
+    }
+
+    /// T and then T^-1 is nothing; C'A^k B does not depend on the coordinates.
+    #[test]
+    fn transformation_keeps_markov_parameters() {
+        let plant = ContinuousPlant::bobtsov2023();
+        let t = mat![[2.0, 1.0], [-1.0, 3.0]];
+        let other = plant.transformed(t.as_ref()).unwrap();
+        let markov = |p: &ContinuousPlant| {
+            let (mut v, mut out) = (p.b().to_vec(), vec![]);
+            for _ in 0..4 {
+                out.push(p.c().iter().zip(&v).map(|(c, v)| c * v).sum::<f64>());
+                v = (0..2)
+                    .map(|i| (0..2).map(|j| p.a()[(i, j)] * v[j]).sum())
+                    .collect();
+            }
+            out
+        };
+        for (p, q) in markov(&plant).iter().zip(markov(&other)) {
+            assert!((p - q).abs() < 1e-12);
+        }
+        assert!(
+            plant
+                .transformed(mat![[1.0, 2.0], [2.0, 4.0]].as_ref())
+                .is_err()
+        );
+        assert!(plant.transformed(mat![[1.0]].as_ref()).is_err());
+    }
+}

@@ -1,0 +1,89 @@
+//! Shares of trials that meet nested bounds, over two sides of the grid: where a method works, nearly works, fails.
+
+use super::figures::Drawn;
+use super::layout::x_key;
+use crate::report::plot::{Heat, HeatCell, Shading};
+use crate::report::results::{Study, axis_label, place};
+use crate::study::CellSummary;
+use crate::study::file::Key;
+
+/// The map of a study whose cells have two bounds of one figure, the narrower one first: in per cent of the trials of the
+/// last output, those within the first, those within the second only, the rest.
+pub(super) fn map(study: &Study) -> Option<Drawn> {
+    let output = study.labels().pop()?;
+    let [narrow, wide] = study.file.bounds.as_slice() else {
+        return None;
+    };
+    let nested = narrow.figure == wide.figure && narrow.claim.is_none() && wide.claim.is_none();
+    let x = x_key(study).filter(|_| nested && narrow.below < wide.below)?;
+    let others: Vec<Key> = study
+        .varying()
+        .into_iter()
+        .filter(|key| *key != x)
+        .collect();
+    let columns = study.values(x);
+    let mut rows: Vec<String> = Vec::new();
+    let mut cells: Vec<Vec<Option<HeatCell>>> = Vec::new();
+    for cell in &study.summary.cells {
+        let name = row_name(cell, &others);
+        let row = rows
+            .iter()
+            .position(|other| *other == name)
+            .unwrap_or_else(|| {
+                rows.push(name);
+                cells.push(vec![None; columns.len()]);
+                rows.len() - 1
+            });
+        let column = columns.iter().position(|value| *value == cell.setting(x))?;
+        cells[row][column] = shares(cell, &output);
+    }
+    let what = format!(
+        "Per cent of the trials of {output}, from above: {} ({} {}); {} ({}) only; neither.",
+        narrow.label(),
+        narrow.figure,
+        narrow.text(),
+        wide.label(),
+        wide.text()
+    );
+    let heat = Heat {
+        title: format!("{}: where it works", study.title()),
+        description: what.clone(),
+        row_label: String::new(),
+        column_label: axis_label(x),
+        rows,
+        columns,
+        groups: Vec::new(),
+        cells,
+        shading: Shading::Linear,
+    };
+    Some(Drawn {
+        name: "map".to_owned(),
+        svg: heat.svg(),
+        caption: what,
+    })
+}
+
+/// The settings of a row; a frequency says nothing of a wave that has none.
+fn row_name(cell: &CellSummary, keys: &[Key]) -> String {
+    let disturbance = cell.setting(Key::Disturbance);
+    let timeless = matches!(disturbance.as_str(), "white" | "constant" | "ramp" | "none");
+    let keys = keys
+        .iter()
+        .copied()
+        .filter(|key| !(timeless && *key == Key::Frequency));
+    place(cell, &keys.collect::<Vec<Key>>())
+}
+
+fn shares(cell: &CellSummary, output: &str) -> Option<HeatCell> {
+    let met = |bound: usize| {
+        let of = cell.bounds.get(bound)?.outputs.iter();
+        let of = of.filter(|of| of.output == output).map(|of| of.met.share);
+        of.last().filter(|share| share.is_finite())
+    };
+    let (narrow, wide) = (met(0)?, met(1)?);
+    let shares = [narrow, wide - narrow, 1.0 - wide].map(|share| format!("{:.0}", 100.0 * share));
+    Some(HeatCell {
+        value: narrow,
+        text: shares.join("\n"),
+    })
+}

@@ -1,0 +1,330 @@
+//! A cell in continuous time of its settings.
+
+use super::{ContinuousCell, Term};
+use crate::observer::gpebo::{Factor, GpeboOptions, ObserverSpec};
+use crate::observer::{butterworth, care, parse_poles, place};
+use crate::plant::ContinuousPlant;
+use crate::signal::{Hold, Signal, Wave};
+use crate::study::build::{Build, unknown};
+use crate::study::file::{
+    ContinuousPlantTable, ContinuousTable, FactorName, FileError, HoldName, Key, ObserverName,
+    ObserverTable, WaveName, WaveTable,
+};
+use faer::Mat;
+
+/// Plants that need no table.
+pub(in crate::study) const CONTINUOUS_PLANTS: [&str; 1] = ["bobtsov2023"];
+/// Disturbances that need no table.
+pub(in crate::study) const SIGNALS: [&str; 6] =
+    ["none", "constant", "ramp", "sine", "square", "white"];
+
+/// The most numbers of white noise in a trial.
+const MOST_HOLDS: f64 = 1e7;
+
+/// The cell of some settings.
+pub(in crate::study) fn continuous_cell(
+    of: &Build<'_>,
+    table: &ContinuousTable,
+) -> Result<ContinuousCell, FileError> {
+    times(table)?;
+    let (plant, x0, xi0) = plant(of)?;
+    let n = plant.order();
+    let filters = match &table.filters {
+        Some(filters) => filters.clone(),
+        None => (1..n).map(|i| i as f64).collect(),
+    };
+    let scale = positive(of, Key::GainScale)?;
+    let step = positive(of, Key::Step)?;
+    let tables = of.file.observers.iter().enumerate();
+    let observers: Result<Vec<ObserverSpec>, FileError> = tables
+        .map(|(i, table)| {
+            let place = format!("observers[{i}] ({})", table.observer);
+            observer(table, &plant, &xi0, scale).map_err(|message| FileError::key(&place, message))
+        })
+        .collect();
+    let cell = ContinuousCell {
+        input: Signal {
+            waves: vec![Wave::Constant { value: table.input }],
+        },
+        disturbance: disturbance(of, table.until)?,
+        gpebo: GpeboOptions { xi0, filters },
+        observers: observers?,
+        until: table.until,
+        scored_from: table.scored_from,
+        step,
+        error_limit: table.error_limit,
+        trace_every: table.trace_every,
+        plant,
+        x0,
+    };
+    cell.check(of.file.seed)
+        .map_err(|error| FileError::key("continuous", error.to_string()))?;
+    Ok(cell)
+}
+
+/// The times of the table.
+fn times(table: &ContinuousTable) -> Result<(), FileError> {
+    let positive = |x: f64| x > 0.0 && x.is_finite();
+    let wrong = |key: &str, value: f64, expected: &str| {
+        let message = format!("{value}; expected {expected}");
+        Err(FileError::key(&format!("continuous.{key}"), message))
+    };
+    if !positive(table.until) {
+        return wrong("until", table.until, "a time above 0, in seconds");
+    }
+    if !(0.0..table.until).contains(&table.scored_from) {
+        return wrong(
+            "scored_from",
+            table.scored_from,
+            "a time of 0 to before 'until'",
+        );
+    }
+    if !positive(table.error_limit) {
+        return wrong("error_limit", table.error_limit, "a relative error above 0");
+    }
+    if !table.input.is_finite() {
+        return wrong("input", table.input, "a finite number");
+    }
+    match table.trace_every {
+        Some(every) if !(positive(every) && table.until / every <= 1e5) => wrong(
+            "trace_every",
+            every,
+            "seconds above 0, for at most 100000 points",
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// The plant, x(0) and xi(0).
+fn plant(of: &Build<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f64>), FileError> {
+    let name = of.text(Key::Plant);
+    if name == "bobtsov2023" {
+        return Ok((ContinuousPlant::bobtsov2023(), vec![1.0, 2.0], vec![0.0; 2]));
+    }
+    let tables = &of.file.continuous_plants;
+    let known = CONTINUOUS_PLANTS
+        .into_iter()
+        .chain(tables.keys().map(String::as_str));
+    let known: Vec<&str> = known.collect();
+    let table = tables
+        .get(&name)
+        .ok_or_else(|| unknown(Key::Plant, &name, &known))?;
+    let ContinuousPlantTable { a, b, c, x0, xi0 } = table;
+    let wrong = |message: String| FileError::key(&format!("continuous_plants.{name}"), message);
+    let plant = ContinuousPlant::new(a, b.clone(), c.clone()).map_err(|e| wrong(e.to_string()))?;
+    let n = plant.order();
+    let xi0 = xi0.clone().unwrap_or_else(|| vec![0.0; n]);
+    for (key, x) in [("x0", x0), ("xi0", &xi0)] {
+        if x.len() != n || !x.iter().all(|x| x.is_finite()) {
+            return Err(wrong(format!(
+                "{key}; expected {n} finite numbers, one per state"
+            )));
+        }
+    }
+    Ok((plant, x0.clone(), xi0))
+}
+
+fn positive(of: &Build<'_>, key: Key) -> Result<f64, FileError> {
+    let number = of.number(key)?;
+    if number > 0.0 {
+        return Ok(number);
+    }
+    Err(FileError::key(
+        key.name(),
+        format!("{number}; expected a number above 0"),
+    ))
+}
+
+/// The terms of the disturbance.
+fn disturbance(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
+    let name = of.text(Key::Disturbance);
+    let wave = match name.as_str() {
+        "none" => return Ok(Vec::new()),
+        "constant" => WaveName::Constant,
+        "ramp" => WaveName::Ramp,
+        "sine" => WaveName::Sine,
+        "square" => WaveName::Square,
+        "white" => WaveName::White,
+        _ => {
+            let tables = &of.file.signals;
+            let known = SIGNALS.into_iter().chain(tables.keys().map(String::as_str));
+            let known: Vec<&str> = known.collect();
+            let table = tables.get(&name);
+            let table = table.ok_or_else(|| unknown(Key::Disturbance, &name, &known))?;
+            let place = |i: usize| format!("signals.{name}.waves[{i}]");
+            let waves = table.waves.iter().enumerate();
+            return waves
+                .map(|(i, wave)| term(of, wave, until, &place(i)))
+                .collect();
+        }
+    };
+    let table = WaveTable {
+        wave,
+        amplitude: 1.0,
+        ..WaveTable::default()
+    };
+    Ok(vec![term(of, &table, until, "settings")?])
+}
+
+/// One term, times the level.
+fn term(of: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Term, FileError> {
+    let level = of.number(Key::Level)?;
+    let amplitude = table.amplitude * level;
+    let wrong = |message: String| Err(FileError::key(place, message));
+    if !amplitude.is_finite() {
+        return wrong(format!(
+            "amplitude {}; expected a finite number",
+            table.amplitude
+        ));
+    }
+    match table.wave {
+        WaveName::Constant => Ok(Term::Fixed(Wave::Constant { value: amplitude })),
+        WaveName::Ramp => Ok(Term::Fixed(Wave::Ramp { slope: amplitude })),
+        WaveName::Sine | WaveName::Square => {
+            let frequency = match table.frequency {
+                Some(frequency) => frequency,
+                None => of.number(Key::Frequency)?,
+            };
+            let random = table.phase.is_none() && of.text(Key::Phase) == "random";
+            let phase = match table.phase {
+                Some(phase) => phase,
+                None if random => 0.0,
+                None => of.number(Key::Phase)?,
+            };
+            let wave = if table.wave == WaveName::Sine {
+                Wave::Sine {
+                    amplitude,
+                    frequency,
+                    phase,
+                }
+            } else {
+                Wave::Square {
+                    amplitude,
+                    frequency,
+                    phase,
+                }
+            };
+            Ok(if random {
+                Term::RandomPhase(wave)
+            } else {
+                Term::Fixed(wave)
+            })
+        }
+        WaveName::White => {
+            let hold = positive(of, Key::NoiseHold)?;
+            if until / hold > MOST_HOLDS {
+                let message = format!("{hold}; expected at most {MOST_HOLDS} holds in a trial");
+                return Err(FileError::key(Key::NoiseHold.name(), message));
+            }
+            Ok(Term::White {
+                deviation: amplitude.abs(),
+                hold,
+            })
+        }
+        WaveName::File => {
+            let (Some(interval), Some(values)) = (table.interval, &table.values) else {
+                return wrong("expected file = \"NAME.csv\" beside wave = \"file\"".to_owned());
+            };
+            Ok(Term::Fixed(Wave::Samples {
+                interval,
+                values: values.iter().map(|value| value * amplitude).collect(),
+                hold: match table.hold {
+                    HoldName::Zero => Hold::Zero,
+                    HoldName::Linear => Hold::Linear,
+                },
+            }))
+        }
+    }
+}
+
+/// An observer of its table; Luenberger observers start from xi(0), as GPEBO does.
+fn observer(
+    table: &ObserverTable,
+    plant: &ContinuousPlant,
+    xi0: &[f64],
+    scale: f64,
+) -> Result<ObserverSpec, String> {
+    if let Some(stray) = table.stray() {
+        return Err(format!("'{stray}' is an option of another observer"));
+    }
+    let n = plant.order();
+    let with_gain = |gain| ObserverSpec::Luenberger {
+        gain,
+        x0: xi0.to_vec(),
+    };
+    match table.observer {
+        ObserverName::Luenberger => {
+            let poles = match (&table.gain, &table.poles, table.bandwidth) {
+                (Some(gain), None, None) => return Ok(with_gain(gain.clone())),
+                (None, Some(list), None) => parse_poles(list).map_err(|error| error.to_string())?,
+                (None, None, Some(radius)) if radius > 0.0 => butterworth(n, radius),
+                (None, None, Some(radius)) => {
+                    return Err(format!("bandwidth {radius}; expected a number above 0"));
+                }
+                _ => return Err("expected one of 'gain', 'poles' and 'bandwidth'".to_owned()),
+            };
+            let gain = place(plant.a(), plant.c(), &poles).map_err(|error| error.to_string())?;
+            Ok(with_gain(gain))
+        }
+        ObserverName::Gradient => Ok(ObserverSpec::Gradient {
+            gains: gains(table, n, scale)?,
+        }),
+        ObserverName::Proposed => {
+            let order = table.expansion.unwrap_or(2);
+            // The paper's filters, 2/(p + 2) and 6/(p + 6), in front.
+            let filters = table.filters.clone();
+            Ok(ObserverSpec::Proposed {
+                k: table.pole.unwrap_or(1.0),
+                order,
+                filters: filters.unwrap_or_else(|| [2.0, 6.0].into_iter().take(order).collect()),
+                gains: gains(table, n, scale)?,
+                factor: match table.factor.unwrap_or_default() {
+                    FactorName::Keep => Factor::Keep,
+                    FactorName::Drop => Factor::Drop,
+                },
+            })
+        }
+        ObserverName::KalmanBucy => kalman_bucy(table, plant).map(|gain| match gain {
+            Some(gain) => with_gain(gain),
+            None => ObserverSpec::KalmanBucy {
+                p0: table.prior.unwrap_or(1.0),
+                r: table.measurement.unwrap_or(1.0),
+            },
+        }),
+    }
+}
+
+/// The steady-state gain, or `None` for the time-varying filter without process noise.
+fn kalman_bucy(table: &ObserverTable, plant: &ContinuousPlant) -> Result<Option<Vec<f64>>, String> {
+    let r = table
+        .measurement
+        .ok_or("expected 'measurement', the intensity r of its noise")?;
+    match table.process {
+        None | Some(0.0) if table.prior.is_none() => {
+            Err("expected 'process' above 0, or 'prior'".to_owned())
+        }
+        None | Some(0.0) => Ok(None),
+        Some(_) if table.prior.is_some() => {
+            Err("'prior' beside 'process': the steady state has no prior".to_owned())
+        }
+        Some(q) => {
+            let n = plant.order();
+            let noise = Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 });
+            let solved = care(plant.a(), plant.c(), noise.as_ref(), r);
+            solved
+                .map(|of| Some(of.gain))
+                .map_err(|error| error.to_string())
+        }
+    }
+}
+
+/// The adaptation gains times their scale; one stands for all components.
+fn gains(table: &ObserverTable, n: usize, scale: f64) -> Result<Vec<f64>, String> {
+    let given = table.gains.as_deref().unwrap_or(&[]);
+    let all = match given {
+        [one] => vec![*one; n],
+        all if all.len() == n => all.to_vec(),
+        _ => return Err(format!("gains; expected {n} numbers, or one for all")),
+    };
+    Ok(all.into_iter().map(|gain| gain * scale).collect())
+}

@@ -1,0 +1,109 @@
+//! Studies in continuous time: cells, their trials, the first trial's course.
+
+mod build;
+mod trace;
+mod trial;
+
+pub(super) use build::{CONTINUOUS_PLANTS, SIGNALS, continuous_cell};
+pub use trace::{OutputTrace, Traces};
+pub use trial::ContinuousTrial;
+
+use crate::observer::gpebo::{GpeboOptions, ObserverSpec, Scenario};
+use crate::plant::ContinuousPlant;
+use crate::signal::{Hold, Purpose, Signal, Wave, fill_white, stream};
+use rand::RngExt;
+use std::f64::consts::TAU;
+
+/// What draws and runs the trials of a cell in continuous time.
+#[derive(Clone, Debug)]
+pub struct ContinuousCell {
+    /// The plant.
+    pub plant: ContinuousPlant,
+    /// x(0), n numbers.
+    pub x0: Vec<f64>,
+    /// The input.
+    pub input: Signal,
+    /// The disturbance of the output.
+    pub disturbance: Vec<Term>,
+    /// xi(0) and the filters of the first mixing.
+    pub gpebo: GpeboOptions,
+    /// The observers, in the order of the outputs.
+    pub observers: Vec<ObserverSpec>,
+    /// The end T, seconds.
+    pub until: f64,
+    /// Root mean squares are taken from here on, seconds.
+    pub scored_from: f64,
+    /// The longest step, seconds.
+    pub step: f64,
+    /// A larger relative error of a trial is a failure.
+    pub error_limit: f64,
+    /// Seconds between the points that are kept of the first trial.
+    pub trace_every: Option<f64>,
+}
+
+/// A term of a disturbance.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Term {
+    /// The same in every trial.
+    Fixed(Wave),
+    /// A sine or square whose phase is uniform on [0, 2 pi), a new one in every trial.
+    RandomPhase(Wave),
+    /// White Gaussian numbers of this standard deviation, each held so many seconds.
+    White {
+        /// Standard deviation.
+        deviation: f64,
+        /// Seconds.
+        hold: f64,
+    },
+}
+
+impl ContinuousCell {
+    /// The disturbance of a trial: a pure function of seed and trial.
+    pub fn draw(&self, seed: u64, trial: u64) -> Signal {
+        let mut phases = stream(seed, trial, Purpose::DisturbancePhase);
+        let mut noise = stream(seed, trial, Purpose::Disturbance);
+        let mut draw = |term: &Term| match term {
+            Term::Fixed(wave) => wave.clone(),
+            Term::RandomPhase(wave) => with_phase(wave, TAU * phases.random::<f64>()),
+            Term::White { deviation, hold } => {
+                // One more than the holds that fit, so that the last instant has one however the quotient is rounded.
+                let count = (self.until / hold).ceil() as usize + 1;
+                let mut values = vec![0.0; count];
+                fill_white(&mut noise, *deviation, &mut values);
+                Wave::Samples {
+                    interval: *hold,
+                    values: values.into(),
+                    hold: Hold::Zero,
+                }
+            }
+        };
+        Signal {
+            waves: self.disturbance.iter().map(&mut draw).collect(),
+        }
+    }
+
+    /// What is run with a disturbance.
+    fn scenario(&self, delta: Signal) -> Scenario {
+        Scenario {
+            u: self.input.clone(),
+            delta,
+            x0: self.x0.clone(),
+            horizon: self.until,
+            step: self.step,
+        }
+    }
+
+    /// Steps of a trial at least, without the halved ones.
+    pub fn steps(&self) -> usize {
+        (self.until / self.step).ceil() as usize
+    }
+}
+
+/// A sine or square with another phase.
+fn with_phase(wave: &Wave, phase: f64) -> Wave {
+    let mut wave = wave.clone();
+    if let Wave::Sine { phase: of, .. } | Wave::Square { phase: of, .. } = &mut wave {
+        *of = phase;
+    }
+    wave
+}

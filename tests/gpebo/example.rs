@@ -1,0 +1,200 @@
+//! The paper's example.
+
+use crate::common::proposed;
+use asobench::observer::gpebo::{
+    Cascade, Estimate, Factor, GpeboOptions, ObserverSpec, Outcome, Scenario, halve,
+};
+use asobench::plant::ContinuousPlant;
+use asobench::signal::{Signal, Wave};
+
+/// The paper's example with a disturbance `amplitude sin t` and its three observers.
+fn example(amplitude: f64, step: f64) -> Cascade {
+    let scenario = Scenario {
+        u: Signal::new(vec![Wave::Constant { value: 1.0 }]),
+        delta: Signal::new(vec![Wave::Sine {
+            amplitude,
+            frequency: 1.0,
+            phase: 0.0,
+        }]),
+        x0: vec![1.0, 2.0],
+        horizon: 20.0,
+        step,
+    };
+    let observers = [
+        ObserverSpec::Luenberger {
+            gain: vec![2.0, 3.2],
+            x0: vec![0.0; 2],
+        },
+        ObserverSpec::Gradient {
+            gains: vec![1.0; 2],
+        },
+        proposed(Factor::Keep, vec![1e11, 1e13]),
+    ];
+    let options = GpeboOptions {
+        xi0: vec![0.0; 2],
+        filters: vec![1.0],
+    };
+    Cascade::new(
+        &ContinuousPlant::bobtsov2023(),
+        &scenario,
+        &options,
+        &observers,
+    )
+    .unwrap()
+}
+
+fn last_estimates(cascade: &Cascade, refine: usize) -> Vec<Estimate> {
+    let mut last = vec![];
+    let summary = cascade.run(refine, |sample| last = sample.estimates.to_vec());
+    assert_eq!(summary.outcome, Outcome::Finite);
+    last
+}
+
+/// theta of the proposed observer for other amplitudes, from the independent sketch in spec.md, section 5.
+#[test]
+fn the_example_reaches_the_sketch() {
+    let sketch = [
+        (0.3, [1.0028, 1.8952], 5e-5),
+        (0.0, [0.0, 0.0], 1e-9),
+        (0.1, [0.017, 0.034], 5e-4),
+        (0.2, [0.69, 1.36], 5e-3),
+        (0.6, [1.0035, 1.9645], 5e-5),
+        (0.9, [1.045, 1.810], 5e-4),
+    ];
+    for (amplitude, theta, tolerance) in sketch {
+        let found = &last_estimates(&example(amplitude, 1e-3), 1)[2].theta;
+        for i in 0..2 {
+            assert!(
+                (found[i] - theta[i]).abs() <= tolerance,
+                "{amplitude}: {found:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_example_does_not_depend_on_the_step() {
+    let cascade = example(0.3, 1e-3);
+    let (coarse, fine) = (last_estimates(&cascade, 1), last_estimates(&cascade, 2));
+    for i in 0..2 {
+        assert!((coarse[2].theta[i] - fine[2].theta[i]).abs() < 1e-6);
+    }
+}
+
+/// The ranking of Figs. 3 and 4: RMS errors from 8 s on, from the sketch.
+#[test]
+fn the_example_ranks_as_the_paper_says() {
+    let (mut squares, mut count) = ([[0.0; 2]; 3], 0.0);
+    let summary = example(0.3, 1e-3).run(1, |sample| {
+        if sample.t >= 8.0 {
+            count += 1.0;
+            for (squares, estimate) in squares.iter_mut().zip(sample.estimates) {
+                for i in 0..2 {
+                    squares[i] += (sample.x[i] - estimate.x[i]).powi(2);
+                }
+            }
+        }
+    });
+    let sketch = [[0.030, 0.149], [0.035, 0.262], [0.025, 0.075]];
+    for (squares, sketch) in squares.iter().zip(sketch) {
+        for i in 0..2 {
+            assert!(
+                ((squares[i] / count).sqrt() - sketch[i]).abs() <= 5e-4,
+                "{squares:?}"
+            );
+        }
+    }
+    // Assumption 2, |dbar| < 1, does not hold in the example.
+    assert!((summary.largest_dbar[1] - 1.055).abs() < 5e-4);
+    // It freezes: excitation is lost.
+    let frozen = &summary.observers[2].excitation.frozen_at;
+    assert!(frozen.iter().all(|t| t.is_some_and(|t| t < 7.0)));
+    assert_eq!(summary.observers[1].excitation.frozen_at, [None, None]);
+}
+
+#[test]
+fn observed_order() {
+    let halving = halve(&example(0.3, 4e-3), |_| {});
+    assert_eq!(halving.observers[0].order, None, "exact");
+    for convergence in &halving.observers[1..] {
+        let order = convergence.order.unwrap();
+        assert!((1.9..2.2).contains(&order), "{order}");
+        assert!(convergence.error < 1e-5 * convergence.largest);
+    }
+    assert_eq!(halving.summary.steps, 20_000);
+}
+
+/// A square disturbance of 3.7 rad/s: no step crosses a switch, so the order does not drop.
+#[test]
+fn order_is_kept_across_switches() {
+    let scenario = Scenario {
+        u: Signal::default(),
+        delta: Signal::new(vec![Wave::Square {
+            amplitude: 0.3,
+            frequency: 3.7,
+            phase: 0.2,
+        }]),
+        x0: vec![1.0, 2.0],
+        horizon: 10.0,
+        step: 5e-3,
+    };
+    let options = GpeboOptions {
+        xi0: vec![0.0; 2],
+        filters: vec![1.0],
+    };
+    let observers = [
+        ObserverSpec::Gradient {
+            gains: vec![1.0; 2],
+        },
+        ObserverSpec::Proposed {
+            k: 1.0,
+            order: 1,
+            filters: vec![2.0],
+            gains: vec![1e3; 2],
+            factor: Factor::Keep,
+        },
+        ObserverSpec::KalmanBucy { p0: 1.0, r: 0.1 },
+    ];
+    let plant = ContinuousPlant::bobtsov2023();
+    let cascade = Cascade::new(&plant, &scenario, &options, &observers).unwrap();
+    let halving = halve(&cascade, |_| {});
+    for convergence in halving.observers {
+        assert!(
+            convergence.order.is_none_or(|order| order > 1.9),
+            "{convergence:?}"
+        );
+        assert!(convergence.error < 1e-4);
+    }
+}
+
+/// delta = 0: the error of the gradient is e^(-gamma int Delta^2) times the initial one, with the integral by Boole's rule
+/// from Delta as it is visited.
+#[test]
+fn gradient_error_without_disturbance() {
+    let cascade = example(0.0, 1e-2);
+    let mut squares = vec![];
+    let mut last = vec![];
+    let summary = cascade.run(1, |sample| {
+        squares.push(sample.delta * sample.delta);
+        if (sample.t - 0.6).abs() < 1e-6 {
+            let boole: f64 = squares
+                .windows(5)
+                .step_by(4)
+                .map(|f| 7.0 * (f[0] + f[4]) + 32.0 * (f[1] + f[3]) + 12.0 * f[2])
+                .sum();
+            let integral = 2.0 * 1e-2 / 45.0 * boole;
+            for (theta, estimate) in cascade.theta().iter().zip(&sample.estimates[1].theta) {
+                let exact = theta * -(-integral).exp_m1();
+                assert!(
+                    (estimate - exact).abs() < 1e-7 * theta,
+                    "{estimate} {exact}"
+                );
+            }
+            // There is still an error to be seen.
+            assert!((0.05..3.0).contains(&integral), "{integral}");
+            last.push(integral);
+        }
+    });
+    assert_eq!(last.len(), 1);
+    assert!(summary.largest_dbar.iter().all(|d| *d < 1e-11));
+}

@@ -1,0 +1,8 @@
+//! The cascade against independent integration, closed forms and invariances, through the public interface.
+
+mod common;
+mod example;
+mod invariance;
+mod kalman_bucy;
+mod linear;
+mod outcomes;

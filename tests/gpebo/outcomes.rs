@@ -1,0 +1,154 @@
+//! Overflow and refusals.
+
+use asobench::observer::gpebo::{
+    Cascade, CascadeError, Factor, GpeboOptions, ObserverSpec, Outcome, Scenario, SettingError,
+    halve,
+};
+use asobench::plant::ContinuousPlant;
+use asobench::signal::{Signal, Wave};
+
+/// An observer that overflows is reported and spoils nothing else.
+#[test]
+fn overflow_is_an_outcome() {
+    let plant = ContinuousPlant::bobtsov2023();
+    let scenario = Scenario {
+        u: Signal::default(),
+        delta: Signal::default(),
+        x0: vec![1.0, 2.0],
+        horizon: 10.0,
+        step: 0.1,
+    };
+    let options = GpeboOptions {
+        xi0: vec![0.0; 2],
+        filters: vec![1.0],
+    };
+    let observers = [
+        ObserverSpec::Luenberger {
+            gain: vec![-100.0, 0.0],
+            x0: vec![0.0; 2],
+        },
+        ObserverSpec::Gradient {
+            gains: vec![1.0; 2],
+        },
+    ];
+    let cascade = Cascade::new(&plant, &scenario, &options, &observers).unwrap();
+    let mut visits = 0;
+    let summary = cascade.run(1, |_| visits += 1);
+    assert_eq!((summary.outcome, visits), (Outcome::Finite, 101));
+    assert!(matches!(summary.observers[0].outcome, Outcome::NotFinite(t) if t > 0.5 && t < 3.0));
+    assert_eq!(summary.observers[1].outcome, Outcome::Finite);
+    assert!(halve(&cascade, |_| {}).observers[0].error.is_nan());
+
+    let unstable = ContinuousPlant::new(&[vec![100.0]], vec![1.0], vec![1.0]).unwrap();
+    let scenario = Scenario {
+        x0: vec![1.0],
+        ..scenario
+    };
+    let options = GpeboOptions {
+        xi0: vec![0.0],
+        filters: vec![],
+    };
+    let observers = [ObserverSpec::Gradient { gains: vec![1.0] }];
+    let cascade = Cascade::new(&unstable, &scenario, &options, &observers).unwrap();
+    let summary = cascade.run(1, |_| {});
+    assert!(matches!(summary.outcome, Outcome::NotFinite(t) if t > 7.0 && t < 7.3));
+    assert_eq!(summary.smallest_eigenvalue, None);
+}
+
+#[test]
+fn refusals() {
+    let plant = ContinuousPlant::bobtsov2023();
+    let good = Scenario {
+        u: Signal::default(),
+        delta: Signal::default(),
+        x0: vec![1.0, 2.0],
+        horizon: 1.0,
+        step: 0.1,
+    };
+    let options = GpeboOptions {
+        xi0: vec![0.0; 2],
+        filters: vec![1.0],
+    };
+    let refusal = |scenario: &Scenario, options: &GpeboOptions, observer: ObserverSpec| {
+        Cascade::new(&plant, scenario, options, &[observer])
+            .unwrap_err()
+            .to_string()
+    };
+    let gradient = || ObserverSpec::Gradient {
+        gains: vec![1.0; 2],
+    };
+    let step = |step: f64| {
+        refusal(
+            &Scenario {
+                step,
+                ..good.clone()
+            },
+            &options,
+            gradient(),
+        )
+    };
+    assert_eq!(
+        step(2.0),
+        "the step of 2 s must not be longer than the horizon of 1 s"
+    );
+    assert_eq!(step(0.0), "the step must be positive, not 0");
+    assert_eq!(step(f64::NAN), "the step must hold finite numbers");
+    assert_eq!(
+        step(1e-9),
+        "the run would take about 1.0e9 steps, and 1e8 are the most"
+    );
+    let filters = GpeboOptions {
+        filters: vec![-1.0],
+        ..options.clone()
+    };
+    assert_eq!(
+        refusal(&good, &filters, gradient()),
+        "the filters of the first extension must be positive, not -1"
+    );
+    assert_eq!(
+        refusal(
+            &good,
+            &options,
+            ObserverSpec::Gradient {
+                gains: vec![1.0, 0.0]
+            }
+        ),
+        "observer 1: the gains must be positive, not 0"
+    );
+    let twice = ObserverSpec::Proposed {
+        k: 1.0,
+        order: 2,
+        filters: vec![2.0; 2],
+        gains: vec![1.0; 2],
+        factor: Factor::Keep,
+    };
+    assert_eq!(
+        refusal(&good, &options, twice),
+        "observer 1: the filters of the second extension must be distinct, and 2 occurs twice"
+    );
+    let x0 = Scenario {
+        x0: vec![1.0],
+        ..good.clone()
+    };
+    assert_eq!(
+        Cascade::new(&plant, &x0, &options, &[]).unwrap_err(),
+        CascadeError::Setting(SettingError::Length {
+            what: "the initial state",
+            expected: 2,
+            found: 1
+        })
+    );
+    let fast = Wave::Square {
+        amplitude: 1.0,
+        frequency: 1e300,
+        phase: 0.0,
+    };
+    let fast = Scenario {
+        delta: Signal::new(vec![fast]),
+        ..good
+    };
+    assert!(matches!(
+        Cascade::new(&plant, &fast, &options, &[]),
+        Err(CascadeError::Breakpoints(_))
+    ));
+}

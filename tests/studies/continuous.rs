@@ -1,0 +1,267 @@
+//! Studies in continuous time: the same bits whatever the threads and the history, and what a file may not say.
+
+use super::{Place, assert_same, stderr, stdout, succeeds};
+
+/// Random disturbances, every observer, trials stored.
+const COURSES: &str = r#"
+trials = 60
+store = "trials"
+measures = ["rms_x", "e_theta", "e_theta_rms", "t_settle", "t_frozen", "adaptation", "dbar_max", "step_error", "step_order"]
+compare = [["proposed", "gradient"]]
+
+[continuous]
+until = 6
+scored_from = 2
+filters = [1]
+error_limit = 0.1
+trace_every = 0.5
+
+[settings]
+disturbance = ["white", "square"]
+level = [0, 0.4]
+phase = "random"
+noise_hold = 0.05
+step = 0.05
+
+[[observers]]
+observer = "luenberger"
+gain = [2, 3.2]
+
+[[observers]]
+observer = "kalman-bucy"
+measurement = 0.05
+prior = 4
+
+[[observers]]
+observer = "gradient"
+gains = [1]
+
+[[observers]]
+observer = "proposed"
+gains = [1e11, 1e13]
+"#;
+
+fn json(place: &Place, name: &str) -> serde_json::Value {
+    let text = std::fs::read_to_string(place.path(name)).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+fn place() -> Place {
+    let place = Place::new();
+    place.write("courses.toml", COURSES.as_bytes());
+    place
+}
+
+fn run(place: &Place, out: &str, more: &[&str]) -> super::Contents {
+    let mut arguments = vec!["run", "courses.toml", "--out", out];
+    arguments.extend(more);
+    succeeds(&place.run(&arguments));
+    super::contents(&place.path(out))
+}
+
+#[test]
+fn threads_blocks_and_history_move_no_bit() {
+    let place = place();
+    let expected = run(&place, "once", &["--threads", "1"]);
+    let cut = run(&place, "cut", &["--threads", "2", "--block", "7"]);
+    assert_same(&cut, &expected, "blocks");
+    run(&place, "grown", &["--trials", "13", "--block", "5"]);
+    assert_same(&run(&place, "grown", &[]), &expected, "extension");
+    let other = run(&place, "other", &["--set", "seed=6"]);
+    assert!(other["summary.json"] != expected["summary.json"]);
+}
+
+#[test]
+fn any_trial_can_be_replayed() {
+    let place = place();
+    run(&place, "out", &[]);
+    let replay = place.run(&["replay", "out", "1:37"]);
+    succeeds(&replay);
+    let text = stdout(&replay);
+    assert!(text.contains("These rows equal, bit for bit"), "{text}");
+    assert!(
+        text.contains("Observer proposed") && text.contains("theta_hat_2"),
+        "{text}"
+    );
+    let json = stdout(&place.run(&["replay", "out", "1:37", "--format", "json"]));
+    assert!(json.contains("\"equal_to_stored\": true"));
+    place.refuses(
+        &["replay", "out", "1:0", "--data", "x.csv"],
+        &["--data", "no record"],
+    );
+}
+
+/// Level 0: nothing is learnt by the proposed estimator, and theta stays where it starts; the gradient learns.
+#[test]
+fn without_a_disturbance() {
+    let place = place();
+    run(&place, "out", &["--trials", "2"]);
+    let summary = json(&place, "out/summary.json");
+    let output = |name: &str| {
+        let outputs = summary["cells"][0]["outputs"].as_array().unwrap();
+        let of = outputs.iter().find(|of| of["estimator"] == name).unwrap();
+        of["figures"]["e_theta"]["mean"]["value"].as_f64().unwrap()
+    };
+    assert!((output("proposed") - 1.0).abs() < 1e-9);
+    assert!(output("gradient") < 1e-3);
+}
+
+#[test]
+fn what_cannot_be() {
+    let place = place();
+    for (old, new, parts) in [
+        ("until = 6", "until = 0", ["continuous.until", "above 0"]),
+        (
+            "scored_from = 2",
+            "scored_from = 6",
+            ["continuous.scored_from", "before 'until'"],
+        ),
+        (
+            "error_limit = 0.1",
+            "error_limit = -1",
+            ["continuous.error_limit", "above 0"],
+        ),
+        (
+            "filters = [1]",
+            "filters = [-1]",
+            ["first extension must be positive", "-1"],
+        ),
+        (
+            "filters = [1]",
+            "filters = [1, 2]",
+            ["needs 1 numbers", "2"],
+        ),
+        (
+            "gains = [1]",
+            "gains = [0]",
+            ["gains must be positive", "0"],
+        ),
+        (
+            "gains = [1]",
+            "gains = [1, 2, 3]",
+            ["observers[2] (gradient)", "expected 2 numbers"],
+        ),
+        (
+            "gains = [1]",
+            "gains = [1]\npole = 2",
+            ["observers[2] (gradient)", "'pole'"],
+        ),
+        (
+            "gain = [2, 3.2]",
+            "poles = \"-1+i\"",
+            ["observers[0] (luenberger)", "conjugate"],
+        ),
+        (
+            "gain = [2, 3.2]",
+            "",
+            [
+                "observers[0] (luenberger)",
+                "'gain', 'poles' and 'bandwidth'",
+            ],
+        ),
+        ("prior = 4", "", ["observers[1] (kalman-bucy)", "'prior'"]),
+        (
+            "prior = 4",
+            "process = -1",
+            ["observers[1] (kalman-bucy)", "Q"],
+        ),
+        ("step = 0.05", "step = 0", ["step: 0", "above 0"]),
+        ("step = 0.05", "step = 7", ["step of 7 s", "horizon of 6 s"]),
+        ("step = 0.05", "step = 1e-12", ["steps", "the most"]),
+        (
+            "noise_hold = 0.05",
+            "noise_hold = 1e-9",
+            ["noise_hold", "holds"],
+        ),
+        (
+            "\"white\", \"square\"",
+            "\"squares\"",
+            ["disturbance", "did you mean 'square'?"],
+        ),
+        (
+            "[settings]",
+            "[settings]\nwindow = 98",
+            ["window", "continuous time"],
+        ),
+        (
+            "[settings]",
+            "[settings]\nplant = \"bobtsov\"",
+            ["plant", "did you mean 'bobtsov2023'?"],
+        ),
+        (
+            "store = ",
+            "curves = true\nstore = ",
+            ["curves", "continuous time"],
+        ),
+    ] {
+        let text = COURSES.replacen(old, new, 1);
+        assert!(text != COURSES, "{old}");
+        place.write("wrong.toml", text.as_bytes());
+        place.refuses(
+            &["check", "wrong.toml"],
+            &["wrong.toml", parts[0], parts[1]],
+        );
+    }
+    place.write("wrong.toml", b"[settings]\nlevel = 1");
+    place.refuses(&["check", "wrong.toml"], &["level", "discrete time"]);
+}
+
+#[test]
+fn plants_and_signals_of_files() {
+    let place = place();
+    let plant =
+        "\n[continuous_plants.mine]\na = [[-1, 0], [0, -2]]\nb = [1, 1]\nc = [1, 0]\nx0 = [1, 1]\n";
+    let text = COURSES.replace("[settings]", "[settings]\nplant = \"mine\"") + plant;
+    place.write("wrong.toml", text.as_bytes());
+    place.refuses(
+        &["check", "wrong.toml"],
+        &["continuous_plants.mine", "rank 1", "order is 2"],
+    );
+
+    let signal = "\n[signals.recorded]\nwaves = [{ wave = \"file\", file = \"delta.csv\", hold = \"linear\" }]\n";
+    let text = COURSES.replace("\"white\", \"square\"", "\"recorded\"") + signal;
+    place.write("recorded.toml", text.as_bytes());
+    place.refuses(
+        &["check", "recorded.toml"],
+        &["signals.recorded.waves[0]", "delta.csv"],
+    );
+    place.write("delta.csv", b"t,delta\n0,0.1\n2,0.2\n4,0.1\n");
+    place.refuses(&["check", "recorded.toml"], &["disturbance", "4 s", "6 s"]);
+    place.write("delta.csv", b"t,delta\n0,0.1\n2,x\n");
+    place.refuses(
+        &["check", "recorded.toml"],
+        &["delta.csv: line 3", "two finite numbers"],
+    );
+    place.write("delta.csv", b"t,delta\n0,0.1\n2,0.2\n4,0.1\n6,0\n");
+    let done = place.run(&["run", "recorded.toml", "--trials", "1", "--out", "recorded"]);
+    succeeds(&done);
+    // The manifest holds the samples: the file is not needed any more.
+    std::fs::remove_file(place.path("delta.csv")).unwrap();
+    let replay = place.run(&["replay", "recorded", "1:0"]);
+    assert!(
+        stdout(&replay).contains("bit for bit"),
+        "{}",
+        stderr(&replay)
+    );
+}
+
+/// A step that is too long is a failure of that trial, counted, and no number of it is used.
+#[test]
+fn a_step_that_is_too_long_is_a_failure() {
+    let place = place();
+    let set = ["--set", "continuous.error_limit=1e-9", "--trials", "3"];
+    run(&place, "out", &set);
+    let summary = json(&place, "out/summary.json");
+    let proposed = &summary["cells"][1]["outputs"][3];
+    assert_eq!(proposed["outcomes"]["failures"]["step-too-long"], 3);
+    assert_eq!(proposed["figures"]["rms_x"]["count"], 0);
+    assert_eq!(proposed["figures"]["step_error"]["count"], 3);
+    // What is integrated exactly does not fail.
+    assert_eq!(
+        summary["cells"][1]["outputs"][0]["outcomes"]["failures"]
+            .as_object()
+            .unwrap()
+            .len(),
+        0
+    );
+}
