@@ -46,7 +46,7 @@ pub(super) fn measure(
     for (index, cell) in experiment.cells.iter().enumerate() {
         let mut record = Realisation::default();
         for (method, table) in experiment.methods.iter().zip(&experiment.file.methods) {
-            let mut estimator = method.prepare(cell.shape()).map_err(failed)?;
+            let mut estimator = cell.prepare(method).map_err(failed)?;
             let mut passes = vec![Pass::new(cell.order); method.passes()];
             let mut seconds = Vec::new();
             for trial in 0..RECORDS {

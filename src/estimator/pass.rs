@@ -15,6 +15,8 @@ named_enum! {
         Singular = "singular",
         /// A matrix that is singular to rounding (or whose pivot came out as zero): [`super::solver::condition::RANK_MULTIPLE`].
         RankDeficient = "rank-deficient",
+        /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
+        NoFilter = "no-filter",
     }
 }
 
@@ -61,7 +63,8 @@ impl From<DrawFailure> for FailureKind {
 impl From<FailureKind> for DrawFailure {
     fn from(kind: FailureKind) -> Self {
         match kind {
-            FailureKind::NonFinite => Self::NonFinite,
+            // Controllers have observers by pole placement only.
+            FailureKind::NonFinite | FailureKind::NoFilter => Self::NonFinite,
             FailureKind::Singular => Self::Singular,
             FailureKind::RankDeficient => Self::RankDeficient,
         }

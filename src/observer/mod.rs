@@ -1,7 +1,19 @@
-//! Stage 12: the observer and its gain.
+//! Stage 12: the observer and its gain; the Kalman filter in its place.
 
 mod gain;
+mod kalman;
+mod kind;
+mod likelihood;
 mod luenberger;
+mod lyapunov;
+mod riccati;
+mod stochastic_model;
 
 pub use gain::{Gain, GainError, Poles};
+pub use kalman::{GainSequence, Kalman};
+pub use kind::{ObserverKind, ObserverKindError};
+pub use likelihood::{Likelihood, ProcessNoise, RatioError, VarianceRatio, maximum_likelihood_ratio};
 pub use luenberger::{ObservedModel, Observer};
+pub use lyapunov::lyapunov;
+pub use riccati::{Riccati, RiccatiError, care, dare};
+pub use stochastic_model::{MeasurementNoise, StochasticModel};

@@ -28,6 +28,10 @@ pub enum Purpose {
     InputNoise = 5,
     /// A fresh input, on which models are compared with the plant.
     FreshInput = 6,
+    /// The process noise.
+    ProcessNoise = 7,
+    /// Random initial states.
+    InitialState = 8,
 }
 
 /// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64 bits.

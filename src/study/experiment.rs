@@ -5,9 +5,12 @@ use super::engine::Engine;
 use super::file::{
     Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, cells,
 };
+use super::observers::CellObserver;
 use super::row::Figure;
 use crate::data::Process;
-use crate::estimator::{InstrumentSource, Method, Output, Shape};
+use crate::estimator::{
+    Estimator, InstrumentSource, KnownModel, Method, MethodOptions, Output, SetupError, Shape,
+};
 use crate::names::named_enum;
 use crate::observer::Gain;
 use serde_json::{Value, json};
@@ -20,6 +23,16 @@ named_enum! {
         Estimate = "x0-hat",
         /// From zero.
         Zero = "zero",
+    }
+}
+
+named_enum! {
+    /// From which sample on the errors of the state are taken.
+    ScoredFrom, "start of the score" {
+        /// From k = N on: what the window taught (the default).
+        Window = "window",
+        /// From k = 0 on: the transients of filters that know the plant.
+        Start = "start",
     }
 }
 
@@ -44,6 +57,8 @@ pub struct Cell {
     pub gain: Gain,
     /// Where the observer starts.
     pub observer_start: ObserverStart,
+    /// From which sample on the errors of the state are taken.
+    pub scored_from: ScoredFrom,
 }
 
 impl Cell {
@@ -52,6 +67,38 @@ impl Cell {
         Shape {
             order: self.order,
             window: self.window,
+        }
+    }
+
+    /// The first sample whose state's error is scored.
+    pub fn first_scored(&self) -> usize {
+        match self.scored_from {
+            ScoredFrom::Window => self.window,
+            ScoredFrom::Start => 0,
+        }
+    }
+
+    /// The model that a method with the true plant is given: the plant, and the mean of its initial states.
+    ///
+    /// # Errors
+    /// [`SetupError::NoKnownPlant`] where the plant is not one for all trials, of the cell's order, in open loop with an
+    /// exactly measured input.
+    pub fn known_model(&self) -> Result<KnownModel, SetupError> {
+        let known = self.process.open_loop();
+        let plant = known.map(|(plant, ..)| plant);
+        let plant = plant.filter(|plant| plant.order() == self.order);
+        let plant = plant.ok_or(SetupError::NoKnownPlant)?;
+        Ok(KnownModel::new(plant, &self.process.settings().x0))
+    }
+
+    /// A method's estimator for this cell.
+    ///
+    /// # Errors
+    /// If the method cannot serve it.
+    pub fn prepare(&self, method: &Method) -> Result<Box<dyn Estimator>, SetupError> {
+        match method.options() {
+            Some(MethodOptions::Known) => Ok(Box::new(self.known_model()?)),
+            _ => method.prepare(self.shape()),
         }
     }
 
@@ -283,9 +330,30 @@ impl Experiment {
         shapes.sort_by_key(|shape| (shape.order, shape.window));
         shapes.dedup();
         for (i, method) in self.methods.iter().enumerate() {
+            if matches!(method.options(), Some(MethodOptions::Known)) {
+                continue;
+            }
             for shape in &shapes {
                 let prepared = method.prepare(*shape);
                 prepared.map_err(|e| FileError::key(&format!("methods[{i}]"), e.to_string()))?;
+            }
+        }
+        self.check_observers()
+    }
+
+    /// What knows the plant must do so in every cell, and every observer of a method's own serve it.
+    fn check_observers(&self) -> Result<(), FileError> {
+        for (i, method) in self.methods.iter().enumerate() {
+            let known = matches!(method.options(), Some(MethodOptions::Known));
+            if !known && method.observer().is_none() {
+                continue;
+            }
+            for (number, cell) in self.cells.iter().enumerate() {
+                let model = if known { cell.known_model().map(|_| ()) } else { Ok(()) };
+                let observer = model.and_then(|()| CellObserver::new(cell, method));
+                observer.map_err(|e| {
+                    FileError::key(&format!("methods[{i}]"), format!("{e} (cell {number})"))
+                })?;
             }
         }
         Ok(())

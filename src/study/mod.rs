@@ -11,6 +11,7 @@ pub mod file;
 mod folder;
 #[doc(hidden)]
 pub mod kernels;
+mod observers;
 mod pack;
 mod peak;
 mod plan;
@@ -28,7 +29,7 @@ pub use campaign::{Campaign, CampaignError, Event, RunOptions};
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use engine::{Engine, Worker, WorkerError};
 pub(crate) use experiment::design_of;
-pub use experiment::{Cell, Experiment, NIKOLOV2023, ObserverStart};
+pub use experiment::{Cell, Experiment, NIKOLOV2023, ObserverStart, ScoredFrom};
 pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use pack::PackTrial;

@@ -49,7 +49,7 @@ impl<'e> Trial<'e> {
         let mut methods = Vec::new();
         for method in &experiment.methods {
             methods.push(MethodRun {
-                estimator: method.prepare(cell.shape())?,
+                estimator: cell.prepare(method)?,
                 passes: vec![Pass::new(cell.order); method.passes()],
                 reported: method.reported(),
             });
@@ -60,7 +60,7 @@ impl<'e> Trial<'e> {
             outputs: experiment.outputs(),
             realisation: Realisation::default(),
             methods,
-            scorer: Scorer::new(experiment, cell),
+            scorer: Scorer::new(experiment, cell)?,
             last: Trials::default(),
         })
     }
@@ -91,25 +91,26 @@ impl<'e> Trial<'e> {
         self.scorer.begin(file.seed, trial, record);
         let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
         let mut output = 0;
-        for MethodRun {
-            estimator,
-            passes,
-            reported,
-        } in &mut self.methods
-        {
+        for (method, run) in self.methods.iter_mut().enumerate() {
+            let MethodRun {
+                estimator,
+                passes,
+                reported,
+            } = run;
             passes.iter_mut().for_each(Pass::clear);
             match record.failure {
                 None => estimator.estimate(window, passes),
                 Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
             }
-            for &number in *reported {
+            for &number in reported.iter() {
                 let pass = &passes[number];
                 let mut row = Row::new(trial, output);
                 if let Some(before) = number.checked_sub(1) {
                     row[Figure::Change] = change(&passes[before], pass);
                 }
+                let pass_number = self.outputs[output].pass;
                 self.scorer
-                    .score(self.outputs[output].pass, pass, record, &mut row);
+                    .score(method, pass_number, pass, record, &mut row);
                 to.rows.push(row);
                 if file.parameters {
                     score::append_parameter_errors(pass, record, &mut to.parameters);

@@ -1,0 +1,148 @@
+//! The continuous equation.
+
+use super::{Equation, RiccatiError, check, check_column, check_covariance, double, symmetric};
+use crate::observer::lyapunov::sum_of_powers;
+use faer::linalg::solvers::Solve;
+use faer::{Col, Mat, MatRef};
+
+/// `A P + P A' + Q - P c r^-1 c'P = 0`.
+pub(super) struct Continuous {
+    a: Mat<f64>,
+    c: Col<f64>,
+    q: Mat<f64>,
+    r: f64,
+}
+
+impl Continuous {
+    /// Checks an equation: for shapes and errors see [`super::care`].
+    pub(super) fn new(
+        a: MatRef<'_, f64>,
+        c: &[f64],
+        q: MatRef<'_, f64>,
+        r: f64,
+    ) -> Result<Self, RiccatiError> {
+        let n = a.nrows();
+        check("A", a, n, n)?;
+        check_column("c", c, n)?;
+        if !(r > 0.0 && r.is_finite()) {
+            return Err(RiccatiError::Variance(r));
+        }
+        Ok(Self {
+            a: a.to_owned(),
+            c: Col::from_fn(n, |i| c[i]),
+            q: check_covariance("Q", q, n)?,
+            r,
+        })
+    }
+
+    /// `[[A', -c c' / r], [-Q, -A]]` with Q + eps I.
+    fn hamiltonian(&self, eps: f64) -> Mat<f64> {
+        let n = self.a.nrows();
+        Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => self.a[(j, i)],
+            (true, false) => -self.c[i] * self.c[j - n] / self.r,
+            (false, true) => -self.q[(i - n, j)] - if i - n == j { eps } else { 0.0 },
+            (false, false) => -self.a[(i - n, j - n)],
+        })
+    }
+
+    /// The parameter of the Cayley transform `(z - gamma)^-1 (z + gamma)`: the geometric mean of the
+    /// smallest and the largest modulus among the Hamiltonian's eigenvalues, which keeps both images far from the
+    /// unit circle, and to the right of A's spectrum, for which the transform always exists.
+    fn gamma(&self, hamiltonian: &Mat<f64>) -> Option<f64> {
+        let moduli = hamiltonian.eigenvalues().ok()?;
+        let (small, large) = moduli
+            .iter()
+            .map(|z| z.norm())
+            .fold((f64::INFINITY, 0.0_f64), |(s, l), z| (s.min(z), l.max(z)));
+        let right = self.a.eigenvalues().ok()?;
+        let right = right.iter().map(|z| z.re).fold(0.0, f64::max);
+        let gamma = (small.max(1e-6 * large) * large).sqrt().max(1.25 * right);
+        Some(if gamma > 0.0 { gamma } else { 1.0 })
+    }
+
+    /// `A - L c'`.
+    fn closed_loop(&self, gain: &Col<f64>) -> Mat<f64> {
+        &self.a - gain * self.c.transpose()
+    }
+}
+
+/// `M + gamma I`.
+fn shifted(m: &Mat<f64>, gamma: f64) -> Mat<f64> {
+    Mat::from_fn(m.nrows(), m.ncols(), |i, j| {
+        m[(i, j)] + if i == j { gamma } else { 0.0 }
+    })
+}
+
+impl Equation for Continuous {
+    /// With M the Hamiltonian, its left and right block columns `M_1`, `M_2` and
+    /// `N = [(M - gamma)_1, (M + gamma)_2]`: `N^-1 (M + gamma)_1 = [A_0; -H_0]` and
+    /// `N^-1 (M - gamma)_2 = [G_0; A_0']`.
+    fn double(&self, eps: f64) -> Option<(Mat<f64>, usize)> {
+        let n = self.a.nrows();
+        let hamiltonian = self.hamiltonian(eps);
+        let gamma = self.gamma(&hamiltonian)?;
+        let (plus, minus) = (shifted(&hamiltonian, gamma), shifted(&hamiltonian, -gamma));
+        let pick = |left: &Mat<f64>, right: &Mat<f64>| {
+            Mat::from_fn(2 * n, 2 * n, |i, j| {
+                if j < n { left[(i, j)] } else { right[(i, j)] }
+            })
+        };
+        let start = pick(&minus, &plus)
+            .partial_piv_lu()
+            .solve(pick(&plus, &minus));
+        let block = |i, j| start.submatrix(i, j, n, n).to_owned();
+        let (g, h) = (symmetric(&block(0, n)), symmetric(&-block(n, 0)));
+        double(block(0, 0), g, h)
+    }
+
+    fn gain(&self, p: &Mat<f64>) -> Col<f64> {
+        let gain = p * &self.c;
+        Col::from_fn(gain.nrows(), |i| gain[i] / self.r)
+    }
+
+    fn margin(&self, gain: &Col<f64>) -> f64 {
+        let Ok(poles) = self.closed_loop(gain).eigenvalues() else {
+            return f64::NAN;
+        };
+        let right = poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
+        let large = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        if large == 0.0 { 0.0 } else { -right / large }
+    }
+
+    /// With `S = A - L c'`: `S P + P S' + Q + L r L' = 0`, by its Cayley transform.
+    fn covariance(&self, gain: &Col<f64>) -> Option<Mat<f64>> {
+        let n = gain.nrows();
+        let closed = self.closed_loop(gain);
+        let poles = closed.eigenvalues().ok()?;
+        let (small, large) = poles
+            .iter()
+            .map(|z| z.norm())
+            .fold((f64::INFINITY, 0.0_f64), |(s, l), z| (s.min(z), l.max(z)));
+        let gamma = (small * large).sqrt();
+        let noise = Mat::from_fn(n, n, |i, j| {
+            2.0 * gamma * (self.q[(i, j)] + gain[i] * self.r * gain[j])
+        });
+        let lu = shifted(&closed, -gamma).partial_piv_lu();
+        let noise = lu.solve(lu.solve(noise).transpose());
+        sum_of_powers(lu.solve(shifted(&closed, gamma)), symmetric(&noise))
+    }
+
+    fn residual(&self, p: &Mat<f64>) -> f64 {
+        let ap = &self.a * p;
+        let pc = p * &self.c;
+        let n = p.nrows();
+        let fed_back = Mat::from_fn(n, n, |i, j| pc[i] * pc[j] / self.r);
+        let residual = (&ap + ap.transpose() + &self.q - &fed_back).norm_l2();
+        if residual == 0.0 {
+            return 0.0;
+        }
+        let scale = ap.norm_l2().max(self.q.norm_l2()).max(fed_back.norm_l2());
+        residual / scale
+    }
+
+    fn scale(&self) -> f64 {
+        let c = self.c.squared_norm_l2().max(f64::MIN_POSITIVE);
+        self.q.norm_l2() + self.a.squared_norm_l2().max(1.0) * self.r / c
+    }
+}

@@ -1,0 +1,116 @@
+//! The discrete equation, its cross covariance removed.
+
+use super::{Equation, RiccatiError, check, check_column, check_covariance, check_definite, double};
+use crate::observer::lyapunov::{spectral_radius, sum_of_powers};
+use faer::{Col, ColRef, Mat, MatRef};
+
+/// `P = F~ P F~' + Q~ - F~ P h (h'P h + r)^-1 h'P F~'`, `F~ = F - s h' / r`, `Q~ = Q - s s' / r`.
+/// Its gains are `K~ = K - s / r`, and `F~ - K~ h' = F - K h'`.
+pub(in crate::observer) struct Discrete {
+    f: Mat<f64>,
+    h: Col<f64>,
+    q: Mat<f64>,
+    /// s / r.
+    shift: Col<f64>,
+    r: f64,
+    /// ||Q||_F, of the Q that was given.
+    size: f64,
+}
+
+impl Discrete {
+    /// Checks and reduces an equation: for shapes and errors see [`super::dare`].
+    pub(in crate::observer) fn new(
+        f: MatRef<'_, f64>,
+        h: &[f64],
+        q: MatRef<'_, f64>,
+        s: &[f64],
+        r: f64,
+    ) -> Result<Self, RiccatiError> {
+        let n = f.nrows();
+        check("F", f, n, n)?;
+        check_column("h", h, n)?;
+        check_column("s", s, n)?;
+        if !(r > 0.0 && r.is_finite()) {
+            return Err(RiccatiError::Variance(r));
+        }
+        let q = check_covariance("Q", q, n)?;
+        let size = q.norm_l2();
+        let (h, s) = (ColRef::from_slice(h), ColRef::from_slice(s));
+        let shift = Col::from_fn(n, |i| s[i] / r);
+        let q = Mat::from_fn(n, n, |i, j| q[(i, j)] - s[i] * s[j] / r);
+        check_definite("Q - s s' / r", &q, 1e-12 * size)?;
+        Ok(Self {
+            f: f - &shift * h.transpose(),
+            h: h.to_owned(),
+            q,
+            shift,
+            r,
+            size,
+        })
+    }
+
+    /// `h'P h + r`.
+    pub(in crate::observer) fn innovation(&self, p: &Mat<f64>) -> f64 {
+        self.h.transpose() * (p * &self.h) + self.r
+    }
+
+    /// K of K~.
+    pub(in crate::observer) fn predictor_gain(&self, gain: &Col<f64>) -> Vec<f64> {
+        (gain + &self.shift).iter().copied().collect()
+    }
+
+    /// `F - K h'`.
+    fn closed_loop(&self, gain: &Col<f64>) -> Mat<f64> {
+        &self.f - gain * self.h.transpose()
+    }
+
+    /// `Q~ + K~ r K~'`, which is `Q - K s' - s K' + K r K'`.
+    fn noise(&self, gain: &Col<f64>) -> Mat<f64> {
+        Mat::from_fn(gain.nrows(), gain.nrows(), |i, j| {
+            self.q[(i, j)] + gain[i] * self.r * gain[j]
+        })
+    }
+
+    /// Joseph's form of the covariance one step on: with any gain
+    /// `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`, symmetric, and >= 0 as P is.
+    /// With the gain of P it is the equation's right side, without its cancellation.
+    pub(in crate::observer) fn step(&self, p: &Mat<f64>, gain: &Col<f64>) -> Mat<f64> {
+        let closed = self.closed_loop(gain);
+        super::symmetric(&(&closed * p * closed.transpose() + self.noise(gain)))
+    }
+}
+
+impl Equation for Discrete {
+    fn double(&self, eps: f64) -> Option<(Mat<f64>, usize)> {
+        let n = self.f.nrows();
+        let g = Mat::from_fn(n, n, |i, j| self.h[i] * self.h[j] / self.r);
+        let q = Mat::from_fn(n, n, |i, j| self.q[(i, j)] + if i == j { eps } else { 0.0 });
+        double(self.f.transpose().to_owned(), g, q)
+    }
+
+    fn gain(&self, p: &Mat<f64>) -> Col<f64> {
+        let innovation = self.innovation(p);
+        let gain = &self.f * (p * &self.h);
+        Col::from_fn(gain.nrows(), |i| gain[i] / innovation)
+    }
+
+    fn margin(&self, gain: &Col<f64>) -> f64 {
+        1.0 - spectral_radius(self.closed_loop(gain).as_ref())
+    }
+
+    fn covariance(&self, gain: &Col<f64>) -> Option<Mat<f64>> {
+        sum_of_powers(self.closed_loop(gain), self.noise(gain))
+    }
+
+    fn residual(&self, p: &Mat<f64>) -> f64 {
+        let residual = (p - self.step(p, &self.gain(p))).norm_l2();
+        if residual == 0.0 {
+            return 0.0;
+        }
+        residual / self.size.max(p.norm_l2())
+    }
+
+    fn scale(&self) -> f64 {
+        self.size + self.r / self.h.squared_norm_l2().max(f64::MIN_POSITIVE)
+    }
+}

@@ -1,0 +1,424 @@
+use super::super::lyapunov::{lyapunov, spectral_radius};
+use super::*;
+use faer::{ColRef, Scale, c64, mat};
+
+/// A reproducible source of uniform (Knuth's MMIX congruence, high 53 bits) and normal (Box-Muller) numbers.
+pub(in crate::observer) struct Random(pub u64);
+
+impl Random {
+    /// Uniform in (0, 1).
+    pub(in crate::observer) fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    /// Standard normal.
+    pub(in crate::observer) fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * self.uniform().ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+
+    /// n normal numbers.
+    pub(in crate::observer) fn vector(&mut self, n: usize) -> Vec<f64> {
+        (0..n).map(|_| self.normal()).collect()
+    }
+
+    /// Normal entries.
+    pub(in crate::observer) fn matrix(&mut self, rows: usize, columns: usize) -> Mat<f64> {
+        Mat::from_fn(rows, columns, |_, _| self.normal())
+    }
+
+    /// A joint covariance of (w, v), n + 1 square, positive definite: Q, s, r.
+    fn covariance(&mut self, n: usize) -> (Mat<f64>, Vec<f64>, f64) {
+        let root = self.matrix(n + 1, n + 1);
+        let all = &root * root.transpose();
+        let s = (0..n).map(|i| all[(i, n)]).collect();
+        (all.submatrix(0, 0, n, n).to_owned(), s, all[(n, n)])
+    }
+}
+
+fn smallest_eigenvalue(m: &Mat<f64>) -> f64 {
+    symmetric(m).self_adjoint_eigenvalues(Side::Lower).unwrap()[0]
+}
+
+fn closed_loop(f: &Mat<f64>, gain: &[f64], h: &[f64]) -> Mat<f64> {
+    f - ColRef::from_slice(gain) * ColRef::from_slice(h).transpose()
+}
+
+fn assert_close(actual: &Mat<f64>, expected: &Mat<f64>, relative: f64) {
+    let error = (actual - expected).norm_l2() / expected.norm_l2();
+    assert!(error <= relative, "{error:e}: {actual:?} for {expected:?}");
+}
+
+/// `p^2 h^2 + p (r - f^2 r - q h^2) - q r = 0`, the larger root; f = h = q = r = 1 is the golden ratio.
+#[test]
+fn scalar_closed_form() {
+    for (f, h, q, r) in [
+        (1.0, 1.0, 1.0, 1.0),
+        (1.7, -0.6, 0.3, 2.0),
+        (0.2, 3.0, 5.0, 0.1),
+    ] {
+        let (f, h, q, r): (f64, f64, f64, f64) = (f, h, q, r);
+        let half = (r - f * f * r - q * h * h) / 2.0;
+        let p = (-half + (half * half + h * h * q * r).sqrt()) / (h * h);
+        let found = dare(mat![[f]].as_ref(), &[h], mat![[q]].as_ref(), &[0.0], r).unwrap();
+        assert!((found.p[(0, 0)] / p - 1.0).abs() < 1e-14, "{found:?}");
+        assert!((found.gain[0] / (f * p * h / (h * h * p + r)) - 1.0).abs() < 1e-14);
+        assert!((found.innovation / (h * h * p + r) - 1.0).abs() < 1e-14);
+    }
+    let found = dare(
+        mat![[1.0]].as_ref(),
+        &[1.0],
+        mat![[1.0]].as_ref(),
+        &[0.0],
+        1.0,
+    )
+    .unwrap();
+    assert!((found.p[(0, 0)] - f64::midpoint(1.0, 5.0_f64.sqrt())).abs() < 1e-15);
+}
+
+/// Benner, Laub, Mehrmann, "DAREX", SPC 95-23 (1995), Example 1.1, transposed: X = (1 + sqrt 5) / 2 Q. Its
+/// continuous counterpart in "CAREX", SPC 95-22, Example 1.2: X = (1 + sqrt 2) Q.
+#[test]
+fn benchmark_collections() {
+    let f = mat![[4.0, -4.5], [3.0, -3.5]];
+    let q = mat![[9.0, 6.0], [6.0, 4.0]];
+    let h = [1.0, -1.0];
+    let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
+    let discrete = dare(f.as_ref(), &h, q.as_ref(), &[0.0; 2], 1.0).unwrap();
+    assert_close(&discrete.p, &(Scale(golden) * &q), 1e-12);
+    let continuous = care(f.as_ref(), &h, q.as_ref(), 1.0).unwrap();
+    assert_close(&continuous.p, &(Scale(1.0 + 2.0_f64.sqrt()) * &q), 1e-12);
+}
+
+/// MathWorks, "Kalman Filter Design" (Control System Toolbox): the innovation gain
+/// `M = P h / (h'P h + r)` printed for Q = 2.3.
+#[test]
+fn matlab_kalman_example() {
+    let f = mat![[1.1269, -0.4940, 0.1129], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let b = [-0.3832, 0.5919, 0.5191];
+    let q = Mat::from_fn(3, 3, |i, j| 2.3 * b[i] * b[j]);
+    let found = dare(f.as_ref(), &[1.0, 0.0, 0.0], q.as_ref(), &[0.0; 3], 1.0).unwrap();
+    for (i, m) in [0.5345, 0.0101, -0.4776].into_iter().enumerate() {
+        assert!((found.p[(i, 0)] / found.innovation - m).abs() <= 0.5e-4);
+    }
+}
+
+/// scipy 1.17.1: `scipy.linalg.solve_discrete_are(F.T, h, Q, [[r]], s=s)`,
+/// `K = (F @ P @ h + s) / (h.T @ P @ h + r)`; F has the poles 0.9, 0.8 +- 0.3i, -0.5.
+#[test]
+fn cross_covariance_as_scipy() {
+    let a = [0.3285, -0.428, -0.92, 2.0];
+    let f = Mat::from_fn(
+        4,
+        4,
+        |i, j| if i == 3 { a[j] } else { f64::from(i + 1 == j) },
+    );
+    let q = mat![
+        [2.0, 0.5, 0.0, 0.1],
+        [0.5, 1.0, 0.3, 0.0],
+        [0.0, 0.3, 1.5, 0.2],
+        [0.1, 0.0, 0.2, 1.0]
+    ];
+    let s = [0.3, -0.2, 0.1, 0.4];
+    let found = dare(f.as_ref(), &[1.0, 0.0, 0.0, 0.0], q.as_ref(), &s, 0.7).unwrap();
+    let p = mat![
+        [
+            14.605747921184253,
+            20.57869360900702,
+            26.00888604583896,
+            28.26826330289297
+        ],
+        [
+            20.57869360900702,
+            41.08654148080112,
+            55.284802249736565,
+            64.70626174878913
+        ],
+        [
+            26.00888604583896,
+            55.284802249736565,
+            83.60604816267582,
+            102.81998669631395
+        ],
+        [
+            28.26826330289297,
+            64.70626174878913,
+            102.81998669631395,
+            134.68488109303766
+        ]
+    ];
+    assert_close(&found.p, &p, 1e-12);
+    let gain = [
+        1.3641080276847766,
+        1.6862218154081585,
+        1.8534385545203746,
+        1.8946253995815443,
+    ];
+    for (found, k) in found.gain.iter().zip(gain) {
+        assert!((found - k).abs() < 1e-12);
+    }
+}
+
+/// Kalata, "The tracking index", IEEE Trans. AES 20 (1984) 174: with `Lambda = T^2 sigma_w / sigma_v` and
+/// `rho = (4 + Lambda - sqrt(8 Lambda + Lambda^2)) / 4`, `alpha = 1 - rho^2`,
+/// `beta = 2 (2 - alpha) - 4 sqrt(1 - alpha)`; the predictor's gain is `F [alpha, beta / T]`.
+#[test]
+fn alpha_beta_tracker() {
+    for (t, w, v) in [(1.0, 1.0, 1.0), (0.1, 2.0, 0.5), (2.0, 0.01, 3.0)] {
+        let (t, w, v): (f64, f64, f64) = (t, w, v);
+        let noise = [t * t / 2.0 * w, t * w];
+        let q = Mat::from_fn(2, 2, |i, j| noise[i] * noise[j]);
+        let f = mat![[1.0, t], [0.0, 1.0]];
+        let found = dare(f.as_ref(), &[1.0, 0.0], q.as_ref(), &[0.0; 2], v * v).unwrap();
+        let index = t * t * w / v;
+        let rho = (4.0 + index - (8.0 * index + index * index).sqrt()) / 4.0;
+        let alpha = 1.0 - rho * rho;
+        let beta = 2.0 * (2.0 - alpha) - 4.0 * rho;
+        assert!((found.gain[0] / (alpha + beta) - 1.0).abs() < 1e-11);
+        assert!((found.gain[1] / (beta / t) - 1.0).abs() < 1e-11);
+    }
+}
+
+/// The double integrator seen in its position, by hand: `p_12 = sqrt(q r)`, `p_11 = sqrt(2 r p_12)`,
+/// `p_22 = p_11 p_12 / r`.
+#[test]
+fn continuous_double_integrator() {
+    for (q, r) in [(1.0, 1.0), (4.0, 0.01), (1e-3, 2.0)] {
+        let (q, r): (f64, f64) = (q, r);
+        let a = mat![[0.0, 1.0], [0.0, 0.0]];
+        let noise = mat![[0.0, 0.0], [0.0, q]];
+        let found = care(a.as_ref(), &[1.0, 0.0], noise.as_ref(), r).unwrap();
+        let p12 = (q * r).sqrt();
+        let p11 = (2.0 * r * p12).sqrt();
+        let p = mat![[p11, p12], [p12, p11 * p12 / r]];
+        assert_close(&found.p, &p, 1e-12);
+        assert!((found.gain[1] * r / p12 - 1.0).abs() < 1e-12);
+    }
+}
+
+/// MathWorks, `care`, Example 1, and Altair Compose 2022, `care` (SLICOT SB02OD): the printed X, transposed problems.
+#[test]
+fn continuous_published_examples() {
+    let q = mat![[1.0, -1.0], [-1.0, 1.0]];
+    let found = care(
+        mat![[-3.0, 1.0], [2.0, 1.0]].as_ref(),
+        &[0.0, 1.0],
+        q.as_ref(),
+        3.0,
+    )
+    .unwrap();
+    let x = mat![[0.5895, 1.8216], [1.8216, 8.8188]];
+    assert!((&found.p - x).norm_max() <= 0.5e-4);
+    let q = mat![[25.0, -2.5], [-2.5, 0.25]];
+    let a = mat![[-15.0, 0.5], [1.0, 5.0]];
+    let found = care(a.as_ref(), &[0.0, 5.0], q.as_ref(), 1.5).unwrap();
+    let x = mat![[0.82854, -0.06766], [-0.06766, 0.61126]];
+    assert!((&found.p - x).norm_max() <= 0.5e-5);
+    assert!((found.gain[0] + 0.22552).abs() <= 0.5e-5 && (found.gain[1] - 2.03752).abs() <= 0.5e-5);
+}
+
+/// On random plants, many of them unstable, both equations are solved to rounding, P is >= 0 and the
+/// filter is stable.
+#[test]
+fn random_plants() {
+    let mut random = Random(1);
+    let mut largest = [0.0_f64; 2];
+    for trial in 0..200 {
+        let n = 1 + trial % 10;
+        let f = random.matrix(n, n);
+        let h = random.vector(n);
+        let (q, s, r) = random.covariance(n);
+        let found = dare(f.as_ref(), &h, q.as_ref(), &s, r).unwrap();
+        largest[0] = largest[0].max(found.residual);
+        assert!(smallest_eigenvalue(&found.p) > -1e-14 * found.p.norm_l2());
+        assert!(spectral_radius(closed_loop(&f, &found.gain, &h).as_ref()) < 1.0);
+        let found = care(f.as_ref(), &h, q.as_ref(), r).unwrap();
+        largest[1] = largest[1].max(found.residual);
+        assert!(smallest_eigenvalue(&found.p) > -1e-14 * found.p.norm_l2());
+        let poles = closed_loop(&f, &found.gain, &h).eigenvalues().unwrap();
+        assert!(poles.iter().all(|z| z.re < 0.0));
+    }
+    assert!(largest[0] <= 1e-12 && largest[1] <= 1e-12, "{largest:?}");
+}
+
+/// The spectral factorisation: y's spectrum from the noises is that of the innovations model,
+/// `[h'(z - F)^-1, 1] [[Q, s], [s', r]] [h'(z - F)^-1, 1]^* = omega |1 + h'(z - F)^-1 K|^2` on |z| = 1.
+#[test]
+fn spectral_factorisation() {
+    use faer::linalg::solvers::Solve;
+    let mut random = Random(2);
+    for n in 1..=6 {
+        let f = random.matrix(n, n);
+        let h = random.vector(n);
+        let (q, s, r) = random.covariance(n);
+        let found = dare(f.as_ref(), &h, q.as_ref(), &s, r).unwrap();
+        for frequency in [0.0, 0.3, 1.1, 2.0, 3.0] {
+            let z = c64::new(0.0, frequency).exp();
+            // t' = h'(z - F)^-1
+            let pencil = Mat::from_fn(n, n, |i, j| {
+                z * f64::from(i == j) - c64::new(f[(j, i)], 0.0)
+            });
+            let t = pencil
+                .partial_piv_lu()
+                .solve(Mat::from_fn(n, 1, |i, _| c64::new(h[i], 0.0)));
+            let t = |i: usize| t[(i, 0)];
+            let pairs = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+            let driven: c64 = pairs().map(|(i, j)| t(i) * q[(i, j)] * t(j).conj()).sum();
+            let crossed: c64 = (0..n).map(|i| t(i) * s[i]).sum();
+            let innovations: c64 = (0..n).map(|i| t(i) * found.gain[i]).sum();
+            let left = driven.re + 2.0 * crossed.re + r;
+            let right = found.innovation * (innovations + 1.0).norm_sqr();
+            assert!((left / right - 1.0).abs() < 1e-10, "{left} {right}");
+        }
+    }
+}
+
+/// No gain that stabilises has a smaller error covariance: `P_L - P >= 0`, and it is > 0 for another gain.
+#[test]
+fn no_other_gain_is_better() {
+    let mut random = Random(3);
+    for trial in 0..100 {
+        let n = 1 + trial % 5;
+        let f = random.matrix(n, n);
+        let h = random.vector(n);
+        let (q, s, r) = random.covariance(n);
+        let best = dare(f.as_ref(), &h, q.as_ref(), &s, r).unwrap();
+        let mut size = 1.0;
+        let (other, closed) = loop {
+            let other: Vec<f64> = best
+                .gain
+                .iter()
+                .map(|k| k + size * random.normal())
+                .collect();
+            let closed = closed_loop(&f, &other, &h);
+            if spectral_radius(closed.as_ref()) < 1.0 {
+                break (other, closed);
+            }
+            size *= 0.7;
+        };
+        let noise = Mat::from_fn(n, n, |i, j| {
+            let (ki, kj) = (other[i], other[j]);
+            q[(i, j)] - ki * s[j] - s[i] * kj + ki * r * kj
+        });
+        let p = lyapunov(closed.as_ref(), noise.as_ref()).unwrap();
+        let excess = &p - &best.p;
+        assert!(smallest_eigenvalue(&excess) >= -1e-12 * p.norm_l2());
+        assert!(excess.norm_l2() > 1e-9 * p.norm_l2());
+    }
+}
+
+/// Without process noise a stable plant is predicted from its model alone; an unstable one's filter has its
+/// unstable poles mirrored in the unit circle (Anderson, Moore, "Optimal Filtering", 1979): for f = 2,
+/// h = r = 1, P = f^2 - 1 and K = f - 1 / f.
+#[test]
+fn without_process_noise() {
+    let zero = Mat::zeros(2, 2);
+    let f = mat![[0.0, 1.0], [-0.7, 1.5]];
+    let found = dare(f.as_ref(), &[1.0, 0.0], zero.as_ref(), &[0.0; 2], 1.0).unwrap();
+    assert_eq!(
+        (found.p.norm_max(), found.gain, found.residual),
+        (0.0, vec![0.0; 2], 0.0)
+    );
+    let zero = Mat::zeros(1, 1);
+    let found = dare(mat![[2.0]].as_ref(), &[1.0], zero.as_ref(), &[0.0], 1.0).unwrap();
+    assert!((found.p[(0, 0)] - 3.0).abs() < 1e-13 && (found.gain[0] - 1.5).abs() < 1e-13);
+    // Poles 2, -1.25 and 0.5: the filter's are 0.5, -0.8 and 0.5, whose sum is the trace.
+    let f = mat![[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.25, 2.125, 1.25]];
+    let zero = Mat::zeros(3, 3);
+    let found = dare(f.as_ref(), &[1.0, 0.0, 0.0], zero.as_ref(), &[0.0; 3], 1.0).unwrap();
+    assert!((1.25 - found.gain[0] - 0.2).abs() < 1e-12, "{found:?}");
+    // dx/dt = x + w: P = 2 a r / c^2.
+    let zero = Mat::zeros(1, 1);
+    let found = care(mat![[1.0]].as_ref(), &[1.0], zero.as_ref(), 1.0).unwrap();
+    assert!((found.p[(0, 0)] - 2.0).abs() < 1e-13);
+}
+
+#[test]
+fn refusals() {
+    let f = mat![[0.0, 1.0], [-1.0, 1.6]];
+    let (h, s) = ([1.0, 0.0], [0.0; 2]);
+    let q = Mat::<f64>::identity(2, 2);
+    let zero = Mat::<f64>::zeros(2, 2);
+    let of = |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| {
+        dare(f.as_ref(), h, q.as_ref(), s, r).unwrap_err()
+    };
+    use RiccatiError as E;
+    // An undamped oscillation without process noise, an integrator, and an unstable mode y does not see.
+    assert!(matches!(
+        of(&f, &h, &zero, &s, 1.0),
+        E::NotStabilising { .. }
+    ));
+    let integrator = mat![[1.0, 0.0], [0.0, 0.5]];
+    assert!(matches!(
+        of(&integrator, &h, &zero, &s, 1.0),
+        E::NotStabilising { .. }
+    ));
+    let unseen = mat![[0.5, 0.0], [0.0, 1.5]];
+    assert!(matches!(
+        of(&unseen, &h, &q, &s, 1.0),
+        E::NotStabilising { .. }
+    ));
+    assert!(matches!(
+        of(&f, &h[..1], &q, &s, 1.0),
+        E::Shape { name: "h", .. }
+    ));
+    assert!(matches!(
+        of(&f, &h, &Mat::identity(3, 3), &s, 1.0),
+        E::Shape { name: "Q", .. }
+    ));
+    assert!(matches!(
+        of(&Mat::zeros(2, 3), &h, &q, &s, 1.0),
+        E::Shape { name: "F", .. }
+    ));
+    assert_eq!(of(&f, &[f64::NAN, 0.0], &q, &s, 1.0), E::NotFinite("h"));
+    assert_eq!(of(&f, &h, &q, &s, 0.0), E::Variance(0.0));
+    assert!(matches!(of(&f, &h, &q, &s, f64::NAN), E::Variance(_)));
+    assert_eq!(
+        of(&f, &h, &mat![[1.0, 0.1], [0.0, 1.0]], &s, 1.0),
+        E::NotSymmetric("Q")
+    );
+    let indefinite = mat![[1.0, 2.0], [2.0, 1.0]];
+    assert!(matches!(
+        of(&f, &h, &indefinite, &s, 1.0),
+        E::Indefinite { name: "Q", .. }
+    ));
+    assert!(matches!(
+        of(&f, &h, &q, &[2.0, 0.0], 1.0),
+        E::Indefinite { .. }
+    ));
+    let axis = care(
+        mat![[0.0, 1.0], [-1.0, 0.0]].as_ref(),
+        &h,
+        zero.as_ref(),
+        1.0,
+    );
+    assert!(matches!(axis, Err(E::NotStabilising { .. })), "{axis:?}");
+    let huge = Scale(1e200) * &f;
+    assert!(dare(huge.as_ref(), &h, q.as_ref(), &s, 1.0).is_err());
+}
+
+/// scipy 1.17.1: `scipy.linalg.solve_discrete_lyapunov(F, Q)`; and an AR(2) process's variance,
+/// `(1 + d_2) / ((1 - d_2) ((1 + d_2)^2 - d_1^2))` (Box, Jenkins).
+#[test]
+fn lyapunov_values() {
+    let f = mat![[0.5, 0.3, 0.0], [-0.2, 0.7, 0.1], [0.4, 0.0, -0.6]];
+    let q = mat![[1.0, 0.2, 0.0], [0.2, 2.0, 0.1], [0.0, 0.1, 0.5]];
+    let p = mat![
+        [2.181764623683908, 1.0581024650568795, 0.4112481406330927],
+        [1.0581024650568795, 3.543252536065189, 0.1594590984477035],
+        [0.41124814063309273, 0.1594590984477035, 1.0182550504461576]
+    ];
+    assert_close(&lyapunov(f.as_ref(), q.as_ref()).unwrap(), &p, 1e-14);
+    let (d1, d2) = (-1.5, 0.7);
+    let f = mat![[-d1, 1.0], [-d2, 0.0]];
+    let q = mat![[1.0, 0.0], [0.0, 0.0]];
+    let variance = (1.0 + d2) / ((1.0 - d2) * ((1.0 + d2) * (1.0 + d2) - d1 * d1));
+    let p = lyapunov(f.as_ref(), q.as_ref()).unwrap();
+    assert!((p[(0, 0)] / variance - 1.0).abs() < 1e-13);
+    let unstable = lyapunov(mat![[1.0]].as_ref(), mat![[1.0]].as_ref());
+    assert_eq!(unstable.unwrap_err(), RiccatiError::Unstable(1.0));
+}
