@@ -144,11 +144,7 @@ pub(super) struct Resolved {
 }
 
 impl Resolved {
-    fn new(
-        plant: StateSpace,
-        noise: &NoiseColour,
-        drive: Drive,
-    ) -> Result<Self, NoiseFilterError> {
+    fn new(plant: StateSpace, noise: &NoiseColour, drive: Drive) -> Result<Self, NoiseFilterError> {
         let noise = match noise {
             NoiseColour::InverseDenominator => NoiseFilter::new(&[1.0], &plant.denominator())?,
             NoiseColour::Filter(filter) => filter.clone(),

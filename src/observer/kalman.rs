@@ -169,10 +169,11 @@ impl Kalman {
     /// The filter of a model with gains computed before.
     ///
     /// # Panics
-    /// If the gains are of another order than the model.
+    /// If the gains, g or h are of another order than the model, or it has more plant states than states.
     pub fn new(model: &StochasticModel, gains: Arc<GainSequence>) -> Self {
         let m = model.order();
-        assert_eq!(m, gains.order);
+        assert!(gains.order == m && model.g.len() == m && model.h.len() == m);
+        assert!(model.states <= m);
         let all = (0..m).flat_map(|row| (0..m).map(move |column| (row, column)));
         let f = all.map(|(row, column)| Entry {
             row,

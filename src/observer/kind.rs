@@ -19,7 +19,9 @@ pub enum ObserverKind {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ObserverKindError {
     /// Not one of the forms.
-    #[error("unknown observer '{0}'; expected kalman, kalman-varying, dead-beat, scaled:RHO or poles:LIST")]
+    #[error(
+        "unknown observer '{0}'; expected kalman, kalman-varying, dead-beat, scaled:RHO or poles:LIST"
+    )]
     Form(String),
     /// What is wrong with a gain.
     #[error(transparent)]

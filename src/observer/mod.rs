@@ -12,7 +12,9 @@ mod stochastic_model;
 pub use gain::{Gain, GainError, Poles};
 pub use kalman::{GainSequence, Kalman};
 pub use kind::{ObserverKind, ObserverKindError};
-pub use likelihood::{Likelihood, ProcessNoise, RatioError, VarianceRatio, maximum_likelihood_ratio};
+pub use likelihood::{
+    Likelihood, ProcessNoise, RatioError, VarianceRatio, maximum_likelihood_ratio,
+};
 pub use luenberger::{ObservedModel, Observer};
 pub use lyapunov::lyapunov;
 pub use riccati::{Riccati, RiccatiError, care, dare};

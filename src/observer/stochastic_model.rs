@@ -28,8 +28,8 @@ pub struct StochasticModel {
 /// Measurement noise `f(k) = C(q) / D(q) w(k)`, w white of the given standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasurementNoise<'a> {
-    /// c_0 ... c_q, c_0 not zero. C must have its zeros inside the unit circle, as the C of every spectrum
-    /// without zeros on it can be chosen.
+    /// c_0 ... c_q, c_0 not zero. Zeros of C outside the unit circle are allowed, on it not: there the
+    /// filter has a pole on the circle.
     pub numerator: &'a [f64],
     /// 1, d_1 ... d_p.
     pub denominator: &'a [f64],

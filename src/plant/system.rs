@@ -135,7 +135,11 @@ impl StateSpace {
         let n = self.order();
         let of_component = |i: usize| {
             let unit = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
-            Self { a: self.a.clone(), b: unit }.energy()
+            Self {
+                a: self.a.clone(),
+                b: unit,
+            }
+            .energy()
         };
         (0..n).map(of_component).sum()
     }

@@ -349,7 +349,11 @@ impl Experiment {
                 continue;
             }
             for (number, cell) in self.cells.iter().enumerate() {
-                let model = if known { cell.known_model().map(|_| ()) } else { Ok(()) };
+                let model = if known {
+                    cell.known_model().map(|_| ())
+                } else {
+                    Ok(())
+                };
                 let observer = model.and_then(|()| CellObserver::new(cell, method));
                 observer.map_err(|e| {
                     FileError::key(&format!("methods[{i}]"), format!("{e} (cell {number})"))

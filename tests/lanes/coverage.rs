@@ -17,6 +17,7 @@ fn parse(text: &str) -> ExperimentFile {
 #[test]
 fn what_is_not_covered_runs_on_faer_or_is_refused() {
     let open = "feedback, input noise or random plants";
+    let disturbed = "process noise or random initial states";
     let loops = "[feedbacks.f]\nnumerator = [0.1]\n";
     let feedback = format!("{loops}{IV}");
     let reference = format!("{loops}[[methods]]\nestimator = \"iv\"\ninstruments = \"r\"\n");
@@ -28,6 +29,22 @@ fn what_is_not_covered_runs_on_faer_or_is_refused() {
         ("", "feedback = \"f\"", reference.as_str(), open),
         ("", "input_noise = 1.0", IV, open),
         ("", "plant = \"random\"", IV, open),
+        ("", "process_noise = 0.1", IV, disturbed),
+        ("", "x0_deviation = 0.1", IV, disturbed),
+        ("", "scored_from = \"start\"", IV, "scored_from = \"start\""),
+        ("measures = [\"rms_x\"]", "", IV, "the figure rms_x"),
+        (
+            "",
+            "",
+            &method("observer = \"kalman\""),
+            "observers of a method's own",
+        ),
+        (
+            "",
+            "",
+            "[[methods]]\nestimator = \"known\"\n",
+            "the estimator \"known\"",
+        ),
         ("", "order = 3", IV, "an order that is not the plant's"),
         ("", "plant = \"wide\"", wide.as_str(), "orders above 24"),
         (

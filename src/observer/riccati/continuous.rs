@@ -3,7 +3,7 @@
 use super::{Equation, RiccatiError, check, check_column, check_covariance, double, symmetric};
 use crate::observer::lyapunov::sum_of_powers;
 use faer::linalg::solvers::Solve;
-use faer::{Col, Mat, MatRef};
+use faer::{Col, Mat, MatRef, Scale};
 
 /// `A P + P A' + Q - P c r^-1 c'P = 0`.
 pub(super) struct Continuous {
@@ -50,11 +50,7 @@ impl Continuous {
     /// smallest and the largest modulus among the Hamiltonian's eigenvalues, which keeps both images far from the
     /// unit circle, and to the right of A's spectrum, for which the transform always exists.
     fn gamma(&self, hamiltonian: &Mat<f64>) -> Option<f64> {
-        let moduli = hamiltonian.eigenvalues().ok()?;
-        let (small, large) = moduli
-            .iter()
-            .map(|z| z.norm())
-            .fold((f64::INFINITY, 0.0_f64), |(s, l), z| (s.min(z), l.max(z)));
+        let (small, large) = moduli(hamiltonian)?;
         let right = self.a.eigenvalues().ok()?;
         let right = right.iter().map(|z| z.re).fold(0.0, f64::max);
         let gamma = (small.max(1e-6 * large) * large).sqrt().max(1.25 * right);
@@ -65,6 +61,13 @@ impl Continuous {
     fn closed_loop(&self, gain: &Col<f64>) -> Mat<f64> {
         &self.a - gain * self.c.transpose()
     }
+}
+
+/// The smallest and the largest modulus of an eigenvalue. `None` where they cannot be found.
+fn moduli(m: &Mat<f64>) -> Option<(f64, f64)> {
+    let eigenvalues = m.eigenvalues().ok()?;
+    let moduli = eigenvalues.iter().map(|z| z.norm());
+    Some(moduli.fold((f64::INFINITY, 0.0), |(s, l), z| (s.min(z), l.max(z))))
 }
 
 /// `M + gamma I`.
@@ -110,35 +113,25 @@ impl Equation for Continuous {
         if large == 0.0 { 0.0 } else { -right / large }
     }
 
-    /// With `S = A - L c'`: `S P + P S' + Q + L r L' = 0`, by its Cayley transform.
-    fn covariance(&self, gain: &Col<f64>) -> Option<Mat<f64>> {
-        let n = gain.nrows();
-        let closed = self.closed_loop(gain);
-        let poles = closed.eigenvalues().ok()?;
-        let (small, large) = poles
-            .iter()
-            .map(|z| z.norm())
-            .fold((f64::INFINITY, 0.0_f64), |(s, l), z| (s.min(z), l.max(z)));
-        let gamma = (small * large).sqrt();
-        let noise = Mat::from_fn(n, n, |i, j| {
-            2.0 * gamma * (self.q[(i, j)] + gain[i] * self.r * gain[j])
+    fn defect(&self, p: &Mat<f64>) -> (Mat<f64>, f64) {
+        let ap = &self.a * p;
+        let gain = self.gain(p);
+        let fed_back = Mat::from_fn(gain.nrows(), gain.nrows(), |i, j| {
+            gain[i] * self.r * gain[j]
         });
-        let lu = shifted(&closed, -gamma).partial_piv_lu();
-        let noise = lu.solve(lu.solve(noise).transpose());
-        sum_of_powers(lu.solve(shifted(&closed, gamma)), symmetric(&noise))
+        let defect = &ap + ap.transpose() + &self.q - &fed_back;
+        let size = ap.norm_l2().max(self.q.norm_l2()).max(fed_back.norm_l2());
+        (symmetric(&defect), size)
     }
 
-    fn residual(&self, p: &Mat<f64>) -> f64 {
-        let ap = &self.a * p;
-        let pc = p * &self.c;
-        let n = p.nrows();
-        let fed_back = Mat::from_fn(n, n, |i, j| pc[i] * pc[j] / self.r);
-        let residual = (&ap + ap.transpose() + &self.q - &fed_back).norm_l2();
-        if residual == 0.0 {
-            return 0.0;
-        }
-        let scale = ap.norm_l2().max(self.q.norm_l2()).max(fed_back.norm_l2());
-        residual / scale
+    /// With `S = A - L c'`: `S X + X S' + defect = 0`, by its Cayley transform.
+    fn correction(&self, gain: &Col<f64>, defect: Mat<f64>) -> Option<Mat<f64>> {
+        let closed = self.closed_loop(gain);
+        let (small, large) = moduli(&closed)?;
+        let gamma = (small * large).sqrt();
+        let lu = shifted(&closed, -gamma).partial_piv_lu();
+        let noise = lu.solve(lu.solve(Scale(2.0 * gamma) * defect).transpose());
+        sum_of_powers(lu.solve(shifted(&closed, gamma)), symmetric(&noise))
     }
 
     fn scale(&self) -> f64 {

@@ -1,6 +1,7 @@
 //! The discrete equation, its cross covariance removed.
 
-use super::{Equation, RiccatiError, check, check_column, check_covariance, check_definite, double};
+use super::check::{check, check_column, check_covariance, check_definite};
+use super::{Equation, RiccatiError, double, symmetric};
 use crate::observer::lyapunov::{spectral_radius, sum_of_powers};
 use faer::{Col, ColRef, Mat, MatRef};
 
@@ -64,19 +65,16 @@ impl Discrete {
         &self.f - gain * self.h.transpose()
     }
 
-    /// `Q~ + K~ r K~'`, which is `Q - K s' - s K' + K r K'`.
-    fn noise(&self, gain: &Col<f64>) -> Mat<f64> {
-        Mat::from_fn(gain.nrows(), gain.nrows(), |i, j| {
-            self.q[(i, j)] + gain[i] * self.r * gain[j]
-        })
-    }
-
     /// Joseph's form of the covariance one step on: with any gain
-    /// `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`, symmetric, and >= 0 as P is.
-    /// With the gain of P it is the equation's right side, without its cancellation.
+    /// `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`, symmetric, and >= 0 as P is;
+    /// computed as `(F~ - K~ h') P (F~ - K~ h')' + Q~ + K~ r K~'`, which is the same.
     pub(in crate::observer) fn step(&self, p: &Mat<f64>, gain: &Col<f64>) -> Mat<f64> {
         let closed = self.closed_loop(gain);
-        super::symmetric(&(&closed * p * closed.transpose() + self.noise(gain)))
+        let predicted = &closed * p * closed.transpose();
+        let next = Mat::from_fn(gain.nrows(), gain.nrows(), |i, j| {
+            predicted[(i, j)] + self.q[(i, j)] + gain[i] * self.r * gain[j]
+        });
+        symmetric(&next)
     }
 }
 
@@ -98,16 +96,19 @@ impl Equation for Discrete {
         1.0 - spectral_radius(self.closed_loop(gain).as_ref())
     }
 
-    fn covariance(&self, gain: &Col<f64>) -> Option<Mat<f64>> {
-        sum_of_powers(self.closed_loop(gain), self.noise(gain))
+    /// `F~ P F~' - K~ (h'P h + r) K~' + Q~ - P`: against Joseph's form, no term is larger than F P F', however
+    /// large the gain.
+    fn defect(&self, p: &Mat<f64>) -> (Mat<f64>, f64) {
+        let (gain, innovation) = (self.gain(p), self.innovation(p));
+        let predicted = &self.f * p * self.f.transpose();
+        let defect = Mat::from_fn(gain.nrows(), gain.nrows(), |i, j| {
+            predicted[(i, j)] - gain[i] * innovation * gain[j] + self.q[(i, j)] - p[(i, j)]
+        });
+        (symmetric(&defect), self.size.max(p.norm_l2()))
     }
 
-    fn residual(&self, p: &Mat<f64>) -> f64 {
-        let residual = (p - self.step(p, &self.gain(p))).norm_l2();
-        if residual == 0.0 {
-            return 0.0;
-        }
-        residual / self.size.max(p.norm_l2())
+    fn correction(&self, gain: &Col<f64>, defect: Mat<f64>) -> Option<Mat<f64>> {
+        sum_of_powers(self.closed_loop(gain), defect)
     }
 
     fn scale(&self) -> f64 {

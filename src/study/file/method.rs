@@ -243,13 +243,19 @@ impl MethodTable {
         let text = match &self.observer {
             None => return Ok(None),
             Some(OneOrMany::Text(text)) => text,
-            Some(_) => return Err(FileError::key(&place, "expected a text, such as \"kalman\"")),
+            Some(_) => {
+                return Err(FileError::key(
+                    &place,
+                    "expected a text, such as \"kalman\"",
+                ));
+            }
         };
         let observer = text.parse::<ObserverKind>();
         let observer = observer.map_err(|error| FileError::key(&place, error.to_string()))?;
         let known = self.estimator == Some(EstimatorName::Known);
         if observer == ObserverKind::KalmanVarying && !known {
-            let message = "'kalman-varying' is an observer of estimator 'known' only; expected kalman";
+            let message =
+                "'kalman-varying' is an observer of estimator 'known' only; expected kalman";
             return Err(FileError::key(&place, message));
         }
         Ok(Some(observer))
