@@ -350,6 +350,9 @@ pub fn words(key: Key, value: &str) -> String {
         Key::Noise => format!("{} noise", noise(value)),
         Key::Feedback => format!("feedback {value}"),
         Key::InputNoise => format!("input noise {value} %"),
+        Key::ProcessNoise => format!("process noise {value}"),
+        Key::X0Deviation => format!("x0 within {value}"),
+        Key::ScoredFrom => format!("scored from the {value}"),
         Key::PlantOrder => format!("plant's n = {value}"),
         Key::Order => format!("n = {value}"),
         Key::PoleRadius => format!("poles within {value}"),
@@ -411,6 +414,7 @@ pub fn figure_name(figure: Figure) -> String {
         Figure::ExMaxPrinted => "max e_x as printed".to_owned(),
         Figure::ExRmsPrinted => "rms e_x as printed".to_owned(),
         Figure::FreshFit => "FIT".to_owned(),
+        Figure::RmsState => "rms error of x".to_owned(),
         Figure::SpectralRadius => "spectral radius".to_owned(),
         Figure::Condition => "condition number".to_owned(),
         _ => figure.name().replace("_as_printed", " as printed"),
@@ -419,7 +423,7 @@ pub fn figure_name(figure: Figure) -> String {
 
 /// Whether a smaller value of the figure is the better one.
 pub fn is_error(figure: Figure) -> bool {
-    figure.name().starts_with("e_")
+    figure.name().starts_with("e_") || figure == Figure::RmsState
 }
 
 /// The values of a setting over some cells, in order of appearance.

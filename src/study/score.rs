@@ -31,8 +31,10 @@ pub(super) struct Scorer {
 }
 
 /// What is computed.
+#[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 struct Wanted {
     states: bool,
+    absolute: bool,
     radius: bool,
     response: bool,
 }
@@ -67,6 +69,7 @@ impl Scorer {
             response: Response::new(RESPONSE_SAMPLES),
             wanted: Wanted {
                 states: comparable && (experiment.file.curves || any(&states)),
+                absolute: any(&[F::RmsState]),
                 radius: any(&[F::SpectralRadius]),
                 response: any(&[F::ImpulseResponse, F::FreshFit]),
             },
@@ -188,9 +191,12 @@ impl Scorer {
             (Figure::ExRms, errors.rms()),
             (Figure::ExMaxPrinted, errors.maximum_as_printed()),
             (Figure::ExRmsPrinted, errors.rms_as_printed()),
-            (Figure::RmsState, errors.absolute_rms()),
         ];
-        if figures.iter().any(|(_, value)| value.is_infinite()) {
+        let absolute = Some(errors.absolute_rms()).filter(|_| self.wanted.absolute);
+        let figures = figures
+            .into_iter()
+            .chain(absolute.map(|rms| (Figure::RmsState, rms)));
+        if figures.clone().any(|(_, value)| value.is_infinite()) {
             return Err(FailureKind::NonFinite);
         }
         for (figure, value) in figures {

@@ -102,7 +102,7 @@ impl<'e> Trial<'e> {
                 None => estimator.estimate(window, passes),
                 Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
             }
-            for &number in reported.iter() {
+            for &number in *reported {
                 let pass = &passes[number];
                 let mut row = Row::new(trial, output);
                 if let Some(before) = number.checked_sub(1) {

@@ -50,7 +50,7 @@ fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
 
 /// The figures of merit that the study is about, at most three: those that most cells have, errors of a first.
 fn lead_figures(study: &Study) -> Vec<Figure> {
-    const ORDER: [Figure; 8] = [
+    const ORDER: [Figure; 9] = [
         Figure::Ea,
         Figure::Eb,
         Figure::ExMax,
@@ -59,6 +59,7 @@ fn lead_figures(study: &Study) -> Vec<Figure> {
         Figure::Eh,
         Figure::ExRms,
         Figure::Ex0,
+        Figure::RmsState,
     ];
     let outputs = lead_outputs(study);
     let defined = |figure: Figure| {
