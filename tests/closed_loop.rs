@@ -28,10 +28,12 @@ fn settings(noise: &str, feedback: Feedback) -> ProcessSettings {
     ProcessSettings {
         plant: plant().into(),
         x0: vec![1.0; 2],
+        x0_deviation: 0.0,
         input: Input::new(InputLaw::Signs, 1.0, Sequence::Independent),
         noise: noise.parse().unwrap(),
         level: LevelReading::default(),
         input_noise: 0.0,
+        process_noise: 0.0,
         feedback,
     }
 }

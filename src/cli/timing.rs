@@ -49,7 +49,7 @@ pub(super) fn measure(
         };
         let mut record = Realisation::default();
         for (method, table) in experiment.methods.iter().zip(&experiment.file.methods) {
-            let mut estimator = method.prepare(cell.shape()).map_err(failed)?;
+            let mut estimator = cell.prepare(method).map_err(failed)?;
             let mut passes = vec![Pass::new(cell.order); method.passes()];
             let mut seconds = Vec::new();
             for trial in 0..RECORDS {

@@ -1,7 +1,7 @@
 //! The data-generating process: plant, input, noise and noise level, feedback.
 
 use super::feedback::run_controlled;
-use super::source::{Plants, Resolved};
+use super::source::{Drive, Plants, Resolved};
 use super::{Feedback, NoiseColour, PlantSource, Realisation};
 use crate::plant::{ORDER_LIMIT, StateSpace, SystemError};
 use crate::signal::{
@@ -15,8 +15,11 @@ use serde_json::{Value, json};
 pub struct ProcessSettings {
     /// The plant.
     pub plant: PlantSource,
-    /// The initial state at k = 0, n numbers, in every trial.
+    /// The initial state at k = 0, n numbers: of every trial, or their mean with [`Self::x0_deviation`].
     pub x0: Vec<f64>,
+    /// Standard deviation d of every component of the initial state, `x(0) ~ N(x0, d^2 I)`, drawn for every trial; 0 for
+    /// none. In open loop only.
+    pub x0_deviation: f64,
     /// The reference r, which is u in open loop. Amplitude 0 (r = 0) is for closed loops.
     pub input: Input,
     /// The colour of the measurement noise.
@@ -26,15 +29,21 @@ pub struct ProcessSettings {
     /// Standard deviation of the input-measurement noise, per cent of the input's amplitude, which is the process
     /// standard deviation of r, and of u in open loop.
     pub input_noise: f64,
+    /// Standard deviation q of every component of the process noise, `w(k) ~ N(0, q^2 I)`, in the states' units; 0 for
+    /// none. In open loop only.
+    pub process_noise: f64,
     /// What closes the loop.
     pub feedback: Feedback,
 }
 
-/// What draws a record: `y(k) = x_1(k) + s f(k)` with `x(k+1) = A x(k) + b u0(k)` from x0.
+/// What draws a record: `y(k) = x_1(k) + s f(k)` with `x(k+1) = A x(k) + b u0(k) + w(k)` from x(0), where the process
+/// noise w, n numbers, is white, Gaussian and independent of all else; zero by default, as is the spread of x(0).
 ///
-/// In open loop u0 = r. The measured input is `u(k) = u0(k) + w(k)`, w white and Gaussian, zero by default.
+/// In open loop u0 = r. The measured input is u0 with white Gaussian noise, zero by default.
 ///
-/// The factor s gives the noise level eta, Eq. (6), by the variance of x_1 in open loop. In a closed one x_1 holds
+/// The factor s gives the noise level eta, Eq. (6), by the variance of x_1 in open loop, which is that of what is
+/// measured: it holds the process noise's share too, in the window ('exact') as in the processes' variance ('nominal':
+/// `amplitude^2 sum_k (c'A^k b)^2 + q^2 sum_k ||c'A^k||^2`, from which s is the same in every trial). In a closed one x_1 holds
 /// noise that went around the loop, so the noise-free loop stands in its place: with output feedback the loop driven
 /// by r alone from x0, in the window k = 0 ... N-1; with a controller, whose part before the record is in open loop,
 /// the open-loop response over that part (not over the record's window), and s stays the same throughout.
@@ -71,6 +80,12 @@ pub enum ProcessError {
          not {0} % of {1}"
     )]
     InputNoise(f64, f64),
+    /// A standard deviation of process noise or initial states.
+    #[error("{0} must be a finite standard deviation of at least 0, not {1}")]
+    Deviation(&'static str, f64),
+    /// Process noise or random initial states in a loop.
+    #[error("{0} is for open loops; expected 0 with feedback, not {1}")]
+    DisturbedLoop(&'static str, f64),
     /// A reading of eta that only an open loop has.
     #[error(
         "with feedback eta is read as 'exact' of the 'noise-free' output, not '{over}' of '{of}'"
@@ -84,6 +99,30 @@ pub enum ProcessError {
     /// A controller without samples before it, over which the noise level could be set.
     #[error("a controller needs at least 2 samples in open loop before it, not {0}")]
     Pilot(usize),
+}
+
+impl ProcessSettings {
+    fn drive(&self) -> Drive {
+        Drive {
+            amplitude: self.input.amplitude(),
+            process_noise: self.process_noise,
+        }
+    }
+
+    fn check_disturbances(&self, closed: bool) -> Result<(), ProcessError> {
+        for (name, deviation) in [
+            ("process_noise", self.process_noise),
+            ("x0_deviation", self.x0_deviation),
+        ] {
+            if !(deviation >= 0.0 && deviation.is_finite()) {
+                return Err(ProcessError::Deviation(name, deviation));
+            }
+            if closed && deviation > 0.0 {
+                return Err(ProcessError::DisturbedLoop(name, deviation));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Process {
@@ -101,10 +140,12 @@ impl Process {
         Self::from_settings(ProcessSettings {
             plant: plant.into(),
             x0,
+            x0_deviation: 0.0,
             input: input.into(),
             noise: noise.into(),
             level,
             input_noise: 0.0,
+            process_noise: 0.0,
             feedback: Feedback::None,
         })
     }
@@ -128,6 +169,7 @@ impl Process {
         if !(percent == 0.0 || percent > 0.0 && percent.is_finite() && positive) {
             return Err(ProcessError::InputNoise(percent, amplitude));
         }
+        settings.check_disturbances(closed)?;
         if closed && settings.level != LevelReading::default() {
             let LevelReading { over, of } = settings.level;
             return Err(ProcessError::LevelWithFeedback { over, of });
@@ -137,7 +179,7 @@ impl Process {
         {
             return Err(ProcessError::Pilot(law.pilot()));
         }
-        let plants = Plants::new(&settings.plant, &settings.noise, amplitude)?;
+        let plants = Plants::new(&settings.plant, &settings.noise, settings.drive())?;
         Ok(Self { settings, plants })
     }
 
@@ -177,8 +219,11 @@ impl Process {
         let settings = &self.settings;
         let pilot = settings.feedback.pilot();
         to.resize(self.order(), pilot + horizon);
-        let (colour, amplitude) = (&settings.noise, settings.input.amplitude());
-        let resolved = match self.plants.of_trial((seed, trial), colour, amplitude) {
+        let names = (seed, trial);
+        let drawn = self
+            .plants
+            .of_trial(names, &settings.noise, settings.drive());
+        let resolved = match drawn {
             Ok(resolved) => resolved,
             Err(failure) => {
                 to.begin_at(self.order(), pilot);
@@ -187,22 +232,26 @@ impl Process {
         };
         let Resolved { plant, noise, .. } = &*resolved;
         to.truth.set(plant, &settings.x0);
-        self.draw_signals((seed, trial), noise, to);
+        self.draw_initial_state(names, to);
+        self.draw_signals(names, noise, to);
         match &settings.feedback {
-            Feedback::None => self.run_open(&resolved, eta, window, to),
+            Feedback::None => {
+                self.draw_process_noise(names, to);
+                self.run_open(&resolved, eta, window, to);
+            }
             Feedback::Output(law) => {
-                self.rest(to);
+                Self::rest(to);
                 law.run(plant, 0.0, to);
                 let (y0, f) = (&to.y0[..window], &to.f[..window]);
                 to.scale = settings.level.scale(eta, y0, f, resolved.variances);
-                self.rest(to);
+                Self::rest(to);
                 law.run(plant, to.scale, to);
                 Self::measure_input(to);
             }
             Feedback::Controlled(law) => {
                 self.run_open(&resolved, eta, pilot, to);
-                self.draw_input_noise((seed, trial), &mut to.u);
-                self.rest(to);
+                self.draw_input_noise(names, &mut to.u);
+                Self::rest(to);
                 let outcome = run_controlled(law, plant, to.scale, to);
                 to.begin_at(self.order(), pilot);
                 if let Err(failure) = outcome {
@@ -228,18 +277,46 @@ impl Process {
         self.draw_input_noise(names, &mut to.u);
     }
 
-    /// The plant at its initial state.
-    fn rest(&self, to: &mut Realisation) {
-        to.x.clear();
-        to.x.extend_from_slice(&self.settings.x0);
+    /// Adds its random part to the initial state, which is the mean; nothing is drawn by default.
+    fn draw_initial_state(&self, (seed, trial): (u64, u64), to: &mut Realisation) {
+        let deviation = self.settings.x0_deviation;
+        if deviation == 0.0 {
+            return;
+        }
+        to.x.resize(self.order(), 0.0);
+        let mut numbers = stream(seed, trial, Purpose::InitialState);
+        fill_white(&mut numbers, deviation, &mut to.x);
+        for (x0, difference) in to.truth.x0.iter_mut().zip(&to.x) {
+            *x0 += difference;
+        }
     }
 
-    /// u0 = r; the noise level holds in the first `window` samples.
+    /// Fills row k of the states with w(k); nothing is drawn by default.
+    fn draw_process_noise(&self, (seed, trial): (u64, u64), to: &mut Realisation) {
+        let deviation = self.settings.process_noise;
+        if deviation > 0.0 {
+            let mut numbers = stream(seed, trial, Purpose::ProcessNoise);
+            fill_white(&mut numbers, deviation, &mut to.states);
+        }
+    }
+
+    /// The plant at its initial state.
+    fn rest(to: &mut Realisation) {
+        to.x.clear();
+        to.x.extend_from_slice(&to.truth.x0);
+    }
+
+    /// u0 = r; the noise level holds in the first `window` samples. Row k of the states comes with w(k), if there is
+    /// process noise.
     fn run_open(&self, resolved: &Resolved, eta: f64, window: usize, to: &mut Realisation) {
         to.u0.copy_from_slice(&to.r);
-        self.rest(to);
+        Self::rest(to);
         let plant = &resolved.plant;
-        plant.simulate(&mut to.x, &to.u0, &mut to.y0, &mut to.states);
+        if self.settings.process_noise > 0.0 {
+            plant.simulate_disturbed(&mut to.x, &to.u0, &mut to.y0, &mut to.states);
+        } else {
+            plant.simulate(&mut to.x, &to.u0, &mut to.y0, &mut to.states);
+        }
         let (y0, f) = (&to.y0[..window], &to.f[..window]);
         let level = self.settings.level;
         to.scale = level.scale(eta, y0, f, resolved.variances);
@@ -266,8 +343,20 @@ impl Process {
         }
     }
 
-    /// Plant, noise filter and variances, where they are those of every trial and the measured input is the plant's.
-    pub(crate) fn open_loop(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
+    /// The same, where the inputs and the initial state are all that moves the plant.
+    pub(crate) fn undisturbed(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
+        let ProcessSettings {
+            process_noise,
+            x0_deviation,
+            ..
+        } = self.settings;
+        self.open_loop()
+            .filter(|_| process_noise == 0.0 && x0_deviation == 0.0)
+    }
+
+    /// Plant, noise filter and variances, where they are those of every trial, in open loop, and the measured input is
+    /// the plant's.
+    pub fn open_loop(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let open = matches!(self.settings.feedback, Feedback::None);
         let Plants::Fixed(resolved) = &self.plants else {
             return None;
@@ -285,17 +374,19 @@ impl Process {
         let ProcessSettings {
             plant,
             x0,
+            x0_deviation,
             input,
             noise,
             level,
             input_noise,
+            process_noise,
             feedback,
         } = &self.settings;
         let sequence = match input {
             Input::Signs(signs) => json!(signs.sequence),
             Input::Gaussian { .. } => Value::Null,
         };
-        json!({
+        let mut described = json!({
             "plant": plant.describe(),
             "x0": x0,
             "input": { "law": input.law(), "amplitude": input.amplitude(), "sequence": sequence },
@@ -303,7 +394,16 @@ impl Process {
             "eta": { "over": level.over, "of": level.of },
             "input_noise": input_noise,
             "feedback": feedback.describe(),
-        })
+        });
+        for (name, deviation) in [
+            ("x0_deviation", x0_deviation),
+            ("process_noise", process_noise),
+        ] {
+            if *deviation > 0.0 {
+                described[name] = json!(deviation);
+            }
+        }
+        described
     }
 }
 

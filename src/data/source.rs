@@ -125,28 +125,42 @@ impl std::fmt::Display for NoiseColour {
     }
 }
 
+/// What drives the plant in open loop.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drive {
+    /// Standard deviation of the input.
+    pub(super) amplitude: f64,
+    /// Standard deviation of every component of the process noise.
+    pub(super) process_noise: f64,
+}
+
 /// A plant with what depends on it.
 #[derive(Clone, Debug)]
 pub(super) struct Resolved {
     pub(super) plant: StateSpace,
     pub(super) noise: NoiseFilter,
-    /// In open loop.
+    /// In open loop, with process noise.
     pub(super) variances: ProcessVariances,
 }
 
 impl Resolved {
-    fn new(
-        plant: StateSpace,
-        noise: &NoiseColour,
-        amplitude: f64,
-    ) -> Result<Self, NoiseFilterError> {
+    fn new(plant: StateSpace, noise: &NoiseColour, drive: Drive) -> Result<Self, NoiseFilterError> {
         let noise = match noise {
             NoiseColour::InverseDenominator => NoiseFilter::new(&[1.0], &plant.denominator())?,
             NoiseColour::Filter(filter) => filter.clone(),
         };
+        let Drive {
+            amplitude,
+            process_noise,
+        } = drive;
         let energy = plant.energy().unwrap_or(f64::NAN);
+        let mut output = amplitude * amplitude * energy;
+        if process_noise > 0.0 {
+            let energy = plant.disturbance_energy().unwrap_or(f64::NAN);
+            output += process_noise * process_noise * energy;
+        }
         let variances = ProcessVariances {
-            output: amplitude * amplitude * energy,
+            output,
             noise: noise.variance(),
         };
         Ok(Self {
@@ -168,11 +182,11 @@ impl Plants {
     pub(super) fn new(
         source: &PlantSource,
         noise: &NoiseColour,
-        amplitude: f64,
+        drive: Drive,
     ) -> Result<Self, ProcessError> {
         match *source {
             PlantSource::Fixed(ref plant) => {
-                let resolved = Resolved::new(plant.clone(), noise, amplitude)?;
+                let resolved = Resolved::new(plant.clone(), noise, drive)?;
                 Ok(Self::Fixed(resolved))
             }
             PlantSource::Random { order, radius } => {
@@ -198,13 +212,13 @@ impl Plants {
         &self,
         (seed, trial): (u64, u64),
         noise: &NoiseColour,
-        amplitude: f64,
+        drive: Drive,
     ) -> Result<Cow<'_, Resolved>, DrawFailure> {
         match *self {
             Self::Fixed(ref resolved) => Ok(Cow::Borrowed(resolved)),
             Self::Random { order, radius } => {
                 let plant = random_stable(order, radius, &mut stream(seed, trial, Purpose::Plant));
-                let resolved = Resolved::new(plant, noise, amplitude);
+                let resolved = Resolved::new(plant, noise, drive);
                 resolved.map(Cow::Owned).map_err(|_| DrawFailure::NonFinite)
             }
         }

@@ -3,6 +3,7 @@
 use super::{
     Estimator, InstrumentalVariables, IvOptions, LeastSquares, LsOptions, SetupError, Shape,
 };
+use crate::observer::ObserverKind;
 
 /// One line of a method's results: an estimator's name and the number of its pass.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -33,6 +34,8 @@ pub struct Method {
     reported: Vec<usize>,
     passes: usize,
     maker: Maker,
+    /// The observer of its outputs; `None`: with the setting's gain.
+    observer: Option<ObserverKind>,
 }
 
 /// Where a method's estimators come from.
@@ -48,6 +51,8 @@ pub enum MethodOptions {
     LeastSquares(LsOptions),
     /// Of [`InstrumentalVariables`].
     InstrumentalVariables(IvOptions),
+    /// None: [`super::KnownModel`], which is made of a plant, not by [`Method::prepare`].
+    Known,
 }
 
 impl Method {
@@ -65,7 +70,29 @@ impl Method {
             passes: outputs.len(),
             outputs,
             maker,
+            observer: None,
         }
+    }
+
+    /// The true plant: one output, ("known", 0).
+    pub fn known() -> Self {
+        let output = Output {
+            estimator: "known".to_owned(),
+            pass: 0,
+        };
+        Self::of(vec![output], Maker::Options(MethodOptions::Known))
+    }
+
+    /// Has its outputs observed by an observer of its own, whatever gain the setting says.
+    #[must_use]
+    pub fn observed_by(mut self, observer: ObserverKind) -> Self {
+        self.observer = Some(observer);
+        self
+    }
+
+    /// The observer of its own, if it has one.
+    pub fn observer(&self) -> Option<&ObserverKind> {
+        self.observer.as_ref()
     }
 
     /// Least squares: one output, ("ls", 0).
@@ -137,7 +164,7 @@ impl Method {
     /// An estimator with buffers for a shape.
     ///
     /// # Errors
-    /// If the method cannot serve the shape.
+    /// If the method cannot serve the shape, or needs a plant ([`SetupError::NoKnownPlant`]).
     pub fn prepare(&self, shape: Shape) -> Result<Box<dyn Estimator>, SetupError> {
         match &self.maker {
             Maker::Own(factory) => factory(shape),
@@ -148,6 +175,7 @@ impl Method {
             Maker::Options(MethodOptions::InstrumentalVariables(options)) => {
                 Ok(Box::new(InstrumentalVariables::new(shape, options)?))
             }
+            Maker::Options(MethodOptions::Known) => Err(SetupError::NoKnownPlant),
         }
     }
 

@@ -2,12 +2,13 @@
 //!
 //! One file per mathematical object: [`regressors`] (stages 1 and 8), [`information`] (2 and 9),
 //! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] and [`reflection`] (7); one per
-//! method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11).
+//! method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11); [`KnownModel`] is the true plant in their place.
 
 pub mod auxiliary;
 pub mod information;
 pub mod initial_state;
 mod instrumental_variables;
+mod known;
 mod least_squares;
 mod limit;
 mod method;
@@ -21,6 +22,7 @@ mod sorted_qr;
 pub use instrumental_variables::{
     Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions,
 };
+pub use known::KnownModel;
 pub use least_squares::{LeastSquares, LsOptions, StartState};
 pub use limit::{LimitError, least_squares_limit};
 pub use method::{Method, MethodOptions, Output};
@@ -28,6 +30,7 @@ pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
 pub use reflection::{PoleReflection, Stabilise};
 pub use solver::{Instruments, Solver, Stage10};
 
+use crate::observer::{ObserverKind, RiccatiError};
 use crate::plant::ORDER_LIMIT;
 
 /// The samples that an estimator sees: `u(k)`, `y(k)` and `r(k)` for k = 0 ... N-1.
@@ -142,6 +145,21 @@ pub enum SetupError {
     /// Instruments from r without the simulation that r drives.
     #[error("instruments formed from 'r' need stage 7 as 'model', not '{0}'")]
     ReferenceNeedsModel(Drive),
+    /// The estimator `known` where there is no such plant.
+    #[error(
+        "estimator 'known' needs one plant for all trials, of the setting's order, in open loop with an exactly \
+         measured input"
+    )]
+    NoKnownPlant,
+    /// A Kalman filter that knows the noise, where its variance is not the same in every trial or 0.
+    #[error(
+        "observer '{0}' of the known plant needs the measurement noise's variance: eta above 0 with eta_over = \
+         \"nominal\""
+    )]
+    NoKnownNoise(ObserverKind),
+    /// A Kalman filter of coefficients that make none.
+    #[error(transparent)]
+    Riccati(#[from] RiccatiError),
     /// A printed stage 10 without stage 3's blocks.
     #[error("stage 10 '{stage10}' exists for solver 'partitioned' only, not '{solver}'")]
     Stage10NeedsPartitioned {

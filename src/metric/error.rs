@@ -45,6 +45,7 @@ fn square_distance<R: Real>(v: &[R], v_hat: &[R]) -> R {
 pub struct StateError {
     relative: Gathered,
     as_printed: Gathered,
+    absolute: Gathered,
 }
 
 /// Maximum and mean of the squares of a sequence.
@@ -97,6 +98,7 @@ impl StateError {
         } else {
             f64::NAN
         };
+        self.absolute.add(distance);
         if size > 0.0 {
             self.relative.add(relative);
         }
@@ -114,6 +116,11 @@ impl StateError {
     /// Root mean square of `e_x(k)`, reading `relative`; NaN where no k was gathered.
     pub fn rms(&self) -> f64 {
         self.relative.rms()
+    }
+
+    /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`; NaN where no k was gathered.
+    pub fn absolute_rms(&self) -> f64 {
+        self.absolute.rms()
     }
 
     /// Largest `e_x(k)` as printed, over the k where it is defined; NaN where there is none.
@@ -144,6 +151,8 @@ mod tests {
         errors.add(&[0.0, 0.0], &[1.0, 1.0]);
         assert_eq!(errors.maximum(), 0.2);
         assert!((errors.rms() - 0.02_f64.sqrt()).abs() < 1e-16);
+        // Squares 1, 0 and 2 of three samples: x = 0 counts here.
+        assert_eq!(errors.absolute_rms(), 1.0);
         assert_eq!(errors.maximum_as_printed(), (1.0_f64 / 7.0).sqrt());
         errors.add(&[1.0, 1.0], &[f64::NAN, 1.0]);
         assert!(errors.maximum().is_nan());

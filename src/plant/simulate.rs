@@ -1,6 +1,7 @@
 //! Simulation of the canonical plant.
 
 use crate::real::Real;
+use crate::signal::arithmetic::with_fma;
 
 /// One step in place: `x <- A x + b u + g e`.
 ///
@@ -36,6 +37,33 @@ pub fn simulate<R: Real>(a: &[R], b: &[R], x: &mut [R], u: &[R], visit: impl FnM
     R::run(
         #[inline(always)]
         || inlined::simulate(a, b, x, u, visit),
+    );
+}
+
+/// The same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`: `rows` comes with w(k) in row k (n numbers a row), where
+/// x(k) takes its place.
+///
+/// # Panics
+/// If `a`, `b` and `x` are not of one length n >= 1, or `rows` is shorter than n numbers for every input.
+pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: &mut [f64]) {
+    let n = x.len();
+    assert!(n > 0 && a.len() == n && b.len() == n && rows.len() >= n * u.len());
+    with_fma(
+        #[inline(always)]
+        || {
+            for (row, &u) in rows.chunks_exact_mut(n).zip(u) {
+                // x is then w(k), and the row x(k).
+                x.swap_with_slice(row);
+                let mut last = b[n - 1] * u;
+                for i in 0..n {
+                    last = a[i].mul_add(row[i], last);
+                }
+                for i in 0..n - 1 {
+                    x[i] += b[i].mul_add(u, row[i + 1]);
+                }
+                x[n - 1] += last;
+            }
+        },
     );
 }
 

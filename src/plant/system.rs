@@ -1,7 +1,7 @@
 //! State-space and transfer-function forms of the canonical plant.
 
 use super::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz};
-use super::simulate::simulate;
+use super::simulate::{simulate, simulate_disturbed};
 use super::stability::{StepDown, is_stable};
 
 /// The plant in phase-coordinate canonical form, Eqs. (1) to (3):
@@ -115,6 +115,34 @@ impl StateSpace {
             },
         );
     }
+
+    /// The same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`: `states` comes with w(k) in row k, where x(k)
+    /// takes its place.
+    ///
+    /// # Panics
+    /// As [`Self::simulate`].
+    pub fn simulate_disturbed(&self, x: &mut [f64], u: &[f64], y0: &mut [f64], states: &mut [f64]) {
+        assert!(y0.len() == u.len() && states.len() == self.order() * u.len());
+        simulate_disturbed(&self.a, &self.b, x, u, states);
+        for (y0, x) in y0.iter_mut().zip(states.chunks_exact(self.order())) {
+            *y0 = x[0];
+        }
+    }
+
+    /// `sum_k ||c'A^k||^2`: the output's variance under process noise `w(k) ~ N(0, I)` alone. `None` for an unstable
+    /// plant.
+    pub fn disturbance_energy(&self) -> Option<f64> {
+        let n = self.order();
+        let of_component = |i: usize| {
+            let unit = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+            Self {
+                a: self.a.clone(),
+                b: unit,
+            }
+            .energy()
+        };
+        (0..n).map(of_component).sum()
+    }
 }
 
 impl TransferFunction {
@@ -184,6 +212,36 @@ mod tests {
         assert_eq!(y[..3], [0.0, 1.0, 2.0]);
         assert!((y[3] - 2.3).abs() < 1e-15);
         assert_eq!(states[2..4], [1.0, 2.0]);
+    }
+
+    /// Row k of the states before is w(k); by hand for order 2.
+    #[test]
+    fn process_noise_enters_every_component_a_step_later() {
+        let plant = StateSpace::new(vec![-0.7, 1.5], vec![1.0, 2.0]).unwrap();
+        let (mut x, mut y0) = ([1.0, -1.0], [0.0; 3]);
+        let mut states = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
+        plant.simulate_disturbed(&mut x, &[1.0, 0.0, 0.0], &mut y0, &mut states);
+        let second = [-1.0 + 1.0 + 0.1, -0.7 - 1.5 + 2.0 + 0.2];
+        let third = [second[1] + 0.3, -0.7 * second[0] + 1.5 * second[1] + 0.4];
+        let expected = [[1.0, -1.0], second, third].concat();
+        for (found, expected) in states.iter().zip(&expected) {
+            assert!((found - expected).abs() < 1e-15, "{states:?}");
+        }
+        assert_eq!(y0, [states[0], states[2], states[4]]);
+        assert!((x[0] - (third[1] + 0.5)).abs() < 1e-15, "{x:?}");
+    }
+
+    /// Against the sum itself.
+    #[test]
+    fn the_energy_of_process_noise() {
+        let plant = StateSpace::new(vec![-0.7, 1.5], vec![1.0, 2.0]).unwrap();
+        let (mut row, mut sum) = ([1.0, 0.0], 0.0);
+        for _ in 0..500 {
+            sum += row[0] * row[0] + row[1] * row[1];
+            row = [-0.7 * row[1], row[0] + 1.5 * row[1]];
+        }
+        let energy = plant.disturbance_energy().unwrap();
+        assert!((energy / sum - 1.0).abs() < 1e-13, "{energy} {sum}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ macro_rules! shipped {
     };
 }
 
-const FILES: [(&str, &str); 19] = shipped![
+const FILES: [(&str, &str); 20] = shipped![
     "nikolov2023",
     "c2-c3",
     "noise-level",
@@ -21,6 +21,7 @@ const FILES: [(&str, &str); 19] = shipped![
     "closed-loop",
     "initial-state",
     "observer-poles",
+    "observer-comparison",
     "errata",
     "order",
     "input-noise",

@@ -28,6 +28,10 @@ pub enum Purpose {
     InputNoise = 5,
     /// A fresh input, on which models are compared with the plant.
     FreshInput = 6,
+    /// The process noise.
+    ProcessNoise = 7,
+    /// Random initial states.
+    InitialState = 8,
     /// White disturbances in continuous time.
     Disturbance = 9,
     /// Random phases of disturbances in continuous time.

@@ -66,6 +66,24 @@ fn words() {
                 0xbe5b_1cba_f2f3_ede1,
             ],
         ),
+        (
+            Purpose::ProcessNoise,
+            [
+                0x3c85_30f2_0101_2bc2,
+                0xc8c2_3ccb_4573_2a5e,
+                0xd46f_c5a9_e456_205c,
+                0xf045_ca15_3030_b99b,
+            ],
+        ),
+        (
+            Purpose::InitialState,
+            [
+                0x72c5_23ce_fdaf_390f,
+                0xccf2_4f59_bbc0_7257,
+                0x8b6b_b8ae_b2f2_7a4e,
+                0x9dde_9321_3bae_bd55,
+            ],
+        ),
     ] {
         let mut words = stream(2023, 7, purpose);
         assert_eq!([(); 4].map(|()| words.next_u64()), expected, "{purpose:?}");

@@ -2,7 +2,7 @@
 
 use super::continuous::continuous_cell;
 use super::curves::{CURVES_LIMIT, Curves};
-use super::experiment::{Cell, Source};
+use super::experiment::{Cell, ScoredFrom, Source};
 use super::file::{AUTOMATIC, ExperimentFile, FeedbackTable, FileError, Key, Scalar, Settings};
 use super::state_feedback::StateFeedback;
 use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings};
@@ -94,6 +94,10 @@ impl Build<'_> {
             horizon,
             gain,
             observer_start: self.name(Key::ObserverStart)?,
+            scored_from: match self.settings.get(&Key::ScoredFrom) {
+                Some(_) => self.name(Key::ScoredFrom)?,
+                None => ScoredFrom::default(),
+            },
             settings: self.settings,
         };
         fits_into_memory(&cell, self.file.curves)?;
@@ -109,6 +113,7 @@ impl Build<'_> {
         };
         let settings = ProcessSettings {
             x0,
+            x0_deviation: self.number_or_default(Key::X0Deviation)?,
             input: Input::new(self.name(Key::Input)?, amplitude, self.name(Key::Sequence)?),
             noise: self.noise()?,
             level: LevelReading {
@@ -116,6 +121,7 @@ impl Build<'_> {
                 of: self.name(Key::EtaOf)?,
             },
             input_noise: self.number(Key::InputNoise)?,
+            process_noise: self.number_or_default(Key::ProcessNoise)?,
             feedback,
             plant,
         };
@@ -262,6 +268,14 @@ impl Build<'_> {
                     format!("'{given}'; expected a number"),
                 ))
             }
+        }
+    }
+
+    /// The number of a setting that a resolved file may leave out.
+    fn number_or_default(&self, key: Key) -> Result<f64, FileError> {
+        match (self.settings.get(&key), key.default()) {
+            (None, Some(Scalar::Number(default))) => Ok(default),
+            _ => self.number(key),
         }
     }
 

@@ -6,9 +6,12 @@ use super::engine::Engine;
 use super::file::{
     Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, cells,
 };
+use super::observers::CellObserver;
 use super::row::Figure;
 use crate::data::Process;
-use crate::estimator::{InstrumentSource, Method, Output, Shape};
+use crate::estimator::{
+    Estimator, InstrumentSource, KnownModel, Method, MethodOptions, Output, SetupError, Shape,
+};
 use crate::names::named_enum;
 use crate::observer::Gain;
 use serde_json::{Value, json};
@@ -33,6 +36,16 @@ pub enum Source {
     Continuous(Box<ContinuousCell>),
 }
 
+named_enum! {
+    /// From which sample on the errors of the state are taken.
+    ScoredFrom, "start of the score" {
+        /// From k = N on: what the window taught (the default).
+        Window = "window",
+        /// From k = 0 on: the transients of filters that know the plant.
+        Start = "start",
+    }
+}
+
 /// One combination of settings under which trials are drawn.
 #[derive(Clone, Debug)]
 pub struct Cell {
@@ -55,6 +68,8 @@ pub struct Cell {
     pub gain: Gain,
     /// Where the observer starts.
     pub observer_start: ObserverStart,
+    /// From which sample on the errors of the state are taken.
+    pub scored_from: ScoredFrom,
 }
 
 impl Cell {
@@ -69,6 +84,7 @@ impl Cell {
             horizon: 0,
             gain: Gain::default(),
             observer_start: ObserverStart::default(),
+            scored_from: ScoredFrom::default(),
             source: Source::Continuous(Box::new(of)),
         }
     }
@@ -91,6 +107,38 @@ impl Cell {
         Shape {
             order: self.order,
             window: self.window,
+        }
+    }
+
+    /// The first sample whose state's error is scored.
+    pub fn first_scored(&self) -> usize {
+        match self.scored_from {
+            ScoredFrom::Window => self.window,
+            ScoredFrom::Start => 0,
+        }
+    }
+
+    /// The model that a method with the true plant is given: the plant, and the mean of its initial states.
+    ///
+    /// # Errors
+    /// [`SetupError::NoKnownPlant`] where the plant is not one for all trials, of the cell's order, in open loop with an
+    /// exactly measured input.
+    pub fn known_model(&self) -> Result<KnownModel, SetupError> {
+        let process = self.process().ok_or(SetupError::ContinuousTime)?;
+        let plant = process.open_loop().map(|(plant, ..)| plant);
+        let plant = plant.filter(|plant| plant.order() == self.order);
+        let plant = plant.ok_or(SetupError::NoKnownPlant)?;
+        Ok(KnownModel::new(plant, &process.settings().x0))
+    }
+
+    /// A method's estimator for this cell.
+    ///
+    /// # Errors
+    /// If the method cannot serve it.
+    pub fn prepare(&self, method: &Method) -> Result<Box<dyn Estimator>, SetupError> {
+        match method.options() {
+            Some(MethodOptions::Known) => Ok(Box::new(self.known_model()?)),
+            _ => method.prepare(self.shape()),
         }
     }
 
@@ -357,9 +405,34 @@ impl Experiment {
         shapes.sort_by_key(|shape| (shape.order, shape.window));
         shapes.dedup();
         for (i, method) in self.methods.iter().enumerate() {
+            if matches!(method.options(), Some(MethodOptions::Known)) {
+                continue;
+            }
             for shape in &shapes {
                 let prepared = method.prepare(*shape);
                 prepared.map_err(|e| FileError::key(&format!("methods[{i}]"), e.to_string()))?;
+            }
+        }
+        self.check_observers()
+    }
+
+    /// What knows the plant must do so in every cell, and every observer of a method's own serve it.
+    fn check_observers(&self) -> Result<(), FileError> {
+        for (i, method) in self.methods.iter().enumerate() {
+            let known = matches!(method.options(), Some(MethodOptions::Known));
+            if !known && method.observer().is_none() {
+                continue;
+            }
+            for (number, cell) in self.cells.iter().enumerate() {
+                let model = if known {
+                    cell.known_model().map(|_| ())
+                } else {
+                    Ok(())
+                };
+                let observer = model.and_then(|()| CellObserver::new(cell, method));
+                observer.map_err(|e| {
+                    FileError::key(&format!("methods[{i}]"), format!("{e} (cell {number})"))
+                })?;
             }
         }
         Ok(())

@@ -12,6 +12,7 @@ pub mod file;
 mod folder;
 #[doc(hidden)]
 pub mod kernels;
+mod observers;
 mod pack;
 mod peak;
 mod plan;
@@ -30,7 +31,9 @@ pub use continuous::{ContinuousCell, ContinuousTrial, OutputTrace, Term, Traces}
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use engine::{Engine, Worker, WorkerError};
 pub(crate) use experiment::design_of;
-pub use experiment::{BOBTSOV2023, Cell, Experiment, NIKOLOV2023, ObserverStart, Source};
+pub use experiment::{
+    BOBTSOV2023, Cell, Experiment, NIKOLOV2023, ObserverStart, ScoredFrom, Source,
+};
 pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use pack::PackTrial;

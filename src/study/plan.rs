@@ -2,7 +2,7 @@
 
 use super::file::ExperimentFile;
 use super::pack::{Pack, PackTrial};
-use super::{Cell, Experiment, Figure, ObserverStart};
+use super::{Cell, Experiment, Figure, ObserverStart, ScoredFrom};
 use crate::data::{Process, Truth};
 use crate::estimator::{
     Drive, InstrumentSource, IvOptions, MethodOptions, Solver, Stabilise, Stage10,
@@ -55,7 +55,7 @@ impl<'e> Plan<'e> {
         let any = |figures: &[F]| asks_for(file, figures);
         let methods = experiment.methods.iter().filter_map(|method| {
             Some(PlannedMethod {
-                options: iv_options(method.options()?),
+                options: iv_options(method.options()?)?,
                 passes: method.passes(),
                 reported: method.reported(),
             })
@@ -118,15 +118,16 @@ fn asks_for(file: &ExperimentFile, figures: &[Figure]) -> bool {
         .any(|figure| figures.contains(figure))
 }
 
-/// Least squares as IV without iterations.
-fn iv_options(options: &MethodOptions) -> IvOptions {
+/// Least squares as IV without iterations; `None` for what lanes do not cover.
+fn iv_options(options: &MethodOptions) -> Option<IvOptions> {
     match options {
-        MethodOptions::LeastSquares(options) => IvOptions {
+        MethodOptions::LeastSquares(options) => Some(IvOptions {
             solver: options.solver,
             initial_state: options.initial_state,
             ..IvOptions::default()
-        },
-        MethodOptions::InstrumentalVariables(options) => options.clone(),
+        }),
+        MethodOptions::InstrumentalVariables(options) => Some(options.clone()),
+        MethodOptions::Known => None,
     }
 }
 
@@ -144,6 +145,12 @@ pub(super) fn covered<'e>(
     let process = cell.process().ok_or("continuous time")?;
     let open_loop = process.open_loop();
     let open_loop = open_loop.ok_or("feedback, input noise or random plants")?;
+    if process.undisturbed().is_none() {
+        return Err("process noise or random initial states".to_owned());
+    }
+    if cell.scored_from != ScoredFrom::Window {
+        return Err(format!("scored_from = \"{}\"", cell.scored_from));
+    }
     let order = open_loop.0.order();
     if cell.order != order {
         return Err("an order that is not the plant's".to_owned());
@@ -158,7 +165,13 @@ pub(super) fn covered<'e>(
     if asks_for(&experiment.file, &responses) {
         return Err("responses to fresh data".to_owned());
     }
+    if asks_for(&experiment.file, &[Figure::RmsState]) {
+        return Err("the figure rms_x".to_owned());
+    }
     for method in &experiment.methods {
+        if method.observer().is_some() {
+            return Err("observers of a method's own".to_owned());
+        }
         covers(method.options().ok_or("an estimator of your own")?)?;
     }
     Ok((process, open_loop))
@@ -167,6 +180,7 @@ pub(super) fn covered<'e>(
 /// Whether a method is covered.
 fn covers(options: &MethodOptions) -> Result<(), String> {
     let solver = match options {
+        MethodOptions::Known => return Err("the estimator \"known\"".to_owned()),
         MethodOptions::LeastSquares(options) => options.solver,
         MethodOptions::InstrumentalVariables(options) => options.solver,
     };

@@ -16,9 +16,9 @@ named_enum! {
         Eh = "e_h",
         /// Relative error of x0.
         Ex0 = "e_x0",
-        /// Largest e_x(k), N <= k < K.
+        /// Largest e_x(k), N <= k < K (or 0 <= k < K: setting `scored_from`).
         ExMax = "e_x_max",
-        /// Root mean square of e_x(k), N <= k < K.
+        /// Root mean square of e_x(k), over the same k.
         ExRms = "e_x_rms",
         /// e_a as Eq. (7) is printed (reading E3), and so on for the others.
         EaPrinted = "e_a_as_printed",
@@ -42,7 +42,10 @@ named_enum! {
         FreshFit = "fit_fresh",
         /// Relative change of a from the pass before; null for pass 0.
         Change = "change",
-        /// Continuous time: root mean square of |x - xhat| over the scored time.
+        /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`, in the states' units, over the same k as e_x; in continuous time over the scored time. Its root mean square
+        /// over trials is that of the state's error over trials and samples, and the ratio of two outputs' (RMSE ratio of
+        /// a comparison) that of the two observers: the figure in which no observer of the same information is better
+        /// than the Kalman filter.
         RmsState = "rms_x",
         /// Continuous time: of x_1 - xhat_1.
         RmsState1 = "rms_x1",

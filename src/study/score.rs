@@ -1,12 +1,13 @@
 //! Measures passes against the truth.
 
 use super::experiment::ObserverStart;
+use super::observers::CellObserver;
 use super::row::{Figure, Row};
 use super::{Cell, Experiment};
 use crate::data::{Process, Realisation, Truth};
-use crate::estimator::{Failure, FailureKind, Pass, Progress, Stage};
+use crate::estimator::{Failure, FailureKind, Pass, Progress, SetupError, Stage};
 use crate::metric::{Response, StateError, System, relative_error, relative_error_as_printed};
-use crate::observer::{ObservedModel, Observer};
+use crate::observer::ObservedModel;
 use crate::plant::PoleFinder;
 use crate::signal::Input;
 
@@ -15,10 +16,12 @@ const RESPONSE_SAMPLES: usize = 200;
 
 /// Measures passes of one cell, with buffers of its own.
 pub(super) struct Scorer {
-    window: usize,
+    /// The first sample whose state's error counts.
+    from: usize,
     start: ObserverStart,
     zero: Vec<f64>,
-    observer: Observer,
+    /// One for each method.
+    observers: Vec<CellObserver>,
     poles: PoleFinder,
     input: Input,
     response: Response,
@@ -28,30 +31,49 @@ pub(super) struct Scorer {
 }
 
 /// What is computed.
+#[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 struct Wanted {
     states: bool,
+    absolute: bool,
     radius: bool,
     response: bool,
 }
 
 impl Scorer {
-    pub(super) fn new(experiment: &Experiment, cell: &Cell, process: &Process) -> Self {
+    /// # Errors
+    /// If a method's observer cannot serve the cell.
+    pub(super) fn new(
+        experiment: &Experiment,
+        cell: &Cell,
+        process: &Process,
+    ) -> Result<Self, SetupError> {
         use Figure as F;
         let measures = &experiment.file.measures;
         let any = |figures: &[Figure]| figures.iter().any(|figure| measures.contains(figure));
         // States of another order cannot be compared.
         let comparable = process.order() == cell.order;
-        let states = [F::ExMax, F::ExRms, F::ExMaxPrinted, F::ExRmsPrinted];
-        Self {
-            window: cell.window,
+        let states = [
+            F::ExMax,
+            F::ExRms,
+            F::ExMaxPrinted,
+            F::ExRmsPrinted,
+            F::RmsState,
+        ];
+        let methods = experiment.methods.iter();
+        let observers: Result<_, SetupError> = methods
+            .map(|method| CellObserver::new(cell, method))
+            .collect();
+        Ok(Self {
+            from: cell.first_scored(),
             start: cell.observer_start,
             zero: vec![0.0; cell.order],
-            observer: Observer::new(cell.gain.clone(), cell.order),
+            observers: observers?,
             poles: PoleFinder::new(cell.order),
             input: *process.input(),
             response: Response::new(RESPONSE_SAMPLES),
             wanted: Wanted {
                 states: comparable && (experiment.file.curves || any(&states)),
+                absolute: any(&[F::RmsState]),
                 radius: any(&[F::SpectralRadius]),
                 response: any(&[F::ImpulseResponse, F::FreshFit]),
             },
@@ -63,7 +85,7 @@ impl Scorer {
                     0
                 }
             ],
-        }
+        })
     }
 
     /// Prepares for the passes of a trial.
@@ -80,9 +102,10 @@ impl Scorer {
         &self.curve
     }
 
-    /// Fills the row of a pass, whose number is for its failures.
+    /// Fills the row of a pass of a method, whose number is for its failures.
     pub(super) fn score(
         &mut self,
+        method: usize,
         number: usize,
         pass: &Pass,
         record: &Realisation,
@@ -127,7 +150,7 @@ impl Scorer {
         if self.start == ObserverStart::Zero {
             model.x0 = &zero;
         }
-        if let Err(kind) = self.observe(model, record, row) {
+        if let Err(kind) = self.observe(method, model, record, row) {
             self.curve.fill(f64::NAN);
             row.failure = Some(Failure {
                 kind,
@@ -138,17 +161,18 @@ impl Scorer {
         self.zero = zero;
     }
 
-    /// Stage 12: the observer from k = 0 to K, and its errors from k = N on.
+    /// Stage 12: the observer from k = 0 to K, and its errors from the first sample on that counts.
     fn observe(
         &mut self,
+        method: usize,
         model: ObservedModel<'_>,
         record: &Realisation,
         row: &mut Row,
     ) -> Result<(), FailureKind> {
         let n = model.a.len();
         let mut errors = StateError::default();
-        let (window, curve, states) = (self.window, &mut self.curve, &record.states);
-        self.observer.run(
+        let (from, curve, states) = (self.from, &mut self.curve, &record.states);
+        self.observers[method].run(
             model,
             &record.u,
             &record.y,
@@ -156,7 +180,7 @@ impl Scorer {
             |k, x_hat| {
                 let x = &states[k * n..(k + 1) * n];
                 let curve = curve.get_mut(k);
-                if k >= window {
+                if k >= from {
                     let square = errors.add(x, x_hat);
                     if let Some(error) = curve {
                         *error = square.sqrt();
@@ -172,7 +196,11 @@ impl Scorer {
             (Figure::ExMaxPrinted, errors.maximum_as_printed()),
             (Figure::ExRmsPrinted, errors.rms_as_printed()),
         ];
-        if figures.iter().any(|(_, value)| value.is_infinite()) {
+        let absolute = Some(errors.absolute_rms()).filter(|_| self.wanted.absolute);
+        let figures = figures
+            .into_iter()
+            .chain(absolute.map(|rms| (Figure::RmsState, rms)));
+        if figures.clone().any(|(_, value)| value.is_infinite()) {
             return Err(FailureKind::NonFinite);
         }
         for (figure, value) in figures {

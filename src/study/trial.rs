@@ -51,7 +51,7 @@ impl<'e> Trial<'e> {
         let mut methods = Vec::new();
         for method in &experiment.methods {
             methods.push(MethodRun {
-                estimator: method.prepare(cell.shape())?,
+                estimator: cell.prepare(method)?,
                 passes: vec![Pass::new(cell.order); method.passes()],
                 reported: method.reported(),
             });
@@ -63,7 +63,7 @@ impl<'e> Trial<'e> {
             outputs: experiment.outputs(),
             realisation: Realisation::default(),
             methods,
-            scorer: Scorer::new(experiment, cell, process),
+            scorer: Scorer::new(experiment, cell, process)?,
             last: Trials::default(),
         })
     }
@@ -93,12 +93,12 @@ impl<'e> Trial<'e> {
         self.scorer.begin(file.seed, trial, record);
         let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
         let mut output = 0;
-        for MethodRun {
-            estimator,
-            passes,
-            reported,
-        } in &mut self.methods
-        {
+        for (method, run) in self.methods.iter_mut().enumerate() {
+            let MethodRun {
+                estimator,
+                passes,
+                reported,
+            } = run;
             passes.iter_mut().for_each(Pass::clear);
             match record.failure {
                 None => estimator.estimate(window, passes),
@@ -110,8 +110,9 @@ impl<'e> Trial<'e> {
                 if let Some(before) = number.checked_sub(1) {
                     row[Figure::Change] = change(&passes[before], pass);
                 }
+                let pass_number = self.outputs[output].pass;
                 self.scorer
-                    .score(self.outputs[output].pass, pass, record, &mut row);
+                    .score(method, pass_number, pass, record, &mut row);
                 to.rows.push(row);
                 if file.parameters {
                     score::append_parameter_errors(pass, record, &mut to.parameters);

@@ -76,32 +76,53 @@ fn what_is_not_covered_runs_on_faer_or_is_refused() {
             "stabilise = \"reflect\"",
         ),
     ] {
-        // A key that stands twice is no TOML: the plant goes where it is given.
-        let text = study(top, settings, more);
-        let text = if settings.starts_with("plant") {
-            text.replacen("plant = \"p\"\n", "", 1)
-        } else {
-            text
-        };
-        for (engine, expected) in [("", Engine::Faer), ("engine = \"faer\"\n", Engine::Faer)] {
-            let experiment = Experiment::new(parse(&format!("{engine}{text}")));
-            let experiment = experiment.unwrap_or_else(|error| panic!("{error}: {text}"));
-            assert_eq!(experiment.engine(0).ok(), Some(expected), "{reason}");
-            let plan = Plan::new(&experiment, &experiment.cells[0]);
-            assert_eq!(plan.err().as_deref(), Some(reason));
-            let worker = Worker::new(&experiment, &experiment.cells[0]).expect("a worker");
-            assert!(
-                matches!(worker, Worker::Faer(_)) && worker.stride() == 1,
-                "{reason}"
-            );
-        }
-        let refused = Experiment::new(parse(&format!("engine = \"lanes\"\n{text}")));
-        let message = refused.err().expect("refused").to_string();
-        let expected = format!(
-            "engine: \"lanes\" do not cover {reason} (cell 0); expected \"auto\" or \"faer\""
-        );
-        assert_eq!(message, expected);
+        runs_on_faer_or_is_refused(top, settings, more, reason);
     }
+}
+
+#[test]
+fn disturbances_and_observers_of_methods_run_on_faer_or_are_refused() {
+    let disturbed = "process noise or random initial states";
+    let kalman = "[[methods]]\nestimator = \"iv\"\nobserver = \"kalman\"\n";
+    let known = "[[methods]]\nestimator = \"known\"\n";
+    let start = "scored_from = \"start\"";
+    for (top, settings, more, reason) in [
+        ("", "process_noise = 0.1", IV, disturbed),
+        ("", "x0_deviation = 0.1", IV, disturbed),
+        ("", start, IV, start),
+        ("measures = [\"rms_x\"]", "", IV, "the figure rms_x"),
+        ("", "", kalman, "observers of a method's own"),
+        ("", "", known, "the estimator \"known\""),
+    ] {
+        runs_on_faer_or_is_refused(top, settings, more, reason);
+    }
+}
+
+fn runs_on_faer_or_is_refused(top: &str, settings: &str, more: &str, reason: &str) {
+    // A key that stands twice is no TOML: the plant goes where it is given.
+    let text = study(top, settings, more);
+    let text = if settings.starts_with("plant") {
+        text.replacen("plant = \"p\"\n", "", 1)
+    } else {
+        text
+    };
+    for (engine, expected) in [("", Engine::Faer), ("engine = \"faer\"\n", Engine::Faer)] {
+        let experiment = Experiment::new(parse(&format!("{engine}{text}")));
+        let experiment = experiment.unwrap_or_else(|error| panic!("{error}: {text}"));
+        assert_eq!(experiment.engine(0).ok(), Some(expected), "{reason}");
+        let plan = Plan::new(&experiment, &experiment.cells[0]);
+        assert_eq!(plan.err().as_deref(), Some(reason));
+        let worker = Worker::new(&experiment, &experiment.cells[0]).expect("a worker");
+        assert!(
+            matches!(worker, Worker::Faer(_)) && worker.stride() == 1,
+            "{reason}"
+        );
+    }
+    let refused = Experiment::new(parse(&format!("engine = \"lanes\"\n{text}")));
+    let message = refused.err().expect("refused").to_string();
+    let expected =
+        format!("engine: \"lanes\" do not cover {reason} (cell 0); expected \"auto\" or \"faer\"");
+    assert_eq!(message, expected);
 }
 
 #[test]

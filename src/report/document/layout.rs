@@ -42,7 +42,11 @@ pub(super) fn x_of(study: &Study, figure: Figure) -> Option<Key> {
     const OF_THE_OBSERVER: [Key; 2] = [Key::Gain, Key::ObserverStart];
     let of_states = matches!(
         figure,
-        Figure::ExMax | Figure::ExRms | Figure::ExMaxPrinted | Figure::ExRmsPrinted
+        Figure::ExMax
+            | Figure::ExRms
+            | Figure::ExMaxPrinted
+            | Figure::ExRmsPrinted
+            | Figure::RmsState
     );
     let usual = x_key(study);
     if of_states || usual.is_none_or(|key| !OF_THE_OBSERVER.contains(&key)) {

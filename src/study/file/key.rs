@@ -18,6 +18,8 @@ named_enum! {
         PoleRadius = "pole_radius",
         /// The initial state.
         X0 = "x0",
+        /// The spread of the initial state.
+        X0Deviation = "x0_deviation",
         /// The kind of input.
         Input = "input",
         /// The input's amplitude.
@@ -30,6 +32,8 @@ named_enum! {
         Feedback = "feedback",
         /// Noise on the measured input.
         InputNoise = "input_noise",
+        /// Noise on the states.
+        ProcessNoise = "process_noise",
         /// Reading E7: over what.
         EtaOver = "eta_over",
         /// Reading E7: of which output.
@@ -48,6 +52,8 @@ named_enum! {
         Gain = "gain",
         /// Where the observer starts.
         ObserverStart = "observer_start",
+        /// From which sample on the state's errors are taken.
+        ScoredFrom = "scored_from",
         /// Continuous time: the disturbance.
         Disturbance = "disturbance",
         /// Continuous time: its level.
@@ -115,6 +121,9 @@ impl Key {
             Self::X0 => {
                 "initial state: one number for every component, or \"plant\" for x0 of [plants.NAME]"
             }
+            Self::X0Deviation => {
+                "standard deviation of every component of the initial state about x0, in open loop"
+            }
             Self::Input => {
                 "\"signs\" (random, +-amplitude) or \"gaussian\" (of that standard deviation)"
             }
@@ -129,6 +138,9 @@ impl Key {
             Self::InputNoise => {
                 "noise on the measured input, per cent of the input's standard deviation"
             }
+            Self::ProcessNoise => {
+                "standard deviation of white noise on every state in each step, in open loop"
+            }
             Self::EtaOver => {
                 "reading E7: \"exact\" (in the window) or \"nominal\" (of the processes)"
             }
@@ -140,6 +152,9 @@ impl Key {
             Self::Horizon => "the record's length K, samples; \"auto\": max(400, N + 200)",
             Self::Gain => "reading E8: \"dead-beat\", \"scaled:RHO\" or \"poles:LIST\"",
             Self::ObserverStart => "the observer starts from \"x0-hat\" or from \"zero\"",
+            Self::ScoredFrom => {
+                "the state's errors are taken from the \"window\" on (k >= N) or from the \"start\" (k >= 0)"
+            }
             Self::Disturbance => {
                 "disturbance of a continuous-time output: \"none\", \"constant\", \"ramp\", \"sine\", \"square\", \
                  \"white\" or a name in [signals]"
@@ -173,7 +188,7 @@ impl Key {
             Self::Sequence => text("independent"),
             Self::Noise => text("ar"),
             Self::Feedback => text("none"),
-            Self::InputNoise => number(0.0),
+            Self::InputNoise | Self::X0Deviation | Self::ProcessNoise => number(0.0),
             Self::EtaOver => text("exact"),
             Self::EtaOf => text("noise-free"),
             Self::Order | Self::Horizon => text(AUTOMATIC),
@@ -181,12 +196,22 @@ impl Key {
             Self::Window => number(98.0),
             Self::Gain => text("dead-beat"),
             Self::ObserverStart => text("x0-hat"),
+            Self::ScoredFrom => text("window"),
             Self::Disturbance => text("sine"),
             Self::Level => number(0.3),
             Self::Frequency | Self::GainScale => number(1.0),
             Self::Phase => number(0.0),
             Self::NoiseHold | Self::Step => number(0.01),
         }
+    }
+
+    /// Whether a resolved file leaves the setting out where it has its default: settings that came later, so that the
+    /// designs of older results, which do not have them, stay the same.
+    pub const fn is_left_out(self) -> bool {
+        matches!(
+            self,
+            Self::X0Deviation | Self::ProcessNoise | Self::ScoredFrom
+        )
     }
 
     /// Whether the setting is a whole number of something.

@@ -3,6 +3,7 @@
 use super::FileError;
 use crate::estimator::{IvOptions, LsOptions, Method};
 use crate::names::named_enum;
+use crate::observer::ObserverKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -14,6 +15,8 @@ named_enum! {
         InstrumentalVariables = "iv",
         /// Least squares alone.
         LeastSquares = "ls",
+        /// The true plant and the mean of x(0), as what an observer achieves that knows them.
+        Known = "known",
     }
 }
 
@@ -40,7 +43,7 @@ pub struct MethodTable {
     /// Name in the results; "iv" and "ls" by default, with the options that have lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<String>,
-    /// "iv" or "ls".
+    /// "iv", "ls" or "known" (the true plant).
     #[serde(skip_serializing_if = "Option::is_none")]
     estimator: Option<EstimatorName>,
     /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
@@ -70,6 +73,11 @@ pub struct MethodTable {
     /// Stage 6: estimate, or zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     initial_state: Option<OneOrMany>,
+    /// The observer of this method's outputs, in the place of the setting `gain`: dead-beat, scaled:RHO, poles:LIST;
+    /// kalman (steady state; its noise known with "known", else identified on the window); with "known" also
+    /// kalman-varying (from the covariance of x(0)).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    observer: Option<OneOrMany>,
     /// The passes that are reported; all by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     report: Option<Vec<usize>>,
@@ -80,6 +88,7 @@ pub struct MethodTable {
 enum Options {
     LeastSquares(LsOptions),
     InstrumentalVariables(IvOptions),
+    Known,
 }
 
 impl MethodTable {
@@ -151,18 +160,23 @@ impl MethodTable {
         &self,
         index: usize,
         name: &str,
-        options: Map<String, Value>,
+        mut options: Map<String, Value>,
     ) -> Result<Self, FileError> {
+        let observer = options.shift_remove("observer");
         let place = format!("methods[{index}]");
         let wrong = |error: serde_json::Error| FileError::key(&place, error.to_string());
         let estimator = self.estimator.unwrap_or_default();
         let described = match self.parse(index, options)? {
             Options::LeastSquares(options) => serde_json::to_value(options),
             Options::InstrumentalVariables(options) => serde_json::to_value(options),
+            Options::Known => Ok(json!({})),
         };
         let mut table = json!({ "name": name, "estimator": estimator });
         if let Some(report) = &self.report {
             table["report"] = json!(report);
+        }
+        if let Some(observer) = observer {
+            table["observer"] = observer;
         }
         if let (Some(table), Ok(Value::Object(options))) = (table.as_object_mut(), described) {
             table.extend(options);
@@ -170,15 +184,19 @@ impl MethodTable {
         serde_json::from_value(table).map_err(wrong)
     }
 
-    fn parse(&self, index: usize, options: Map<String, Value>) -> Result<Options, FileError> {
+    fn parse(&self, index: usize, mut options: Map<String, Value>) -> Result<Options, FileError> {
+        options.shift_remove("observer");
         let estimator = self.estimator.unwrap_or_default();
         let place = format!("methods[{index}] ({estimator})");
-        if estimator == EstimatorName::LeastSquares {
-            let known = ["solver", "initial_state"];
-            if let Some(other) = options.keys().find(|key| !known.contains(&key.as_str())) {
-                let message = format!("'{other}' is an option of estimator 'iv' only");
-                return Err(FileError::key(&place, message));
-            }
+        let (taken, only): (&[&str], _) = match estimator {
+            EstimatorName::InstrumentalVariables => (&[], ""),
+            EstimatorName::LeastSquares => (&["solver", "initial_state"], "'iv' only"),
+            EstimatorName::Known => (&[], "'iv' or 'ls' only"),
+        };
+        let beyond = options.keys().find(|key| !taken.contains(&key.as_str()));
+        if let Some(other) = beyond.filter(|_| !only.is_empty()) {
+            let message = format!("'{other}' is an option of estimator {only}");
+            return Err(FileError::key(&place, message));
         }
         let options = Value::Object(options);
         let parsed = match estimator {
@@ -188,6 +206,7 @@ impl MethodTable {
             EstimatorName::InstrumentalVariables => {
                 serde_json::from_value(options).map(Options::InstrumentalVariables)
             }
+            EstimatorName::Known => Ok(Options::Known),
         };
         let parsed = parsed.map_err(|error| FileError::key(&place, error.to_string()))?;
         if let Options::InstrumentalVariables(IvOptions { iterations, .. }) = &parsed
@@ -218,13 +237,41 @@ impl MethodTable {
         }
     }
 
+    /// The observer of its own, if a table that [`Self::expand`] made has one.
+    fn observer(&self, index: usize) -> Result<Option<ObserverKind>, FileError> {
+        let place = format!("methods[{index}].observer");
+        let text = match &self.observer {
+            None => return Ok(None),
+            Some(OneOrMany::Text(text)) => text,
+            Some(_) => {
+                return Err(FileError::key(
+                    &place,
+                    "expected a text, such as \"kalman\"",
+                ));
+            }
+        };
+        let observer = text.parse::<ObserverKind>();
+        let observer = observer.map_err(|error| FileError::key(&place, error.to_string()))?;
+        let known = self.estimator == Some(EstimatorName::Known);
+        if observer == ObserverKind::KalmanVarying && !known {
+            let message =
+                "'kalman-varying' is an observer of estimator 'known' only; expected kalman";
+            return Err(FileError::key(&place, message));
+        }
+        Ok(Some(observer))
+    }
+
     /// The method of a table that [`Self::expand`] made; `index` is its place.
     pub(in crate::study) fn method(&self, index: usize) -> Result<Method, FileError> {
         let method = match self.parse(index, self.options(index)?)? {
             Options::LeastSquares(options) => Method::least_squares(options),
             Options::InstrumentalVariables(options) => Method::instrumental_variables(options),
+            Options::Known => Method::known(),
         };
-        let method = method.named(&self.base_name());
+        let mut method = method.named(&self.base_name());
+        if let Some(observer) = self.observer(index)? {
+            method = method.observed_by(observer);
+        }
         match &self.report {
             None => Ok(method),
             Some(passes) if passes.is_empty() => {

@@ -235,7 +235,7 @@ impl ExperimentFile {
         }
     }
 
-    /// Writes every default out: settings, and one table per method.
+    /// Writes every default out, but those of [`Key::is_left_out`]: settings, and one table per method.
     ///
     /// # Errors
     /// If both `l` and `window` are given, or a method's options contradict each other.
@@ -263,6 +263,10 @@ impl ExperimentFile {
                 _ => Axis::Many(values),
             };
         }
+        self.settings.retain(|key, axis| {
+            let default = key.default().map(Axis::One);
+            !(key.is_left_out() && Some(&*axis) == default.as_ref())
+        });
         let methods = self.methods.iter().enumerate();
         let expanded: Result<Vec<Vec<MethodTable>>, FileError> =
             methods.map(|(i, method)| method.expand(i)).collect();

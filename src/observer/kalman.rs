@@ -1,0 +1,280 @@
+//! The Kalman filter of a plant on a record, and its gains.
+
+#[cfg(test)]
+mod tests;
+
+use super::riccati::{Discrete, Equation, RiccatiError, check_covariance};
+use super::stochastic_model::StochasticModel;
+use crate::estimator::FailureKind;
+use faer::{Mat, MatRef};
+use std::sync::Arc;
+
+/// The gains K(k) and the innovations' variances of a Kalman filter. They do not depend on the data: one sequence
+/// serves all records of a cell.
+#[derive(Clone, Debug)]
+pub struct GainSequence {
+    order: usize,
+    /// K(k) at k m ... (k + 1) m.
+    gains: Vec<f64>,
+    /// `h'P(k) h + r`.
+    variances: Vec<f64>,
+    /// P one step after the last gain.
+    p: Mat<f64>,
+    settled: bool,
+}
+
+/// A sequence ends where K and P change by no more than this, relative to their largest entry and norm.
+const SETTLED: f64 = 1e-14;
+
+impl GainSequence {
+    /// The one gain of the steady state.
+    ///
+    /// # Errors
+    /// As for [`super::dare`].
+    pub fn steady(model: &StochasticModel) -> Result<Self, RiccatiError> {
+        let riccati = model.riccati()?;
+        Ok(Self {
+            order: model.order(),
+            gains: riccati.gain,
+            variances: vec![riccati.innovation],
+            p: riccati.p,
+            settled: true,
+        })
+    }
+
+    /// The gains for k < `horizon` from the covariance `p0` (m x m) of `x(0) - xhat(0)`:
+    /// `K = (F P h + s) / (h'P h + r)`, `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`, which is
+    /// Joseph's form with cross covariance: symmetric, and non-negative as P is.
+    ///
+    /// Once K and P change by 1e-14 or less in a step, the last gain stands for all later ones; where the
+    /// filter's slowest pole has modulus lambda, it is within about `1e-14 / (1 - lambda^2)` of the limit.
+    ///
+    /// # Errors
+    /// As for [`super::dare`], but for a stabilising solution, which need not exist; the same for `p0`
+    /// as for Q; [`RiccatiError::NoConvergence`] where P overflows.
+    pub fn time_varying(
+        model: &StochasticModel,
+        p0: MatRef<'_, f64>,
+        horizon: usize,
+    ) -> Result<Self, RiccatiError> {
+        let m = model.order();
+        let f = model.f.as_ref();
+        let equation = Discrete::new(f, &model.h, model.q.as_ref(), &model.s, model.r)?;
+        let mut sequence = Self {
+            order: m,
+            gains: Vec::new(),
+            variances: Vec::new(),
+            p: check_covariance("the initial covariance", p0, m)?,
+            settled: false,
+        };
+        for _ in 0..horizon {
+            sequence.advance(&equation)?;
+            if sequence.settled {
+                break;
+            }
+        }
+        Ok(sequence)
+    }
+
+    /// Adds K of P and goes on to P+.
+    fn advance(&mut self, equation: &Discrete) -> Result<(), RiccatiError> {
+        let m = self.order;
+        let reduced = equation.gain(&self.p);
+        let gain = equation.predictor_gain(&reduced);
+        let p = equation.step(&self.p, &reduced);
+        if !p.is_all_finite() {
+            return Err(RiccatiError::NoConvergence {
+                residual: f64::INFINITY,
+            });
+        }
+        let change = (&p - &self.p).norm_l2() <= SETTLED * p.norm_l2();
+        self.settled = change && self.variances.last().is_some() && {
+            let last = &self.gains[self.gains.len() - m..];
+            let largest = gain.iter().fold(0.0_f64, |max, k| max.max(k.abs()));
+            let mut pairs = gain.iter().zip(last);
+            pairs.all(|(k, last)| (k - last).abs() <= SETTLED * largest)
+        };
+        self.variances.push(equation.innovation(&self.p));
+        self.gains.extend(gain);
+        self.p = p;
+        Ok(())
+    }
+
+    /// K(k), m numbers.
+    ///
+    /// # Panics
+    /// If the sequence has not settled and k is beyond its horizon.
+    #[inline]
+    pub fn gain(&self, k: usize) -> &[f64] {
+        let k = self.index(k);
+        &self.gains[k * self.order..(k + 1) * self.order]
+    }
+
+    /// The variance `h'P(k) h + r` of the innovation `y(k) - h'xhat(k)`.
+    ///
+    /// # Panics
+    /// As for [`Self::gain`].
+    #[inline]
+    pub fn variance(&self, k: usize) -> f64 {
+        self.variances[self.index(k)]
+    }
+
+    /// The covariance P(k) one step after the last gain stored: of the steady state where the sequence has settled.
+    pub fn covariance(&self) -> MatRef<'_, f64> {
+        self.p.as_ref()
+    }
+
+    /// How many gains are stored.
+    pub fn stored(&self) -> usize {
+        self.variances.len()
+    }
+
+    /// Whether the sequence is long enough for a record of `samples`.
+    pub fn covers(&self, samples: usize) -> bool {
+        self.settled || samples <= self.stored()
+    }
+
+    #[inline]
+    fn index(&self, k: usize) -> usize {
+        if self.settled {
+            k.min(self.stored() - 1)
+        } else {
+            k
+        }
+    }
+}
+
+/// An entry of F that is not zero.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    row: usize,
+    column: usize,
+    value: f64,
+}
+
+/// The filter in predictor form, `xhat(k+1|k) = F xhat(k|k-1) + g u(k) + K(k) (y(k) - h'xhat(k|k-1))`, with
+/// buffers for one model. A clone shares the gains.
+#[derive(Clone, Debug)]
+pub struct Kalman {
+    f: Vec<Entry>,
+    g: Vec<f64>,
+    h: Vec<f64>,
+    states: usize,
+    gains: Arc<GainSequence>,
+    x: Vec<f64>,
+    next: Vec<f64>,
+}
+
+impl Kalman {
+    /// The filter of a model with gains computed before.
+    ///
+    /// # Panics
+    /// If the gains, g or h are of another order than the model, or it has more plant states than states.
+    pub fn new(model: &StochasticModel, gains: Arc<GainSequence>) -> Self {
+        let m = model.order();
+        assert!(gains.order == m && model.g.len() == m && model.h.len() == m);
+        assert!(model.states <= m);
+        let all = (0..m).flat_map(|row| (0..m).map(move |column| (row, column)));
+        let f = all.map(|(row, column)| Entry {
+            row,
+            column,
+            value: model.f[(row, column)],
+        });
+        Self {
+            f: f.filter(|entry| entry.value != 0.0).collect(),
+            g: model.g.clone(),
+            h: model.h.clone(),
+            states: model.states,
+            gains,
+            x: vec![0.0; m],
+            next: vec![0.0; m],
+        }
+    }
+
+    /// The filter with the constant gain of the steady state.
+    ///
+    /// # Errors
+    /// As for [`super::dare`].
+    pub fn steady(model: &StochasticModel) -> Result<Self, RiccatiError> {
+        Ok(Self::new(model, Arc::new(GainSequence::steady(model)?)))
+    }
+
+    /// The filter with the gains of [`GainSequence::time_varying`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn time_varying(
+        model: &StochasticModel,
+        p0: MatRef<'_, f64>,
+        horizon: usize,
+    ) -> Result<Self, RiccatiError> {
+        let gains = GainSequence::time_varying(model, p0, horizon)?;
+        Ok(Self::new(model, Arc::new(gains)))
+    }
+
+    /// The gains.
+    pub fn gains(&self) -> &GainSequence {
+        &self.gains
+    }
+
+    pub(super) fn shared_gains(&self) -> &Arc<GainSequence> {
+        &self.gains
+    }
+
+    /// The plant's part of the state after the last sample of the last run, xhat(K|K-1).
+    pub fn state(&self) -> &[f64] {
+        &self.x[..self.states]
+    }
+
+    /// Calls `visit(k, xhat(k|k-1))`, the plant's part, for k = 0 ... K-1, from `xhat(0) = x0` (n numbers; the
+    /// noise's states begin at their mean 0); [`Self::state`] is then xhat(K|K-1).
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] where the state overflows; what was visited must not be used then.
+    ///
+    /// # Panics
+    /// If x0 is not of length n, u and y differ in length, or the gains do not cover them.
+    pub fn run(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        x0: &[f64],
+        mut visit: impl FnMut(usize, &[f64]),
+    ) -> Result<(), FailureKind> {
+        let states = self.states;
+        self.filter(u, y, x0, |k, x, _| visit(k, &x[..states]))
+    }
+
+    /// Calls `step(k, xhat(k|k-1), y(k) - h'xhat(k|k-1))`.
+    #[inline]
+    pub(super) fn filter(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        x0: &[f64],
+        mut step: impl FnMut(usize, &[f64], f64),
+    ) -> Result<(), FailureKind> {
+        assert!(u.len() == y.len() && self.gains.covers(y.len()));
+        self.x[..self.states].copy_from_slice(x0);
+        self.x[self.states..].fill(0.0);
+        for (k, (u, y)) in u.iter().zip(y).enumerate() {
+            let gain = self.gains.gain(k);
+            let predicted: f64 = self.h.iter().zip(&self.x).map(|(h, x)| h * x).sum();
+            let innovation = y - predicted;
+            step(k, &self.x, innovation);
+            for (next, (g, gain)) in self.next.iter_mut().zip(self.g.iter().zip(gain)) {
+                *next = g * u + gain * innovation;
+            }
+            for entry in &self.f {
+                self.next[entry.row] += entry.value * self.x[entry.column];
+            }
+            std::mem::swap(&mut self.x, &mut self.next);
+        }
+        // A component that is not finite makes h'x, and by K all of the next state, infinite or NaN (0 inf = NaN).
+        if self.x.iter().all(|x| x.is_finite()) {
+            Ok(())
+        } else {
+            Err(FailureKind::NonFinite)
+        }
+    }
+}
