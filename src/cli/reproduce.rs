@@ -78,6 +78,10 @@ impl Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = arguments.folder();
     if arguments.replay.is_some() {
+        if arguments.paper == Paper::Bobtsov {
+            let message = "--replay: trials of Bobtsov et al. are replayed by asobench replay FOLDER CELL:TRIAL";
+            return Err(Error::Input(message.to_owned()));
+        }
         return nikolov(arguments, path).map(|_| ExitCode::SUCCESS);
     }
     let mut text = Vec::new();

@@ -17,6 +17,8 @@ named_enum! {
         RankDeficient = "rank-deficient",
         /// Continuous time: the error by step halving is above the study's limit.
         StepTooLong = "step-too-long",
+        /// Continuous time: the trial's disturbance makes a run that is too long.
+        NotRun = "not-run",
         /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
         NoFilter = "no-filter",
     }
@@ -66,9 +68,10 @@ impl From<FailureKind> for DrawFailure {
     fn from(kind: FailureKind) -> Self {
         match kind {
             // No draw has a step, and controllers have observers by pole placement only.
-            FailureKind::NonFinite | FailureKind::StepTooLong | FailureKind::NoFilter => {
-                Self::NonFinite
-            }
+            FailureKind::NonFinite
+            | FailureKind::StepTooLong
+            | FailureKind::NotRun
+            | FailureKind::NoFilter => Self::NonFinite,
             FailureKind::Singular => Self::Singular,
             FailureKind::RankDeficient => Self::RankDeficient,
         }

@@ -43,6 +43,12 @@ pub enum GainError {
     /// A complex pole without its conjugate.
     #[error("gain '{0}': complex poles must come in conjugate pairs")]
     Conjugates(String),
+    /// An observability matrix that is singular to rounding.
+    #[error(
+        "the observability matrix has the condition number {0:.1e}, too large to place poles; expected at most 1e9, or a \
+         gain of your own"
+    )]
+    Observability(f64),
     /// The number of poles is not the order.
     #[error("the gain has {0} poles where the order is {1}")]
     Count(usize, usize),

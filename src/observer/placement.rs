@@ -10,7 +10,8 @@ use std::f64::consts::PI;
 /// length n. For the few states of a continuous-time plant; O's condition number limits it.
 ///
 /// # Errors
-/// [`GainError::Count`] where the poles are not n.
+/// [`GainError::Count`] where the poles are not n, [`GainError::Observability`] where O has a condition number (1-norm) above
+/// 1e9, so that less than half of the digits of L would be right.
 pub fn place(a: MatRef<'_, f64>, c: &[f64], poles: &Poles) -> Result<Vec<f64>, GainError> {
     let n = a.nrows();
     if poles.len() != n {
@@ -23,13 +24,30 @@ pub fn place(a: MatRef<'_, f64>, c: &[f64], poles: &Poles) -> Result<Vec<f64>, G
         row = &row * a;
     }
     let last = Mat::from_fn(n, 1, |i, _| if i + 1 == n { 1.0 } else { 0.0 });
-    let q = observability.partial_piv_lu().solve(&last);
+    let solved = observability.partial_piv_lu();
+    let inverse = solved.solve(Mat::<f64>::identity(n, n));
+    let condition = norm(&observability) * norm(&inverse);
+    if !(condition <= LARGEST_CONDITION) {
+        return Err(GainError::Observability(condition));
+    }
+    let q = solved.solve(&last);
     // Horner: phi(A) q = A (... A (A q + phi_1 q) + ...) + phi_n q.
     let mut gain = q.clone();
     for phi in poles.polynomial() {
         gain = a * &gain + faer::Scale(*phi) * &q;
     }
     Ok((0..n).map(|i| gain[(i, 0)]).collect())
+}
+
+/// Of an observability matrix from which poles are placed.
+const LARGEST_CONDITION: f64 = 1e9;
+
+/// The 1-norm: the largest sum of a column.
+fn norm(matrix: &Mat<f64>) -> f64 {
+    let columns = matrix
+        .col_iter()
+        .map(|column| column.iter().map(|x| x.abs()).sum());
+    columns.fold(0.0, f64::max)
 }
 
 /// The poles of a list such as "-1+2i,-1-2i".
@@ -79,6 +97,21 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// A chain of twelve lags, as seen at its end: nothing is left of L's digits.
+    #[test]
+    fn ill_conditioned_placement_is_refused() {
+        let n = 12;
+        let a = Mat::from_fn(n, n, |i, j| match j {
+            _ if j == i => -(i as f64 + 1.0),
+            _ if j == i + 1 => 1.0,
+            _ => 0.0,
+        });
+        let mut c = vec![0.0; n];
+        c[0] = 1.0;
+        let placed = place(a.as_ref(), &c, &butterworth(n, 3.0));
+        assert!(matches!(placed, Err(GainError::Observability(condition)) if condition > 1e9));
     }
 
     /// The double integrator by hand: phi = s^2 + 2 s + 5, L = (2, 5).

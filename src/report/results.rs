@@ -437,7 +437,7 @@ pub fn figure_name(figure: Figure) -> String {
         Figure::RmsState1 => "rms error of x_1".to_owned(),
         Figure::RmsState2 => "rms error of x_2".to_owned(),
         Figure::ThetaRms => "rms e_theta".to_owned(),
-        Figure::Settling => "settling time, s".to_owned(),
+        Figure::Reaching => "time to come within 10 %, s".to_owned(),
         Figure::Frozen => "frozen from, s".to_owned(),
         Figure::MixedDisturbance => "largest |dbar|".to_owned(),
         Figure::StepError => "error by step halving".to_owned(),

@@ -101,7 +101,15 @@ mod tests {
                 let found = Shipped::of(&resolved).unwrap();
                 assert_eq!(found.name, name);
                 assert!(found.quick == quick || !found.quick, "{name}");
-                let other = Experiment::new(file.set("amplitude=7").unwrap()).unwrap();
+                let key = if file.continuous.is_some() {
+                    "level"
+                } else {
+                    "amplitude"
+                };
+                let other = file
+                    .set(&format!("{key}=7"))
+                    .and_then(Experiment::new)
+                    .unwrap();
                 assert_eq!(Shipped::of(&other.file), None, "{name}");
             }
         }

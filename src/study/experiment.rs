@@ -232,6 +232,7 @@ impl Experiment {
             file,
         };
         experiment.check()?;
+        traces_fit(&experiment.file, experiment.cells.len())?;
         for cell in 0..experiment.cells.len() {
             experiment.engine(cell)?;
         }
@@ -505,9 +506,29 @@ pub(crate) fn design_of(file: &Value) -> Value {
     design
 }
 
+/// Checks how many points of courses are kept.
+fn traces_fit(file: &ExperimentFile, cells: usize) -> Result<(), FileError> {
+    const MOST: f64 = 1e5;
+    let Some((every, until)) = file
+        .continuous
+        .as_ref()
+        .and_then(|of| Some((of.trace_every?, of.until)))
+    else {
+        return Ok(());
+    };
+    let points = until / every * cells as f64;
+    if points <= MOST {
+        return Ok(());
+    }
+    let message = format!("{points:.0} points over all cells; expected at most {MOST}");
+    Err(FileError::key("continuous.trace_every", message))
+}
+
 /// Checks the name of an output.
 fn own_name(name: &str, place: &str) -> Result<(), FileError> {
-    if name.trim().is_empty() || name.contains(['(', ')']) {
+    let odd = |c: char| matches!(c, '(' | ')') || c.is_control();
+    if name.trim().is_empty() || name.contains(odd) {
+        let name = name.escape_debug();
         let message = format!("'{name}'; expected a name without parentheses, not empty");
         return Err(FileError::key(place, message));
     }
@@ -517,14 +538,15 @@ fn own_name(name: &str, place: &str) -> Result<(), FileError> {
 /// Checks that the report knows every claim.
 fn known_claims(claims: &[String]) -> Result<(), FileError> {
     /// Claims, errata and basic facts, with how many there are.
-    const KNOWN: [(&str, u32); 3] = [("C", 9), ("E", 14), ("B", 3)];
+    const KNOWN: [(&str, u32); 4] = [("C", 9), ("E", 14), ("B", 3), ("K", 1)];
     let known: Vec<String> = KNOWN
         .iter()
         .flat_map(|(letter, count)| (1..=*count).map(move |number| format!("{letter}{number}")))
         .collect();
     match claims.iter().find(|claim| !known.contains(claim)) {
         Some(claim) => {
-            let message = format!("no claim '{claim}'; expected C1 to C9, E1 to E14 or B1 to B3");
+            let message =
+                format!("no claim '{claim}'; expected C1 to C9, E1 to E14, B1 to B3 or K1");
             Err(FileError::key("claims", message))
         }
         None => Ok(()),

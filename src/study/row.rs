@@ -55,18 +55,28 @@ named_enum! {
         Theta = "e_theta",
         /// Continuous time: its root mean square over the scored time.
         ThetaRms = "e_theta_rms",
-        /// Continuous time: seconds after which the relative error of theta stays below 10 %.
-        Settling = "t_settle",
-        /// Continuous time: seconds after which theta can lose no more than 1 % of its error; null where it still moves.
+        /// Continuous time: seconds until the relative error of theta is below 10 % for the first time.
+        Reaching = "t_reach",
+        /// Continuous time: seconds after which gamma int Delta^2 grows by less than 0.01, so that theta keeps 99 % of what it
+        /// is; null where it still moves.
         Frozen = "t_frozen",
         /// Continuous time: the smallest gamma int Delta^2 of the components: exp(-this) of the first error is left.
         Adaptation = "adaptation",
+        /// Continuous time: the smallest eigenvalue of int phi'phi dt of regression (9), the interval excitation.
+        Excitation = "excitation",
         /// Continuous time: the largest |dbar_i|, which the paper assumes to be below 1.
         MixedDisturbance = "dbar_max",
-        /// Continuous time: relative error of the state by step halving.
+        /// Continuous time: relative error of xhat and of theta_hat by step halving, the larger one.
         StepError = "step_error",
-        /// Continuous time: observed order of the integration.
+        /// Continuous time: observed order of the integration of xhat.
         StepOrder = "step_order",
+    }
+}
+
+impl Figure {
+    /// Whether a study in continuous time, or in discrete time, has the figure.
+    pub fn is_of(self, continuous: bool) -> bool {
+        self == Self::RmsState || (self > Self::RmsState) == continuous
     }
 }
 

@@ -3,7 +3,7 @@
 use super::scenario::{CascadeError, Scenario};
 
 /// The most base steps of a run.
-pub const LARGEST_STEPS: f64 = 1e8;
+pub const LARGEST_STEPS: f64 = 1e7;
 
 /// The most breakpoints of a run.
 pub const LARGEST_BREAKPOINTS: f64 = 1e6;

@@ -4,17 +4,44 @@ use super::cascade::{Cascade, Run};
 use super::grid::REFINEMENTS;
 use super::summary::{Sample, Summary};
 
-/// The step's influence on one observer's xhat.
+/// The step's influence on one observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Convergence {
-    /// Estimate of the error of the finest run: the largest `|xhat_(h/2) - xhat_(h/4)|` over time and components, by
-    /// `2^p - 1` with the observed order p limited to 1 ... 4 (1 where it is unknown); NaN if a run was not finite.
+    /// Of xhat, in the unit of x.
+    pub state: StepError,
+    /// Of theta_hat, in the unit of theta; all zero for observers without one.
+    pub theta: StepError,
+}
+
+impl Convergence {
+    /// The larger one of the relative errors of xhat and theta_hat; NaN if a run was not finite.
+    pub fn relative(&self) -> f64 {
+        larger(self.state.relative(), self.theta.relative())
+    }
+}
+
+/// The step's influence on one vector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepError {
+    /// Estimate of the error of the finest run: the largest difference of a component of the runs with h/2 and h/4 over
+    /// time, by `2^p - 1` with the observed order p limited to 1 ... 4 (1 where it is unknown); NaN if a run was not finite.
     pub error: f64,
-    /// The largest `|xhat|` of the finest run, to compare with.
+    /// The largest component of the finest run's vector or of what it estimates over time, to compare with.
     pub largest: f64,
     /// `log2` of the ratio of the largest differences of neighbouring runs; `None` where they are rounding, i.e. below
     /// eps times `largest` for each propagation of the finest run.
     pub order: Option<f64>,
+}
+
+impl StepError {
+    /// The error over the largest component; 0 where there is neither.
+    pub fn relative(&self) -> f64 {
+        if self.error == 0.0 {
+            0.0
+        } else {
+            self.error / self.largest
+        }
+    }
 }
 
 /// Three runs and what they say of each other.
@@ -39,23 +66,21 @@ fn larger(a: f64, b: f64) -> f64 {
 }
 
 impl Differences {
-    fn note(&mut self, observer: usize, runs: &[Run<'_>; 3]) {
-        let [coarse, middle, fine] = runs
-            .each_ref()
-            .map(|run| &run.sample().estimates[observer].x);
-        for ((c, m), f) in coarse.iter().zip(middle).zip(fine) {
-            self.coarse = larger(self.coarse, (c - m).abs());
-            self.fine = larger(self.fine, (m - f).abs());
-            self.largest = larger(self.largest, f.abs());
+    /// Compares three vectors, and takes the size of what they estimate.
+    fn note(&mut self, [coarse, middle, fine]: [&[f64]; 3], truth: &[f64]) {
+        for (i, truth) in truth.iter().enumerate().take(fine.len()) {
+            self.coarse = larger(self.coarse, (coarse[i] - middle[i]).abs());
+            self.fine = larger(self.fine, (middle[i] - fine[i]).abs());
+            self.largest = larger(self.largest, fine[i].abs().max(truth.abs()));
         }
     }
 
-    fn convergence(&self, steps: usize) -> Convergence {
+    fn step_error(&self, steps: usize) -> StepError {
         let rounding = f64::EPSILON * self.largest * 2.0 * steps as f64;
         let order = (self.fine > rounding && self.coarse > rounding)
             .then(|| (self.coarse / self.fine).log2());
         let divisor = order.unwrap_or(1.0).clamp(1.0, 4.0).exp2() - 1.0;
-        Convergence {
+        StepError {
             error: self.fine / divisor,
             largest: self.largest,
             order,
@@ -66,11 +91,14 @@ impl Differences {
 /// Runs with steps h, h/2 and h/4 side by side; `visit` sees the finest at t = 0 and after each base step.
 pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
     let mut runs = REFINEMENTS.map(|refine| cascade.start(refine));
-    let mut differences = vec![Differences::default(); cascade.observers()];
+    let mut differences = vec![[Differences::default(); 2]; cascade.observers()];
     loop {
         visit(&runs[2].sample());
-        for (observer, differences) in differences.iter_mut().enumerate() {
-            differences.note(observer, &runs);
+        let samples = runs.each_ref().map(Run::sample);
+        for (observer, [state, theta]) in differences.iter_mut().enumerate() {
+            let estimates = samples.map(|sample| &sample.estimates[observer]);
+            state.note(estimates.map(|of| &of.x[..]), samples[2].x);
+            theta.note(estimates.map(|of| &of.theta[..]), cascade.theta());
         }
         let [_, _, more] = runs.each_mut().map(Run::advance);
         if !more {
@@ -78,7 +106,10 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
         }
     }
     let summary = runs[2].summary();
-    let convergence = |d: &Differences| d.convergence(summary.steps);
+    let convergence = |of: &[Differences; 2]| {
+        let [state, theta] = of.map(|differences| differences.step_error(summary.steps));
+        Convergence { state, theta }
+    };
     Halving {
         observers: differences.iter().map(convergence).collect(),
         summary,
@@ -96,7 +127,7 @@ mod tests {
             fine: 0.1,
             largest: 2.0,
         };
-        let found = differences.convergence(100);
+        let found = differences.step_error(100);
         assert_eq!(found.order, Some(4.0));
         assert_eq!(found.error, 0.1 / 15.0);
         let slow = Differences {
@@ -104,14 +135,14 @@ mod tests {
             fine: 0.1,
             largest: 2.0,
         }
-        .convergence(100);
+        .step_error(100);
         assert_eq!(slow.error, 0.1);
         let rounding = Differences {
             coarse: 1e-16,
             fine: 1e-16,
             largest: 1.0,
         }
-        .convergence(100);
+        .step_error(100);
         assert_eq!((rounding.order, rounding.error), (None, 1e-16));
         assert!(larger(f64::NAN, 1.0).is_nan() && larger(1.0, f64::NAN).is_nan());
     }

@@ -36,7 +36,7 @@ pub use excitation::FROZEN;
 pub use expansion::{Factor, HIGHEST_ORDER, Regression, regression};
 pub use filter::{Filter, Nodes, phi_functions};
 pub use grid::{LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS, REFINEMENTS};
-pub use halving::{Convergence, Halving, halve};
+pub use halving::{Convergence, Halving, StepError, halve};
 pub use mixing::{Mixer, determinant};
 pub use scalar::ScalarEstimator;
 pub use scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, SettingError};

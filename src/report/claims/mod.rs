@@ -10,6 +10,7 @@ mod errata;
 mod gpebo;
 mod iteration;
 mod noise;
+mod observers;
 mod solvers;
 mod state;
 #[cfg(test)]
@@ -140,7 +141,7 @@ impl<'a> Studies<'a> {
 
 type Rule = fn(Studies<'_>) -> Finding;
 
-const CLAIMS: [(&str, &str, Rule); 21] = [
+const CLAIMS: [(&str, &str, Rule); 22] = [
     (
         "C1",
         "Without noise, N = 18: e_a, e_b and e_x are zero.",
@@ -234,13 +235,18 @@ const CLAIMS: [(&str, &str, Rule); 21] = [
     ),
     (
         "B2",
-        "The state: the proposed observer is better than with the gradient and than the full-order one.",
+        "Both states: the proposed observer is better than with the gradient and than the full-order one.",
         gpebo::state,
     ),
     (
         "B3",
         "Nothing need be known of the disturbance but that it is small.",
         gpebo::no_information,
+    ),
+    (
+        "K1",
+        "With plant and noise known, no observer of the same information beats the Kalman filter.",
+        observers::kalman,
     ),
 ];
 

@@ -46,7 +46,12 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
         wide.text()
     );
     let heat = Heat {
-        title: format!("{}: where it works", study.title()),
+        title: format!(
+            "{}: per cent {}, {} only, neither",
+            study.title(),
+            narrow.label(),
+            wide.label()
+        ),
         description: what.clone(),
         row_label: String::new(),
         column_label: axis_label(x),

@@ -195,6 +195,7 @@ fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut
             "The claims of Bobtsov et al. (GPEBO) with what the results say.",
             "Why",
         ),
+        ('K', "A law of observers that results must obey.", "Why"),
         (
             'E',
             "Readings of the errata: does the reading make no difference?",

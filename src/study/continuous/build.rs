@@ -1,7 +1,7 @@
 //! A cell in continuous time of its settings.
 
 use super::{ContinuousCell, Term};
-use crate::observer::gpebo::{Factor, GpeboOptions, ObserverSpec};
+use crate::observer::gpebo::{CascadeError, Factor, GpeboOptions, ObserverSpec};
 use crate::observer::{butterworth, care, parse_poles, place};
 use crate::plant::ContinuousPlant;
 use crate::signal::{Hold, Signal, Wave};
@@ -17,6 +17,12 @@ pub(in crate::study) const CONTINUOUS_PLANTS: [&str; 1] = ["bobtsov2023"];
 /// Disturbances that need no table.
 pub(in crate::study) const SIGNALS: [&str; 6] =
     ["none", "constant", "ramp", "sine", "square", "white"];
+
+/// The most states of a plant: what a step of the mixing costs grows as their fifth power.
+const MOST_STATES: usize = 16;
+
+/// The most terms of a disturbance.
+const MOST_TERMS: usize = 100;
 
 /// The most numbers of white noise in a trial.
 const MOST_HOLDS: f64 = 1e7;
@@ -57,9 +63,21 @@ pub(in crate::study) fn continuous_cell(
         plant,
         x0,
     };
-    cell.check(of.file.seed)
-        .map_err(|error| FileError::key("continuous", error.to_string()))?;
+    cell.check(of.file.seed).map_err(placed)?;
     Ok(cell)
+}
+
+/// A refusal at its place in the file.
+fn placed(error: CascadeError) -> FileError {
+    match error {
+        CascadeError::Observer { number, source } => {
+            FileError::key(&format!("observers[{}]", number - 1), source.to_string())
+        }
+        CascadeError::Signal { source, .. } => {
+            FileError::key(Key::Disturbance.name(), source.to_string())
+        }
+        other => FileError::key("continuous", other.to_string()),
+    }
 }
 
 /// The times of the table.
@@ -86,11 +104,7 @@ fn times(table: &ContinuousTable) -> Result<(), FileError> {
         return wrong("input", table.input, "a finite number");
     }
     match table.trace_every {
-        Some(every) if !(positive(every) && table.until / every <= 1e5) => wrong(
-            "trace_every",
-            every,
-            "seconds above 0, for at most 100000 points",
-        ),
+        Some(every) if !positive(every) => wrong("trace_every", every, "seconds above 0"),
         _ => Ok(()),
     }
 }
@@ -113,6 +127,9 @@ fn plant(of: &Build<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f64>), FileEr
     let wrong = |message: String| FileError::key(&format!("continuous_plants.{name}"), message);
     let plant = ContinuousPlant::new(a, b.clone(), c.clone()).map_err(|e| wrong(e.to_string()))?;
     let n = plant.order();
+    if n > MOST_STATES {
+        return Err(wrong(format!("{n} states; expected at most {MOST_STATES}")));
+    }
     let xi0 = xi0.clone().unwrap_or_else(|| vec![0.0; n]);
     for (key, x) in [("x0", x0), ("xi0", &xi0)] {
         if x.len() != n || !x.iter().all(|x| x.is_finite()) {
@@ -152,6 +169,10 @@ fn disturbance(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
             let table = tables.get(&name);
             let table = table.ok_or_else(|| unknown(Key::Disturbance, &name, &known))?;
             let place = |i: usize| format!("signals.{name}.waves[{i}]");
+            if table.waves.len() > MOST_TERMS {
+                let message = format!("{} waves; expected at most {MOST_TERMS}", table.waves.len());
+                return Err(FileError::key(&format!("signals.{name}"), message));
+            }
             let waves = table.waves.iter().enumerate();
             return waves
                 .map(|(i, wave)| term(of, wave, until, &place(i)))
@@ -189,7 +210,11 @@ fn term(of: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Te
             let phase = match table.phase {
                 Some(phase) => phase,
                 None if random => 0.0,
-                None => of.number(Key::Phase)?,
+                None => of.number(Key::Phase).map_err(|_| {
+                    let phase = of.text(Key::Phase);
+                    let message = format!("'{phase}'; expected a number or \"random\"");
+                    FileError::key(Key::Phase.name(), message)
+                })?,
             };
             let wave = if table.wave == WaveName::Sine {
                 Wave::Sine {

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 pub struct Traces {
     /// Seconds, ascending.
     pub times: Vec<f64>,
-    /// For every state x_i its course.
+    /// For every state x_i its course; NaN, in files null, where it is not finite.
+    #[serde(with = "nan_is_null")]
     pub x: Vec<Vec<f64>>,
     /// theta = x(0) - xi(0), which GPEBO estimates.
     pub theta: Vec<f64>,
@@ -19,8 +20,10 @@ pub struct Traces {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OutputTrace {
     /// For every state xhat_i its course.
+    #[serde(with = "nan_is_null")]
     pub x_hat: Vec<Vec<f64>>,
     /// For every component of theta its estimate's course; empty where the observer estimates none.
+    #[serde(with = "nan_is_null")]
     pub theta_hat: Vec<Vec<f64>>,
 }
 
@@ -46,4 +49,34 @@ pub(super) fn append(to: &mut [Vec<f64>], values: &[f64]) {
     to.iter_mut()
         .zip(values)
         .for_each(|(to, value)| to.push(*value));
+}
+
+/// Courses with gaps: JSON has neither NaN nor infinities.
+mod nan_is_null {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(
+        courses: &[Vec<f64>],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let gaps = |course: &Vec<f64>| -> Vec<Option<f64>> {
+            course.iter().map(|x| x.is_finite().then_some(*x)).collect()
+        };
+        courses
+            .iter()
+            .map(gaps)
+            .collect::<Vec<_>>()
+            .serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<Vec<f64>>, D::Error> {
+        let courses = Vec::<Vec<Option<f64>>>::deserialize(deserializer)?;
+        let filled = |course: Vec<Option<f64>>| course.into_iter().map(|x| x.unwrap_or(f64::NAN));
+        Ok(courses
+            .into_iter()
+            .map(|course| filled(course).collect())
+            .collect())
+    }
 }

@@ -8,8 +8,8 @@ use crate::observer::gpebo::{
 };
 use crate::study::{Experiment, Figure, Row, Trials};
 
-/// theta has settled where its relative error stays below this.
-const SETTLED: f64 = 0.1;
+/// theta is reached where its relative error is below this.
+const REACHED: f64 = 0.1;
 
 /// Runs trials of one cell: one value per worker.
 pub struct ContinuousTrial<'e> {
@@ -60,10 +60,10 @@ impl<'e> ContinuousTrial<'e> {
     /// The same, with the trial's course in points of so many seconds, where they are given.
     pub fn run_with_course(&mut self, trial: u64, every: Option<f64>, to: &mut Trials) {
         let rows = 0..self.cell.observers.len();
-        // Checked by `new`: what differs between trials are random numbers.
+        // Checked by `new`; but random phases may make steps of too many lengths.
         let Ok(cascade) = self.cell.cascade(self.seed, trial) else {
             to.rows
-                .extend(rows.map(|output| failed(Row::new(trial, output), FailureKind::NonFinite)));
+                .extend(rows.map(|output| failed(Row::new(trial, output), FailureKind::NotRun)));
             return;
         };
         self.scores.fill(Score::default());
@@ -85,6 +85,7 @@ impl<'e> ContinuousTrial<'e> {
         for output in rows {
             let mut row = Row::new(trial, output);
             row[Figure::MixedDisturbance] = dbar;
+            row[Figure::Excitation] = found.summary.smallest_eigenvalue.unwrap_or(f64::NAN);
             let (of, step) = (&found.summary.observers[output], found.observers[output]);
             to.rows.push(self.row(row, of, step));
         }
@@ -109,12 +110,15 @@ impl<'e> ContinuousTrial<'e> {
         if of.outcome != Outcome::Finite {
             return failed(row, FailureKind::NonFinite);
         }
-        let relative = step.error / step.largest;
+        let relative = step.relative();
         row[Figure::StepError] = relative;
-        row[Figure::StepOrder] = step.order.unwrap_or(f64::NAN);
+        row[Figure::StepOrder] = step.state.order.unwrap_or(f64::NAN);
         // A NaN is no small error.
         if !(relative <= self.cell.error_limit) {
             return failed(row, FailureKind::StepTooLong);
+        }
+        if score.overflows() {
+            return failed(row, FailureKind::NonFinite);
         }
         score.fill(&mut row, self.cell.until - self.cell.scored_from);
         let gains: &[f64] = match &self.cell.observers[row.output] {
@@ -154,8 +158,8 @@ struct Score {
     integrals: [f64; 4],
     /// Relative error of theta at the last point.
     theta: f64,
-    /// Since when it is below [`SETTLED`].
-    settled: Option<f64>,
+    /// Since when it has been below [`REACHED`] once.
+    reached: Option<f64>,
     /// Whether there is a second state.
     second: bool,
     estimates: bool,
@@ -175,13 +179,17 @@ impl Score {
             point[3] = square(x[1], x_hat[1]);
         }
         if self.estimates {
+            // Undefined where theta is zero.
             let size: f64 = theta.iter().map(|theta| theta * theta).sum();
-            point[4] = norm(theta, theta_hat) / size;
-            self.theta = point[4].sqrt();
-            if self.theta >= SETTLED {
-                self.settled = None;
-            } else if self.settled.is_none() {
-                self.settled = Some(t);
+            let square = if size > 0.0 {
+                norm(theta, theta_hat) / size
+            } else {
+                f64::NAN
+            };
+            point[4] = square;
+            self.theta = square.sqrt();
+            if self.reached.is_none() && self.theta < REACHED {
+                self.reached = Some(t);
             }
         }
         if let Some(before) = self.before.filter(|_| t > from) {
@@ -196,6 +204,12 @@ impl Score {
         self.before = Some(point);
     }
 
+    /// Whether a squared error is beyond the largest number.
+    fn overflows(&self) -> bool {
+        let [states @ .., theta] = self.integrals;
+        !states.iter().all(|integral| integral.is_finite()) || theta.is_infinite()
+    }
+
     /// Fills the figures; `time` is how long was scored.
     fn fill(&self, row: &mut Row, time: f64) {
         let [x, x1, x2, theta] = self.integrals.map(|integral| (integral / time).sqrt());
@@ -207,7 +221,7 @@ impl Score {
         if self.estimates {
             row[Figure::Theta] = self.theta;
             row[Figure::ThetaRms] = theta;
-            row[Figure::Settling] = self.settled.unwrap_or(f64::NAN);
+            row[Figure::Reaching] = self.reached.unwrap_or(f64::NAN);
         }
     }
 }
@@ -261,6 +275,6 @@ mod tests {
         assert_eq!(row[Figure::RmsState2], 0.0);
         assert_eq!(row[Figure::Theta], 0.0);
         // 1 - t/2 < 0.1 from t = 1.8 on, where it is 0.1 to rounding.
-        assert!((1.8..=1.9).contains(&row[Figure::Settling]));
+        assert!((1.8..=1.9).contains(&row[Figure::Reaching]));
     }
 }

@@ -211,6 +211,13 @@ impl ExperimentFile {
             return wrong(key.name());
         }
         let default = Self::default();
+        let measured = self
+            .measures
+            .iter()
+            .find(|figure| !figure.is_of(continuous));
+        if let Some(figure) = measured.filter(|_| self.measures != default.measures) {
+            return wrong(&format!("measures: '{figure}'"));
+        }
         let given = [
             (
                 "methods",
@@ -248,6 +255,14 @@ impl ExperimentFile {
         self.check_kind()?;
         if continuous {
             self.methods.clear();
+            if self.measures == Self::default().measures {
+                self.measures = vec![
+                    Figure::RmsState,
+                    Figure::Theta,
+                    Figure::ThetaRms,
+                    Figure::StepError,
+                ];
+            }
         }
         for key in Key::ALL {
             let absent = *key == Key::Window && self.settings.contains_key(&Key::L);
