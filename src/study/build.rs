@@ -86,7 +86,7 @@ impl Build<'_> {
         gain.check(order)
             .map_err(|e| FileError::key("gain", e.to_string()))?;
         let cell = Cell {
-            source: Source::Record(self.process(plant)?),
+            source: Source::Record(Box::new(self.process(plant)?)),
             claim: self.text(Key::Claim),
             eta,
             order,

@@ -31,7 +31,7 @@ named_enum! {
 #[derive(Clone, Debug)]
 pub enum Source {
     /// Records of a process in discrete time.
-    Record(Process),
+    Record(Box<Process>),
     /// Courses in continuous time.
     Continuous(Box<ContinuousCell>),
 }

@@ -99,7 +99,7 @@ pub(super) fn kalman(studies: Studies<'_>) -> Finding {
         "Of {} comparisons over {} cells {beaten} have an RMS error of the state below the filter's by more than {ERRORS} standard errors; the smallest ratio is {} ({}, {}). Where there is process noise the adaptive observer with dead beat has {dead_beat} times the filter's error (medians), {model} times that of a dead-beat observer that knows the plant, which is the price of not knowing it; with a Kalman gain of identified noise {identified} times the filter's.",
         compared.len(),
         study.summary.cells.len(),
-        uncertain(*value, *mcse),
+        uncertain(*value, mcse.max(ROUNDING)),
         pair.first,
         place(cell, &study.varying()),
     );

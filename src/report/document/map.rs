@@ -21,22 +21,7 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
         .into_iter()
         .filter(|key| *key != x)
         .collect();
-    let columns = study.values(x);
-    let mut rows: Vec<String> = Vec::new();
-    let mut cells: Vec<Vec<Option<HeatCell>>> = Vec::new();
-    for cell in &study.summary.cells {
-        let name = row_name(cell, &others);
-        let row = rows
-            .iter()
-            .position(|other| *other == name)
-            .unwrap_or_else(|| {
-                rows.push(name);
-                cells.push(vec![None; columns.len()]);
-                rows.len() - 1
-            });
-        let column = columns.iter().position(|value| *value == cell.setting(x))?;
-        cells[row][column] = shares(cell, &output);
-    }
+    let (rows, cells) = grid(study, &output, x, &others);
     let what = format!(
         "Per cent of the trials of {output}, from above: {} ({} {}); {} ({}) only; neither.",
         narrow.label(),
@@ -56,7 +41,7 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
         row_label: String::new(),
         column_label: axis_label(x),
         rows,
-        columns,
+        columns: study.values(x),
         groups: Vec::new(),
         cells,
         shading: Shading::Linear,
@@ -67,6 +52,28 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
         caption: what,
     })
 }
+
+/// Names of rows and what stands in them, a column for every value of `x`.
+fn grid(study: &Study, output: &str, x: Key, others: &[Key]) -> (Vec<String>, Vec<Row>) {
+    let columns = study.values(x);
+    let (mut names, mut rows) = (Vec::new(), Vec::new());
+    for cell in &study.summary.cells {
+        let name = row_name(cell, others);
+        let known = names.iter().position(|other| *other == name);
+        let row = known.unwrap_or_else(|| {
+            names.push(name);
+            rows.push(vec![None; columns.len()]);
+            rows.len() - 1
+        });
+        if let Some(column) = columns.iter().position(|value| *value == cell.setting(x)) {
+            rows[row][column] = shares(cell, output);
+        }
+    }
+    (names, rows)
+}
+
+/// The cells of a row.
+type Row = Vec<Option<HeatCell>>;
 
 /// The settings of a row; a frequency says nothing of a wave that has none.
 fn row_name(cell: &CellSummary, keys: &[Key]) -> String {
@@ -81,9 +88,9 @@ fn row_name(cell: &CellSummary, keys: &[Key]) -> String {
 
 fn shares(cell: &CellSummary, output: &str) -> Option<HeatCell> {
     let met = |bound: usize| {
-        let of = cell.bounds.get(bound)?.outputs.iter();
-        let of = of.filter(|of| of.output == output).map(|of| of.met.share);
-        of.last().filter(|share| share.is_finite())
+        let mut outputs = cell.bounds.get(bound)?.outputs.iter();
+        let share = outputs.find(|of| of.output == output)?.met.share;
+        share.is_finite().then_some(share)
     };
     let (narrow, wide) = (met(0)?, met(1)?);
     let shares = [narrow, wide - narrow, 1.0 - wide].map(|share| format!("{:.0}", 100.0 * share));

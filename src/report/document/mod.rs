@@ -217,11 +217,11 @@ fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut
         let why =
             |claim: &Claim| format!("{}, {}: {}", claim.id, claim.verdict.name(), claim.because);
         let why: Vec<String> = claims.into_iter().map(why).collect();
-        if letter != 'E' {
+        if letter == 'E' {
+            section.details(heading, |section| section.list(&why));
+        } else {
             section.heading(heading);
             section.list(&why);
-        } else {
-            section.details(heading, |section| section.list(&why));
         }
     }
     let mut numbers = Table::new(

@@ -201,40 +201,7 @@ fn term(of: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Te
     match table.wave {
         WaveName::Constant => Ok(Term::Fixed(Wave::Constant { value: amplitude })),
         WaveName::Ramp => Ok(Term::Fixed(Wave::Ramp { slope: amplitude })),
-        WaveName::Sine | WaveName::Square => {
-            let frequency = match table.frequency {
-                Some(frequency) => frequency,
-                None => of.number(Key::Frequency)?,
-            };
-            let random = table.phase.is_none() && of.text(Key::Phase) == "random";
-            let phase = match table.phase {
-                Some(phase) => phase,
-                None if random => 0.0,
-                None => of.number(Key::Phase).map_err(|_| {
-                    let phase = of.text(Key::Phase);
-                    let message = format!("'{phase}'; expected a number or \"random\"");
-                    FileError::key(Key::Phase.name(), message)
-                })?,
-            };
-            let wave = if table.wave == WaveName::Sine {
-                Wave::Sine {
-                    amplitude,
-                    frequency,
-                    phase,
-                }
-            } else {
-                Wave::Square {
-                    amplitude,
-                    frequency,
-                    phase,
-                }
-            };
-            Ok(if random {
-                Term::RandomPhase(wave)
-            } else {
-                Term::Fixed(wave)
-            })
-        }
+        WaveName::Sine | WaveName::Square => periodic(of, table, amplitude),
         WaveName::White => {
             let hold = positive(of, Key::NoiseHold)?;
             if until / hold > MOST_HOLDS {
@@ -260,6 +227,43 @@ fn term(of: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Te
             }))
         }
     }
+}
+
+/// A sine or a square wave; its own frequency and phase come before the settings'.
+fn periodic(of: &Build<'_>, table: &WaveTable, amplitude: f64) -> Result<Term, FileError> {
+    let frequency = match table.frequency {
+        Some(frequency) => frequency,
+        None => of.number(Key::Frequency)?,
+    };
+    let random = table.phase.is_none() && of.text(Key::Phase) == "random";
+    let phase = match table.phase {
+        Some(phase) => phase,
+        None if random => 0.0,
+        None => of.number(Key::Phase).map_err(|_| {
+            let phase = of.text(Key::Phase);
+            let message = format!("'{phase}'; expected a number or \"random\"");
+            FileError::key(Key::Phase.name(), message)
+        })?,
+    };
+    let wave = if table.wave == WaveName::Sine {
+        Wave::Sine {
+            amplitude,
+            frequency,
+            phase,
+        }
+    } else {
+        Wave::Square {
+            amplitude,
+            frequency,
+            phase,
+        }
+    };
+    let term = if random {
+        Term::RandomPhase
+    } else {
+        Term::Fixed
+    };
+    Ok(term(wave))
 }
 
 /// An observer of its table; Luenberger observers start from xi(0), as GPEBO does.
