@@ -110,11 +110,13 @@ pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
                 .map_or(f64::NAN, |of| of.mean.value)
         };
         Some(format!(
-            "step {:<7} theta_hat(T) = ({}), order {}, frozen from {:.1} s",
+            "step {:<9} theta_hat(T) = ({}), order {},\n{:26}frozen from {:.1} s, largest |dbar| {}",
             format!("{} s:", cell.setting(crate::study::file::Key::Step)),
             ends.join(", "),
             uncertain(figure(Figure::StepOrder), f64::NAN),
+            "",
             figure(Figure::Frozen),
+            uncertain(figure(Figure::MixedDisturbance), f64::NAN),
         ))
     };
     summary.cells.iter().filter_map(line).collect()

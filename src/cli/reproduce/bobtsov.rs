@@ -7,7 +7,6 @@ use crate::report::{Claim, Study, claims, course_figures, ends, example_table};
 use crate::study::file::ExperimentFile;
 use crate::study::{BOBTSOV2023, Experiment, RunOptions, Summary};
 use serde_json::{Value, json};
-use std::fmt::Write;
 use std::path::Path;
 
 /// What was run.
@@ -70,17 +69,14 @@ impl Bobtsov {
                 claim.text,
                 claim.because
             );
-            text.push_str(&wrapped(&sentence));
+            text.push_str(&wrapped(&sentence, "   "));
             text.push('\n');
         }
-        // Writing to a string does not fail.
-        let _ = write!(
-            text,
-            "The paper prints no numbers of its Figs. 1 to 4; it says of them that the proposed\n\
-             estimate is as fast as the gradient's and more exact. kalman-bucy, recursive\n\
-             least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as theta.svg and state-errors.svg in {}\n",
-            folder.join("gpebo-figures").display()
-        );
+        let folder = folder.join("gpebo-figures");
+        text.push_str(&wrapped(&format!(
+            "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of them that the proposed estimate is as fast as the gradient's and more exact. kalman-bucy, recursive least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as theta.svg and state-errors.svg in {}",
+            folder.display()
+        ), ""));
         text
     }
 
@@ -102,8 +98,8 @@ impl Bobtsov {
     }
 }
 
-/// A paragraph of lines of at most 80 columns, indented but for the first.
-fn wrapped(text: &str) -> String {
+/// A paragraph of lines of at most 80 columns, each but the first behind `indent`.
+fn wrapped(text: &str, indent: &str) -> String {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
         let last = lines.len() - 1;
@@ -114,7 +110,7 @@ fn wrapped(text: &str) -> String {
             line.push(' ');
             line.push_str(word);
         } else {
-            lines.push(format!("   {word}"));
+            lines.push(format!("{indent}{word}"));
         }
     }
     lines.push(String::new());
