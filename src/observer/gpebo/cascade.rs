@@ -50,11 +50,6 @@ impl Cascade {
         })
     }
 
-    /// The number of base steps: the visitor of [`Self::run`] is called once more.
-    pub fn base_steps(&self) -> usize {
-        self.grid.steps()
-    }
-
     /// The number of observers.
     pub fn observers(&self) -> usize {
         self.specs.len()

@@ -100,11 +100,6 @@ impl Grid {
         });
         Ok(())
     }
-
-    /// The number of base steps.
-    pub fn steps(&self) -> usize {
-        self.gaps.iter().map(|gap| gap.count).sum()
-    }
 }
 
 #[cfg(test)]
@@ -146,7 +141,7 @@ mod tests {
         scenario.u = Signal::default();
         scenario.delta = Signal::default();
         let grid = Grid::new(&scenario).unwrap();
-        assert_eq!((grid.gaps.len(), grid.steps()), (1, 3));
+        assert_eq!((grid.gaps.len(), grid.gaps[0].count), (1, 3));
     }
 
     /// Combs of 1 ms and 1.0001 ms meet in ever new ways.

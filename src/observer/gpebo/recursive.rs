@@ -1,6 +1,6 @@
 //! The Kalman-Bucy filter in the coordinates theta: recursive least squares on Eq. (9).
 
-use super::filter::Nodes;
+use super::filter::{Nodes, simpson};
 
 /// `S = int phi phi' dt` and `s = int phi z dt` by Simpson's rule.
 #[derive(Clone, Debug)]
@@ -23,13 +23,11 @@ impl Information {
     /// One step of length h from the nodes of each phi_i and of z.
     #[inline]
     pub fn step(&mut self, h: f64, phi: &[Nodes], z: &Nodes) {
-        let simpson =
-            |a: &Nodes, b: &Nodes| h / 6.0 * (a[0] * b[0] + 4.0 * a[1] * b[1] + a[2] * b[2]);
         for i in 0..self.n {
             for j in 0..=i {
-                self.matrix[i * self.n + j] += simpson(&phi[i], &phi[j]);
+                self.matrix[i * self.n + j] += simpson(h, &phi[i], &phi[j]);
             }
-            self.vector[i] += simpson(&phi[i], z);
+            self.vector[i] += simpson(h, &phi[i], z);
         }
     }
 

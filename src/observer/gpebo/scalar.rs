@@ -1,7 +1,7 @@
 //! The gradient estimator of one parameter, with exponential steps.
 
 use super::excitation::Window;
-use super::filter::Nodes;
+use super::filter::{Nodes, simpson};
 
 /// `theta' = gamma Delta (M - Delta theta)`, the estimator of theta from `M = Delta theta + d`, from `theta(0) = 0`.
 ///
@@ -67,11 +67,9 @@ impl ScalarEstimator {
     /// One part of length h.
     #[inline]
     fn part(&mut self, h: f64, delta: &Nodes, mixed: &Nodes) {
-        let simpson =
-            |a: &Nodes, b: &Nodes| h / 6.0 * (a[0] * b[0] + 4.0 * a[1] * b[1] + a[2] * b[2]);
-        let squares = simpson(delta, delta);
+        let squares = simpson(h, delta, delta);
         let rate = self.gain * squares;
-        let drive = self.gain * simpson(delta, mixed);
+        let drive = self.gain * simpson(h, delta, mixed);
         let decay = (-rate).exp_m1();
         let phi = if rate == 0.0 { 1.0 } else { -decay / rate };
         self.theta += phi * drive + decay * self.theta;

@@ -73,6 +73,18 @@ fn both(first: Says, second: Says) -> Says {
     }
 }
 
+/// What every cell says.
+fn tell(study: &Study, says: impl Fn(&CellSummary) -> Says) -> Vec<(&CellSummary, Says)> {
+    let cells = study.summary.cells.iter();
+    cells.map(|cell| (cell, says(cell))).collect()
+}
+
+/// In how many cells it holds: "2 of 9".
+fn holding(told: &[(&CellSummary, Says)]) -> String {
+    let yes = told.iter().filter(|(_, says)| *says == Some(true)).count();
+    count_of(yes, told.len())
+}
+
 /// A verdict over cells.
 fn judge(
     study: &Study,
@@ -164,21 +176,14 @@ pub(super) fn parameters(studies: Studies<'_>) -> Finding {
         return Finding::not_run("gpebo-noise");
     };
     let exact = |cell: &CellSummary| below(ratio(cell, "gradient", Figure::ThetaRms));
-    let cells = || study.summary.cells.iter();
-    let told: Vec<(&CellSummary, Says)> = cells()
-        .map(|cell| (cell, both(exact(cell), as_fast(cell))))
-        .collect();
-    let count = |says: &dyn Fn(&CellSummary) -> Says| {
-        let yes = cells().filter(|cell| says(cell) == Some(true)).count();
-        count_of(yes, told.len())
-    };
+    let told = tell(study, |cell| both(exact(cell), as_fast(cell)));
     let (mut numbers, range) = ratios(study, "gradient", Figure::ThetaRms);
     let (times, later) = ratios(study, "gradient", Figure::Reaching);
     numbers.extend(times);
     let because = format!(
         "The proposed estimate of theta is more exact than the gradient's (rms error from 8 s on, more than 5 %) in {} cells, and comes within 10 % of theta as often and as fast in {} (time over the gradient's, where both do: {later}). Its error over the gradient's, median of the trials: {range}.{}",
-        count(&exact),
-        count(&as_fast),
+        holding(&tell(study, exact)),
+        holding(&tell(study, as_fast)),
         failed(study),
     );
     let shown = example(
@@ -198,28 +203,17 @@ pub(super) fn state(studies: Studies<'_>) -> Finding {
         let of = |figure| below(ratio(cell, other, figure));
         both(of(Figure::RmsState1), of(Figure::RmsState2))
     };
-    let cells = || study.summary.cells.iter();
-    let told: Vec<(&CellSummary, Says)> = cells()
-        .map(|cell| {
-            (
-                cell,
-                both(better(cell, "gradient"), better(cell, "luenberger")),
-            )
-        })
-        .collect();
-    let count = |other: &str| {
-        let yes = cells()
-            .filter(|cell| better(cell, other) == Some(true))
-            .count();
-        count_of(yes, told.len())
-    };
+    let than = |other| tell(study, move |cell| better(cell, other));
+    let told = tell(study, |cell| {
+        both(better(cell, "gradient"), better(cell, "luenberger"))
+    });
     let (mut numbers, gradient) = ratios(study, "gradient", Figure::RmsState);
     let (others, luenberger) = ratios(study, "luenberger", Figure::RmsState);
     numbers.extend(others);
     let because = format!(
         "Both states are better than with the gradient in {} cells (rms of the whole error over its: {gradient}), and than with the full-order observer of the paper's gain in {} ({luenberger}).{}",
-        count("gradient"),
-        count("luenberger"),
+        holding(&than("gradient")),
+        holding(&than("luenberger")),
         failed(study),
     );
     let shown = example(
@@ -287,35 +281,25 @@ pub(super) fn no_information(studies: Studies<'_>) -> Finding {
     let Some(study) = studies.named("gpebo-amplitude") else {
         return Finding::not_run("gpebo-amplitude");
     };
-    let cells = study.summary.cells.iter();
-    let (small, large): (Vec<&CellSummary>, Vec<&CellSummary>) =
-        cells.partition(|cell| is_small(cell));
-    let told: Vec<(&CellSummary, Says)> =
-        small.iter().map(|cell| (*cell, converges(cell))).collect();
-    let all: Vec<&CellSummary> = study.summary.cells.iter().collect();
-    let Some([converged, short, lost]) = endings(&all).filter(|_| !small.is_empty()) else {
+    let cells: Vec<&CellSummary> = study.summary.cells.iter().collect();
+    let (small, large): (Vec<_>, Vec<_>) = tell(study, converges)
+        .into_iter()
+        .partition(|(cell, _)| is_small(cell));
+    let Some([converged, short, lost]) = endings(&cells).filter(|_| !small.is_empty()) else {
         let why =
             "The results lack the shares of the output proposed, or cells with |dbar| below 1.";
         return Finding::undecided(study, why);
     };
-    let count = |cells: &[&CellSummary]| {
-        let yes = cells
-            .iter()
-            .filter(|cell| converges(cell) == Some(true))
-            .count();
-        count_of(yes, cells.len())
-    };
     let because = format!(
-        "With |dbar| below 1, as the paper assumes, a typical trial comes within 10 % of theta in {} cells; with a larger one in {}. Of all trials {converged:.0} % converge, {short:.0} % stop short of it, {lost:.0} % end no nearer than they began or fail. By level of the disturbance converge {}.{}",
-        count(&small),
-        count(&large),
+        "With |dbar| below 1, as the paper assumes, a typical trial comes within 10 % of theta in {} cells; with a larger one in {}. Of all trials {converged:.0} % converge, {short:.0} % stop short of it, {lost:.0} % end no nearer than they began or fail. By level of the disturbance converge {}.",
+        holding(&small),
+        holding(&large),
         by_level(study),
-        failed(study),
     );
     let numbers = study.summary.cells.iter().filter_map(|cell| {
         let met = share(cell, 0)?;
         let name = format!("share converged: {}", place(cell, &study.varying()));
         Some(Number::new(name, met.share, met.mcse))
     });
-    judge(study, &told, because, numbers.collect())
+    judge(study, &small, because, numbers.collect())
 }

@@ -313,35 +313,31 @@ fn observer(
                 },
             })
         }
-        ObserverName::KalmanBucy => kalman_bucy(table, plant).map(|gain| match gain {
-            Some(gain) => with_gain(gain),
-            None => ObserverSpec::KalmanBucy {
-                p0: table.prior.unwrap_or(1.0),
-                r: table.measurement.unwrap_or(1.0),
-            },
-        }),
+        ObserverName::KalmanBucy => kalman_bucy(table, plant, with_gain),
     }
 }
 
-/// The steady-state gain, or `None` for the time-varying filter without process noise.
-fn kalman_bucy(table: &ObserverTable, plant: &ContinuousPlant) -> Result<Option<Vec<f64>>, String> {
+/// The filter of the steady state, which is a full-order observer, or without process noise the time-varying one.
+fn kalman_bucy(
+    table: &ObserverTable,
+    plant: &ContinuousPlant,
+    with_gain: impl Fn(Vec<f64>) -> ObserverSpec,
+) -> Result<ObserverSpec, String> {
     let r = table
         .measurement
         .ok_or("expected 'measurement', the intensity r of its noise")?;
-    match table.process {
-        None | Some(0.0) if table.prior.is_none() => {
-            Err("expected 'process' above 0, or 'prior'".to_owned())
-        }
-        None | Some(0.0) => Ok(None),
-        Some(_) if table.prior.is_some() => {
+    match (table.process, table.prior) {
+        (None | Some(0.0), None) => Err("expected 'process' above 0, or 'prior'".to_owned()),
+        (None | Some(0.0), Some(p0)) => Ok(ObserverSpec::KalmanBucy { p0, r }),
+        (Some(_), Some(_)) => {
             Err("'prior' beside 'process': the steady state has no prior".to_owned())
         }
-        Some(q) => {
+        (Some(q), None) => {
             let n = plant.order();
             let noise = Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 });
             let solved = care(plant.a(), plant.c(), noise.as_ref(), r);
             solved
-                .map(|of| Some(of.gain))
+                .map(|of| with_gain(of.gain))
                 .map_err(|error| error.to_string())
         }
     }
