@@ -77,3 +77,4 @@ pub mod real;
 pub mod report;
 pub mod signal;
 pub mod study;
+mod text;

@@ -5,6 +5,7 @@ use super::print;
 use super::run::{StudyArguments, threads};
 use crate::study::file::{Axis, Key, Store, TrialRule};
 use crate::study::{Cell, CellTally, Experiment, Trials, Worker, block_size};
+use crate::text::visible;
 use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -34,7 +35,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 /// A line of the output.
 fn line(text: &mut String, name: &str, value: &str) {
     // Writing to a string does not fail.
-    let _ = writeln!(text, "{name:<9} {value}");
+    let _ = writeln!(text, "{name:<9} {}", visible(value));
 }
 
 /// The fewest and the most trials of a cell.

@@ -2,7 +2,7 @@
 
 use super::error::Error;
 use super::files::write_whole;
-use super::{Format, note, print};
+use super::{Format, note, print, print_json};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
 use crate::estimator::{
@@ -16,6 +16,7 @@ use crate::plant::{ORDER_LIMIT, PoleFinder};
 use crate::study::file::MOST_ITERATIONS;
 use faer::c64;
 use std::io::Write as _;
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -156,7 +157,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     match arguments.format {
         Format::Text => print(&text::render(&report))?,
-        Format::Json => print(&json::render(&report)?)?,
+        Format::Json => print_json(&json::render(&report))?,
     }
     let failed = report
         .estimates
@@ -418,17 +419,15 @@ fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Err
         return Ok(());
     };
     write_whole("--states", path, Some(&report.file), |to| {
-        write!(to, "# observer {}, gain {}\nk", estimate.name, report.gain)?;
-        for i in 1..=model.a.len() {
-            write!(to, ",x{i}")?;
-        }
-        writeln!(to)?;
+        let comment = format!("observer {}, gain {}", estimate.name, report.gain);
+        writeln!(to, "{}", csv::comment(&comment))?;
+        let states = (1..=model.a.len()).map(|i| format!("x{i}"));
+        let names: Vec<String> = iter::once("k".to_owned()).chain(states).collect();
+        let names = names.iter().map(|name| csv::Cell::Text(name));
+        writeln!(to, "{}", csv::line(names))?;
         let mut row = |k: usize, x: &[f64]| {
-            write!(to, "{k}")?;
-            for x in x {
-                write!(to, ",{x}")?;
-            }
-            writeln!(to)
+            let numbers = iter::once(k as f64).chain(x.iter().copied());
+            writeln!(to, "{}", csv::line(numbers.map(csv::Cell::Number)))
         };
         let mut observer = Observer::new(report.gain.clone(), model.a.len());
         let mut written = Ok(());

@@ -20,8 +20,9 @@ mod throughput;
 mod timing;
 
 use crate::names::named_enum;
+use crate::text::{beginning, visible, visible_json, visible_lines};
 use clap::{Parser, Subcommand};
-use error::Error;
+use error::{Error, failed};
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -90,8 +91,20 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-/// Prints to standard output; a reader that went away ends the program quietly.
+/// Prints lines to standard output. With [`print_json`] and [`note`] the only place that prints: nothing unseen passes,
+/// whoever wrote it; a text of others inside of a line is [`visible`] before it comes here, so that it ends none.
 fn print(text: &str) -> Result<(), Error> {
+    write_out(&visible_lines(text))
+}
+
+/// Prints JSON to standard output.
+fn print_json(value: &impl serde::Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(failed)?;
+    write_out(&format!("{}\n", visible_json(&text)))
+}
+
+/// Writes to standard output; a reader that went away ends the program quietly.
+fn write_out(text: &str) -> Result<(), Error> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())
@@ -99,22 +112,11 @@ fn print(text: &str) -> Result<(), Error> {
         .map_err(Error::Output)
 }
 
-/// Prints one line to standard error: control characters are escaped, a text without end is cut, and where
-/// standard error cannot be written to nothing more can be said.
+/// Prints one line to standard error; of a text without end its beginning. Where standard error cannot be written to
+/// nothing more can be said.
 fn note(line: &str) {
     use std::io::Write;
     const LONGEST: usize = 1000;
-    let mut text: String = line
-        .chars()
-        .take(LONGEST)
-        .flat_map(|c| {
-            let plain = (!c.is_control()).then_some(c);
-            let escaped = c.is_control().then(|| c.escape_default());
-            plain.into_iter().chain(escaped.into_iter().flatten())
-        })
-        .collect();
-    if line.chars().count() > LONGEST {
-        text.push_str("...");
-    }
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let line = visible(beginning(line, LONGEST));
+    let _ = writeln!(std::io::stderr(), "{line}");
 }

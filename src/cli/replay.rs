@@ -4,18 +4,19 @@ mod course;
 
 use super::error::{Error, failed};
 use super::files::write_whole;
-use super::{Format, note, print};
+use super::{Format, note, print, print_json};
 use crate::data::{Realisation, csv};
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
 use crate::estimator::solver::Instruments;
-use crate::estimator::{Auxiliary, InstrumentSource, Pass, Progress, Stabilise, Window};
+use crate::estimator::{Auxiliary, InstrumentSource, Output, Pass, Progress, Stabilise, Window};
 use crate::observer::Observer;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
     Cell, Experiment, Figure, ObserverStart, Row, Source, Trial, TrialRecord, Trials, Worker,
     design_of, read_manifest, stored_alike,
 };
+use crate::text::{folded, number, shell_word, visible};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -28,11 +29,14 @@ pub(super) struct Which {
     trial: u64,
 }
 
+/// What stands before a number that is the cell's and nothing else.
+const NUMBER: &str = "cell=";
+
 impl std::str::FromStr for Which {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once(':').and_then(|(cell, trial)| {
+        let parts = text.rsplit_once(':').and_then(|(cell, trial)| {
             let trial = trial.parse().ok()?;
             let cell = cell.to_owned();
             Some(Self { cell, trial })
@@ -48,33 +52,60 @@ impl std::fmt::Display for Which {
 }
 
 impl Which {
+    /// The number of the one cell that is meant.
     fn cell(&self, flag: &str, experiment: &Experiment) -> Result<usize, Error> {
-        let cells = &experiment.cells;
-        let by_claim = cells
-            .iter()
-            .position(|cell| !cell.claim.is_empty() && cell.claim.eq_ignore_ascii_case(&self.cell));
-        let by_number = || {
-            self.cell
-                .parse()
-                .ok()
-                .filter(|number| *number < cells.len())
-        };
-        by_claim.or_else(by_number).ok_or_else(|| {
-            let claims = cells.iter().map(|cell| cell.claim.as_str());
-            let mut claims: Vec<&str> = claims.filter(|claim| !claim.is_empty()).collect();
-            claims.dedup();
-            claims.truncate(5);
-            let numbers = format!("a number of 0 to {}", cells.len() - 1);
-            let expected = if claims.is_empty() {
-                numbers
-            } else {
-                format!("{}, or {numbers}", claims.join(", "))
-            };
-            Error::Input(format!(
-                "{flag}no cell '{}'; expected {expected}",
-                self.cell
-            ))
-        })
+        let (cells, given) = (&experiment.cells, &self.cell);
+        let digits = |text: &&str| text.bytes().all(|byte| byte.is_ascii_digit());
+        let number = |text: &str| Some(text).filter(digits)?.parse().ok();
+        let number = |text: &str| number(text).filter(|number| *number < cells.len());
+        if let Some(number) = given.strip_prefix(NUMBER).and_then(number) {
+            return Ok(number);
+        }
+        let wanted = folded(given);
+        let of_claim = cells.iter().enumerate();
+        let of_claim =
+            of_claim.filter(|(_, cell)| !cell.claim.is_empty() && folded(&cell.claim) == wanted);
+        let mut meant: Vec<usize> = of_claim.map(|(number, _)| number).collect();
+        meant.extend(number(given));
+        meant.sort_unstable();
+        meant.dedup();
+        match meant.as_slice() {
+            [] => Err(Error::Input(format!(
+                "{flag}no cell '{given}'; expected {}",
+                valid(experiment)
+            ))),
+            [number] => Ok(*number),
+            several => Err(Error::Input(format!(
+                "{flag}'{given}' may be {} cells; expected one of {}",
+                several.len(),
+                some(several.iter().map(|number| format!("{NUMBER}{number}")))
+            ))),
+        }
+    }
+}
+
+/// The claims and numbers of cells.
+fn valid(experiment: &Experiment) -> String {
+    let cells = &experiment.cells;
+    let numbers = format!("a number of 0 to {}", cells.len() - 1);
+    let mut claims: Vec<&str> = cells.iter().map(|cell| cell.claim.as_str()).collect();
+    claims.retain(|claim| !claim.is_empty());
+    claims.dedup();
+    if claims.is_empty() {
+        return numbers;
+    }
+    let claims = some(claims.into_iter().map(str::to_owned));
+    format!("{claims}, or {numbers}")
+}
+
+/// The first of some names, with how many more there are.
+fn some(names: impl ExactSizeIterator<Item = String>) -> String {
+    const SHOWN: usize = 10;
+    let more = names.len().saturating_sub(SHOWN);
+    let shown: Vec<String> = names.take(SHOWN).collect();
+    match more {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
     }
 }
 
@@ -83,7 +114,7 @@ impl Which {
 pub(super) struct Arguments {
     /// Folder of the results, as `asobench run` left it
     folder: PathBuf,
-    /// Cell, by its claim or number, and trial: C2:17 or 1:17
+    /// Cell, by its claim or number, and trial: C2:17 or 1:17; cell=1:17 where 1 is a claim too
     #[arg(value_name = "CELL:TRIAL")]
     which: Which,
     /// Write that trial's k, u, y to a file for `asobench estimate`
@@ -122,7 +153,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.join("manifest.json").display()
         ))
     })?;
-    let command = format!("asobench replay {} {}", folder.display(), arguments.which);
+    let command = format!(
+        "asobench replay {} {}",
+        shell_word(folder.display()),
+        shell_word(&arguments.which)
+    );
     let options = Options {
         flag: "",
         folder,
@@ -178,7 +213,7 @@ fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
             "order: {}; window: {}; eta: {} %",
             truth.a.len(),
             cell.window,
-            cell.eta
+            number(cell.eta)
         ),
         format!("true a: {:?}", truth.a),
         format!("true b: {:?}", truth.b),
@@ -221,7 +256,7 @@ struct Replay<'a> {
     /// Whether the rows equal the stored ones; unknown at first.
     stored: Option<bool>,
     stages: Vec<Stage>,
-    rows: Vec<(String, &'a Row)>,
+    rows: Vec<(Output, &'a Row)>,
 }
 
 impl<'a> Replay<'a> {
@@ -246,10 +281,7 @@ impl<'a> Replay<'a> {
                 stages.extend(observer(&of, cell, data, pass));
             }
         }
-        let name = |row: &Row| {
-            let (output, _) = &record.passes[row.output];
-            format!("{} pass {}", output.estimator, output.pass)
-        };
+        let output = |row: &Row| record.passes[row.output].0.clone();
         Self {
             cell,
             index,
@@ -257,17 +289,14 @@ impl<'a> Replay<'a> {
             seed: experiment.file.seed,
             stored: None,
             stages,
-            rows: record.rows.iter().map(|row| (name(row), row)).collect(),
+            rows: record.rows.iter().map(|row| (output(row), row)).collect(),
         }
     }
 
     fn print(&self, options: &Options<'_>) -> Result<ExitCode, Error> {
         match options.format {
             Format::Text => print(&self.text(options.folder)?)?,
-            Format::Json => {
-                let text = serde_json::to_string_pretty(&self.json()).map_err(failed)?;
-                print(&format!("{text}\n"))?;
-            }
+            Format::Json => print_json(&self.json())?,
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -288,19 +317,17 @@ impl<'a> Replay<'a> {
             ..
         } = self.cell;
         (
-            format!("eta = {eta} %, N = {window}, K = {horizon}"),
+            format!("eta = {} %, N = {window}, K = {horizon}", number(*eta)),
             "p = (alpha, beta), A(q) = 1 + alpha_1 q^-1 + ..., a_i = -alpha_(n+1-i), h = beta",
         )
     }
 
     fn text(&self, folder: &Path) -> Result<String, Error> {
         let mut text = String::new();
-        let claim = &self.cell.claim;
         let (settings, meaning) = self.head();
-        let name = if claim.is_empty() {
-            self.index.to_string()
-        } else {
-            claim.clone()
+        let name = match self.cell.claim.as_str() {
+            "" => self.index.to_string(),
+            claim => format!("{}, {}", self.index, visible(claim)),
         };
         writeln!(
             text,
@@ -309,11 +336,15 @@ impl<'a> Replay<'a> {
         )
         .map_err(failed)?;
         writeln!(text, "\nRows").map_err(failed)?;
-        for (name, row) in &self.rows {
+        for (output, row) in &self.rows {
             let status = row
                 .failure
                 .map_or_else(|| "ok".to_owned(), |f| f.to_string());
-            writeln!(text, "  {name}: {status}").map_err(failed)?;
+            let name = match self.cell.source {
+                Source::Record(_) => format!("{} pass {}", output.estimator, output.pass),
+                Source::Continuous(_) => output.label(),
+            };
+            writeln!(text, "  {}: {status}", visible(name)).map_err(failed)?;
             for &figure in Figure::ALL {
                 if !row[figure].is_nan() {
                     writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure])
@@ -326,9 +357,9 @@ impl<'a> Replay<'a> {
             Some(true) => "These rows equal, bit for bit, those stored in",
             Some(false) => "These rows DIFFER from those stored in",
         };
-        writeln!(text, "\n{equal} {}.", folder.display()).map_err(failed)?;
+        writeln!(text, "\n{equal} {}.", visible(folder.display())).map_err(failed)?;
         for (title, vectors) in &self.stages {
-            writeln!(text, "\n{title}").map_err(failed)?;
+            writeln!(text, "\n{}", visible(title)).map_err(failed)?;
             for (name, values) in vectors {
                 writeln!(text, "  {name}").map_err(failed)?;
                 for line in values.chunks(3) {
@@ -376,11 +407,10 @@ impl<'a> Replay<'a> {
     }
 
     fn row_json(&self, row: &Row) -> Value {
-        let (name, _) = &self.rows[row.output];
-        let (estimator, pass) = name.split_once(" pass ").unwrap_or((name, "0"));
+        let (output, _) = &self.rows[row.output];
         let mut object = Map::new();
-        object.insert("estimator".to_owned(), json!(estimator));
-        object.insert("pass".to_owned(), json!(pass.parse::<u64>().unwrap_or(0)));
+        object.insert("estimator".to_owned(), json!(output.estimator));
+        object.insert("pass".to_owned(), json!(output.pass));
         object.insert("status".to_owned(), json!(row.status()));
         object.insert("unstable".to_owned(), json!(row.unstable));
         for &figure in Figure::ALL {

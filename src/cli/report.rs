@@ -5,6 +5,7 @@
 use super::error::{Error, failed};
 use super::print;
 use crate::report::{Study, claims, report, write_report};
+use crate::text::{alike, folded, visible};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -24,7 +25,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     for folder in &arguments.folders {
         let mut study = Study::read(folder).map_err(|error| Error::Input(error.to_string()))?;
         let name = study.name.clone();
-        let taken = |name: &str| studies.iter().any(|other| other.name == name);
+        // Their files must differ where case makes no difference, too.
+        let taken = |name: &str| {
+            studies
+                .iter()
+                .any(|other| folded(&other.name) == folded(name))
+        };
         let mut number = 2;
         while taken(&study.name) {
             study.name = format!("{name}-{number}");
@@ -38,6 +44,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         (None, _) => PathBuf::from("report"),
     };
     let files = report(&studies);
+    if let Some([_, twice]) = alike(files.iter().map(|(name, _)| name.as_str())) {
+        return Err(Error::Input(format!(
+            "two of these reports would write {twice}; expected folders of other names"
+        )));
+    }
     write_report(&out, &files).map_err(failed)?;
     let mut text = String::new();
     for claim in claims(&studies).iter().filter(|claim| claim.is_judged()) {
@@ -45,14 +56,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             "{:<4} {:<13} {}\n",
             claim.id,
             claim.verdict.name(),
-            claim.experiment
+            visible(&claim.experiment)
         ));
     }
     let page = out.join("report.html");
     text.push_str(&format!(
         "{} files; the page is {}\n",
         files.len(),
-        page.display()
+        visible(page.display())
     ));
     print(&text)?;
     Ok(ExitCode::SUCCESS)

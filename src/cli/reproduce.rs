@@ -4,13 +4,14 @@ mod bobtsov;
 
 use super::error::{Error, failed};
 use super::run::{execute, threads};
-use super::{Format, print, replay};
+use super::{Format, print, print_json, replay};
 use crate::names::named_enum;
 use crate::report::{draw, verdict_table};
 use crate::study::file::{ExperimentFile, TRIAL_LIMIT, TrialRule};
 use crate::study::{
     CellSummary, Engine, Experiment, NIKOLOV2023, OutputShare, RunOptions, Summary,
 };
+use crate::text::{shell_word, visible};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -99,10 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     match arguments.format {
         Format::Text => print(&text.join("\n\n"))?,
-        Format::Json => {
-            let text = serde_json::to_string_pretty(&entries).map_err(failed)?;
-            print(&format!("{text}\n"))?;
-        }
+        Format::Json => print_json(&entries)?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -120,8 +118,9 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Summary>, Error>
             flag: "--replay: ",
             folder: arguments.folder(),
             command: format!(
-                "asobench reproduce --seed {} --replay {which}",
-                arguments.seed
+                "asobench reproduce --seed {} --replay {}",
+                arguments.seed,
+                shell_word(which)
             ),
             data: arguments.data.as_deref(),
             format: arguments.format,
@@ -194,6 +193,6 @@ fn report(arguments: &Arguments, summary: &Summary, folder: &Path) -> String {
          seed {seed}; results in {}\n\
          one trial again: asobench reproduce --seed {seed} --replay C2:0\n",
         verdict_table(summary),
-        folder.display(),
+        visible(folder.display()),
     )
 }

@@ -8,6 +8,7 @@ use crate::study::{
     BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
     RunOptions, Summary,
 };
+use crate::text::{shell_word, visible};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -126,12 +127,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         0 => String::new(),
         some => format!("lanes that were solved again with pivots: {some}\n"),
     };
-    let folder = path.display();
+    let (folder, word) = (visible(path.display()), shell_word(path.display()));
     print(&format!(
         "{cells} cells, {trials} trials, {failed} estimates failed (typed in summary.json)\n\
          {fallbacks}\
          results in {folder}\n\
-         a report of them: asobench report {folder}\n",
+         a report of them: asobench report {}\n",
+        visible(word)
     ))?;
     Ok(ExitCode::SUCCESS)
 }

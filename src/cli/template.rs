@@ -1,8 +1,9 @@
 //! `asobench new` and `asobench schema`: a commented experiment file, and what editors need.
 
-use super::error::{Error, failed};
-use super::{note, print};
+use super::error::Error;
+use super::{note, print_json};
 use crate::study::file::{Key, Scalar, schema as json_schema};
+use crate::text::shell_word;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -138,14 +139,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     note(&format!(
         "wrote {}; next: asobench check {}",
         path.display(),
-        path.display()
+        shell_word(path.display())
     ));
     Ok(ExitCode::SUCCESS)
 }
 
 pub(super) fn schema() -> Result<ExitCode, Error> {
-    let text = serde_json::to_string_pretty(&json_schema()).map_err(failed)?;
-    print(&format!("{text}\n"))?;
+    print_json(&json_schema())?;
     Ok(ExitCode::SUCCESS)
 }
 

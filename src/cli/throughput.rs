@@ -1,7 +1,7 @@
 //! `asobench throughput`: trials per second of one fixed workload, beside the machine's peak.
 
 use super::error::{Error, failed};
-use super::{Format, print, progress};
+use super::{Format, print, print_json, progress};
 use crate::lanes::Isa;
 use crate::study::file::ExperimentFile;
 use crate::study::kernels::W98;
@@ -138,22 +138,20 @@ pub(super) fn run_command(arguments: &Arguments) -> Result<ExitCode, Error> {
             )?);
         }
     }
-    let text = match arguments.format {
-        Format::Text => text(&timings)?,
+    match arguments.format {
+        Format::Text => print(&text(&timings)?)?,
         Format::Json => {
             let engines: Vec<Value> = timings.iter().map(Timing::json).collect();
             let best = |peak: f64, of: &Timing| peak.max(of.peak[0]).max(of.peak[1]);
-            let json = json!({
+            print_json(&json!({
                 "workload": "W98",
                 "flop_per_trial": FLOP_PER_TRIAL,
                 "processors": processors,
                 "fma_peak_gflops": timings.iter().fold(0.0, best) / 1e9,
                 "engines": engines,
-            });
-            serde_json::to_string_pretty(&json).map_err(failed)? + "\n"
+            }))?;
         }
-    };
-    print(&text)?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,6 +1,7 @@
-//! Records of u and y as CSV text: a header with the columns `u`, `y` and perhaps `k`, comment lines
-//! beginning with `#`.
+//! CSV text: records of u and y, which have a header with the columns `u`, `y` and perhaps `k` and comment lines
+//! beginning with `#`; and the one writer of lines for every table of the program.
 
+use crate::text::{beginning, number, visible, visible_lines};
 use std::io::{BufRead, BufReader, Read, Write};
 
 /// A record of input and output samples.
@@ -69,7 +70,7 @@ pub enum RecordError {
     },
     /// The samples are not consecutive.
     #[error(
-        "line {line}, column k: {found} where {expected} was expected; samples must be consecutive"
+        "line {line}, column k: {} where {} was expected; samples must be consecutive", number(*.found), number(*.expected)
     )]
     Gap {
         /// The line.
@@ -130,7 +131,7 @@ impl Columns {
         number.map(Some).ok_or_else(|| RecordError::Cell {
             line,
             column: NAMES[name],
-            text: row[position].chars().take(40).collect(),
+            text: beginning(row[position], 40),
         })
     }
 }
@@ -228,14 +229,68 @@ pub fn read(from: impl Read) -> Result<Record, RecordError> {
 /// # Errors
 /// If the writer fails.
 pub fn write(mut to: impl Write, comments: &[String], u: &[f64], y: &[f64]) -> std::io::Result<()> {
-    for comment in comments {
-        writeln!(to, "# {comment}")?;
+    for text in comments {
+        writeln!(to, "{}", comment(text))?;
     }
-    writeln!(to, "k,u,y")?;
+    writeln!(to, "{}", line(NAMES.map(Cell::Text)))?;
     for (k, (u, y)) in u.iter().zip(y).enumerate() {
-        writeln!(to, "{k},{u},{y}")?;
+        writeln!(to, "{}", line([k as f64, *u, *y].map(Cell::Number)))?;
     }
     to.flush()
+}
+
+/// What stands between two commas.
+#[derive(Clone, Copy, Debug)]
+pub enum Cell<'a> {
+    /// A text.
+    Text(&'a str),
+    /// A number; written with all digits.
+    Number(f64),
+}
+
+/// A comment line without its end.
+pub fn comment(text: &str) -> String {
+    format!("# {}", visible(text))
+}
+
+/// A line of a table without its end, as in RFC 4180: quotes around texts that need them. No text is a formula for a
+/// spreadsheet: `=`, `+`, `-` and `@` have an apostrophe before them wherever a cell could begin, and so has an
+/// apostrophe, so that nothing is lost by taking one away.
+pub fn line<'a>(cells: impl IntoIterator<Item = Cell<'a>>) -> String {
+    let text = |cell: Cell<'_>| match cell {
+        Cell::Number(value) => number(value),
+        Cell::Text(text) => quoted(&no_formula(text)),
+    };
+    let cells: Vec<String> = cells.into_iter().map(text).collect();
+    cells.join(",")
+}
+
+/// A text with an apostrophe before all that a spreadsheet would read as the first sign of a formula: at the beginning,
+/// or behind what separates cells elsewhere (semicolon, line end), with or without blanks and quotes between.
+fn no_formula(text: &str) -> String {
+    const SIGNS: &str = "=+-@\u{ff1d}\u{ff0b}\u{ff0d}\u{ff20}";
+    if text == "-" {
+        return text.to_owned();
+    }
+    let mut safe = String::with_capacity(text.len());
+    let mut begins = true;
+    for c in visible_lines(text).chars() {
+        if begins && (SIGNS.contains(c) || c == '\'') {
+            safe.push('\'');
+        }
+        let blank = c.is_whitespace() || c == '"';
+        begins = matches!(c, ';' | '\n') || (begins && blank);
+        safe.push(c);
+    }
+    safe
+}
+
+fn quoted(text: &str) -> String {
+    if text.contains([',', ';', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
 }
 
 #[cfg(test)]
@@ -255,6 +310,36 @@ mod tests {
         let mut text = Vec::new();
         write(&mut text, &["truth".to_owned()], &record.u, &record.y).unwrap();
         assert_eq!(read(text.as_slice()).unwrap(), record);
+    }
+
+    /// No cell begins a formula, whatever separates cells, and taking one apostrophe away gives the text back.
+    #[test]
+    fn texts_are_no_formulas_and_numbers_stay_numbers() {
+        for (text, cell) in [
+            ("=1+2", "'=1+2"),
+            ("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"),
+            ("+1", "'+1"),
+            ("-2+3", "'-2+3"),
+            ("@SUM(A1)", "'@SUM(A1)"),
+            (" =1", " '=1"),
+            ("\"=1\"", "\"\"\"'=1\"\"\""),
+            ("a;=1", "\"a;'=1\""),
+            ("a\n=1", "\"a\n'=1\""),
+            ("\t=1", "\\t=1"),
+            ("\r=1", "\\r=1"),
+            ("\u{ff1d}1", "'\u{ff1d}1"),
+            ("\u{200b}=1", "\\u{200b}=1"),
+            ("'=1", "''=1"),
+            ("it's", "it's"),
+            ("a=b, c-d", "\"a=b, c-d\""),
+            ("-", "-"),
+            ("iv(4)", "iv(4)"),
+        ] {
+            assert_eq!(line([Cell::Text(text)]), cell);
+        }
+        let numbers = [-1.5, 1e-300, -1e300].map(Cell::Number);
+        assert_eq!(line(numbers), "-1.5,1e-300,-1e300");
+        assert_eq!(comment("a\n1,2\u{1b}"), "# a\\n1,2\\u{1b}");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Blue and vermilion of Okabe and Ito's palette, solid and dashed, so that the two estimators differ in
 //! print and for a colour-blind reader.
 
-use super::table::shown;
+use super::results::shown;
 use crate::metric::Statistics;
 use crate::study::{BoundSummary, CellSummary, CurveQuantiles, Figure};
 use plotters::coord::Shift;

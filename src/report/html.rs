@@ -8,7 +8,7 @@ mod verdict;
 pub use table::{CellText, Column, Table};
 pub use verdict::Verdict;
 
-use super::markup::escape;
+use super::markup::{address, escape};
 use super::plot;
 
 const CSS: &str = include_str!("html/page.css");
@@ -157,7 +157,7 @@ impl Section {
     /// Files beside the page: label and relative path.
     pub fn files(&mut self, files: &[(impl AsRef<str>, impl AsRef<str>)]) {
         let links = files.iter().map(|(label, path)| {
-            let (label, path) = (escape(label.as_ref()), escape(path.as_ref()));
+            let (label, path) = (escape(label.as_ref()), address(path.as_ref()));
             format!("<a href=\"{path}\">{label}</a>")
         });
         let links = links.collect::<Vec<_>>().join(" \u{b7} ");

@@ -5,6 +5,7 @@ use crate::estimator::IvOptions;
 use crate::metric::{Quantile, Statistics};
 use crate::study::file::{ExperimentFile, Key, TrialRule};
 use crate::study::{CellSummary, Figure, OutputSummary, Summary, read_manifest};
+use crate::text::shell_word;
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -198,9 +199,8 @@ impl Study {
 
     /// Whether every value of a setting is a number.
     pub fn is_numeric(&self, key: Key) -> bool {
-        self.values(key)
-            .iter()
-            .all(|value| value.parse::<f64>().is_ok())
+        let mut cells = self.summary.cells.iter();
+        cells.all(|cell| cell.is_number(key))
     }
 
     /// The cells with these settings.
@@ -261,8 +261,11 @@ impl Study {
         let to = format!("results/{}", self.name);
         let Some(Shipped { name, quick }) = self.shipped else {
             let manifest = self.folder.join("manifest.json");
-            let command = format!("asobench run {} --out {to}-again", manifest.display());
-            return (command, format!("{to}-again"));
+            let (manifest, to) = (
+                shell_word(manifest.display()),
+                shell_word(format!("{to}-again")),
+            );
+            return (format!("asobench run {manifest} --out {to}"), to);
         };
         let seed = self.summary.seed;
         let trials = match self.file.trials {
@@ -321,25 +324,14 @@ pub fn is_default(cell: &CellSummary, key: Key) -> bool {
         .is_some_and(|value| value.to_string() == cell.setting(key))
 }
 
-/// "IV(4)", "IV, model, frozen (4)": an output's label as a reader sees it.
+/// "IV(4)", "IV drive=model(4)": the label of an output, or a method's name, as a reader sees it. Nothing is left out,
+/// so that two labels stay two.
 pub fn shown(label: &str) -> String {
-    match label.rsplit_once('(') {
-        Some((name, pass)) if name.contains(' ') => format!("{} ({pass}", shown_name(name)),
-        Some((name, pass)) => format!("{}({pass}", shown_name(name)),
-        None => shown_name(label),
+    let word = label.find([' ', '(']).unwrap_or(label.len());
+    match label.split_at(word) {
+        (first @ ("iv" | "ls"), rest) => first.to_uppercase() + rest,
+        _ => label.to_owned(),
     }
-}
-
-/// A method's name as a reader sees it.
-pub fn shown_name(name: &str) -> String {
-    let words = name.split(' ').enumerate().map(|(i, word)| {
-        let word = word.split_once('=').map_or(word, |(_, value)| value);
-        match (i, word.get(..2)) {
-            (0, Some(start @ ("iv" | "ls"))) => format!("{}{}", start.to_uppercase(), &word[2..]),
-            _ => word.to_owned(),
-        }
-    });
-    words.collect::<Vec<_>>().join(", ")
 }
 
 /// A setting's value in words: "N = 98", "eta = 2 %", "white noise".

@@ -1,8 +1,10 @@
 //! The verdict table, at most 80 columns wide.
 
 use super::number::{rounded, uncertain};
+use super::results::shown;
 use crate::metric::{Quantile, Share, Statistics};
 use crate::study::{BoundSummary, CellSummary, OutputShare, Summary};
+use crate::text::{number, visible};
 use std::fmt::{self, Write};
 
 /// Columns of `median [5 %, 95 %]`.
@@ -16,11 +18,6 @@ pub fn verdict_table(summary: &Summary) -> String {
     let mut text = String::new();
     write_table(&mut text, summary).expect("writing to a string does not fail");
     text
-}
-
-/// "LS", "IV(4)": an output's label as tables show it.
-pub fn shown(label: &str) -> String {
-    label.to_uppercase()
 }
 
 fn write_table(text: &mut String, summary: &Summary) -> fmt::Result {
@@ -44,12 +41,14 @@ fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
     let noise = if cell.eta == 0.0 {
         "noise-free".to_owned()
     } else {
-        format!("eta = {} %", cell.eta)
+        format!("eta = {} %", number(cell.eta))
     };
     write!(
         text,
         "{}  {noise}, N = {}, {} trials",
-        cell.claim, cell.window, cell.trials
+        visible(&cell.claim),
+        cell.window,
+        cell.trials
     )?;
     for (i, output) in [cell.outputs.first(), cell.outputs.last()]
         .iter()

@@ -1,5 +1,6 @@
 //! Terms of signals of continuous time: constants, ramps, sines, square waves and sampled records.
 
+use crate::text::number;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -61,7 +62,7 @@ pub enum SignalError {
     #[error("a wave's numbers must be finite")]
     NotFinite,
     /// A frequency or an interval is not positive.
-    #[error("a wave's {what} must be positive, not {value}")]
+    #[error("a wave's {what} must be positive, not {}", number(*.value))]
     NotPositive {
         /// `frequency` or `interval`.
         what: &'static str,

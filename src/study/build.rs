@@ -10,6 +10,7 @@ use crate::estimator::{SetupError, Shape, Solver};
 use crate::observer::Gain;
 use crate::plant::{ORDER_LIMIT, StateSpace, TransferFunction, nikolov2023};
 use crate::signal::{Input, LevelReading, NoiseFilter};
+use crate::text::number;
 
 /// Plants that need no table.
 pub(super) const PLANTS: [&str; 2] = ["nikolov2023", "random"];
@@ -79,7 +80,7 @@ impl Build<'_> {
         if eta < 0.0 {
             return Err(FileError::key(
                 "eta",
-                format!("{eta}; expected a percentage of at least 0"),
+                format!("{}; expected a percentage of at least 0", number(eta)),
             ));
         }
         let gain: Gain = self.name(Key::Gain)?;
@@ -280,11 +281,12 @@ impl Build<'_> {
     }
 
     fn count(&self, key: Key) -> Result<usize, FileError> {
-        let number = self.number(key)?;
-        if (0.0..=LARGEST_COUNT).contains(&number) && number.fract() == 0.0 {
-            Ok(number as usize)
+        let count = self.number(key)?;
+        if (0.0..=LARGEST_COUNT).contains(&count) && count.fract() == 0.0 {
+            Ok(count as usize)
         } else {
-            let message = format!("{number}; expected a whole number of 0 to {LARGEST_COUNT}");
+            let count = number(count);
+            let message = format!("{count}; expected a whole number of 0 to {LARGEST_COUNT}");
             Err(FileError::key(key.name(), message))
         }
     }

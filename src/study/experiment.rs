@@ -1,11 +1,12 @@
 //! What is studied: cells with their processes, and methods.
 
-use super::build::{Build, FEEDBACKS, NOISES, PLANTS};
-use super::continuous::{CONTINUOUS_PLANTS, ContinuousCell, SIGNALS};
+use super::build::Build;
+use super::continuous::ContinuousCell;
 use super::engine::Engine;
 use super::file::{
-    Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, cells,
+    Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, at_most, cells,
 };
+use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
 use super::row::Figure;
 use crate::data::Process;
@@ -160,6 +161,9 @@ pub struct Experiment {
     pub compare: Vec<[usize; 2]>,
 }
 
+/// The most outputs of all methods, passes counted.
+const OUTPUT_LIMIT: usize = 10_000;
+
 /// The experiment file of Nikolov et al. (2023), claims C1 to C3.
 pub const NIKOLOV2023: &str = include_str!("../../experiments/nikolov2023.toml");
 
@@ -202,16 +206,7 @@ impl Experiment {
                 "an empty list; expected at least one figure",
             ));
         }
-        known_claims(&file.claims)?;
-        own_names("plants", file.plants.keys(), &PLANTS)?;
-        own_names("noises", file.noises.keys(), &NOISES)?;
-        own_names("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
-        own_names(
-            "continuous_plants",
-            file.continuous_plants.keys(),
-            &CONTINUOUS_PLANTS,
-        )?;
-        own_names("signals", file.signals.keys(), &SIGNALS)?;
+        check_names(&file)?;
         let all = cells(&file.settings, &file.zip, &file.exclude)?;
         let cells: Result<Vec<Cell>, FileError> = all
             .into_iter()
@@ -353,7 +348,8 @@ impl Experiment {
             if taken.len() < 2 || !taken.into_iter().all(positive) {
                 let message = format!(
                     "'{}' must have at least two values from {} on, all of them numbers above 0",
-                    slope.over, slope.from
+                    slope.over,
+                    crate::text::number(slope.from)
                 );
                 return Err(FileError::key("slopes.over", message));
             }
@@ -390,18 +386,9 @@ impl Experiment {
                 "an empty list; expected at least one",
             ));
         }
-        for (i, table) in self.file.observers.iter().enumerate() {
-            own_name(&table.label(), &format!("observers[{i}].name"))?;
-        }
-        for (i, table) in self.file.methods.iter().enumerate() {
-            own_name(&table.output_name(1), &format!("methods[{i}].name"))?;
-        }
-        let mut labels: Vec<String> = self.outputs().iter().map(Output::label).collect();
-        labels.sort();
-        if let Some([twice, _]) = labels.windows(2).find(|pair| pair[0] == pair[1]) {
-            let message = format!("two outputs are called '{twice}'; expected a name for each");
-            return Err(FileError::key(place, message));
-        }
+        at_most(place, self.output_count(), "outputs", OUTPUT_LIMIT)?;
+        let labels: Vec<String> = self.outputs().iter().map(Output::label).collect();
+        check_labels(place, &labels)?;
         let mut shapes: Vec<Shape> = self.cells.iter().map(Cell::shape).collect();
         shapes.sort_by_key(|shape| (shape.order, shape.window));
         shapes.dedup();
@@ -522,51 +509,4 @@ fn traces_fit(file: &ExperimentFile, cells: usize) -> Result<(), FileError> {
     }
     let message = format!("{points:.0} points over all cells; expected at most {MOST}");
     Err(FileError::key("continuous.trace_every", message))
-}
-
-/// Checks the name of an output.
-fn own_name(name: &str, place: &str) -> Result<(), FileError> {
-    let odd = |c: char| matches!(c, '(' | ')') || c.is_control();
-    if name.trim().is_empty() || name.contains(odd) {
-        let name = name.escape_debug();
-        let message = format!("'{name}'; expected a name without parentheses, not empty");
-        return Err(FileError::key(place, message));
-    }
-    Ok(())
-}
-
-/// Checks that the report knows every claim.
-fn known_claims(claims: &[String]) -> Result<(), FileError> {
-    /// Claims, errata and basic facts, with how many there are.
-    const KNOWN: [(&str, u32); 4] = [("C", 9), ("E", 14), ("B", 3), ("K", 1)];
-    let known: Vec<String> = KNOWN
-        .iter()
-        .flat_map(|(letter, count)| (1..=*count).map(move |number| format!("{letter}{number}")))
-        .collect();
-    match claims.iter().find(|claim| !known.contains(claim)) {
-        Some(claim) => {
-            let message =
-                format!("no claim '{claim}'; expected C1 to C9, E1 to E14, B1 to B3 or K1");
-            Err(FileError::key("claims", message))
-        }
-        None => Ok(()),
-    }
-}
-
-/// Checks that no table has the name of one that is built in, which would hide it.
-fn own_names<'a>(
-    table: &str,
-    mut names: impl Iterator<Item = &'a String>,
-    built_in: &[&str],
-) -> Result<(), FileError> {
-    match names.find(|name| built_in.contains(&name.as_str())) {
-        Some(name) => {
-            let place = format!("{table}.{name}");
-            Err(FileError::key(
-                &place,
-                "the name of a built-in one; expected another",
-            ))
-        }
-        None => Ok(()),
-    }
 }

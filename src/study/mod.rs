@@ -12,6 +12,7 @@ pub mod file;
 mod folder;
 #[doc(hidden)]
 pub mod kernels;
+mod names;
 mod observers;
 mod pack;
 mod peak;

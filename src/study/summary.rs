@@ -3,7 +3,7 @@
 use super::continuous::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
-use super::file::{BoundTable, Key, Settings, SlopeTable};
+use super::file::{BoundTable, Key, Scalar, Settings, SlopeTable};
 use super::row::Figure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
@@ -190,6 +190,12 @@ impl CellSummary {
     /// The output of a label.
     pub fn output(&self, label: &str) -> Option<&OutputSummary> {
         self.outputs.iter().find(|output| output.label() == label)
+    }
+
+    /// Whether a setting's value is a number; a text is none even where it looks like one.
+    pub fn is_number(&self, key: Key) -> bool {
+        let count = matches!(key, Key::Window | Key::Order | Key::Horizon);
+        count || matches!(self.settings.get(&key), Some(Scalar::Number(_)))
     }
 
     /// A setting's value as text.

@@ -5,6 +5,7 @@ mod continuous;
 mod damage;
 mod engines;
 mod files;
+mod hostile;
 mod identity;
 mod kills;
 mod meaning;

@@ -34,7 +34,7 @@ fn what_means_nothing_is_refused() {
         ),
         (
             "[[methods]]\nname = \"\"",
-            ["methods[0].name: ''", "without parentheses"],
+            ["methods[0].name: ''", "not empty"],
         ),
         (
             "[[methods]]\nname = \" \"",

@@ -2,12 +2,11 @@
 //! 17 significant digits); what is undefined is null.
 
 use super::{Estimate, Name, Observed, PassReport, Report};
-use crate::cli::error::{Error, failed};
 use crate::estimator::Progress;
 use serde_json::{Map, Value, json};
 
-pub(super) fn render(report: &Report) -> Result<String, Error> {
-    let value = json!({
+pub(super) fn render(report: &Report) -> Value {
+    json!({
         "file": report.file.display().to_string(),
         "order": report.order,
         "delay": report.delay,
@@ -19,9 +18,7 @@ pub(super) fn render(report: &Report) -> Result<String, Error> {
         "convention": "x(k+1) = A x(k) + b u(k), y = x_1, last row of A is a; A(q) y = B(q) u with \
                        alpha_i = -a_(n+1-i), beta_i = h_i; with delay nk, y(k) here is y(k + nk - 1) of the file",
         "estimates": report.estimates.iter().map(estimate).collect::<Vec<_>>(),
-    });
-    let text = serde_json::to_string_pretty(&value).map_err(failed)?;
-    Ok(format!("{text}\n"))
+    })
 }
 
 fn estimate(estimate: &Estimate) -> Value {

@@ -3,6 +3,7 @@
 use super::{Estimate, Name, PassReport, Report};
 use crate::estimator::Progress;
 use crate::metric::Fit;
+use crate::text::visible;
 use std::fmt::{self, Write};
 
 pub(super) fn render(report: &Report) -> String {
@@ -22,7 +23,7 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
     writeln!(
         text,
         "{}: order {order}, delay {delay}, window {window} of {samples} samples",
-        report.file.display()
+        visible(report.file.display())
     )?;
     writeln!(
         text,

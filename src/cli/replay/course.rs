@@ -24,7 +24,7 @@ pub(super) fn show(
     let mut worker = ContinuousTrial::new(experiment, cell).map_err(failed)?;
     worker.run_with_course(trial, Some(cell.until / POINTS), &mut trials);
     let outputs = experiment.outputs();
-    let name = |row: &Row| outputs[row.output].label();
+    let output = |row: &Row| outputs[row.output].clone();
     Replay {
         cell: &experiment.cells[index],
         index,
@@ -35,7 +35,7 @@ pub(super) fn show(
             .traces
             .as_ref()
             .map_or_else(Vec::new, |of| course(of, &outputs)),
-        rows: trials.rows.iter().map(|row| (name(row), row)).collect(),
+        rows: trials.rows.iter().map(|row| (output(row), row)).collect(),
     }
     .print(options)
 }

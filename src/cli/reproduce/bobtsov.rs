@@ -6,6 +6,7 @@ use super::Arguments;
 use crate::report::{Claim, Study, claims, course_figures, ends, example_table};
 use crate::study::file::ExperimentFile;
 use crate::study::{BOBTSOV2023, Experiment, RunOptions, Summary};
+use crate::text::visible;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -75,7 +76,7 @@ impl Bobtsov {
         let folder = folder.join("gpebo-figures");
         text.push_str(&wrapped(&format!(
             "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of them that the proposed estimate is as fast as the gradient's and more exact. kalman-bucy, recursive least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as theta.svg and state-errors.svg in {}",
-            folder.display()
+            visible(folder.display())
         ), ""));
         text
     }

@@ -3,6 +3,7 @@
 use super::expansion::{Factor, HIGHEST_ORDER};
 use super::grid::{LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS};
 use crate::signal::{Signal, SignalError};
+use crate::text::number;
 
 /// Input, disturbance, initial state and time.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +83,7 @@ pub enum SettingError {
     #[error("{0} must hold finite numbers")]
     NotFinite(&'static str),
     /// A number that is not positive.
-    #[error("{what} must be positive, not {value}")]
+    #[error("{what} must be positive, not {}", number(*.value))]
     NotPositive {
         /// The setting.
         what: &'static str,
@@ -90,7 +91,7 @@ pub enum SettingError {
         value: f64,
     },
     /// Two equal filters: the extended regressor would be singular for ever.
-    #[error("{what} must be distinct, and {value} occurs twice")]
+    #[error("{what} must be distinct, and {} occurs twice", number(*.value))]
     NotDistinct {
         /// The setting.
         what: &'static str,

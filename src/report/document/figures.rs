@@ -7,6 +7,7 @@ use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
 use crate::report::results::{Study, figure_name, statistics};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Figure};
+use crate::text::number;
 
 /// A figure with the name of its file.
 #[derive(Clone, Debug)]
@@ -222,7 +223,8 @@ fn references(
         limits.sort_by(|a, b| a.0.total_cmp(&b.0));
         limits.dedup();
         for (limit, name) in limits.into_iter().take(3) {
-            plot = plot.reference(format!("{name}, {limit}"), Course::Horizontal(limit));
+            let name = format!("{name}, {}", number(limit));
+            plot = plot.reference(name, Course::Horizontal(limit));
         }
     }
     let sloped = study

@@ -259,7 +259,7 @@ fn held_value(key: Key, values: &[String]) -> String {
 fn scale(study: &Study, key: Key) -> Scale {
     let values = study.values(key);
     let numbers: Option<Vec<f64>> = values.iter().map(|value| value.parse().ok()).collect();
-    let Some(numbers) = numbers else {
+    let Some(numbers) = numbers.filter(|_| study.is_numeric(key)) else {
         return Scale::Categories(values);
     };
     let least = numbers

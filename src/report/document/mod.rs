@@ -10,10 +10,11 @@ mod traces;
 
 use super::claims::{Claim, claims};
 use super::html::{CellText, Column, Page, Section, Table, Verdict};
-use super::results::{Study, shown, shown_name};
+use super::results::{Study, shown};
 use super::shipped::Shipped;
 use crate::study::Figure;
 use crate::study::file::Key;
+use crate::text::visible;
 pub use courses::course_figures;
 use figures::Drawn;
 use std::fmt::Write;
@@ -447,7 +448,7 @@ fn markdown(claims: &[Claim]) -> String {
             "**{}: {}.** {}\n",
             claim.id,
             verdict.name(),
-            claim.because
+            visible(&claim.because)
         );
     }
     text.truncate(text.trim_end().len());

@@ -5,7 +5,7 @@ use crate::metric::{Estimate, Quantile, Share, Statistics};
 use crate::report::html::{CellText, Column, Table};
 use crate::report::number::uncertain;
 use crate::report::results::{Study, figure_name};
-use crate::study::file::Key;
+use crate::study::file::{Key, Scalar};
 use crate::study::{CellSummary, OutputSummary};
 
 /// The columns of the settings that vary.
@@ -31,9 +31,9 @@ fn columns(study: &Study, keys: &[Key]) -> Vec<Column> {
 fn settings(cell: &CellSummary, keys: &[Key]) -> Vec<CellText> {
     let text = |key: &Key| {
         let value = cell.setting(*key);
-        match value.parse::<f64>() {
-            Ok(number) => CellText::number(value, number),
-            Err(_) => CellText::text(value),
+        match value.parse() {
+            Ok(number) if cell.is_number(*key) => CellText::number(value, number),
+            _ => CellText::text(value),
         }
     };
     keys.iter().map(text).collect()
@@ -258,14 +258,12 @@ pub(super) fn slopes(study: &Study) -> Option<Table> {
     );
     for slope in slopes {
         let text = |key: &Key| {
-            let value = slope
-                .settings
-                .get(key)
-                .map_or_else(String::new, ToString::to_string);
-            value.parse::<f64>().map_or_else(
-                |_| CellText::text(value.clone()),
-                |x| CellText::number(value.clone(), x),
-            )
+            let value = slope.settings.get(key);
+            let text = value.map_or_else(String::new, ToString::to_string);
+            match value {
+                Some(Scalar::Number(x)) => CellText::number(text, *x),
+                _ => CellText::text(text),
+            }
         };
         let of = &slope.of;
         let mut row: Vec<CellText> = keys.iter().map(text).collect();
@@ -404,7 +402,7 @@ pub(super) fn times(study: &Study) -> Option<Table> {
             continue;
         };
         let mut row = settings(cell, &keys);
-        row.push(CellText::text(super::shown_name(&time.method)));
+        row.push(CellText::text(shown(&time.method)));
         let micro = |seconds: f64| CellText::number(format!("{:.1}", 1e6 * seconds), 1e6 * seconds);
         row.extend([time.median_seconds, time.q25_seconds, time.q75_seconds].map(micro));
         table.row(row);

@@ -2,7 +2,7 @@
 
 use super::figures::{Drawn, quantile_note, y_axis};
 use super::layout::{Choice, Layout, panel_title, sheet, x_key};
-use super::{lead_figures, lead_outputs, shown, shown_name};
+use super::{lead_figures, lead_outputs, shown};
 use crate::report::plot::{Axis, Course, Plot, Point, Series, Style};
 use crate::report::results::{Study, figure_name, words};
 use crate::report::table::share;
@@ -61,7 +61,7 @@ fn over_passes(
                 .into_iter()
                 .filter_map(&point)
                 .collect();
-            plot = plot.series(Series::new(shown_name(name), style, points));
+            plot = plot.series(Series::new(shown(name), style, points));
         }
         plot
     };
@@ -201,9 +201,8 @@ pub(super) fn times(study: &Study) -> Option<Drawn> {
                     time.q75_seconds,
                 ))
             });
-            plot = plot.series(
-                Series::new(shown_name(method), Style::ErrorBars, points.collect()).slot(slot),
-            );
+            plot = plot
+                .series(Series::new(shown(method), Style::ErrorBars, points.collect()).slot(slot));
         }
         plot
     };

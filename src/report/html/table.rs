@@ -1,7 +1,9 @@
 //! One table for a page, a spreadsheet and Markdown.
 
 use super::verdict::Verdict;
-use crate::report::markup::escape;
+use crate::data::csv;
+use crate::report::markup::{address, escape};
+use crate::text;
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -94,7 +96,7 @@ impl CellText {
             .verdict
             .map_or_else(|| escape(&self.text), Verdict::badge);
         let content = match &self.link {
-            Some(target) => format!("<a href=\"{}\">{shown}</a>", escape(target)),
+            Some(target) => format!("<a href=\"{}\">{shown}</a>", address(target)),
             None => shown,
         };
         let class = match (numeric, self.text.chars().count() > 24) {
@@ -176,23 +178,23 @@ impl Table {
         html
     }
 
-    /// The table as CSV (RFC 4180: CRLF, quotes where needed). Numbers have all digits, that is the sort value of a
-    /// numeric cell; other cells are their texts.
+    /// The table as CSV (RFC 4180, with CRLF). Numbers have all digits, that is the sort value of a numeric cell; other
+    /// cells are their texts.
     pub fn csv(&self) -> String {
-        let headings = self.columns.iter().map(|c| csv_field(&c.heading()));
-        let mut csv = csv_line(headings);
+        let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
+        let mut table = csv::line(headings.iter().map(|of| csv::Cell::Text(of))) + "\r\n";
         for row in &self.rows {
-            let fields = self.cells(row).map(|(column, cell)| match cell {
+            let cells = self.cells(row).map(|(column, cell)| match cell {
                 Some(CellText {
                     sort_value: Some(value),
                     ..
-                }) if column.numeric => shortest(*value),
-                Some(cell) => csv_field(&cell.text),
-                None => String::new(),
+                }) if column.numeric => csv::Cell::Number(*value),
+                cell => csv::Cell::Text(cell.map_or("", |cell| &cell.text)),
             });
-            csv.push_str(&csv_line(fields));
+            table.push_str(&csv::line(cells));
+            table.push_str("\r\n");
         }
-        csv
+        table
     }
 
     /// The table as Markdown (GitHub's dialect), its caption in bold above.
@@ -237,34 +239,11 @@ fn head(column: &Column) -> String {
     format!("<th scope=\"col\"{class}><button type=\"button\">{title}{unit}</button></th>")
 }
 
-/// A number that reads back to the same bits.
-fn shortest(value: f64) -> String {
-    let plain = value == 0.0 || (1e-4..1e15).contains(&value.abs());
-    if plain {
-        value.to_string()
-    } else {
-        format!("{value:e}")
-    }
-}
-
-fn csv_field(text: &str) -> String {
-    if text.contains([',', '"', '\r', '\n']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
-}
-
-fn csv_line(fields: impl Iterator<Item = String>) -> String {
-    let mut line = fields.collect::<Vec<_>>().join(",");
-    line.push_str("\r\n");
-    line
-}
-
 /// A text inside a table of Markdown: nothing in it is markup, and it stays on one line.
 fn markdown(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for character in text.lines().collect::<Vec<_>>().join(" ").chars() {
+    let line = text.lines().collect::<Vec<_>>().join(" ");
+    for character in text::visible(line).chars() {
         if matches!(character, '\\' | '|' | '`' | '*' | '<' | '[' | ']' | '~') {
             escaped.push('\\');
         }
@@ -312,13 +291,6 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_csv_read_back_to_the_same_bits() {
-        for value in [0.1 + 0.2, 5e-324, f64::MAX, -1.0 / 3.0, 1e15, 0.0] {
-            assert_eq!(shortest(value).parse::<f64>().unwrap(), value);
-        }
-    }
-
-    #[test]
     fn markdown_has_no_stray_pipe_or_markup() {
         let expected = "**P(A\\|B) \\< 1 & more**\n\n\
                         | estimator | median, e_a (%) | verdict |\n\
@@ -340,6 +312,6 @@ mod tests {
         assert!(reads_as_number("3.21(4)e-13") && reads_as_number("98"));
         assert!(!reads_as_number("tail") && !reads_as_number(""));
         assert!(html.contains("e_a &lt;b&gt;</td>"));
-        assert!(html.contains("<a href=\"#c&quot;2\">"));
+        assert!(html.contains("<a href=\"#c%222\">"));
     }
 }

@@ -10,6 +10,7 @@ use crate::study::file::{
     ContinuousPlantTable, ContinuousTable, FactorName, FileError, HoldName, Key, ObserverName,
     ObserverTable, WaveName, WaveTable,
 };
+use crate::text;
 use faer::Mat;
 
 /// Plants that need no table.
@@ -84,7 +85,7 @@ fn placed(error: CascadeError) -> FileError {
 fn times(table: &ContinuousTable) -> Result<(), FileError> {
     let positive = |x: f64| x > 0.0 && x.is_finite();
     let wrong = |key: &str, value: f64, expected: &str| {
-        let message = format!("{value}; expected {expected}");
+        let message = format!("{}; expected {expected}", text::number(value));
         Err(FileError::key(&format!("continuous.{key}"), message))
     };
     if !positive(table.until) {
@@ -148,7 +149,7 @@ fn positive(of: &Build<'_>, key: Key) -> Result<f64, FileError> {
     }
     Err(FileError::key(
         key.name(),
-        format!("{number}; expected a number above 0"),
+        format!("{}; expected a number above 0", text::number(number)),
     ))
 }
 
@@ -205,6 +206,7 @@ fn term(of: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Te
         WaveName::White => {
             let hold = positive(of, Key::NoiseHold)?;
             if until / hold > MOST_HOLDS {
+                let hold = text::number(hold);
                 let message = format!("{hold}; expected at most {MOST_HOLDS} holds in a trial");
                 return Err(FileError::key(Key::NoiseHold.name(), message));
             }
@@ -288,6 +290,7 @@ fn observer(
                 (None, Some(list), None) => parse_poles(list).map_err(|error| error.to_string())?,
                 (None, None, Some(radius)) if radius > 0.0 => butterworth(n, radius),
                 (None, None, Some(radius)) => {
+                    let radius = text::number(radius);
                     return Err(format!("bandwidth {radius}; expected a number above 0"));
                 }
                 _ => return Err("expected one of 'gain', 'poles' and 'bandwidth'".to_owned()),

@@ -1,7 +1,9 @@
 //! One or several values of a setting: a scalar, a list, or a range.
 
+use crate::text::{folded, number};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// A number or a text.
@@ -16,7 +18,7 @@ pub enum Scalar {
 impl fmt::Display for Scalar {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Number(number) => write!(f, "{number}"),
+            Self::Number(x) => f.write_str(&number(*x)),
             Self::Text(text) => f.write_str(text),
         }
     }
@@ -91,7 +93,7 @@ const EXPECTED: &str =
     "a number, a text, a list of them, or a range such as { logspace = [0.1, 100, 13] }";
 
 /// The longest list.
-const LONGEST: usize = 10_000;
+pub(super) const LONGEST: usize = 10_000;
 
 struct AxisVisitor;
 
@@ -124,6 +126,7 @@ impl<'de> Visitor<'de> for AxisVisitor {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Axis, A::Error> {
         let mut values = Vec::new();
+        let mut seen = BTreeSet::new();
         while let Some(value) = list.next_element::<Axis>()? {
             match value {
                 Axis::One(_) if values.len() == LONGEST => {
@@ -131,9 +134,10 @@ impl<'de> Visitor<'de> for AxisVisitor {
                         "a list of more than {LONGEST} values"
                     )));
                 }
-                Axis::One(value) if values.contains(&value) => {
+                // Results tell values by their texts.
+                Axis::One(value) if !seen.insert(folded(&value.to_string())) => {
                     return Err(A::Error::custom(format!(
-                        "{value} stands twice in the list"
+                        "{value} stands twice in the list; case, blanks and what is not seen make no difference"
                     )));
                 }
                 Axis::One(value) => values.push(value),
@@ -280,6 +284,9 @@ mod tests {
         for (text, part) in [
             ("[]", "empty list"),
             ("[1, 1]", "stands twice"),
+            (r#"[1, "1"]"#, "stands twice"),
+            (r#"["C2", "c2"]"#, "stands twice"),
+            (r#"["a b", "a  b"]"#, "stands twice"),
             ("[[1]]", "list within a list"),
             ("true", "expected a number"),
             (r#"{"linspce": [1, 2, 3]}"#, "unknown range 'linspce'"),

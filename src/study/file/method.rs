@@ -1,6 +1,7 @@
 //! The methods of an experiment file.
 
 use super::FileError;
+use super::limits::{LIST_LIMIT, at_most};
 use crate::estimator::{IvOptions, LsOptions, Method};
 use crate::names::named_enum;
 use crate::observer::ObserverKind;
@@ -110,6 +111,13 @@ impl MethodTable {
                     "an empty list; expected at least one value",
                 ));
             }
+            let several = combinations.len().saturating_mul(values.len());
+            at_most(
+                &format!("methods[{index}]"),
+                several,
+                "methods of its lists",
+                LIST_LIMIT,
+            )?;
             let with = |name: &str, options: &Map<String, Value>, value: &Value| {
                 let mut options = options.clone();
                 options.insert(key.clone(), value.clone());
@@ -136,7 +144,7 @@ impl MethodTable {
     }
 
     fn base_name(&self) -> String {
-        let estimator = self.estimator.unwrap_or_default();
+        let estimator = self.estimator();
         self.name.clone().unwrap_or_else(|| estimator.to_string())
     }
 
@@ -165,7 +173,7 @@ impl MethodTable {
         let observer = options.shift_remove("observer");
         let place = format!("methods[{index}]");
         let wrong = |error: serde_json::Error| FileError::key(&place, error.to_string());
-        let estimator = self.estimator.unwrap_or_default();
+        let estimator = self.estimator();
         let described = match self.parse(index, options)? {
             Options::LeastSquares(options) => serde_json::to_value(options),
             Options::InstrumentalVariables(options) => serde_json::to_value(options),
@@ -186,7 +194,7 @@ impl MethodTable {
 
     fn parse(&self, index: usize, mut options: Map<String, Value>) -> Result<Options, FileError> {
         options.shift_remove("observer");
-        let estimator = self.estimator.unwrap_or_default();
+        let estimator = self.estimator();
         let place = format!("methods[{index}] ({estimator})");
         let (taken, only): (&[&str], _) = match estimator {
             EstimatorName::InstrumentalVariables => (&[], ""),
@@ -225,6 +233,11 @@ impl MethodTable {
             Ok(Options::InstrumentalVariables(options)) => Some(options),
             _ => None,
         }
+    }
+
+    /// Whose method it is.
+    pub(in crate::study) fn estimator(&self) -> EstimatorName {
+        self.estimator.unwrap_or_default()
     }
 
     /// What outputs of a pass are called: iteration 0 of "iv" is "ls".
@@ -281,10 +294,13 @@ impl MethodTable {
                     "an empty list; expected at least one pass",
                 ))
             }
-            Some(passes) => method.reporting(passes).map_err(|beyond| {
+            Some(passes) => {
                 let place = format!("methods[{index}].report");
-                FileError::key(&place, format!("there is no pass {beyond}"))
-            }),
+                at_most(&place, passes.len(), "passes", MOST_ITERATIONS + 1)?;
+                method
+                    .reporting(passes)
+                    .map_err(|beyond| FileError::key(&place, format!("there is no pass {beyond}")))
+            }
         }
     }
 }

@@ -4,6 +4,7 @@ mod axis;
 mod continuous;
 mod grid;
 mod key;
+mod limits;
 mod method;
 mod parse;
 mod rule;
@@ -16,6 +17,7 @@ pub use continuous::{
 };
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches};
 pub use key::{AUTOMATIC, Key};
+pub(super) use limits::at_most;
 pub use method::{EstimatorName, MOST_ITERATIONS, MethodTable};
 pub use parse::{FileError, schema};
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilStatistic};
@@ -253,6 +255,7 @@ impl ExperimentFile {
         }
         let continuous = self.continuous.is_some();
         self.check_kind()?;
+        self.check_lengths()?;
         if continuous {
             self.methods.clear();
             if self.measures == Self::default().measures {
@@ -286,6 +289,7 @@ impl ExperimentFile {
         let expanded: Result<Vec<Vec<MethodTable>>, FileError> =
             methods.map(|(i, method)| method.expand(i)).collect();
         self.methods = expanded?.concat();
+        self.check_lengths()?;
         self.measures.sort_unstable();
         self.measures.dedup();
         self.quick = None;

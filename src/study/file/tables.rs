@@ -3,6 +3,7 @@
 use super::super::row::Figure;
 use super::{Axis, Key};
 use crate::metric::SlopeOf;
+use crate::text::number;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -114,7 +115,7 @@ impl BoundTable {
     /// The bound as a table shows it.
     pub fn text(&self) -> String {
         self.below
-            .map_or_else(|| "= 0".to_owned(), |limit| format!("< {limit}"))
+            .map_or_else(|| "= 0".to_owned(), |limit| format!("< {}", number(limit)))
     }
 
     /// The figure's name in a table.

@@ -1,0 +1,115 @@
+//! What a file calls things: every name can be seen, and told from the others.
+
+use super::build::{FEEDBACKS, NOISES, PLANTS};
+use super::continuous::{CONTINUOUS_PLANTS, SIGNALS};
+use super::file::{ExperimentFile, FileError, Key, Scalar};
+use crate::text::{alike, folded, name_fault};
+
+/// Checks every name of a resolved file, but for those of outputs.
+///
+/// # Errors
+/// The first that is wrong.
+pub(super) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
+    known_claims(&file.claims)?;
+    tables("plants", file.plants.keys(), &PLANTS)?;
+    tables("noises", file.noises.keys(), &NOISES)?;
+    tables("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
+    let plants = file.continuous_plants.keys();
+    tables("continuous_plants", plants, &CONTINUOUS_PLANTS)?;
+    tables("signals", file.signals.keys(), &SIGNALS)?;
+    let claims = file
+        .settings
+        .get(&Key::Claim)
+        .map(|axis| axis.values(false));
+    for claim in claims.into_iter().flatten() {
+        match claim {
+            Scalar::Text(text) if !text.is_empty() => own_name(&text, Key::Claim.name())?,
+            _ => {}
+        }
+    }
+    for (i, bound) in file.bounds.iter().enumerate() {
+        if let Some(label) = &bound.label {
+            own_name(label, &format!("bounds[{i}].label"))?;
+        }
+    }
+    for (i, table) in file.observers.iter().enumerate() {
+        method(&table.label(), &format!("observers[{i}].name"))?;
+    }
+    for (i, table) in file.methods.iter().enumerate() {
+        let (name, place) = (table.output_name(1), format!("methods[{i}].name"));
+        method(&name, &place)?;
+        let estimator = folded(&name);
+        if ["iv", "ls"].contains(&estimator.as_str()) && estimator != table.estimator().name() {
+            let message = format!("'{name}' is another estimator; expected a name of its own");
+            return Err(FileError::key(&place, message));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that all labels of outputs can be told apart; `place` is where they stand in the file.
+pub(super) fn check_labels(place: &str, labels: &[String]) -> Result<(), FileError> {
+    match alike(labels.iter().map(String::as_str)) {
+        None => Ok(()),
+        Some([one, other]) if one == other => {
+            let message = format!("two outputs are called '{one}'; expected a name for each");
+            Err(FileError::key(place, message))
+        }
+        Some(pair) => Err(FileError::key(place, not_apart(pair))),
+    }
+}
+
+fn not_apart([one, other]: [&str; 2]) -> String {
+    format!(
+        "'{one}' and '{other}' look alike; expected names that differ in more than case, blanks and what is not seen"
+    )
+}
+
+fn own_name(name: &str, place: &str) -> Result<(), FileError> {
+    name_fault(name).map_or(Ok(()), |fault| Err(FileError::key(place, fault)))
+}
+
+/// Checks the name of a method or an observer, behind which a pass stands in parentheses.
+fn method(name: &str, place: &str) -> Result<(), FileError> {
+    own_name(name, place)?;
+    if name.contains(['(', ')']) {
+        let message = format!("'{name}'; expected a name without parentheses");
+        return Err(FileError::key(place, message));
+    }
+    Ok(())
+}
+
+/// Checks the names of tables; none has that of a built-in one, which it would hide.
+fn tables<'a>(
+    table: &str,
+    names: impl Iterator<Item = &'a String> + Clone,
+    built_in: &[&str],
+) -> Result<(), FileError> {
+    for name in names.clone() {
+        own_name(name, table)?;
+        if built_in.contains(&folded(name).as_str()) {
+            let message = "the name of a built-in one; expected another";
+            return Err(FileError::key(&format!("{table}.{name}"), message));
+        }
+    }
+    alike(names.map(String::as_str))
+        .map_or(Ok(()), |pair| Err(FileError::key(table, not_apart(pair))))
+}
+
+/// Checks that the report knows every claim.
+fn known_claims(claims: &[String]) -> Result<(), FileError> {
+    /// Claims, errata and basic facts, with how many there are.
+    const KNOWN: [(&str, u32); 4] = [("C", 9), ("E", 14), ("B", 3), ("K", 1)];
+    let known: Vec<String> = KNOWN
+        .iter()
+        .flat_map(|(letter, count)| (1..=*count).map(move |number| format!("{letter}{number}")))
+        .collect();
+    match claims.iter().find(|claim| !known.contains(claim)) {
+        Some(claim) => {
+            let message =
+                format!("no claim '{claim}'; expected C1 to C9, E1 to E14, B1 to B3 or K1");
+            Err(FileError::key("claims", message))
+        }
+        None => Ok(()),
+    }
+}

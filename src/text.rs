@@ -1,0 +1,252 @@
+//! Text of others, such as names, titles and paths: what of it is shown as it is, and which names are told apart.
+
+use std::fmt::{Display, Write as _};
+
+/// The most characters of a name: of a method, a claim, a plant and the like.
+pub(crate) const NAME_LIMIT: usize = 200;
+
+/// Whether a character is not seen, or changes where others stand: controls, line ends, directions, and what Unicode
+/// calls default-ignorable.
+fn is_unseen(c: char) -> bool {
+    c.is_control()
+        || matches!(c,
+            '\u{ad}' | '\u{34f}' | '\u{61c}' | '\u{115f}' | '\u{1160}' | '\u{17b4}' | '\u{17b5}'
+            | '\u{180b}'..='\u{180f}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}' | '\u{2800}' | '\u{3164}' | '\u{fe00}'..='\u{fe0f}'
+            | '\u{feff}' | '\u{ffa0}' | '\u{fff0}'..='\u{fffb}' | '\u{fffe}' | '\u{ffff}'
+            | '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}' | '\u{e0000}'..='\u{e0fff}')
+}
+
+/// Whether an unseen character stands where words and emoji need it: joiners between two characters beyond ASCII, a
+/// variation selector behind one, or in a keycap.
+fn joins(before: Option<char>, c: char, after: Option<char>) -> bool {
+    const EMOJI: char = '\u{fe0f}';
+    const KEYCAP: char = '\u{20e3}';
+    let shown = |c: char| !(c.is_ascii() || c.is_whitespace() || is_unseen(c));
+    match c {
+        '\u{200c}' | '\u{200d}' => {
+            before.is_some_and(|c| shown(c) || c == EMOJI) && after.is_some_and(shown)
+        }
+        '\u{fe0e}' | EMOJI => before.is_some_and(shown) || after == Some(KEYCAP),
+        _ => false,
+    }
+}
+
+/// A text in which `replace` writes something else for every character that is not seen.
+fn replace_unseen(text: &str, mut replace: impl FnMut(&mut String, char)) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut characters = text.chars().peekable();
+    let mut before = None;
+    while let Some(c) = characters.next() {
+        if is_unseen(c) && !joins(before, c, characters.peek().copied()) {
+            replace(&mut shown, c);
+            before = None;
+        } else {
+            shown.push(c);
+            before = Some(c);
+        }
+    }
+    shown
+}
+
+/// A text as people may see it, on one line: what is not seen is written as `\n` or `\u{202e}`.
+pub(crate) fn visible(text: impl Display) -> String {
+    replace_unseen(&text.to_string(), |shown, c| {
+        shown.extend(c.escape_default())
+    })
+}
+
+/// The same of a text of several lines.
+pub(crate) fn visible_lines(text: &str) -> String {
+    replace_unseen(text, |shown, c| match c {
+        '\n' => shown.push(c),
+        c => shown.extend(c.escape_default()),
+    })
+}
+
+/// JSON in which strings have nothing unseen; between them are blanks and line ends only.
+pub(crate) fn visible_json(json: &str) -> String {
+    replace_unseen(json, |shown, c| match c {
+        '\n' => shown.push(c),
+        c => {
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                // Writing to a string does not fail.
+                let _ = write!(shown, "\\u{unit:04x}");
+            }
+        }
+    })
+}
+
+/// The beginning of a long text, with how much is left out.
+pub(crate) fn beginning(text: &str, most: usize) -> String {
+    match text.char_indices().nth(most) {
+        None => text.to_owned(),
+        Some((end, _)) => {
+            let more = text[end..].chars().count();
+            format!("{}... ({more} more characters)", &text[..end])
+        }
+    }
+}
+
+/// A path or another word of a command, in quotes where a shell would read it otherwise.
+pub(crate) fn shell_word(word: impl Display) -> String {
+    let word = word.to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+,@%:=".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word;
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// What of a name tells it from others: not case, not kinds and numbers of blanks, nothing unseen.
+pub(crate) fn folded(name: &str) -> String {
+    let seen = |c: &char| c.is_whitespace() || !is_unseen(*c);
+    let seen: String = name.chars().filter(seen).collect();
+    let words: Vec<&str> = seen.split_whitespace().collect();
+    let joined = words.join(" ");
+    let upper = joined.chars().flat_map(char::to_uppercase);
+    upper.flat_map(char::to_lowercase).collect()
+}
+
+/// The first name that cannot be told from one before it, and that one.
+pub(crate) fn alike<'a>(names: impl IntoIterator<Item = &'a str>) -> Option<[&'a str; 2]> {
+    let mut seen = std::collections::BTreeMap::new();
+    for name in names {
+        if let Some(before) = seen.insert(folded(name), name) {
+            return Some([before, name]);
+        }
+    }
+    None
+}
+
+/// What is wrong with a name that a user gave, if anything is.
+pub(crate) fn name_fault(name: &str) -> Option<String> {
+    let shown = beginning(&visible(name), 60);
+    let expected = if name.trim().is_empty() {
+        "a name, not empty"
+    } else if name.chars().nth(NAME_LIMIT).is_some() {
+        return Some(format!(
+            "'{shown}'; expected at most {NAME_LIMIT} characters"
+        ));
+    } else if visible(name) != name {
+        "a name without characters that are not seen"
+    } else if name.trim() != name {
+        "a name without blanks at its ends"
+    } else {
+        return None;
+    };
+    Some(format!("'{shown}'; expected {expected}"))
+}
+
+/// A number in the shortest form that reads back to the same bits, with an exponent where it is large or small.
+pub(crate) fn number(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e15).contains(&x.abs()) {
+        x.to_string()
+    } else {
+        format!("{x:e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_seen_is_written_out() {
+        for (text, shown) in [
+            ("a\u{1b}[31mred\u{7}\0", "a\\u{1b}[31mred\\u{7}\\u{0}"),
+            ("a\nb\r\tc\u{7f}\u{9b}", "a\\nb\\r\\tc\\u{7f}\\u{9b}"),
+            (
+                "\u{202e}txt\u{2066}\u{200f}\u{61c}",
+                "\\u{202e}txt\\u{2066}\\u{200f}\\u{61c}",
+            ),
+            (
+                "a\u{200b}b\u{feff}\u{ad}\u{2028}",
+                "a\\u{200b}b\\u{feff}\\u{ad}\\u{2028}",
+            ),
+            // Joiners and selectors that join nothing.
+            ("a\u{200d}b\u{fe0f}", "a\\u{200d}b\\u{fe0f}"),
+            (
+                "\u{5d0}\u{200d}\u{200d}\u{5d0}",
+                "\u{5d0}\\u{200d}\\u{200d}\u{5d0}",
+            ),
+        ] {
+            assert_eq!(visible(text), shown);
+        }
+        // Hebrew, Persian with its non-joiner, a family, a heart, a keycap, accents.
+        for text in [
+            "\u{5e9}\u{5dc}\u{5d5}\u{5dd}",
+            "\u{645}\u{6cc}\u{200c}\u{62e}\u{648}\u{627}\u{647}\u{645}",
+            "\u{1f468}\u{200d}\u{1f469}\u{200d}\u{1f467}",
+            "\u{2764}\u{fe0f}\u{200d}\u{1f525}",
+            "1\u{fe0f}\u{20e3}",
+            "R\u{e9}sum\u{65}\u{301} \u{221a}2 \\ '\"",
+        ] {
+            assert_eq!(visible(text), text);
+        }
+    }
+
+    #[test]
+    fn names_that_look_alike_are_alike() {
+        for (one, other) in [
+            ("C2", "c2"),
+            ("a b", "a \u{a0} b"),
+            ("a", " a\t"),
+            ("a", "a\u{200b}"),
+            ("\u{5d0}\u{5d1}", "\u{5d0}\u{200d}\u{5d1}"),
+            ("stra\u{df}e", "STRASSE"),
+        ] {
+            assert_eq!(folded(one), folded(other), "{one} {other}");
+            assert_eq!(alike(["x", one, other]), Some([one, other]));
+        }
+        assert_eq!(alike(["a b", "ab", "a-b"]), None);
+    }
+
+    #[test]
+    fn names_have_nothing_unseen_and_an_end() {
+        let long = "x".repeat(NAME_LIMIT + 1);
+        for name in ["", " ", "a\n", "a ", "\u{202e}a", "a\u{200b}b", &long] {
+            assert!(name_fault(name).is_some(), "{name:?}");
+        }
+        let message = name_fault(&"x".repeat(10_000)).unwrap();
+        assert!(
+            message.contains("9940 more") && message.contains("at most 200"),
+            "{message}"
+        );
+        for name in [
+            "iv",
+            "=cmd|x",
+            "\u{5e9}\u{5dc}",
+            "\u{1f468}\u{200d}\u{1f469}",
+            &long[1..],
+        ] {
+            assert_eq!(name_fault(name), None, "{name:?}");
+        }
+    }
+
+    #[test]
+    fn words_of_commands_stay_words() {
+        assert_eq!(shell_word("results/a-1"), "results/a-1");
+        assert_eq!(shell_word("a b;c"), "'a b;c'");
+        assert_eq!(shell_word("it's $(x)"), "'it'\\''s $(x)'");
+        assert_eq!(shell_word(""), "''");
+    }
+
+    #[test]
+    fn numbers_are_short_and_read_back_to_the_same_bits() {
+        for value in [
+            0.1 + 0.2,
+            5e-324,
+            f64::MAX,
+            -1.0 / 3.0,
+            1e15,
+            -1e300,
+            0.0,
+            98.0,
+        ] {
+            assert_eq!(number(value).parse::<f64>().unwrap(), value);
+            assert!(number(value).len() < 25);
+        }
+        assert_eq!([98.0, 0.5, -1e300].map(number), ["98", "0.5", "-1e300"]);
+    }
+}
