@@ -12,6 +12,7 @@ pub mod file;
 mod folder;
 #[doc(hidden)]
 pub mod kernels;
+mod need;
 mod observers;
 mod pack;
 mod peak;
@@ -36,6 +37,7 @@ pub use experiment::{
 };
 pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
+pub use need::{Disk, disk_of, memory_of};
 pub use pack::PackTrial;
 pub use peak::fma_peak;
 pub use plan::Plan;
