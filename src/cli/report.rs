@@ -3,7 +3,7 @@
 #![allow(clippy::format_push_string, reason = "a few lines")]
 
 use super::error::{Error, failed};
-use super::print;
+use super::{print, progress};
 use crate::report::{Study, claims, report, write_report};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -21,7 +21,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut studies: Vec<Study> = Vec::new();
+    let mut steps = progress::Steps::new();
     for folder in &arguments.folders {
+        steps.show(&format!("reading {}", folder.display()));
         let mut study = Study::read(folder).map_err(|error| Error::Input(error.to_string()))?;
         let name = study.name.clone();
         let taken = |name: &str| studies.iter().any(|other| other.name == name);
@@ -37,10 +39,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         (None, [folder]) => folder.clone(),
         (None, _) => PathBuf::from("report"),
     };
-    let files = report(&studies);
+    steps.show("verdicts");
+    let claims = claims(&studies);
+    let files = report(&studies, &claims, &mut |step| steps.show(step));
+    steps.show("writing");
     write_report(&out, &files).map_err(failed)?;
+    steps.clear();
     let mut text = String::new();
-    for claim in claims(&studies).iter().filter(|claim| claim.is_judged()) {
+    for claim in claims.iter().filter(|claim| claim.is_judged()) {
         text.push_str(&format!(
             "{:<4} {:<13} {}\n",
             claim.id,

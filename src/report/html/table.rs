@@ -182,17 +182,21 @@ impl Table {
         let headings = self.columns.iter().map(|c| csv_field(&c.heading()));
         let mut csv = csv_line(headings);
         for row in &self.rows {
-            let fields = self.cells(row).map(|(column, cell)| match cell {
-                Some(CellText {
-                    sort_value: Some(value),
-                    ..
-                }) if column.numeric => shortest(*value),
-                Some(cell) => csv_field(&cell.text),
-                None => String::new(),
-            });
-            csv.push_str(&csv_line(fields));
+            csv.push_str(&self.csv_row(row));
         }
         csv
+    }
+
+    /// A line of [`Self::csv`]: a row, of this table or not.
+    pub fn csv_row(&self, row: &[CellText]) -> String {
+        csv_line(self.cells(row).map(|(column, cell)| match cell {
+            Some(CellText {
+                sort_value: Some(value),
+                ..
+            }) if column.numeric => shortest(*value),
+            Some(cell) => csv_field(&cell.text),
+            None => String::new(),
+        }))
     }
 
     /// The table as Markdown (GitHub's dialect), its caption in bold above.
