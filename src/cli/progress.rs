@@ -92,6 +92,48 @@ impl Display {
     }
 }
 
+/// The steps of what has no trials to count: a line on a terminal that says which one it is and since when, or a line
+/// for each step that begins more than a minute after the last line elsewhere.
+pub(super) struct Steps {
+    bar: ProgressBar,
+    /// When there was a line last; `None` on a terminal.
+    last_line: Option<Instant>,
+}
+
+impl Steps {
+    pub(super) fn new() -> Self {
+        let terminal = std::io::stderr().is_terminal();
+        let bar = if terminal {
+            ProgressBar::new_spinner()
+        } else {
+            ProgressBar::hidden()
+        };
+        let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self {
+            bar,
+            last_line: (!terminal).then(Instant::now),
+        }
+    }
+
+    pub(super) fn show(&mut self, step: &str) {
+        self.bar.set_message(step.to_owned());
+        let now = Instant::now();
+        if self
+            .last_line
+            .is_some_and(|last| now - last >= BETWEEN_LINES)
+        {
+            self.last_line = Some(now);
+            note(step);
+        }
+    }
+
+    pub(super) fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 /// A flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once: files are written whole under
 /// other names first, so nothing is left half-written. All studies of a program share it.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {

@@ -3,7 +3,7 @@
 #![allow(clippy::format_push_string, reason = "a few lines")]
 
 use super::error::{Error, failed};
-use super::print;
+use super::{print, progress};
 use crate::report::{Study, claims, report, write_report};
 use crate::text::{alike, folded, visible};
 use std::path::PathBuf;
@@ -22,7 +22,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut studies: Vec<Study> = Vec::new();
+    let mut steps = progress::Steps::new();
     for folder in &arguments.folders {
+        steps.show(&format!("reading {}", folder.display()));
         let mut study = Study::read(folder).map_err(|error| Error::Input(error.to_string()))?;
         let name = study.name.clone();
         // Their files must differ where case makes no difference, too.
@@ -43,15 +45,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         (None, [folder]) => folder.clone(),
         (None, _) => PathBuf::from("report"),
     };
-    let files = report(&studies);
+    steps.show("verdicts");
+    let claims = claims(&studies);
+    let files = report(&studies, &claims, &mut |step| steps.show(step));
     if let Some([_, twice]) = alike(files.iter().map(|(name, _)| name.as_str())) {
         return Err(Error::Input(format!(
             "two of these reports would write {twice}; expected folders of other names"
         )));
     }
+    steps.show("writing");
     write_report(&out, &files).map_err(failed)?;
+    steps.clear();
     let mut text = String::new();
-    for claim in claims(&studies).iter().filter(|claim| claim.is_judged()) {
+    for claim in claims.iter().filter(|claim| claim.is_judged()) {
         text.push_str(&format!(
             "{:<4} {:<13} {}\n",
             claim.id,

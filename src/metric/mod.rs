@@ -26,5 +26,5 @@ pub use paired::{Paired, PairedStatistics};
 pub use quantile::{Quantile, quantile};
 pub use response::{Response, System};
 pub use share::{Share, Verdict, verdict};
-pub use sketch::{SKETCH_ERROR, Sketch};
+pub use sketch::{SKETCH_ERROR, Sketch, expected_bins};
 pub use slope::{JACKKNIFE_GROUPS, Jackknife, NoSlope, Slope, SlopeOf, slope, slope_of_statistics};

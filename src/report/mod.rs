@@ -10,6 +10,7 @@ mod example;
 mod figures;
 mod folder;
 pub mod html;
+mod index;
 mod markup;
 mod number;
 pub mod plot;

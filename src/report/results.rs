@@ -1,5 +1,6 @@
 //! A results folder as a report sees it: what was asked, what came out.
 
+use super::index::Index;
 use super::shipped::Shipped;
 use crate::estimator::IvOptions;
 use crate::metric::{Quantile, Statistics};
@@ -8,8 +9,8 @@ use crate::study::{CellSummary, Figure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
 use serde::Deserialize;
 use serde_json::Value;
-use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// Why results cannot be read.
@@ -73,6 +74,8 @@ pub struct Study {
     pub summary: Summary,
     /// Times, where they were measured.
     pub times: Vec<Time>,
+    /// What is looked up in the summary.
+    pub(super) index: Index,
 }
 
 /// What `asobench reproduce` runs.
@@ -95,13 +98,14 @@ impl Study {
         let parsed = |name: &str, what: &str, error: serde_json::Error| {
             wrong(name, format!("not {what} of this version ({error})"))
         };
-        let text = fs::read_to_string(folder.join("summary.json"));
-        let text = text.map_err(|error| wrong("summary.json", error.to_string()))?;
-        let summary: Summary = serde_json::from_str(&text)
+        let opened = File::open(folder.join("summary.json"));
+        let opened = opened.map_err(|error| wrong("summary.json", error.to_string()))?;
+        let summary: Summary = serde_json::from_reader(BufReader::new(opened))
             .map_err(|error| parsed("summary.json", "a summary", error))?;
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
+        check_cells(&summary).map_err(|reason| wrong("summary.json", reason))?;
         let times = match fs::read_to_string(folder.join("timing/times.json")) {
             Ok(text) => {
                 let times: Times = serde_json::from_str(&text)
@@ -118,6 +122,7 @@ impl Study {
             folder: folder.to_owned(),
             version: text("version").unwrap_or_default(),
             revision: text("git_revision"),
+            index: Index::of(&summary, file.continuous.is_some()),
             file,
             summary,
             times,
@@ -134,81 +139,68 @@ impl Study {
     }
 
     /// Every output's label, in order.
-    pub fn labels(&self) -> Vec<String> {
-        let cell = self.summary.cells.first();
-        cell.map_or_else(Vec::new, |cell| {
-            cell.outputs.iter().map(OutputSummary::label).collect()
-        })
+    pub fn labels(&self) -> &[String] {
+        &self.index.labels
     }
 
     /// The settings that tell cells apart, without those that follow from another one.
     pub fn varying(&self) -> Vec<Key> {
-        const FIRST: [Key; 6] = [
-            Key::Claim,
-            Key::PlantOrder,
-            Key::Order,
-            Key::Window,
-            Key::Eta,
-            Key::L,
-        ];
-        let others = Key::ALL.iter().filter(|key| !FIRST.contains(key));
-        let continuous = self.file.continuous.is_some();
-        let candidates = FIRST.iter().chain(others).copied();
-        let candidates = candidates.filter(|key| key.is_of(continuous));
-        let mut kept: Vec<Key> = Vec::new();
-        for key in candidates {
-            let follows = kept.iter().any(|other| self.follows(key, *other));
-            if self.values(key).len() > 1 && !follows {
-                kept.push(key);
-            }
-        }
-        kept
-    }
-
-    /// Whether the value of one setting gives that of the other.
-    fn follows(&self, key: Key, from: Key) -> bool {
-        let mut seen: BTreeMap<String, String> = BTreeMap::new();
-        self.summary.cells.iter().all(|cell| {
-            let value = cell.setting(key);
-            *seen
-                .entry(cell.setting(from))
-                .or_insert_with(|| value.clone())
-                == value
-        })
+        self.index.varying.clone()
     }
 
     /// The values of a setting over the cells, in order: by size where all are numbers, else of appearance.
-    pub fn values(&self, key: Key) -> Vec<String> {
-        let mut values: Vec<String> = Vec::new();
-        for cell in &self.summary.cells {
-            let value = cell.setting(key);
-            if !values.contains(&value) {
-                values.push(value);
-            }
-        }
-        let number = |value: &String| value.parse::<f64>().ok();
-        if values.iter().all(|value| number(value).is_some()) {
-            values.sort_by(|a, b| {
-                number(a)
-                    .partial_cmp(&number(b))
-                    .unwrap_or(std::cmp::Ordering::Equal)
-            });
-        }
-        values
+    pub fn values(&self, key: Key) -> &[String] {
+        self.index.names(key)
+    }
+
+    /// The values of a setting as numbers, in order; `None` where one is not a number.
+    pub fn numbers(&self, key: Key) -> Option<&[f64]> {
+        self.index.numbers(key)
     }
 
     /// Whether every value of a setting is a number.
     pub fn is_numeric(&self, key: Key) -> bool {
-        let mut cells = self.summary.cells.iter();
-        cells.all(|cell| cell.is_number(key))
+        self.numbers(key).is_some()
+    }
+
+    /// The place of a cell's value among the values of a setting.
+    pub fn place(&self, cell: &CellSummary, key: Key) -> usize {
+        self.index.place(cell.cell, key)
+    }
+
+    /// The output of a label in a cell.
+    pub fn output<'a>(&self, cell: &'a CellSummary, label: &str) -> Option<&'a OutputSummary> {
+        cell.outputs.get(self.index.output(label)?)
+    }
+
+    /// Statistics of a figure of an output of a cell.
+    pub fn statistics<'a>(
+        &self,
+        cell: &'a CellSummary,
+        label: &str,
+        figure: Figure,
+    ) -> Option<&'a Statistics> {
+        self.output(cell, label)?.figures.get(&figure)
+    }
+
+    /// Whether a cell has no noise where others have.
+    pub fn is_quiet(&self, cell: &CellSummary) -> bool {
+        cell.eta == 0.0 && self.index.noisy
     }
 
     /// The cells with these settings.
     pub fn cells(&self, wanted: &[(Key, &str)]) -> Vec<&CellSummary> {
+        let place = |(key, value): &(Key, &str)| {
+            let place = self.values(*key).iter().position(|other| other == value);
+            Some((*key, place?))
+        };
+        let places: Option<Vec<(Key, usize)>> = wanted.iter().map(place).collect();
+        let Some(places) = places else {
+            return Vec::new();
+        };
         let fits = |cell: &&CellSummary| {
-            wanted
-                .iter()
-                .all(|(key, value)| cell.setting(*key) == *value)
+            let mut places = places.iter();
+            places.all(|(key, place)| self.place(cell, *key) == *place)
         };
         self.summary.cells.iter().filter(fits).collect()
     }
@@ -282,6 +274,28 @@ impl Study {
         };
         (command, to)
     }
+}
+
+/// What every summary is like: cells have their places for numbers, and all have the outputs of the first one.
+fn check_cells(summary: &Summary) -> Result<(), String> {
+    let Some(first) = summary.cells.first() else {
+        return Ok(());
+    };
+    let named = |of: &OutputSummary, other: &OutputSummary| {
+        (of.estimator.as_str(), of.pass) == (other.estimator.as_str(), other.pass)
+    };
+    for (place, cell) in summary.cells.iter().enumerate() {
+        let outputs = cell.outputs.iter().zip(&first.outputs);
+        if cell.cell != place {
+            return Err(format!("cell {} stands at place {place}", cell.cell));
+        }
+        if cell.outputs.len() != first.outputs.len()
+            || !outputs.into_iter().all(|(a, b)| named(a, b))
+        {
+            return Err(format!("cell {place} has other outputs than cell 0"));
+        }
+    }
+    Ok(())
 }
 
 /// The folder's name.

@@ -355,7 +355,7 @@ impl<'e> Campaign<'e> {
         }
         let summary = Summary::of(experiment, cells, &slopes);
         write_summary(&self.folder.stage("summary.parquet"), experiment, &summary)?;
-        self.folder.write_json("summary.json", &summary.to_json())?;
+        self.folder.write_json("summary.json", &summary)?;
         self.folder
             .write_json("manifest.json", &manifest(experiment, targets))?;
         for (name, content) in figures(&summary).map_err(CampaignError::Figures)? {

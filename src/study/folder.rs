@@ -1,9 +1,10 @@
 //! A folder of results: written whole or not at all.
 
 use super::experiment::design_of;
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a folder cannot take the results.
@@ -293,8 +294,15 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn write_json(&mut self, name: &str, value: &Value) -> Result<(), FolderError> {
-        self.write(name, format!("{value}\n").as_bytes())
+    pub fn write_json(&mut self, name: &str, value: &impl Serialize) -> Result<(), FolderError> {
+        let path = self.stage(name);
+        let written = fs::File::create(&path).and_then(|file| {
+            let mut writer = BufWriter::new(file);
+            serde_json::to_writer(&mut writer, value)?;
+            writer.write_all(b"\n")?;
+            writer.into_inner()?.sync_all()
+        });
+        written.map_err(io_error(&path))
     }
 
     /// Renames every staged file to its name; the manifest last, and an older one removed first, so

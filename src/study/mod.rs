@@ -13,6 +13,7 @@ mod folder;
 #[doc(hidden)]
 pub mod kernels;
 mod names;
+mod need;
 mod observers;
 mod pack;
 mod peak;
@@ -37,6 +38,7 @@ pub use experiment::{
 };
 pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
+pub use need::{Disk, disk_of, memory_of};
 pub use pack::PackTrial;
 pub use peak::fma_peak;
 pub use plan::Plan;

@@ -1,9 +1,9 @@
 //! Parquet files: the trials, written row group by row group, and the summary as a table.
 
 use super::experiment::{Cell, Experiment};
-use super::file::Scalar;
+use super::file::{Key, Scalar};
 use super::row::Row;
-use super::summary::{OutputSummary, Summary};
+use super::summary::{CellSummary, OutputSummary, Summary};
 use crate::estimator::Output;
 use crate::metric::{Estimate, Quantile, Statistics};
 use polars::prelude::{
@@ -44,6 +44,7 @@ pub enum StoreError {
 /// failed_pass, failed_stage, unstable`, then every measure; eta in per cent; null where undefined.
 pub struct TrialWriter<'e> {
     experiment: &'e Experiment,
+    settings: Vec<Setting>,
     outputs: Vec<Output>,
     path: PathBuf,
     writer: BatchedWriter<BufWriter<File>>,
@@ -66,15 +67,13 @@ impl<'e> TrialWriter<'e> {
             Err(source) => return Err(StoreError::Io { path, source }),
         };
         let outputs = experiment.outputs();
-        let writer = frame(experiment, &outputs, &[]).and_then(|empty| {
-            ParquetWriter::new(BufWriter::new(file))
-                .with_compression(ParquetCompression::Zstd(None))
-                .set_parallel(false)
-                .batched(empty.schema())
-        });
+        let settings = settings(experiment);
+        let empty = frame(experiment, &settings, &outputs, &[]);
+        let writer = empty.and_then(|empty| batched(file, &empty));
         match writer {
             Ok(writer) => Ok(Self {
                 experiment,
+                settings,
                 outputs,
                 path,
                 writer,
@@ -124,18 +123,31 @@ impl<'e> TrialWriter<'e> {
         if self.rows.is_empty() {
             return Ok(());
         }
-        let frame = frame(self.experiment, &self.outputs, &self.rows);
+        let frame = frame(self.experiment, &self.settings, &self.outputs, &self.rows);
         let written = frame.and_then(|frame| self.writer.write_batch(&frame));
         self.rows.clear();
         written.map_err(|source| self.parquet_error(source))
     }
 }
 
+/// A writer of row groups with the columns of a table.
+fn batched(file: File, of: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
+    ParquetWriter::new(BufWriter::new(file))
+        .with_compression(ParquetCompression::Zstd(None))
+        .set_parallel(false)
+        .batched(of.schema())
+}
+
 /// The table of some rows.
-fn frame(experiment: &Experiment, outputs: &[Output], rows: &[Waiting]) -> PolarsResult<DataFrame> {
+fn frame(
+    experiment: &Experiment,
+    settings: &[Setting],
+    outputs: &[Output],
+    rows: &[Waiting],
+) -> PolarsResult<DataFrame> {
     let output = |row: &Waiting| &outputs[row.1.output];
     let failure = |row: &Waiting| row.1.failure;
-    let mut columns = cell_columns(experiment, rows, |row| row.0);
+    let mut columns = cell_columns(experiment, settings, rows, |row| row.0);
     columns.extend([
         column(rows, "trial", |row| row.1.trial),
         column(rows, "estimator", |row| output(row).estimator.as_str()),
@@ -155,9 +167,22 @@ fn frame(experiment: &Experiment, outputs: &[Output], rows: &[Waiting]) -> Polar
     DataFrame::new(rows.len(), columns)
 }
 
+/// A setting that varies, and whether all of its values are numbers.
+type Setting = (Key, bool);
+
+fn settings(experiment: &Experiment) -> Vec<Setting> {
+    let axes = experiment.axes().into_iter();
+    let numeric = |key: Key| {
+        let mut cells = experiment.cells.iter();
+        cells.all(|cell| matches!(cell.settings.get(&key), Some(Scalar::Number(_))))
+    };
+    axes.map(|key| (key, numeric(key))).collect()
+}
+
 /// The columns that say which cell a row is of.
 fn cell_columns<'e, R>(
     experiment: &'e Experiment,
+    settings: &[Setting],
     rows: &[R],
     cell_of: impl Fn(&R) -> usize,
 ) -> Vec<Column> {
@@ -168,17 +193,13 @@ fn cell_columns<'e, R>(
         column(rows, "eta", |row| cell(row).eta),
         column(rows, "window", |row| cell(row).window as u32),
     ];
-    for key in experiment.axes() {
+    for (key, numeric) in settings {
         let number = |scalar: Option<&Scalar>| match scalar {
             Some(Scalar::Number(number)) => Some(*number),
             _ => None,
         };
-        let setting = |row: &R| cell(row).settings.get(&key);
-        if experiment
-            .cells
-            .iter()
-            .all(|cell| number(cell.settings.get(&key)).is_some())
-        {
+        let setting = |row: &R| cell(row).settings.get(key);
+        if *numeric {
             columns.push(column(rows, key.name(), |row| number(setting(row))));
         } else {
             columns.push(column(rows, key.name(), |row| {
@@ -211,14 +232,14 @@ pub fn write_summary(
         path: path.to_owned(),
         source,
     };
-    let mut table = summary_frame(experiment, summary).map_err(parquet)?;
+    let settings = settings(experiment);
+    let table = |cells| summary_frame(experiment, &settings, cells).map_err(parquet);
     let file = File::create(path).map_err(io)?;
-    let writer =
-        ParquetWriter::new(BufWriter::new(file)).with_compression(ParquetCompression::Zstd(None));
-    writer
-        .set_parallel(false)
-        .finish(&mut table)
-        .map_err(parquet)?;
+    let mut writer = batched(file, &table(&[])?).map_err(parquet)?;
+    for cells in summary.cells.chunks(group_cells(summary)) {
+        writer.write_batch(&table(cells)?).map_err(parquet)?;
+    }
+    writer.finish().map_err(parquet)?;
     File::open(path)
         .and_then(|file| file.sync_all())
         .map_err(io)
@@ -227,9 +248,25 @@ pub fn write_summary(
 /// A row of the summary's table: cell, output, the figure's name and its statistics.
 type SummaryRow<'a> = (usize, &'a OutputSummary, String, &'a Statistics);
 
-fn summary_frame(experiment: &Experiment, summary: &Summary) -> PolarsResult<DataFrame> {
+/// Cells in a group of the summary's table.
+fn group_cells(summary: &Summary) -> usize {
+    let rows = |cell: &CellSummary| -> usize {
+        let outputs = cell.outputs.iter();
+        outputs
+            .map(|of| of.figures.len() + of.parameters.len())
+            .sum()
+    };
+    let most = summary.cells.iter().map(rows).max().unwrap_or(0);
+    (GROUP_ROWS / most.max(1)).max(1)
+}
+
+fn summary_frame(
+    experiment: &Experiment,
+    settings: &[Setting],
+    cells: &[CellSummary],
+) -> PolarsResult<DataFrame> {
     let mut rows: Vec<SummaryRow<'_>> = Vec::new();
-    for cell in &summary.cells {
+    for cell in cells {
         for output in &cell.outputs {
             let figures = output
                 .figures
@@ -247,7 +284,7 @@ fn summary_frame(experiment: &Experiment, summary: &Summary) -> PolarsResult<Dat
         }
     }
     let rows = &rows[..];
-    let mut columns = cell_columns(experiment, rows, |row| row.0);
+    let mut columns = cell_columns(experiment, settings, rows, |row| row.0);
     columns.extend([
         column(rows, "estimator", |row| row.1.estimator.as_str()),
         column(rows, "pass", |row| row.1.pass as u32),
@@ -332,8 +369,13 @@ pub fn stored_alike(
     };
     let stored = read_rows(path, first, rows.len())?;
     let waiting: Vec<Waiting> = rows.iter().map(|row| (cell, *row)).collect();
-    let alike = frame(experiment, &experiment.outputs(), &waiting)
-        .and_then(|replayed| same_bits(&replayed, &stored));
+    let alike = frame(
+        experiment,
+        &settings(experiment),
+        &experiment.outputs(),
+        &waiting,
+    )
+    .and_then(|replayed| same_bits(&replayed, &stored));
     alike.map(Some).map_err(|source| StoreError::Parquet {
         path: path.to_owned(),
         source,

@@ -11,7 +11,7 @@ use crate::metric::{
     Jackknife, Paired, PairedStatistics, SKETCH_ERROR, Sample, Share, Slope, Statistics, Verdict,
     slope_of_statistics, verdict,
 };
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -280,7 +280,7 @@ pub struct SlopeSummary {
     pub undefined: Option<String>,
 }
 
-/// A study's results.
+/// A study's results. As JSON the numbers of cells and slopes have nine significant digits; summary.parquet has all.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Summary {
     /// The title.
@@ -300,9 +300,14 @@ pub struct Summary {
     /// The same of the quantiles in `curves`.
     pub curve_relative_error: f64,
     /// Every cell.
+    #[serde(serialize_with = "rounded")]
     pub cells: Vec<CellSummary>,
     /// Slopes.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        serialize_with = "rounded"
+    )]
     pub slopes: Vec<SlopeSummary>,
 }
 
@@ -330,13 +335,15 @@ impl Summary {
             cells,
         }
     }
+}
 
-    /// What summary.json holds: numbers are rounded to nine significant digits; summary.parquet has all.
-    pub fn to_json(&self) -> Value {
-        let mut json = serde_json::to_value(self).unwrap_or_default();
+/// Items with numbers of nine significant digits, one at a time: all of a large study would not fit into memory.
+fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(items.iter().map(|item| {
+        let mut json = serde_json::to_value(item).unwrap_or_default();
         round(&mut json);
         json
-    }
+    }))
 }
 
 fn round(value: &mut Value) {

@@ -102,7 +102,7 @@ fn range(
         let mut cells = cells.iter().filter(|cell| cell.setting(along) == *value);
         cells.all(|cell| good.iter().any(|other| other.cell == cell.cell))
     };
-    let mut values = study.values(along);
+    let mut values = study.values(along).to_vec();
     values.retain(|value| cells.iter().any(|cell| cell.setting(along) == *value));
     let held: Vec<bool> = values.iter().map(is_good).collect();
     let texts = || -> Vec<String> {

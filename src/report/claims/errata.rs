@@ -397,10 +397,10 @@ pub(super) fn five_passes(studies: Studies<'_>) -> Finding {
         return Finding::not_run(&names.join(" or "));
     };
     let base = study.main_output();
-    let label = study.labels().into_iter().find(|label| five(study, label));
+    let label = study.labels().iter().find(|label| five(study, label));
     let costs = label
         .zip(base)
-        .map(|(label, base)| against(study, &label, &base, "five passes"));
+        .map(|(label, base)| against(study, label, &base, "five passes"));
     finding(
         study,
         &costs.unwrap_or_default(),

@@ -4,9 +4,10 @@ use super::layout::x_key;
 use super::{lead_figures, shown};
 use crate::metric::Quantile;
 use crate::report::number::uncertain;
-use crate::report::results::{Study, figure_name, is_error, median, place, words};
+use crate::report::results::{Study, figure_name, is_error, place, words};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Figure};
+use std::collections::BTreeMap;
 
 /// The sentences.
 pub(super) fn in_numbers(study: &Study) -> String {
@@ -32,7 +33,7 @@ fn extremes(study: &Study, figure: Figure, output: &str) -> String {
         .summary
         .cells
         .iter()
-        .map(|cell| (cell, median(cell, output, figure)))
+        .filter_map(|cell| Some((cell, study.statistics(cell, output, figure)?.q50)))
         .collect();
     cells.retain(|(_, of)| of.value.is_finite());
     cells.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
@@ -62,19 +63,19 @@ fn best(study: &Study, figure: Figure, output: &str) -> String {
         .into_iter()
         .filter(|other| *other != key)
         .collect();
-    let mut groups: Vec<(String, Vec<&CellSummary>)> = Vec::new();
+    let mut groups: BTreeMap<Vec<usize>, Vec<&CellSummary>> = BTreeMap::new();
     for cell in &study.summary.cells {
-        let name = place(cell, &others);
-        match groups.iter_mut().find(|(other, _)| *other == name) {
-            Some((_, cells)) => cells.push(cell),
-            None => groups.push((name, vec![cell])),
-        }
+        let group = others.iter().map(|key| study.place(cell, *key));
+        groups.entry(group.collect()).or_default().push(cell);
     }
-    let mut wins: Vec<(String, usize)> = Vec::new();
-    for (_, cells) in &groups {
+    let mut wins = vec![0; study.values(key).len()];
+    for cells in groups.values() {
         let defined = cells
             .iter()
-            .map(|cell| (cell, median(cell, output, figure).value))
+            .filter_map(|cell| {
+                let of = study.statistics(cell, output, figure)?;
+                Some((cell, of.q50.value))
+            })
             .filter(|(_, x)| x.is_finite());
         let compared = |a: f64, b: f64| {
             if is_error(figure) {
@@ -84,22 +85,20 @@ fn best(study: &Study, figure: Figure, output: &str) -> String {
             }
         };
         if let Some((cell, _)) = defined.min_by(|a, b| compared(a.1, b.1)) {
-            let value = cell.setting(key);
-            match wins.iter_mut().find(|(other, _)| *other == value) {
-                Some((_, count)) => *count += 1,
-                None => wins.push((value, 1)),
-            }
+            wins[study.place(cell, key)] += 1;
         }
     }
-    let total: usize = wins.iter().map(|(_, count)| count).sum();
-    let most = wins.into_iter().max_by_key(|(_, count)| *count);
+    let total: usize = wins.iter().sum();
+    let most = study.values(key).iter().zip(wins);
+    let most = most.max_by_key(|(_, count)| *count);
+    let most = most.filter(|(_, count)| *count > 0);
     most.map_or_else(String::new, |(value, count)| {
         let of = if total == 1 {
             String::new()
         } else {
             format!(" in {count} of {total} combinations of the other settings")
         };
-        format!(" It is best at {}{of}.", words(key, &value))
+        format!(" It is best at {}{of}.", words(key, value))
     })
 }
 

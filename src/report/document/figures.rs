@@ -4,7 +4,7 @@ use super::layout::{Layout, panel_title, sheet, x_of};
 use super::{lead_figures, lead_outputs, shown};
 use crate::metric::{Quantile, Statistics, Z};
 use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
-use crate::report::results::{Study, figure_name, statistics};
+use crate::report::results::{Study, figure_name};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Figure};
 use crate::text::number;
@@ -94,11 +94,8 @@ fn estimate(at: f64, of: Quantile, figure: Figure) -> Point {
 /// Whether a figure shows an output of a cell: not where most trials fail, so that its median is that of a few, and
 /// not without noise where other cells have noise, which would stretch every axis to errors of rounding.
 pub(super) fn told(study: &Study, cell: &CellSummary, label: &str) -> bool {
-    !quiet(study, cell) && cell.output(label).is_some_and(|of| of.failed.low <= 0.5)
-}
-
-fn quiet(study: &Study, cell: &CellSummary) -> bool {
-    cell.eta == 0.0 && study.summary.cells.iter().any(|other| other.eta > 0.0)
+    let output = study.output(cell, label);
+    !study.is_quiet(cell) && output.is_some_and(|of| of.failed.low <= 0.5)
 }
 
 /// What a figure leaves out, as part of a caption.
@@ -106,14 +103,18 @@ fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     let cells = || study.summary.cells.iter();
     let failing = |cell: &&CellSummary| {
         let mut labels = outputs.iter().map(|(_, label)| label);
-        labels.any(|label| cell.output(label).is_some_and(|of| of.failed.low > 0.5))
+        labels.any(|label| {
+            study
+                .output(cell, label)
+                .is_some_and(|of| of.failed.low > 0.5)
+        })
     };
     let mut text = String::new();
-    if cells().any(|cell| quiet(study, cell)) {
+    if cells().any(|cell| study.is_quiet(cell)) {
         text.push_str(" Cells without noise are in the table only: their errors are of rounding.");
     }
     if cells()
-        .filter(|cell| !quiet(study, cell))
+        .filter(|cell| !study.is_quiet(cell))
         .any(|cell| failing(&cell))
     {
         text.push_str(" Left out: outputs that fail in more than half of the trials.");
@@ -137,8 +138,7 @@ fn at_one_place(plots: &[Plot]) -> bool {
 pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
     let layout = Layout::new(study, x_of(study, figure), &[]);
     let outputs = lead_outputs(study);
-    let names = layout.has_names(study);
-    let style = match (names, outputs.len()) {
+    let style = match (layout.has_names, outputs.len()) {
         (true, ..=4) => Style::Boxes,
         (false, ..=3) if figure != Figure::FreshFit => Style::Band,
         _ => Style::ErrorBars,
@@ -155,8 +155,7 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
         }
     };
     let draw = |panel: &super::layout::Choice| {
-        let mut cells = layout.cells(study, panel);
-        cells.sort_by(|a, b| layout.at(study, a).total_cmp(&layout.at(study, b)));
+        let cells = layout.along(study, panel);
         let mut plot = Plot::new(
             panel_title(panel, &cells),
             layout.axis(study),
@@ -166,7 +165,7 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
             let points = cells
                 .iter()
                 .filter(|cell| told(study, cell, label))
-                .filter_map(|cell| Some(point(cell, statistics(cell, label, figure)?)));
+                .filter_map(|cell| Some(point(cell, study.statistics(cell, label, figure)?)));
             let points: Vec<Point> = points.filter(|point| point.y.is_finite()).collect();
             plot = plot.series(Series::new(shown(label), style, points).slot(*slot));
         }
@@ -182,13 +181,13 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
         Style::Boxes => {
             "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the median."
         }
-        _ if few => "Medians, bars hold the middle half of the trials.",
+        _ if few => "Medians with the middle half of the trials.",
         _ => "Medians with their 95 % intervals.",
     };
     let title = format!("{}: {name}", study.title());
-    let svg = sheet(&title, &format!("{name} by output. {what}"), plots)?;
+    let (svg, note) = sheet(&title, &format!("{name} by output. {what}"), plots)?;
     let caption = format!(
-        "{what}{}{} {}",
+        "{what}{note}{}{} {}",
         left_out(study, &outputs),
         layout.held_text(),
         quantile_note(study)
@@ -235,7 +234,8 @@ fn references(
     let output = lead_outputs(study).pop();
     if let (true, Some((_, label))) = (sloped, output) {
         let mut points = cells.iter().map(|cell| {
-            let median = statistics(cell, &label, figure).map_or(f64::NAN, |of| of.q50.value);
+            let of = study.statistics(cell, &label, figure);
+            let median = of.map_or(f64::NAN, |of| of.q50.value);
             (layout.at(study, cell), median)
         });
         let through = points.rfind(|(_, y)| y.is_finite());
@@ -265,8 +265,7 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
     let name = figure_name(figure);
     let told = |cell: &CellSummary, label: &str| told(study, cell, label);
     let draw = |panel: &super::layout::Choice| {
-        let mut cells = layout.cells(study, panel);
-        cells.sort_by(|a, b| layout.at(study, a).total_cmp(&layout.at(study, b)));
+        let mut cells = layout.along(study, panel);
         let axis = Axis::log(format!("median ratio of {name}"));
         let mut plot = Plot::new(panel_title(panel, &cells), layout.axis(study), axis);
         cells.retain(|cell| pairs.iter().any(|(a, b)| told(cell, a) && told(cell, b)));
@@ -290,12 +289,12 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
     near_one(&mut plots);
     let title = format!("{}: {name} on the same trials", study.title());
     let what = "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals; below 1 the first is better.";
-    let svg = sheet(&title, what, plots)?;
+    let (svg, note) = sheet(&title, what, plots)?;
     Some(Drawn {
         name: format!("ratio-{}", figure.name()),
         svg,
         caption: format!(
-            "{what} Trials where either fails are left out, and pairs of which one fails in more than half of them.{}",
+            "{what} Trials where either fails are left out, and pairs of which one fails in more than half of them.{note}{}",
             layout.held_text()
         ),
     })

@@ -1,5 +1,6 @@
 //! Which setting is an axis, which make panels, which are held.
 
+use super::extremes::{crowded, extremes};
 use crate::report::plot::{Axis, Course, Plot, Scale, Sharing, Style, small_multiples};
 use crate::report::results::{Study, axis_label, place, value_name, words};
 use crate::study::file::Key;
@@ -17,6 +18,8 @@ pub(super) struct Layout {
     pub panels: Vec<Choice>,
     /// Settings that vary in the study but are held in the figure.
     pub held: Choice,
+    /// Whether x has names for values.
+    pub has_names: bool,
 }
 
 /// Most panels of a figure.
@@ -95,7 +98,7 @@ impl Layout {
         for key in keys {
             let values = study.values(key);
             if panels.len() * values.len() > PANELS {
-                held.push((key, held_value(key, &values)));
+                held.push((key, held_value(key, values)));
                 continue;
             }
             let with = |panel: &Choice| -> Vec<Choice> {
@@ -104,7 +107,13 @@ impl Layout {
             };
             panels = panels.iter().flat_map(with).collect();
         }
-        Self { x, panels, held }
+        let has_names = x.is_none_or(|key| has_names(study, key));
+        Self {
+            x,
+            panels,
+            held,
+            has_names,
+        }
     }
 
     /// The cells of a panel.
@@ -133,20 +142,15 @@ impl Layout {
             return Axis::categories("", &["all trials"]);
         };
         let label = axis_label(key);
-        match scale(study, key) {
-            Scale::Linear => Axis::linear(label),
-            Scale::Log => Axis::log(label),
-            Scale::Categories(values) => {
-                let names = values.iter().map(|value| value_name(key, value));
-                Axis::categories(label, &names.collect::<Vec<_>>())
-            }
+        if self.has_names {
+            let names = study.values(key).iter();
+            let names = names.map(|value| value_name(key, value));
+            Axis::categories(label, &names.collect::<Vec<_>>())
+        } else if study.numbers(key).is_some_and(is_wide) {
+            Axis::log(label)
+        } else {
+            Axis::linear(label)
         }
-    }
-
-    /// Whether x has names for values.
-    pub(super) fn has_names(&self, study: &Study) -> bool {
-        self.x
-            .is_none_or(|key| matches!(scale(study, key), Scale::Categories(_)))
     }
 
     /// The place of a cell on the x axis.
@@ -154,12 +158,18 @@ impl Layout {
         let Some(key) = self.x else {
             return 0.0;
         };
-        let value = cell.setting(key);
-        if self.has_names(study) {
-            let index = study.values(key).iter().position(|other| *other == value);
-            return index.map_or(f64::NAN, |index| index as f64);
+        let place = study.place(cell, key);
+        match study.numbers(key) {
+            Some(numbers) if !self.has_names => numbers.get(place).copied().unwrap_or(f64::NAN),
+            _ => place as f64,
         }
-        value.parse().unwrap_or(f64::NAN)
+    }
+
+    /// The cells of a panel along x.
+    pub(super) fn along<'a>(&self, study: &'a Study, panel: &Choice) -> Vec<&'a CellSummary> {
+        let mut cells = self.cells(study, panel);
+        cells.sort_by(|a, b| self.at(study, a).total_cmp(&self.at(study, b)));
+        cells
     }
 }
 
@@ -255,26 +265,29 @@ fn held_value(key: Key, values: &[String]) -> String {
         .unwrap_or_default()
 }
 
-/// Logarithmic for positive numbers over a decade or so; names where a linear axis would hide the small ones.
-fn scale(study: &Study, key: Key) -> Scale {
-    let values = study.values(key);
-    let numbers: Option<Vec<f64>> = values.iter().map(|value| value.parse().ok()).collect();
-    let Some(numbers) = numbers.filter(|_| study.is_numeric(key)) else {
-        return Scale::Categories(values);
+/// Whether numbers are positive and so far apart that their axis is logarithmic.
+fn is_wide(numbers: &[f64]) -> bool {
+    let (least, most) = positive_ends(numbers);
+    numbers.iter().all(|x| *x > 0.0) && most / least > 8.0
+}
+
+/// The least and the greatest of the numbers above zero.
+fn positive_ends(numbers: &[f64]) -> (f64, f64) {
+    let positive = || numbers.iter().copied().filter(|x| *x > 0.0);
+    (
+        positive().fold(f64::INFINITY, f64::min),
+        positive().fold(0.0, f64::max),
+    )
+}
+
+/// Whether an axis names the values: texts, few numbers, and numbers from zero on of which a linear axis would hide the
+/// small ones.
+fn has_names(study: &Study, key: Key) -> bool {
+    let Some(numbers) = study.numbers(key) else {
+        return true;
     };
-    let least = numbers
-        .iter()
-        .copied()
-        .filter(|x| *x > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    let most = numbers.iter().copied().fold(0.0, f64::max);
-    let positive = numbers.iter().all(|x| *x > 0.0);
-    match (most / least > 8.0, positive) {
-        (true, true) => Scale::Log,
-        (true, false) if most / least > 25.0 => Scale::Categories(values),
-        _ if numbers.len() < 3 => Scale::Categories(values),
-        _ => Scale::Linear,
-    }
+    let (least, most) = positive_ends(numbers);
+    !is_wide(numbers) && (numbers.len() < 3 || most / least > 25.0)
 }
 
 /// The title of a panel.
@@ -285,8 +298,12 @@ pub(super) fn panel_title(panel: &Choice, cells: &[&CellSummary]) -> String {
         .map_or_else(String::new, |cell| place(cell, &keys))
 }
 
-/// One plot, or several with a common legend.
-pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>) -> Option<String> {
+/// One plot, or several with a common legend; and what a caption must say of what is not drawn.
+pub(super) fn sheet(
+    title: &str,
+    description: &str,
+    mut plots: Vec<Plot>,
+) -> Option<(String, String)> {
     let shown: Vec<String> = plots
         .iter()
         .flat_map(|plot| &plot.series)
@@ -297,7 +314,9 @@ pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>) -> Opt
         plot.series.retain(|series| shown.contains(&series.label));
     }
     plots.retain(|plot| plot.series.iter().any(|series| !series.points.is_empty()));
+    let note = extremes(&mut plots).unwrap_or_default();
     drop_unused_names(&mut plots);
+    crowded(&mut plots);
     let apart = apart(&plots);
     if apart {
         for plot in &mut plots {
@@ -311,7 +330,7 @@ pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>) -> Opt
         [plot] => {
             title.clone_into(&mut plot.title);
             description.clone_into(&mut plot.description);
-            Some(plot.svg())
+            Some((plot.svg(), note))
         }
         _ => {
             let columns = if matches!(plots.len(), 3 | 5 | 6) {
@@ -320,13 +339,8 @@ pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>) -> Opt
                 2
             };
             let sharing = Sharing { x: true, y: !apart };
-            Some(small_multiples(
-                title,
-                description,
-                &plots,
-                columns,
-                sharing,
-            ))
+            let svg = small_multiples(title, description, &plots, columns, sharing);
+            Some((svg, note))
         }
     }
 }
@@ -345,7 +359,7 @@ fn drop_unused_names(plots: &mut [Plot]) {
         let kept = used.iter().filter_map(|i| names.get(*i).cloned());
         *names = kept.collect();
         for point in plot.series.iter_mut().flat_map(|series| &mut series.points) {
-            let place = used.iter().position(|i| *i == point.x as usize);
+            let place = used.binary_search(&(point.x as usize));
             point.x = place.map_or(f64::NAN, |place| place as f64);
         }
     }

@@ -6,22 +6,27 @@ use crate::report::plot::{Heat, HeatCell, Shading};
 use crate::report::results::{Study, axis_label, place};
 use crate::study::CellSummary;
 use crate::study::file::Key;
+use std::collections::HashMap;
+
+/// Cells of a map that a page shows.
+const MOST_CELLS: usize = 1000;
 
 /// The map of a study whose cells have two bounds of one figure, the narrower one first: in per cent of the trials of the
 /// last output, those within the first, those within the second only, the rest.
 pub(super) fn map(study: &Study) -> Option<Drawn> {
-    let output = study.labels().pop()?;
+    let output = study.labels().last()?;
     let [narrow, wide] = study.file.bounds.as_slice() else {
         return None;
     };
     let nested = narrow.figure == wide.figure && narrow.claim.is_none() && wide.claim.is_none();
-    let x = x_key(study).filter(|_| nested && narrow.below < wide.below)?;
+    let few = study.summary.cells.len() <= MOST_CELLS;
+    let x = x_key(study).filter(|_| few && nested && narrow.below < wide.below)?;
     let others: Vec<Key> = study
         .varying()
         .into_iter()
         .filter(|key| *key != x)
         .collect();
-    let (rows, cells) = grid(study, &output, x, &others);
+    let (rows, cells) = grid(study, output, x, &others);
     let what = format!(
         "Per cent of the trials of {output}, from above: {} ({} {}); {} ({}) only; neither.",
         narrow.label(),
@@ -41,7 +46,7 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
         row_label: String::new(),
         column_label: axis_label(x),
         rows,
-        columns: study.values(x),
+        columns: study.values(x).to_vec(),
         groups: Vec::new(),
         cells,
         shading: Shading::Linear,
@@ -55,19 +60,18 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
 
 /// Names of rows and what stands in them, a column for every value of `x`.
 fn grid(study: &Study, output: &str, x: Key, others: &[Key]) -> (Vec<String>, Vec<Row>) {
-    let columns = study.values(x);
+    let columns = study.values(x).len();
     let (mut names, mut rows) = (Vec::new(), Vec::new());
+    let mut places: HashMap<String, usize> = HashMap::new();
     for cell in &study.summary.cells {
-        let name = row_name(cell, others);
-        let known = names.iter().position(|other| *other == name);
-        let row = known.unwrap_or_else(|| {
-            names.push(name);
-            rows.push(vec![None; columns.len()]);
-            rows.len() - 1
-        });
-        if let Some(column) = columns.iter().position(|value| *value == cell.setting(x)) {
-            rows[row][column] = shares(cell, output);
-        }
+        let row = *places
+            .entry(row_name(cell, others))
+            .or_insert_with_key(|name| {
+                names.push(name.clone());
+                rows.push(vec![None; columns]);
+                rows.len() - 1
+            });
+        rows[row][study.place(cell, x)] = shares(cell, output);
     }
     (names, rows)
 }

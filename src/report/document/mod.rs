@@ -2,13 +2,14 @@
 
 mod answer;
 mod courses;
+mod extremes;
 mod figures;
 mod layout;
 mod map;
 mod tables;
 mod traces;
 
-use super::claims::{Claim, claims};
+use super::claims::Claim;
 use super::html::{CellText, Column, Page, Section, Table, Verdict};
 use super::results::{Study, shown};
 use super::shipped::Shipped;
@@ -16,7 +17,9 @@ use crate::study::Figure;
 use crate::study::file::Key;
 use crate::text::visible;
 pub use courses::course_figures;
+use extremes::LongTable;
 use figures::Drawn;
+use std::collections::HashMap;
 use std::fmt::Write;
 
 /// The files of a report: name relative to its folder, content.
@@ -33,21 +36,17 @@ fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     };
     let outputs = &cell.outputs;
     let few = outputs.len() <= 3;
-    let last = |name: &str| {
-        let passes: Vec<usize> = outputs
-            .iter()
-            .filter(|of| of.estimator == name)
-            .map(|of| of.pass)
-            .collect();
-        if passes.contains(&4) {
-            Some(4)
-        } else {
-            passes.into_iter().max()
+    // The fourth pass of each estimator, or the last one.
+    let mut last: HashMap<&str, usize> = HashMap::new();
+    for of in outputs {
+        let known = last.entry(&of.estimator).or_insert(of.pass);
+        if of.pass == 4 || *known != 4 && of.pass > *known {
+            *known = of.pass;
         }
-    };
+    }
     let kept = outputs
         .iter()
-        .filter(|of| few || Some(of.pass) == last(&of.estimator));
+        .filter(|of| few || last.get(of.estimator.as_str()) == Some(&of.pass));
     let kept = kept.take(OUTPUTS).map(crate::study::OutputSummary::label);
     kept.enumerate().collect()
 }
@@ -71,11 +70,10 @@ fn lead_figures(study: &Study) -> Vec<Figure> {
     let defined = |figure: Figure| {
         let cells = study.summary.cells.iter();
         let of = cells.flat_map(|cell| {
-            outputs
-                .iter()
-                .map(move |(_, label)| super::results::median(cell, label, figure))
+            let outputs = outputs.iter();
+            outputs.filter_map(move |(_, label)| study.statistics(cell, label, figure))
         });
-        of.filter(|median| median.value.is_finite()).count()
+        of.filter(|of| of.q50.value.is_finite()).count()
     };
     let mut found: Vec<(usize, Figure)> = Vec::new();
     let others = study
@@ -104,24 +102,23 @@ fn lead_figures(study: &Study) -> Vec<Figure> {
         .collect()
 }
 
-/// Makes a report of studies whose names differ.
-pub fn report(studies: &[Study]) -> Files {
-    let claims = claims(studies);
+/// Makes a report of studies whose names differ; `on_step` hears what comes next.
+pub fn report(studies: &[Study], claims: &[Claim], on_step: &mut dyn FnMut(&str)) -> Files {
     let mut files = Files::new();
     let mut page =
         Page::new("asobench report: what is claimed, and what a typical realisation shows");
     page.introduction(|section| introduction(section, studies));
     if claims.iter().any(Claim::is_judged) {
         page.section("verdicts", "Verdicts", |section| {
-            verdicts(section, &claims, studies, &mut files);
+            verdicts(section, claims, studies, &mut files);
         });
-        files.push(("claims.md".to_owned(), markdown(&claims)));
+        files.push(("claims.md".to_owned(), markdown(claims)));
     }
     let mut order: Vec<&Study> = studies.iter().collect();
     order.sort_by_key(|study| Shipped::place(study.shipped));
     for study in order {
         page.section(&study.name, study.title(), |section| {
-            experiment(section, study, &claims, &mut files);
+            experiment(section, study, claims, &mut files, on_step);
         });
     }
     files.push(("report.html".to_owned(), page.html()));
@@ -256,7 +253,13 @@ fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut
 }
 
 /// The section of one study.
-fn experiment(section: &mut Section, study: &Study, claims: &[Claim], files: &mut Files) {
+fn experiment(
+    section: &mut Section,
+    study: &Study,
+    claims: &[Claim],
+    files: &mut Files,
+    on_step: &mut dyn FnMut(&str),
+) {
     let summary = &study.summary;
     if !summary.question.is_empty() {
         section.question(&summary.question);
@@ -284,6 +287,7 @@ fn experiment(section: &mut Section, study: &Study, claims: &[Claim], files: &mu
         );
     }
     section.paragraph(&answer::in_numbers(study));
+    on_step(&format!("figures of {}", study.name));
     let drawn = figures::figures(study);
     let mut links = Vec::new();
     for Drawn { name, svg, caption } in drawn {
@@ -292,6 +296,7 @@ fn experiment(section: &mut Section, study: &Study, claims: &[Claim], files: &mu
         links.push((format!("{name}.svg"), path.clone()));
         files.push((path, svg));
     }
+    on_step(&format!("tables of {}", study.name));
     numbers(section, study, files, &mut links);
     section.files(&links);
     settings(section, study);
@@ -300,9 +305,8 @@ fn experiment(section: &mut Section, study: &Study, claims: &[Claim], files: &mu
     section.code(&format!("{command}\nasobench report {folder}"));
 }
 
-/// More rows than this are seen after a click only, and more than the second in the CSV file only.
+/// More rows than this are seen after a click only.
 const ROWS: usize = 24;
-const MOST_ROWS: usize = 250;
 
 fn numbers(
     section: &mut Section,
@@ -310,12 +314,12 @@ fn numbers(
     files: &mut Files,
     links: &mut Vec<(String, String)>,
 ) {
-    let mut file = |name: &str, table: &Table| {
+    let mut file = |name: &str, table: &mut LongTable| {
         let path = format!("tables/{}-{name}.csv", study.name);
-        files.push((path.clone(), table.csv()));
+        files.push((path.clone(), table.take_csv()));
         links.push((format!("{name}.csv"), path));
     };
-    file("results", &tables::everything(study));
+    file("results", &mut tables::everything(study));
     let shown = [
         (
             "overview",
@@ -333,28 +337,29 @@ fn numbers(
         ("failures", "Failures by kind", tables::failures(study)),
     ];
     for (name, title, table) in shown {
-        let Some(table) = table else {
+        let Some(mut table) = table else {
             if name == "failures" {
                 section.paragraph("No trial failed.");
             }
             continue;
         };
-        file(name, &table);
-        if table.rows.len() <= ROWS {
+        file(name, &mut table);
+        let count = table.count();
+        let (table, note) = table.shown(&format!("{name}.csv below"));
+        if count <= ROWS {
             section.heading(title);
             section.table(&table);
-        } else if table.rows.len() <= MOST_ROWS {
-            section.details(&format!("{title}: {} rows", table.rows.len()), |section| {
+        } else {
+            section.details(&format!("{title}: {count} rows"), |section| {
+                note.iter().for_each(|note| section.paragraph(note));
                 section.table(&table);
             });
-        } else {
-            section.paragraph(&format!(
-                "{title}: {} rows, in the file {name}.csv below.",
-                table.rows.len()
-            ));
         }
     }
 }
+
+/// Values of a setting, and methods, that a page lists.
+const MOST: usize = 40;
 
 fn settings(section: &mut Section, study: &Study) {
     let varying = study.varying();
@@ -362,7 +367,7 @@ fn settings(section: &mut Section, study: &Study) {
         let mut pairs: Vec<(String, String)> = Vec::new();
         for key in Key::ALL.iter().filter(|key| **key != Key::L) {
             let values = study.values(*key);
-            let text = values.join(" \u{b7} ");
+            let text = listed(values);
             if !text.is_empty() && (varying.contains(key) || values.len() == 1) {
                 pairs.push((key.name().replace('_', " "), text));
             }
@@ -392,8 +397,29 @@ fn settings(section: &mut Section, study: &Study) {
             .observers
             .iter()
             .map(|of| method(&of.label(), of));
-        section.list(&methods.chain(observers).collect::<Vec<String>>());
+        let mut all: Vec<String> = methods.chain(observers).collect();
+        if all.len() > MOST {
+            let left = all.len() - MOST;
+            all.truncate(MOST);
+            all.push(format!("{left} more, in manifest.json"));
+        }
+        section.list(&all);
     });
+}
+
+/// Values with dots between them; of many the first and the last.
+fn listed(values: &[String]) -> String {
+    const DOT: &str = " \u{b7} ";
+    if values.len() <= MOST {
+        return values.join(DOT);
+    }
+    let (first, last) = (&values[..MOST / 2], &values[values.len() - MOST / 2..]);
+    format!(
+        "{}{DOT}...{DOT}{} ({} values)",
+        first.join(DOT),
+        last.join(DOT),
+        values.len()
+    )
 }
 
 /// A method or an observer with its options.

@@ -1,8 +1,9 @@
 //! Tables of any study.
 
+use super::extremes::LongTable;
 use super::{lead_figures, lead_outputs, shown};
 use crate::metric::{Estimate, Quantile, Share, Statistics};
-use crate::report::html::{CellText, Column, Table};
+use crate::report::html::{CellText, Column};
 use crate::report::number::uncertain;
 use crate::report::results::{Study, figure_name};
 use crate::study::file::{Key, Scalar};
@@ -62,9 +63,10 @@ fn rmse(of: &Statistics) -> CellText {
 }
 
 /// Medians and RMSE of the leading figures and outputs, for the page.
-pub(super) fn overview(study: &Study) -> Table {
+pub(super) fn overview(study: &Study) -> LongTable {
     let keys = study.varying();
-    let figures = lead_figures(study);
+    let (figures, outputs) = (lead_figures(study), lead_outputs(study));
+    let first = figures.first().map(|figure| figure_name(*figure));
     let mut all = columns(study, &keys);
     all.push(Column::text("output"));
     for figure in &figures {
@@ -76,17 +78,19 @@ pub(super) fn overview(study: &Study) -> Table {
         Column::number("failed", "%"),
         Column::number("unstable", "%"),
     ]);
-    let mut table = Table::new(
+    let mut table = LongTable::new(
         "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one trial has more than a tenth of the sum of squares, so that the RMSE says nothing; read the median.",
         all,
+        &format!("median {}", first.unwrap_or_default()),
     );
     for cell in &study.summary.cells {
-        for (_, label) in lead_outputs(study) {
-            let Some(output) = cell.output(&label) else {
+        let settings = settings(cell, &keys);
+        for (_, label) in &outputs {
+            let Some(output) = study.output(cell, label) else {
                 continue;
             };
-            let mut row = settings(cell, &keys);
-            row.push(CellText::text(shown(&label)));
+            let mut row = settings.clone();
+            row.push(CellText::text(shown(label)));
             for figure in &figures {
                 let of = output.figures.get(figure);
                 row.push(of.map_or_else(CellText::default, |of| quantile(of.q50)));
@@ -100,7 +104,7 @@ pub(super) fn overview(study: &Study) -> Table {
 }
 
 /// Everything, for the CSV file.
-pub(super) fn everything(study: &Study) -> Table {
+pub(super) fn everything(study: &Study) -> LongTable {
     let keys = study.varying();
     let mut all = columns(study, &keys);
     let texts = ["output", "figure"].map(Column::text);
@@ -131,9 +135,11 @@ pub(super) fn everything(study: &Study) -> Table {
     ];
     all.extend(texts);
     all.extend(NUMBERS.map(|name| Column::number(name, "")));
-    let mut table = Table::new("", all);
+    let mut table = LongTable::new("", all, "median");
     for cell in &study.summary.cells {
+        let settings = settings(cell, &keys);
         for output in &cell.outputs {
+            let label = output.label();
             let parameters = output
                 .parameters
                 .iter()
@@ -143,8 +149,8 @@ pub(super) fn everything(study: &Study) -> Table {
                 .iter()
                 .map(|(figure, of)| (figure.to_string(), of));
             for (name, of) in figures.chain(parameters) {
-                let mut row = settings(cell, &keys);
-                row.extend([CellText::text(output.label()), CellText::text(name)]);
+                let mut row = settings.clone();
+                row.extend([CellText::text(&label), CellText::text(name)]);
                 row.extend(
                     numbers(output, of)
                         .into_iter()
@@ -188,7 +194,7 @@ fn brief(x: f64) -> f64 {
 }
 
 /// Comparisons on the same trials.
-pub(super) fn comparisons(study: &Study) -> Option<Table> {
+pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
     let mut all = columns(study, &keys);
     all.extend(["first", "second", "figure"].map(Column::text));
@@ -205,14 +211,16 @@ pub(super) fn comparisons(study: &Study) -> Option<Table> {
     ] {
         all.push(Column::number(name, unit));
     }
-    let mut table = Table::new(
+    let mut table = LongTable::new(
         "First over second on the same trials; both must have the figure. \"tail\": one trial dominates.",
         all,
+        "median ratio",
     );
     for cell in &study.summary.cells {
+        let settings = settings(cell, &keys);
         for pair in &cell.comparisons {
             for (figure, of) in &pair.figures {
-                let mut row = settings(cell, &keys);
+                let mut row = settings.clone();
                 row.extend(
                     [
                         shown(&pair.first),
@@ -236,11 +244,11 @@ pub(super) fn comparisons(study: &Study) -> Option<Table> {
             }
         }
     }
-    (!table.rows.is_empty()).then_some(table)
+    table.unless_empty()
 }
 
 /// Slopes over an axis.
-pub(super) fn slopes(study: &Study) -> Option<Table> {
+pub(super) fn slopes(study: &Study) -> Option<LongTable> {
     let slopes = &study.summary.slopes;
     let keys: Vec<Key> = study
         .varying()
@@ -252,9 +260,10 @@ pub(super) fn slopes(study: &Study) -> Option<Table> {
     for name in ["slope", "95 % from", "95 % to", "cells"] {
         all.push(Column::number(name, ""));
     }
-    let mut table = Table::new(
+    let mut table = LongTable::new(
         "Slopes in log-log coordinates; standard errors by the jackknife over 20 groups of trials. \"tail\": a trial dominates the RMSE of a cell.",
         all,
+        "slope",
     );
     for slope in slopes {
         let text = |key: &Key| {
@@ -282,8 +291,8 @@ pub(super) fn slopes(study: &Study) -> Option<Table> {
                 .iter()
                 .filter_map(|cell| study.summary.cells.get(*cell))
                 .any(|cell| {
-                    crate::report::results::statistics(cell, &slope.output, of.figure)
-                        .is_some_and(|of| of.dominated)
+                    let of = study.statistics(cell, &slope.output, of.figure);
+                    of.is_some_and(|of| of.dominated)
                 });
         match slope.slope {
             Some(_) if dominated => {
@@ -302,11 +311,11 @@ pub(super) fn slopes(study: &Study) -> Option<Table> {
         row.push(count(slope.cells.len() as u64));
         table.row(row);
     }
-    (!table.rows.is_empty()).then_some(table)
+    table.unless_empty()
 }
 
 /// Bounds and the shares that meet them.
-pub(super) fn bounds(study: &Study) -> Option<Table> {
+pub(super) fn bounds(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
     let mut all = columns(study, &keys);
     all.extend(["bound", "output"].map(Column::text));
@@ -315,15 +324,17 @@ pub(super) fn bounds(study: &Study) -> Option<Table> {
             .map(|(name, unit)| Column::number(name, unit)),
     );
     all.push(Column::text("typical"));
-    let mut table = Table::new(
+    let mut table = LongTable::new(
         "Shares of all trials that meet a bound. Typical: Wilson's 95 % interval lies above one half.",
         all,
+        "met in",
     );
     for cell in &study.summary.cells {
+        let settings = settings(cell, &keys);
         for bound in &cell.bounds {
             let name = format!("{} {}", figure_name(bound.bound.figure), bound.bound.text());
             for of in &bound.outputs {
-                let mut row = settings(cell, &keys);
+                let mut row = settings.clone();
                 row.extend([name.clone(), shown(&of.output)].map(CellText::text));
                 row.push(percent(of.met));
                 row.extend(
@@ -335,11 +346,11 @@ pub(super) fn bounds(study: &Study) -> Option<Table> {
             }
         }
     }
-    (!table.rows.is_empty()).then_some(table)
+    table.unless_empty()
 }
 
 /// Failures by kind and output, with the cell that has most of them.
-pub(super) fn failures(study: &Study) -> Option<Table> {
+pub(super) fn failures(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
     let mut all = vec![
         Column::text("output"),
@@ -348,13 +359,13 @@ pub(super) fn failures(study: &Study) -> Option<Table> {
         Column::number("share", "%"),
     ];
     all.extend([Column::text("most in"), Column::number("share there", "%")]);
-    let mut table = Table::new("Failed trials by kind, over all cells.", all);
+    let mut table = LongTable::new("Failed trials by kind, over all cells.", all, "share");
     for label in study.labels() {
         let outputs: Vec<(&CellSummary, &OutputSummary)> = study
             .summary
             .cells
             .iter()
-            .filter_map(|cell| Some((cell, cell.output(&label)?)))
+            .filter_map(|cell| Some((cell, study.output(cell, label)?)))
             .collect();
         let mut kinds: Vec<&String> = outputs
             .iter()
@@ -372,7 +383,7 @@ pub(super) fn failures(study: &Study) -> Option<Table> {
                 .iter()
                 .max_by(|a, b| share(a.1).share.total_cmp(&share(b.1).share));
             let mut row = vec![
-                CellText::text(shown(&label)),
+                CellText::text(shown(label)),
                 CellText::text(kind.replace(['_', '-'], " ")),
                 count(total),
                 percent(Share::new(total, trials)),
@@ -384,18 +395,19 @@ pub(super) fn failures(study: &Study) -> Option<Table> {
             table.row(row);
         }
     }
-    (!table.rows.is_empty()).then_some(table)
+    table.unless_empty()
 }
 
 /// Times of the methods.
-pub(super) fn times(study: &Study) -> Option<Table> {
+pub(super) fn times(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
     let mut all = columns(study, &keys);
     all.push(Column::text("method"));
     all.extend(["median", "quartile", "third quartile"].map(|name| Column::number(name, "µs")));
-    let mut table = Table::new(
+    let mut table = LongTable::new(
         "Times of all passes on one thread of the machine that ran the study.",
         all,
+        "median",
     );
     for time in &study.times {
         let Some(cell) = study.summary.cells.get(time.cell) else {
@@ -407,5 +419,5 @@ pub(super) fn times(study: &Study) -> Option<Table> {
         row.extend([time.median_seconds, time.q25_seconds, time.q75_seconds].map(micro));
         table.row(row);
     }
-    (!table.rows.is_empty()).then_some(table)
+    table.unless_empty()
 }

@@ -2,12 +2,13 @@
 
 use super::figures::{Drawn, quantile_note, y_axis};
 use super::layout::{Choice, Layout, panel_title, sheet, x_key};
-use super::{lead_figures, lead_outputs, shown};
+use super::{OUTPUTS, lead_figures, lead_outputs, shown};
 use crate::report::plot::{Axis, Course, Plot, Point, Series, Style};
-use crate::report::results::{Study, figure_name, words};
+use crate::report::results::{Study, Time, figure_name, words};
 use crate::report::table::share;
 use crate::study::file::Key;
 use crate::study::{CellSummary, CurveQuantiles, OutputSummary};
+use std::collections::HashMap;
 
 /// Estimators with so many passes show them.
 const PASSES: usize = 5;
@@ -20,13 +21,11 @@ fn iterated(study: &Study) -> Vec<String> {
     let Some(cell) = study.summary.cells.first() else {
         return names;
     };
+    let mut counts: HashMap<&str, usize> = HashMap::new();
     for output in &cell.outputs {
-        let count = cell
-            .outputs
-            .iter()
-            .filter(|other| other.estimator == output.estimator)
-            .count();
-        if count + 1 >= PASSES && !names.contains(&output.estimator) {
+        let count = counts.entry(&output.estimator).or_default();
+        *count += 1;
+        if *count + 1 == PASSES && names.len() < OUTPUTS {
             names.push(output.estimator.clone());
         }
     }
@@ -83,12 +82,16 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
     let plots = over_passes(study, &layout, &y_axis(figure), Style::Band, point);
     let name = figure_name(figure);
     let what = "Medians over the passes, bands hold the middle 90 % of the trials; pass 0 is least squares.";
-    let svg = sheet(
+    let (svg, note) = sheet(
         &format!("{}: {name} over the passes", study.title()),
         what,
         plots,
     )?;
-    let caption = format!("{what}{} {}", layout.held_text(), quantile_note(study));
+    let caption = format!(
+        "{what}{note}{} {}",
+        layout.held_text(),
+        quantile_note(study)
+    );
     Some(Drawn {
         name: "passes".to_owned(),
         svg,
@@ -125,13 +128,13 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
     let (layout, plots) = if iterated(study).is_empty() || last <= Some(MANY) {
         let layout = Layout::new(study, x_key(study), &[]);
         let draw = |panel: &Choice| {
-            let mut cells = layout.cells(study, panel);
-            cells.sort_by(|a, b| layout.at(study, a).total_cmp(&layout.at(study, b)));
+            let cells = layout.along(study, panel);
             let mut plot = Plot::new(panel_title(panel, &cells), layout.axis(study), axis.clone());
             for (slot, label) in lead_outputs(study) {
-                let points = cells
-                    .iter()
-                    .filter_map(|cell| Some(lost(layout.at(study, cell), cell.output(&label)?)));
+                let point = |cell: &&CellSummary| {
+                    Some(lost(layout.at(study, cell), study.output(cell, &label)?))
+                };
+                let points = cells.iter().filter_map(point);
                 plot = plot.series(
                     Series::new(shown(&label), Style::ErrorBars, points.collect()).slot(slot),
                 );
@@ -153,7 +156,7 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
         return None;
     }
     let what = "Trials whose estimate fails, or whose model has a pole on or outside the unit circle, with Wilson's 95 % intervals.";
-    let svg = sheet(
+    let (svg, note) = sheet(
         &format!("{}: failed or unstable", study.title()),
         what,
         plots,
@@ -161,7 +164,7 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
     Some(Drawn {
         name: "lost".to_owned(),
         svg,
-        caption: format!("{what}{}", layout.held_text()),
+        caption: format!("{what}{note}{}", layout.held_text()),
     })
 }
 
@@ -171,29 +174,24 @@ pub(super) fn times(study: &Study) -> Option<Drawn> {
         return None;
     }
     let layout = Layout::new(study, x_key(study), &[]);
-    let mut methods: Vec<&String> = Vec::new();
+    let mut methods: Vec<&str> = Vec::new();
+    let mut found: HashMap<(usize, &str), &Time> = HashMap::new();
     for time in &study.times {
-        if !methods.contains(&&time.method) {
+        if methods.len() < OUTPUTS && !methods.contains(&time.method.as_str()) {
             methods.push(&time.method);
         }
+        found.entry((time.cell, &time.method)).or_insert(time);
     }
     let draw = |panel: &Choice| {
-        let mut cells = layout.cells(study, panel);
-        cells.sort_by(|a, b| layout.at(study, a).total_cmp(&layout.at(study, b)));
+        let cells = layout.along(study, panel);
         let mut plot = Plot::new(
             panel_title(panel, &cells),
             layout.axis(study),
             Axis::log("time of all passes, s"),
         );
         for (slot, method) in methods.iter().enumerate() {
-            let of = |cell: &CellSummary| {
-                study
-                    .times
-                    .iter()
-                    .find(|t| t.cell == cell.cell && t.method == **method)
-            };
             let points = cells.iter().filter_map(|cell| {
-                let time = of(cell)?;
+                let time = found.get(&(cell.cell, *method))?;
                 Some(Point::interval(
                     layout.at(study, cell),
                     time.median_seconds,
@@ -208,11 +206,11 @@ pub(super) fn times(study: &Study) -> Option<Drawn> {
     };
     let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
     let what = "Median times on one thread, bars are quartiles. Times are of the machine that ran the study; everything else here is not.";
-    let svg = sheet(&format!("{}: times", study.title()), what, plots)?;
+    let (svg, note) = sheet(&format!("{}: times", study.title()), what, plots)?;
     Some(Drawn {
         name: "times".to_owned(),
         svg,
-        caption: format!("{what}{}", layout.held_text()),
+        caption: format!("{what}{note}{}", layout.held_text()),
     })
 }
 
@@ -220,7 +218,8 @@ pub(super) fn times(study: &Study) -> Option<Drawn> {
 pub(super) fn shares(study: &Study) -> Option<Drawn> {
     const FEW: usize = 4;
     let mut names: Vec<String> = Vec::new();
-    let mut found: Vec<Vec<(String, crate::metric::Share)>> = Vec::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
+    let mut found: Vec<Vec<(&str, crate::metric::Share)>> = Vec::new();
     for cell in &study.summary.cells {
         for bound in &cell.bounds {
             let name = format!(
@@ -230,15 +229,13 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
                 bound.bound.text()
             );
             let name = name.trim_start_matches(": ").to_owned();
-            let at = names
-                .iter()
-                .position(|other| *other == name)
-                .unwrap_or_else(|| {
-                    names.push(name);
-                    found.push(Vec::new());
-                    names.len() - 1
-                });
-            found[at].extend(bound.outputs.iter().map(|of| (of.output.clone(), of.met)));
+            let at = *places.entry(name).or_insert_with_key(|name| {
+                names.push(name.clone());
+                found.push(Vec::new());
+                names.len() - 1
+            });
+            let outputs = bound.outputs.iter();
+            found[at].extend(outputs.map(|of| (of.output.as_str(), of.met)));
         }
     }
     let most = found.iter().map(Vec::len).max()?;
@@ -282,7 +279,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
         "For each bound the shares of realisations over all cells and outputs: boxes hold the middle half of the combinations, whiskers reach the worst and the best."
     };
     plot = plot.reference("typical: half", Course::Vertical(50.0));
-    let svg = sheet(&format!("{}: bounds", study.title()), what, vec![plot])?;
+    let (svg, note) = sheet(&format!("{}: bounds", study.title()), what, vec![plot])?;
     let best = found
         .iter()
         .flatten()
@@ -291,7 +288,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
     Some(Drawn {
         name: "bounds".to_owned(),
         svg,
-        caption: format!("{what} The largest share of all is {}.", share(best)),
+        caption: format!("{what}{note} The largest share of all is {}.", share(best)),
     })
 }
 
@@ -341,7 +338,8 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
             return plot;
         };
         for (slot, label) in &labels {
-            let Some(output) = cell.output(label).filter(|of| of.failed.low <= 0.5) else {
+            let output = study.output(cell, label);
+            let Some(output) = output.filter(|of| of.failed.low <= 0.5) else {
                 continue;
             };
             let points = output
@@ -360,7 +358,7 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
     };
     let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
     let what = "Mean signed error of each coefficient over its standard deviation, with 95 % intervals; where one trial dominates the moments, the median over the interquartile range / 1.349.";
-    let svg = sheet(
+    let (svg, note) = sheet(
         &format!("{}: bias of the coefficients", study.title()),
         what,
         plots,
@@ -368,7 +366,7 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
     Some(Drawn {
         name: "bias".to_owned(),
         svg,
-        caption: format!("{what}{}", layout.held_text()),
+        caption: format!("{what}{note}{}", layout.held_text()),
     })
 }
 
@@ -398,7 +396,7 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
         let cells = layout.cells(study, panel);
         let (x, y) = axes();
         let mut plot = Plot::new(panel_title(panel, &cells), x, y);
-        for cell in &cells {
+        for cell in cells.iter().take(OUTPUTS) {
             let Some([first, last]) = &cell.curves else {
                 continue;
             };
@@ -421,7 +419,7 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
     } else {
         "Medians of e_x(k), bands hold the middle 90 % of the trials.".to_owned()
     };
-    let svg = sheet(
+    let (svg, note) = sheet(
         &format!("{}: error of the state over time", study.title()),
         &what,
         plots,
@@ -431,7 +429,7 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
         name: "curves".to_owned(),
         svg,
         caption: format!(
-            "{what} Quantiles of curves are from bins of relative error below {percent:.1} %.{}",
+            "{what} Quantiles of curves are from bins of relative error below {percent:.1} %.{note}{}",
             layout.held_text()
         ),
     })

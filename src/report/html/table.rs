@@ -184,17 +184,21 @@ impl Table {
         let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
         let mut table = csv::line(headings.iter().map(|of| csv::Cell::Text(of))) + "\r\n";
         for row in &self.rows {
-            let cells = self.cells(row).map(|(column, cell)| match cell {
-                Some(CellText {
-                    sort_value: Some(value),
-                    ..
-                }) if column.numeric => csv::Cell::Number(*value),
-                cell => csv::Cell::Text(cell.map_or("", |cell| &cell.text)),
-            });
-            table.push_str(&csv::line(cells));
-            table.push_str("\r\n");
+            table.push_str(&self.csv_row(row));
         }
         table
+    }
+
+    /// A line of [`Self::csv`]: a row, of this table or not.
+    pub fn csv_row(&self, row: &[CellText]) -> String {
+        let cells = self.cells(row).map(|(column, cell)| match cell {
+            Some(CellText {
+                sort_value: Some(value),
+                ..
+            }) if column.numeric => csv::Cell::Number(*value),
+            cell => csv::Cell::Text(cell.map_or("", |cell| &cell.text)),
+        });
+        csv::line(cells) + "\r\n"
     }
 
     /// The table as Markdown (GitHub's dialect), its caption in bold above.

@@ -6,6 +6,7 @@ mod observers;
 use super::*;
 use crate::estimator::Output;
 use crate::metric::{Paired, PairedStatistics, Share, Slope, Statistics};
+use crate::report::index::Index;
 use crate::report::results::Time;
 use crate::report::shipped::Shipped;
 use crate::study::file::{ExperimentFile, Key, Scalar, Settings, SlopeTable};
@@ -56,13 +57,15 @@ fn study(name: &str, toml: &str) -> Study {
         };
         bound.outputs = labels.iter().map(share).collect();
     }
+    let summary = Summary::of(&experiment, cells, &[]);
     Study {
         name: name.to_owned(),
         shipped: Shipped::named(name),
         folder: PathBuf::from(name),
         version: String::new(),
         revision: None,
-        summary: Summary::of(&experiment, cells, &[]),
+        index: Index::of(&summary, experiment.file.continuous.is_some()),
+        summary,
         file: experiment.file,
         times: Vec::new(),
     }
