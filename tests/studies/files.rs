@@ -408,7 +408,7 @@ fn methods() {
             "instruments = \"r\"\ndrive = \"observer\"",
             ["methods[0]", "need stage 7 as 'model'"],
         ),
-        ("[[methods]]", ["methods", "two outputs are called 'iv(1)'"]),
+        ("[[methods]]", ["methods", "two outputs are called 'ls'"]),
         (
             "name = \"a\"\n[[methods]]\nname = \"a\"",
             ["methods", "two outputs are called 'a"],
