@@ -3,7 +3,7 @@
 use super::continuous::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
-use super::file::{BoundTable, Key, Settings, SlopeTable};
+use super::file::{BoundTable, Key, Scalar, Settings, SlopeTable};
 use super::row::Figure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
@@ -192,6 +192,12 @@ impl CellSummary {
         self.outputs.iter().find(|output| output.label() == label)
     }
 
+    /// Whether a setting's value is a number; a text is none even where it looks like one.
+    pub fn is_number(&self, key: Key) -> bool {
+        let count = matches!(key, Key::Window | Key::Order | Key::Horizon);
+        count || matches!(self.settings.get(&key), Some(Scalar::Number(_)))
+    }
+
     /// A setting's value as text.
     pub fn setting(&self, key: Key) -> String {
         match key {
@@ -340,7 +346,7 @@ fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S:
     }))
 }
 
-fn round(value: &mut Value) {
+pub(super) fn round(value: &mut Value) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(round),
         Value::Object(values) => values.values_mut().for_each(round),

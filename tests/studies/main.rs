@@ -8,6 +8,7 @@ mod files;
 mod identity;
 mod kills;
 mod meaning;
+mod needs;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
