@@ -10,6 +10,7 @@ mod check;
 mod error;
 mod estimate;
 mod files;
+mod need;
 mod progress;
 mod replay;
 mod report;

@@ -4,7 +4,7 @@ mod bobtsov;
 
 use super::error::{Error, failed};
 use super::run::{execute, threads};
-use super::{Format, print, print_json, replay};
+use super::{Format, need, print, print_json, replay};
 use crate::names::named_enum;
 use crate::report::{draw, verdict_table};
 use crate::study::file::{ExperimentFile, TRIAL_LIMIT, TrialRule};
@@ -58,6 +58,9 @@ pub(super) struct Arguments {
     /// Folder of the results [default: results/reproduce, replaced at every run]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Run it even if memory or disk will not suffice by what `check` tells
+    #[arg(long)]
+    anyway: bool,
     /// Compute one trial again and print every stage: C2:17, or the cell's number, 1:17
     #[arg(long, value_name = "CELL:TRIAL")]
     replay: Option<replay::Which>,
@@ -141,6 +144,7 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Summary>, Error>
             .map(|(i, cell)| Ok((format!("fig{}.svg", i + 1), draw(cell)?)))
             .collect()
     };
+    need::ask(&experiment, &rule, options.threads, path, arguments.anyway)?;
     let (summary, _) = execute(path, "--out ", &experiment, rule, options, figures)?;
     Ok(Some(summary))
 }

@@ -1,7 +1,7 @@
 //! `asobench run`: a study from an experiment file, in a folder that can be gone on with.
 
 use super::error::{Error, failed};
-use super::{note, print, progress, timing};
+use super::{need, note, print, progress, timing};
 use crate::report::FigureError;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
@@ -32,6 +32,9 @@ pub(super) struct Arguments {
     /// Compute damaged block files again
     #[arg(long)]
     repair: bool,
+    /// Run it even if memory or disk will not suffice by what `check` tells
+    #[arg(long)]
+    anyway: bool,
 }
 
 /// Which study.
@@ -83,6 +86,13 @@ impl StudyArguments {
         Ok((experiment, rule))
     }
 
+    /// The folder of the results: the one that is given, or results/NAME.
+    pub(super) fn folder(&self, out: Option<&Path>) -> PathBuf {
+        let quick = if self.quick { "-quick" } else { "" };
+        let default = || Path::new("results").join(format!("{}{quick}", self.name()));
+        out.map_or_else(default, Path::to_owned)
+    }
+
     /// The file's name without folder and extension.
     pub(super) fn name(&self) -> String {
         let stem = self.file.file_stem().unwrap_or_default();
@@ -92,16 +102,14 @@ impl StudyArguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let (experiment, rule) = arguments.study.experiment()?;
-    let name = arguments.study.name();
-    let quick = if arguments.study.quick { "-quick" } else { "" };
-    let default = Path::new("results").join(format!("{name}{quick}"));
-    let path = arguments.out.clone().unwrap_or(default);
+    let path = arguments.study.folder(arguments.out.as_deref());
     let options = RunOptions {
         threads: threads(arguments.threads),
         block: arguments.block,
         repair: arguments.repair,
         ..RunOptions::default()
     };
+    need::ask(&experiment, &rule, options.threads, &path, arguments.anyway)?;
     let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| {
         Ok(Vec::new())
     })?;

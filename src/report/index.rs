@@ -28,12 +28,11 @@ impl Values {
             });
             of_cell.push(place);
         }
-        let are_numbers = summary.cells.iter().all(|cell| cell.is_number(key));
+        let numeric = summary.cells.iter().all(|cell| cell.is_number(key));
         let numbers: Option<Vec<f64>> = names.iter().map(|name| name.parse().ok()).collect();
-        let numbers = numbers.filter(|_| are_numbers);
         let mut values = Self {
             names,
-            numbers,
+            numbers: numbers.filter(|_| numeric),
             of_cell,
         };
         values.sort();
@@ -185,8 +184,8 @@ mod tests {
 
     #[test]
     fn what_follows_from_another_setting_does_not_vary() {
-        let zipped = "zip = [[\"eta\", \"noise\"]]\n[settings]\neta = [1, 2, 3]\n\
-                      noise = [\"ar\", \"white\", \"ar\"]\nwindow = [98, 18]\n";
+        let zipped = "[settings]\neta = [1, 2, 3]\nnoise = [\"ar\", \"white\"]\nwindow = [98, 18]\n\
+                      [[exclude]]\neta = [1, 3]\nnoise = \"white\"\n[[exclude]]\neta = 2\nnoise = \"ar\"\n";
         let (index, _) = index(zipped);
         assert_eq!(index.varying, [Key::Window, Key::Eta]);
     }

@@ -14,6 +14,7 @@ use super::row::Row;
 use super::runner::{Block, Span};
 use super::tally::CellTally;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -277,6 +278,55 @@ impl<'e> BlockFolder<'e> {
         }
         Ok(whole)
     }
+}
+
+/// What is there already of a study.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Done {
+    /// Trials, over all cells.
+    pub trials: u64,
+    /// Bytes of their blocks.
+    pub bytes: u64,
+}
+
+/// What the names of the block files in a results folder tell of an experiment: nothing where there are none, or of
+/// another design. Nothing is written, and no block is read.
+pub fn done(results: &Path, experiment: &Experiment) -> Done {
+    let path = results.join("blocks");
+    let design = fs::read_to_string(path.join("design.json")).ok();
+    let design = design.and_then(|text| serde_json::from_str::<Value>(&text).ok());
+    let (Some(true), Ok(entries)) = (
+        design.map(|design| design == experiment.stamped_design()),
+        fs::read_dir(&path),
+    ) else {
+        return Done::default();
+    };
+    let mut spans: Vec<(usize, u64, u64)> = Vec::new();
+    let mut done = Done::default();
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        if let Some(span) = name.to_str().and_then(span_of) {
+            spans.push(span);
+            done.bytes += entry.metadata().map_or(0, |of| of.len());
+        }
+    }
+    spans.sort_unstable();
+    let mut reached = (0, 0);
+    for (cell, start, end) in spans {
+        if cell != reached.0 {
+            reached = (cell, 0);
+        }
+        done.trials += end.saturating_sub(start.max(reached.1));
+        reached.1 = reached.1.max(end);
+    }
+    done
+}
+
+/// The cell, the first trial and the end in the name of a block file.
+fn span_of(name: &str) -> Option<(usize, u64, u64)> {
+    let mut parts = name.strip_prefix('c')?.strip_suffix(".block")?.split('-');
+    let mut next = || parts.next()?.parse::<u64>().ok();
+    Some((next()? as usize, next()?, next()?))
 }
 
 /// Bytes of the head.

@@ -5,6 +5,7 @@ mod blocks;
 mod build;
 mod campaign;
 mod continuous;
+mod cost;
 mod curves;
 mod engine;
 mod experiment;
@@ -27,9 +28,10 @@ mod summary;
 mod tally;
 mod trial;
 
-pub use blocks::BlockError;
+pub use blocks::{BlockError, Done, done};
 pub use campaign::{Campaign, CampaignError, Event, RunOptions};
 pub use continuous::{ContinuousCell, ContinuousTrial, OutputTrace, Term, Traces};
+pub use cost::Cost;
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use engine::{Engine, Worker, WorkerError};
 pub(crate) use experiment::design_of;
@@ -38,7 +40,7 @@ pub use experiment::{
 };
 pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
-pub use need::{Disk, disk_of, memory_of};
+pub use need::{Disk, disk_of, memory_of, row_of};
 pub use pack::PackTrial;
 pub use peak::fma_peak;
 pub use plan::Plan;

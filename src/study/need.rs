@@ -4,7 +4,7 @@
 //! are measured ones; they stand as constants here.
 
 use super::curves::Curves;
-use super::file::{Store, TrialRule};
+use super::file::Store;
 use super::row::{Figure, Row};
 use super::{Cell, Engine, Experiment, block_size};
 use crate::metric::{
@@ -29,6 +29,8 @@ const SAMPLE_STORED: f64 = 135.0;
 const PAIRED_STORED: f64 = 420.0;
 /// A row in a block file beside its figures.
 const ROW_STORED: f64 = 7.0;
+/// A row in trials.parquet beside its figures.
+const ROW_AT_MOST: f64 = 2.0;
 /// Rows in a group of trials.parquet, with the columns that are made of them and their compressed pages.
 const GROUP: f64 = 3.0 * 65_536.0;
 /// In summary.json and summary.parquet: a cell's settings, a figure of an output, a share; of a curve a quantile.
@@ -38,7 +40,7 @@ const SHARE_STORED: f64 = 120.0;
 const QUANTILE_STORED: f64 = 13.0;
 /// A line of a report's results.csv, and its page with the figures.
 const LINE: f64 = 240.0;
-const PAGES: f64 = 1e6;
+const PAGES: f64 = 4e5;
 /// A file takes whole blocks of the disk: half of one is lost in each.
 const CLUSTER: f64 = 2048.0;
 
@@ -190,17 +192,13 @@ impl<'e> Counts<'e> {
     }
 }
 
-/// Bytes of memory that a run of an experiment on so many threads needs at most.
+/// Bytes of memory that a run of an experiment with so many trials of each cell needs at most on so many threads.
 ///
 /// While trials are computed each thread has a record, a block that it makes and one that waits; the calling thread has
 /// the one that it writes, as it is and encoded twice. While results are put together there are the summaries of all
 /// cells, two tallies of one that are merged, a block as it is read, and a group of rows of trials.parquet.
-pub fn memory_of(experiment: &Experiment, threads: usize) -> u64 {
-    let most = match &experiment.file.trials {
-        TrialRule::Fixed(trials) => *trials,
-        TrialRule::Until(until) => until.maximum,
-    };
-    let counts = Counts::of(experiment, most);
+pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
+    let counts = Counts::of(experiment, trials);
     let (mut computing, mut merging, mut cells) = (0.0_f64, 0.0_f64, 0.0);
     for (index, cell) in experiment.cells.iter().enumerate() {
         let trials = counts.block(index);
@@ -217,7 +215,12 @@ pub fn memory_of(experiment: &Experiment, threads: usize) -> u64 {
     if counts.kept {
         merging += GROUP * size_of::<Row>() as f64;
     }
-    (PROGRAM + cells + computing.max(merging)) as u64
+    PROGRAM + cells + computing.max(merging)
+}
+
+/// Bytes of a row of trials.parquet at most: equal numbers are stored once.
+pub fn row_of(experiment: &Experiment) -> f64 {
+    ROW_AT_MOST + (size_of::<f64>() * experiment.file.measures.len()) as f64
 }
 
 /// Bytes on disk of a run with so many trials of each cell, where a row of trials.parquet takes `row` bytes.

@@ -346,7 +346,7 @@ fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S:
     }))
 }
 
-fn round(value: &mut Value) {
+pub(super) fn round(value: &mut Value) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(round),
         Value::Object(values) => values.values_mut().for_each(round),

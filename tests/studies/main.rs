@@ -9,6 +9,7 @@ mod hostile;
 mod identity;
 mod kills;
 mod meaning;
+mod needs;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -7,6 +7,8 @@ mod figures;
 mod layout;
 mod map;
 mod tables;
+#[cfg(test)]
+mod tests;
 mod traces;
 
 use super::claims::Claim;

@@ -54,6 +54,14 @@ pub enum TrialRule {
 pub const TRIAL_LIMIT: u64 = 4_000_000_000;
 
 impl TrialRule {
+    /// The fewest and the most trials of a cell.
+    pub fn extent(&self) -> (u64, u64) {
+        match self {
+            Self::Fixed(trials) => (*trials, *trials),
+            Self::Until(until) => (until.minimum, until.maximum),
+        }
+    }
+
     /// What is wrong with the rule, if anything is.
     pub fn fault(&self) -> Option<String> {
         let counts: &[u64] = match self {

@@ -1,0 +1,207 @@
+//! What a run needs beside what there is: memory, and room on disk.
+
+use super::error::{Error, failed};
+use crate::study::file::TrialRule;
+use crate::study::{Done, Experiment, disk_of, memory_of, row_of};
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+
+/// What this machine has, where it tells, bytes.
+pub(super) struct Room {
+    /// Memory that is available.
+    pub(super) memory: Option<f64>,
+    /// Room on the disk of a folder.
+    pub(super) disk: Option<f64>,
+}
+
+impl Room {
+    /// For results in a folder, which need not be there.
+    pub(super) fn of(folder: &Path) -> Self {
+        Self {
+            memory: available_memory(),
+            disk: free_disk(folder),
+        }
+    }
+}
+
+/// What a run takes at most, bytes.
+pub(super) struct Need {
+    pub(super) memory: f64,
+    /// What is still to be written.
+    pub(super) disk: f64,
+}
+
+impl Need {
+    /// Of a run with so many trials of each cell, where some are there already and a row of trials.parquet takes `row`
+    /// bytes.
+    pub(super) fn of(
+        experiment: &Experiment,
+        trials: u64,
+        threads: usize,
+        row: f64,
+        done: Done,
+    ) -> Self {
+        let disk = disk_of(experiment, trials, row).of_run();
+        Self {
+            memory: memory_of(experiment, trials, threads),
+            disk: (disk - done.bytes as f64).max(0.0),
+        }
+    }
+
+    /// What there is not enough of, in words.
+    pub(super) fn beyond(&self, room: &Room) -> Option<String> {
+        let short = |need: f64, room: Option<f64>, what: &str| {
+            let room = room.filter(|room| need > *room)?;
+            Some(format!(
+                "about {} of {what} where {} are free",
+                amount(need),
+                amount(room)
+            ))
+        };
+        let all = [
+            short(self.disk, room.disk, "disk"),
+            short(self.memory, room.memory, "memory"),
+        ];
+        let all: Vec<String> = all.into_iter().flatten().collect();
+        (!all.is_empty()).then(|| format!("needs {}", all.join(" and ")))
+    }
+}
+
+/// Before a run that cannot fit: a question on a terminal, and a refusal elsewhere, unless it is to run `anyway`.
+pub(super) fn ask(
+    experiment: &Experiment,
+    rule: &TrialRule,
+    threads: usize,
+    folder: &Path,
+    anyway: bool,
+) -> Result<(), Error> {
+    if anyway {
+        return Ok(());
+    }
+    let done = crate::study::done(folder, experiment);
+    let (_, most) = rule.extent();
+    let need = Need::of(experiment, most, threads, row_of(experiment), done);
+    let Some(beyond) = need.beyond(&Room::of(folder)) else {
+        return Ok(());
+    };
+    let refused = || Error::Input(format!("the run {beyond}; --anyway starts it all the same"));
+    if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
+        return Err(refused());
+    }
+    let mut line = String::new();
+    write!(
+        io::stderr(),
+        "The run {beyond}. Run it all the same? [y/N] "
+    )
+    .map_err(failed)?;
+    io::stdin().read_line(&mut line).map_err(failed)?;
+    if matches!(line.trim(), "y" | "Y" | "yes") {
+        Ok(())
+    } else {
+        Err(refused())
+    }
+}
+
+/// The room on the disk of a folder, or of the nearest one above that is there.
+#[cfg(unix)]
+fn free_disk(folder: &Path) -> Option<f64> {
+    let folder = std::path::absolute(folder).ok()?;
+    let there = folder.ancestors().find(|path| path.is_dir())?;
+    let disk = rustix::fs::statvfs(there).ok()?;
+    Some(disk.f_bavail as f64 * disk.f_frsize as f64)
+}
+
+#[cfg(not(unix))]
+fn free_disk(_: &Path) -> Option<f64> {
+    None
+}
+
+/// What Linux says that programs can have without swapping.
+fn available_memory() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    available_in(&text)
+}
+
+fn available_in(text: &str) -> Option<f64> {
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024.0 * kibibytes)
+}
+
+/// A number of bytes with the unit that it is told in.
+pub(super) fn amount(bytes: f64) -> String {
+    const UNITS: [&str; 5] = ["kB", "MB", "GB", "TB", "PB"];
+    let mut value = bytes / 1e3;
+    let mut units = UNITS.into_iter();
+    let mut unit = units.next().unwrap_or_default();
+    for larger in units {
+        // What would be shown as 1000 is 1.0 of the larger unit.
+        if value.ceil() < 1000.0 {
+            break;
+        }
+        (value, unit) = (value / 1e3, larger);
+    }
+    if value < 9.95 && unit != "kB" {
+        format!("{value:.1} {unit}")
+    } else {
+        format!("{:.0} {unit}", value.ceil())
+    }
+}
+
+/// A time in the unit that it is told in.
+pub(super) fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "a second".to_owned(),
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.0} days", s / 86_400.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amounts_have_two_or_three_digits() {
+        for (bytes, text) in [
+            (0.0, "0 kB"),
+            (12_345.0, "13 kB"),
+            (999_000.0, "999 kB"),
+            (999_400.0, "1.0 MB"),
+            (1.25e6, "1.2 MB"),
+            (48.2e6, "49 MB"),
+            (4.762e12, "4.8 TB"),
+            (2e18, "2000 PB"),
+        ] {
+            assert_eq!(amount(bytes), text);
+        }
+    }
+
+    #[test]
+    fn what_is_short_is_told() {
+        let need = Need {
+            memory: 3e9,
+            disk: 5e9,
+        };
+        let room = |memory, disk| Room { memory, disk };
+        assert_eq!(need.beyond(&room(Some(4e9), Some(6e9))), None);
+        assert_eq!(need.beyond(&room(None, None)), None);
+        assert_eq!(
+            need.beyond(&room(Some(2e9), Some(6e9))).as_deref(),
+            Some("needs about 3.0 GB of memory where 2.0 GB are free")
+        );
+        let both = need.beyond(&room(Some(2e9), Some(1e9))).unwrap();
+        assert!(both.contains("5.0 GB of disk where 1.0 GB") && both.contains(" and about 3.0 GB"));
+    }
+
+    #[test]
+    fn the_line_of_available_memory_is_found() {
+        let text = "MemTotal:  24000000 kB\nMemAvailable:   12000000 kB\n";
+        assert_eq!(available_in(text), Some(12_288_000_000.0));
+        assert_eq!(available_in("MemTotal: 1 kB\n"), None);
+    }
+}

@@ -1,0 +1,120 @@
+//! A page of a study with many cells: as large as one of a few, with the ends of what it leaves out.
+
+use super::*;
+use crate::estimator::Output;
+use crate::metric::{Sample, Share};
+use crate::report::index::Index;
+use crate::study::file::ExperimentFile;
+use crate::study::{
+    CellSummary, CellTally, ComparisonSummary, Experiment, Outcomes, OutputSummary, Summary,
+};
+use std::path::PathBuf;
+
+/// A study whose medians grow with the number of the cell, from 1 on.
+fn study(toml: &str) -> Study {
+    let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
+    let measures = &experiment.file.measures;
+    let summary_of = |index: usize| {
+        let statistics = Sample::of([0.5, 1.0, 1.5].map(|x| x * (index + 1) as f64)).statistics();
+        let mut cell = CellSummary::of(&experiment, index, &CellTally::default());
+        cell.trials = 3;
+        let output = |output: &Output| OutputSummary {
+            estimator: output.estimator.clone(),
+            pass: output.pass,
+            outcomes: Outcomes {
+                trials: 3,
+                ..Outcomes::default()
+            },
+            failed: Share::new(0, 3),
+            unstable: Share::new(0, 3),
+            figures: measures.iter().map(|of| (*of, statistics)).collect(),
+            parameters: Vec::new(),
+        };
+        cell.outputs = experiment.outputs().iter().map(output).collect();
+        let pairs = experiment.file.compare.iter().cloned();
+        cell.comparisons = pairs
+            .map(|[first, second]| ComparisonSummary {
+                first,
+                second,
+                figures: Default::default(),
+            })
+            .collect();
+        cell
+    };
+    let cells = (0..experiment.cells.len()).map(summary_of).collect();
+    let summary = Summary::of(&experiment, cells, &[]);
+    Study {
+        name: "many".to_owned(),
+        shipped: None,
+        folder: PathBuf::from("many"),
+        version: String::new(),
+        revision: None,
+        index: Index::of(&summary, false),
+        summary,
+        file: experiment.file,
+        times: Vec::new(),
+    }
+}
+
+fn files_of(toml: &str) -> HashMap<String, String> {
+    report(&[study(toml)], &[], &mut |_| ())
+        .into_iter()
+        .collect()
+}
+
+fn one_axis(cells: usize) -> String {
+    format!("measures = [\"e_a\"]\n[settings]\neta = {{ linspace = [1, 20, {cells}] }}\n")
+}
+
+#[test]
+fn a_page_of_many_cells_is_as_large_as_one_of_a_few() {
+    const CELLS: usize = 5000;
+    let [few, many] = [300, CELLS].map(|cells| files_of(&one_axis(cells)));
+    let size = |files: &HashMap<String, String>| files["report.html"].len();
+    assert!(
+        size(&many) < size(&few) + size(&few) / 2,
+        "{} and {}",
+        size(&few),
+        size(&many)
+    );
+    let rows = |name: &str| many[&format!("tables/many-{name}.csv")].lines().count();
+    let outputs = 5;
+    assert_eq!(rows("results"), 1 + CELLS * outputs);
+    // Least squares and the fourth pass.
+    assert_eq!(rows("overview"), 1 + CELLS * 2);
+    let page = &many["report.html"];
+    for part in [
+        "Of 10000 rows those with the smallest and the largest",
+        "overview.csv below has all",
+        "(5000 values)",
+    ] {
+        assert!(page.contains(part), "no '{part}'");
+    }
+    // The last cell's median is in the table of the page, one in the middle is not.
+    assert!(page.contains(">5000") && !page.contains(">2500"));
+}
+
+/// Texts have an axis of names, of which a figure has room for a few.
+#[test]
+fn of_many_names_a_figure_has_the_extremes() {
+    let gains: Vec<String> = (0..400).map(|i| format!("\"scaled:0.{i:03}\"")).collect();
+    let files = files_of(&format!(
+        "measures = [\"e_x_max\"]\n[settings]\ngain = [{}]\n",
+        gains.join(", ")
+    ));
+    let page = &files["report.html"];
+    assert!(page.contains("Of 400 places along the axis the 60"));
+    assert!(page.len() < 400_000, "{}", page.len());
+}
+
+#[test]
+fn a_grid_of_many_settings_has_a_page() {
+    let files = files_of(
+        "measures = [\"e_a\"]\ncompare = [[\"iv(4)\", \"ls\"]]\n[settings]\n\
+         eta = [1, 2, 3, 4, 5, 6]\namplitude = [1, 2, 3, 4, 5]\nx0 = [0, 1, 2, 3, 4]\n\
+         noise = [\"ar\", \"white\"]\nwindow = [98, 218, 418, 818]\n",
+    );
+    assert!(files["report.html"].len() < 400_000);
+    let results = &files["tables/many-results.csv"];
+    assert_eq!(results.lines().count(), 1 + 6 * 5 * 5 * 2 * 4 * 5);
+}

@@ -1,0 +1,227 @@
+//! What a run of a study costs in time, from a short run of a few of its cells.
+
+use super::curves::Curves;
+use super::file::Store;
+use super::store::cost_of_row;
+use super::summary::SlopeStatistics;
+use super::tally::{CellTally, Trials};
+use super::{Cell, CellSummary, Experiment, Row, Source, Worker, WorkerError, block_size};
+use crate::metric::expected_bins;
+use std::time::{Duration, Instant};
+use xxhash_rust::xxh3::xxh3_128;
+
+/// Cells that are timed, at most.
+const CELLS: usize = 40;
+/// Time given to the trials of a cell, unless one trial takes longer.
+const BUDGET: Duration = Duration::from_millis(30);
+/// Seconds until a block file is safely on the disk, about.
+const DISK: f64 = 3e-4;
+/// A figure of an output in summary.parquet, seconds.
+const TABLE: f64 = 4e-6;
+
+/// Seconds on one thread.
+#[derive(Clone, Copy, Debug, Default)]
+struct Timed {
+    /// How many cells this one stands for.
+    cells: f64,
+    /// Trials of a whole block, and of the one that was timed.
+    block: u64,
+    sampled: u64,
+    /// Buffers for a cell.
+    setup: f64,
+    trial: f64,
+    /// What is counted of the sampled trials; encoding and decoding it, with the rows where they are kept.
+    tally: f64,
+    encode: f64,
+    decode: f64,
+    /// The cell's part of the results.
+    summary: f64,
+    /// Bytes of a row in trials.parquet, and seconds of writing it.
+    row: f64,
+    write_row: f64,
+}
+
+/// What the trials of an experiment cost.
+#[derive(Clone, Debug)]
+pub struct Cost {
+    timed: Vec<Timed>,
+    outputs: f64,
+    kept: bool,
+}
+
+impl Cost {
+    /// Times trials of cells of every kind, of so many that a cell will have.
+    ///
+    /// # Errors
+    /// If a cell has no worker.
+    pub fn measure(experiment: &Experiment, trials: u64) -> Result<Self, WorkerError> {
+        let mut timed = Vec::new();
+        for (index, cells) in sampled(experiment) {
+            if timed.is_empty() {
+                // What is loaded and sized at first use is not timed.
+                time_cell(experiment, index, cells, trials)?;
+            }
+            timed.push(time_cell(experiment, index, cells, trials)?);
+        }
+        Ok(Self {
+            timed,
+            outputs: experiment.output_count() as f64,
+            kept: experiment.file.store == Store::Trials,
+        })
+    }
+
+    /// One trial of every cell on one thread, seconds.
+    pub fn seconds_per_trial(&self) -> f64 {
+        self.timed.iter().map(|of| of.cells * of.trial).sum()
+    }
+
+    /// Bytes of a row in trials.parquet.
+    pub fn row(&self) -> f64 {
+        let cells: f64 = self.timed.iter().map(|of| of.cells).sum();
+        let bytes = self.timed.iter().map(|of| of.cells * of.row);
+        bytes.sum::<f64>() / cells
+    }
+
+    /// Seconds of a run with so many trials of each cell, of which a share is still missing: the trials on all threads,
+    /// the files that the calling thread writes meanwhile, and the results, which it puts together in the end.
+    pub fn seconds(&self, trials: u64, missing: f64, threads: usize) -> f64 {
+        let (trials, threads) = (trials as f64, threads as f64);
+        let (mut parallel, mut serial, mut end) = (0.0, 0.0, 0.0);
+        for of in &self.timed {
+            let block = (of.block as f64).min(trials);
+            let blocks = (trials / block).ceil();
+            let larger = block / of.sampled as f64;
+            let bins = expected_bins(block) / expected_bins(of.sampled as f64);
+            // Rows grow with trials, counts with bins.
+            let content = if self.kept { larger } else { bins }.max(1.0);
+            let (encode, decode) = (of.encode * content, of.decode * content);
+            let tally = of.tally * larger.max(1.0);
+            parallel +=
+                of.cells * (of.setup * blocks.min(threads) + trials * of.trial + blocks * tally);
+            serial += of.cells * blocks * (encode + DISK);
+            let mut read = blocks * decode;
+            if self.kept {
+                read += trials * self.outputs * of.write_row;
+            } else if blocks > 1.0 {
+                serial += of.cells * (read + encode + DISK);
+                read = decode;
+            }
+            end += of.cells * (read + of.summary);
+        }
+        missing * serial.max((parallel + serial) / threads) + end
+    }
+}
+
+/// Cells that stand for all: those in the middle of equal parts of all cells, ordered by what their trials are like.
+fn sampled(experiment: &Experiment) -> Vec<(usize, f64)> {
+    let mut order: Vec<usize> = (0..experiment.cells.len()).collect();
+    let kind = |index: &usize| {
+        let cell: &Cell = &experiment.cells[*index];
+        let steps = match &cell.source {
+            Source::Record(_) => 0,
+            Source::Continuous(of) => of.steps(),
+        };
+        let engine = experiment.engine(*index).ok();
+        (
+            engine,
+            steps,
+            cell.plant_order(),
+            cell.order,
+            cell.horizon,
+            cell.window,
+        )
+    };
+    order.sort_by_cached_key(kind);
+    let parts = CELLS.min(order.len());
+    let bound = |part: usize| part * order.len() / parts;
+    (0..parts)
+        .map(|part| {
+            let (from, to) = (bound(part), bound(part + 1));
+            (order[usize::midpoint(from, to - 1)], (to - from) as f64)
+        })
+        .collect()
+}
+
+/// What takes how long, and what came out.
+fn clocked<T>(work: impl FnOnce() -> T) -> (f64, T) {
+    let begin = Instant::now();
+    let result = work();
+    (begin.elapsed().as_secs_f64(), result)
+}
+
+fn time_cell(
+    experiment: &Experiment,
+    index: usize,
+    cells: f64,
+    trials: u64,
+) -> Result<Timed, WorkerError> {
+    let (cell, file) = (&experiment.cells[index], &experiment.file);
+    let mut found = Trials {
+        curves: file.curves.then(|| Curves::new(cell.horizon)),
+        ..Trials::default()
+    };
+    let (setup, worker) = clocked(|| -> Result<_, WorkerError> {
+        let mut worker = Worker::new(experiment, cell)?;
+        worker.run_into(0..worker.stride(), &mut Trials::default());
+        Ok(worker)
+    });
+    let mut worker = worker?;
+    let begin = Instant::now();
+    let mut count = 0;
+    while count == 0 || begin.elapsed() < BUDGET {
+        let next = count + worker.stride();
+        worker.run_into(count..next, &mut found);
+        count = next;
+    }
+    let trial = begin.elapsed().as_secs_f64() / count as f64;
+    let block = block_size(experiment, index);
+    let sampled = count.min(block).min(trials);
+    let outputs = experiment.output_count();
+    found.rows.truncate(sampled as usize * outputs);
+    let (tally_time, tally) = clocked(|| CellTally::of(experiment, cell, &mut found));
+    let kept = file.store == Store::Trials;
+    let rows = kept.then_some(&found.rows);
+    let (encode, encoded) = clocked(|| {
+        let bytes = postcard::to_stdvec(&(&tally, rows)).unwrap_or_default();
+        (xxh3_128(&bytes), bytes)
+    });
+    let (decode, _) = clocked(|| {
+        let read = postcard::from_bytes::<(CellTally, Option<Vec<Row>>)>(&encoded.1);
+        let mut merged = CellTally::default();
+        read.iter().for_each(|(tally, _)| merged.merge(tally));
+        xxh3_128(&encoded.1)
+    });
+    let (summary, figures) = clocked(|| {
+        let summary = CellSummary::of(experiment, index, &tally);
+        let _ = SlopeStatistics::of(experiment, &tally);
+        let json = serde_json::to_value(&summary).map(|mut json| {
+            super::summary::round(&mut json);
+            json.to_string().len()
+        });
+        json.map_or(0, |_| {
+            summary
+                .outputs
+                .iter()
+                .map(|of| of.figures.len() + of.parameters.len())
+                .sum()
+        })
+    });
+    let [row, write_row] = if kept {
+        cost_of_row(experiment, index, &found.rows)
+    } else {
+        [0.0; 2]
+    };
+    Ok(Timed {
+        cells,
+        block,
+        sampled,
+        setup: (setup - trial * worker.stride() as f64).max(0.0),
+        trial,
+        tally: tally_time,
+        encode,
+        decode,
+        summary: summary + TABLE * figures as f64,
+        row,
+        write_row,
+    })
+}

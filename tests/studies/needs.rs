@@ -1,0 +1,144 @@
+//! What `check` says that a run takes, against what it takes; and what happens where there is not enough.
+
+use super::{Place, contents, stderr, stdout, succeeds};
+use std::fs;
+use std::path::Path;
+
+/// The line of a name in what `check` prints.
+fn line<'a>(text: &'a str, name: &str) -> &'a str {
+    let mut lines = text.lines();
+    let found = lines.find(|line| line.split(' ').next() == Some(name));
+    found.unwrap_or_else(|| panic!("no {name} in {text}"))
+}
+
+/// The amounts of a line in bytes, in their order.
+fn amounts(line: &str) -> Vec<f64> {
+    let words: Vec<&str> = line.split([' ', ',', ';', ':']).collect();
+    let amount = |pair: &[&str]| {
+        let factor = match pair[1] {
+            "kB" => 1e3,
+            "MB" => 1e6,
+            "GB" => 1e9,
+            "TB" => 1e12,
+            "PB" => 1e15,
+            _ => return None,
+        };
+        Some(pair[0].parse::<f64>().ok()? * factor)
+    };
+    words.windows(2).filter_map(amount).collect()
+}
+
+/// Bytes of all files in a folder and below it.
+fn bytes(path: &Path) -> f64 {
+    let of = fs::metadata(path).expect("a file");
+    if !of.is_dir() {
+        return of.len() as f64;
+    }
+    let entries = fs::read_dir(path).expect("a folder");
+    entries
+        .map(|entry| bytes(&entry.expect("an entry").path()))
+        .sum()
+}
+
+/// Whether an amount that is told in whole kB, or to two digits, is within a factor of 1.5.
+fn is_near(said: f64, is: f64) -> bool {
+    said <= 1.5 * is + 1e3 && is <= 1.5 * said + 1e3
+}
+
+#[test]
+fn times_of_methods_and_records_of_threads_are_counted() {
+    let place = Place::new();
+    let check = |set: &[&str]| {
+        let sets = set.iter().flat_map(|set| ["--set", set]);
+        let all: Vec<&str> = ["check", "everything.toml"]
+            .into_iter()
+            .chain(sets)
+            .collect();
+        let output = place.run(&all);
+        succeeds(&output);
+        stdout(&output)
+    };
+    let text = check(&["timing=true"]);
+    let size = text.find("cells     12").expect("the grid");
+    assert!(size < text.find("time  ").expect("the time"), "{text}");
+    assert!(
+        text.contains("for the times of the methods, on one"),
+        "{text}"
+    );
+    let text = check(&["store=summaries"]);
+    assert!(
+        !text.contains("trials.parquet") && !text.contains("times of"),
+        "{text}"
+    );
+    // A record of 2 million samples, (6 + n) numbers each, one a thread.
+    let text = check(&["horizon=2000000", "curves=false"]);
+    assert!(amounts(line(&text, "memory"))[0] >= 128e6, "{text}");
+}
+
+#[test]
+fn a_run_takes_the_room_that_was_told() {
+    let place = Place::new();
+    for (out, more) in [
+        ("kept", &["--trials", "2000"][..]),
+        ("few", &["--trials", "20"]),
+        ("counted", &["--trials", "500", "--set", "store=summaries"]),
+    ] {
+        let output = place.run(&[&["check", "everything.toml"], more].concat());
+        let text = stdout(&output);
+        let said = amounts(line(&text, "disk"));
+        place.results(out, more);
+        let of = |name: &str| bytes(&place.path(out).join(name));
+        let blocks = of("blocks");
+        let summaries = of("summary.json") + of("summary.parquet");
+        let kept = place.path(out).join("trials.parquet").exists();
+        let trials = kept.then(|| of("trials.parquet"));
+        let parts: Vec<f64> = [blocks]
+            .into_iter()
+            .chain(trials)
+            .chain([summaries])
+            .collect();
+        for (said, is) in said[1..].iter().zip(&parts) {
+            assert!(is_near(*said, *is), "{out}: {text}, but {parts:?}");
+        }
+        assert!(
+            is_near(said[0], parts.iter().sum()),
+            "{out}: {text}, but {parts:?}"
+        );
+    }
+}
+
+#[test]
+fn what_is_there_is_taken_off() {
+    let place = Place::new();
+    let check = ["check", "everything.toml", "--trials", "40", "--out"];
+    let told = |out: &str| {
+        let output = place.run(&[&check[..], &[out]].concat());
+        succeeds(&output);
+        stdout(&output)
+    };
+    assert!(!told("half").contains("there  "));
+    place.results("half", &["--trials", "20"]);
+    let text = told("half");
+    assert!(line(&text, "there").contains("240 trials"), "{text}");
+    // Of another design nothing is.
+    let other = place.run(&[&check[..], &["half", "--set", "seed=7"]].concat());
+    assert!(!stdout(&other).contains("there  "));
+}
+
+/// A row takes more than 200 bytes in its block, so that this takes some 10 PB.
+#[test]
+fn a_run_that_cannot_fit_is_refused_unless_it_is_to_start_anyway() {
+    let place = Place::new();
+    let rule = "trials={until = \"e_a\", output = \"iv(2)\", relative_mcse = 1e9, minimum = 4, maximum = 4000000000}";
+    let more = ["--set", rule, "--set", "eta=5"];
+    let run = [&["run", "everything.toml", "--out", "out"][..], &more].concat();
+    place.refuses(&run, &["disk", "are free", "--anyway"]);
+    assert!(!place.path("out").exists());
+    let check = place.run(&[&["check", "everything.toml"][..], &more].concat());
+    succeeds(&check);
+    let text = stdout(&check);
+    assert!(line(&text, "warning").contains("disk"), "{text}");
+    let started = place.run(&[&run[..], &["--anyway"]].concat());
+    assert!(started.status.success(), "{}", stderr(&started));
+    assert!(contents(&place.path("out")).contains_key("manifest.json"));
+}
