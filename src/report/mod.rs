@@ -11,6 +11,8 @@ mod figures;
 mod folder;
 pub mod html;
 mod markup;
+#[cfg(test)]
+mod mutations;
 mod number;
 pub mod plot;
 mod results;

@@ -48,6 +48,14 @@ pub struct Time {
     pub q75_seconds: f64,
 }
 
+impl Time {
+    /// Whether it can be a time of a study of so many cells.
+    fn is_of(&self, cells: usize) -> bool {
+        let times = [self.q25_seconds, self.median_seconds, self.q75_seconds];
+        self.cell < cells && times[0] >= 0.0 && times.is_sorted_by(|a, b| a <= b)
+    }
+}
+
 #[derive(Deserialize)]
 struct Times {
     times: Vec<Time>,
@@ -85,30 +93,50 @@ impl Study {
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let manifest = read_manifest(folder)?;
         let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
+        let text = fs::read_to_string(folder.join("summary.json"));
+        let text = text.map_err(|error| ResultsError::File {
+            path: folder.join("summary.json"),
+            reason: error.to_string(),
+        })?;
+        let times = fs::read_to_string(folder.join("timing/times.json")).ok();
+        Self::decode(folder, &manifest, &text, times.as_deref())
+    }
+
+    /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where they were measured.
+    ///
+    /// # Errors
+    /// [`ResultsError`], one line that names the file.
+    pub(super) fn decode(
+        folder: &Path,
+        manifest: &Value,
+        summary: &str,
+        times: Option<&str>,
+    ) -> Result<Self, ResultsError> {
         let wrong = |name: &str, reason: String| ResultsError::File {
             path: folder.join(name),
             reason,
         };
         let file = ExperimentFile::from_json(&manifest["experiment"])
             .map_err(|error| wrong("manifest.json", error.to_string()))?;
-        let parsed = |name: &str, what: &str, error: serde_json::Error| {
+        let parsed = |name: &str, what: &str, error: &str| {
             wrong(name, format!("not {what} of this version ({error})"))
         };
-        let text = fs::read_to_string(folder.join("summary.json"));
-        let text = text.map_err(|error| wrong("summary.json", error.to_string()))?;
-        let summary: Summary = serde_json::from_str(&text)
-            .map_err(|error| parsed("summary.json", "a summary", error))?;
+        let summary = Summary::from_json(summary)
+            .map_err(|error| parsed("summary.json", "a summary", &error))?;
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
-        let times = match fs::read_to_string(folder.join("timing/times.json")) {
-            Ok(text) => {
-                let times: Times = serde_json::from_str(&text)
-                    .map_err(|error| parsed("timing/times.json", "times", error))?;
-                times.times
+        let times: Vec<Time> = match times.map(serde_json::from_str::<Times>).transpose() {
+            Ok(times) => times.map_or_else(Vec::new, |of| of.times),
+            Err(error) => {
+                let reason = error.to_string();
+                return Err(parsed("timing/times.json", "times", &reason));
             }
-            Err(_) => Vec::new(),
         };
+        if !times.iter().all(|time| time.is_of(summary.cells.len())) {
+            let reason = "damaged: a cell that is not there, or times that do not ascend";
+            return Err(wrong("timing/times.json", reason.to_owned()));
+        }
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
         let shipped = Shipped::of(&file);
         Ok(Self {
