@@ -2,7 +2,7 @@
 //! known. `cargo test --release --test coverage -- --nocapture` prints the table.
 
 use asobench::metric::{
-    Estimate, JACKKNIFE_GROUPS, Paired, Quantile, Sample, Share, SlopeOf, slope,
+    Estimate, JACKKNIFE_GROUPS, Paired, Quantile, Sample, Share, SlopeOf, Statistics, slope,
 };
 use asobench::signal::normal::fill_standard_normal;
 use asobench::signal::{Purpose, stream};
@@ -26,6 +26,8 @@ enum Expected {
     MostFlagged,
     /// The same, shown only.
     SomeFlagged,
+    /// With the fewest trials that have a standard error: 88 % or more.
+    Fewest,
 }
 
 /// A row of the table.
@@ -57,6 +59,7 @@ impl Row {
             Expected::TooLow => share < 0.93,
             Expected::MostFlagged => share > 0.5,
             Expected::SomeFlagged => true,
+            Expected::Fewest => (0.88..=0.97).contains(&share),
         }
     }
 
@@ -68,6 +71,7 @@ impl Row {
             Expected::TooLow => "below 93 (tail)".to_owned(),
             Expected::MostFlagged => "flagged in most".to_owned(),
             Expected::SomeFlagged => "flagged in some".to_owned(),
+            Expected::Fewest => "88 to 97".to_owned(),
         };
         format!(
             "{:<19} {:<17} {:>5}  {:>6.2} +- {:.2}  {}",
@@ -336,6 +340,64 @@ fn heavy(trials: usize) -> Vec<Row> {
         ]
     }));
     rows
+}
+
+/// Normal figures with the fewest trials that have a standard error; of two methods or cells one after the other.
+fn fewest() -> Vec<Row> {
+    /// Name, trials, numbers for each, interval, truth.
+    type Statistic = (&'static str, usize, usize, fn(&[f64]) -> (f64, f64), f64);
+    fn of(z: &[f64]) -> Statistics {
+        Sample::of(z.iter().copied()).statistics()
+    }
+    fn pairs(z: &[f64]) -> Estimate {
+        let (first, second) = z.split_at(z.len() / 2);
+        let pairs = first.iter().zip(second);
+        Paired::of(pairs.map(|(x, y)| (Some(*x), Some(0.6 * x + 0.8 * y)))).rmse_ratio()
+    }
+    fn slope_of(z: &[f64], statistic: SlopeOf) -> (f64, f64) {
+        let (first, second) = z.split_at(z.len() / 2);
+        let cells = [first, second].map(|z| -> Vec<Sample> {
+            let group = |g: usize| z[g..].iter().step_by(JACKKNIFE_GROUPS);
+            let group = |g| Sample::of(group(g).map(|z| libm::exp(0.5 * z)));
+            (0..JACKKNIFE_GROUPS).map(group).collect()
+        });
+        slope(&[1.0, 2.0], &cells, statistic).unwrap().interval()
+    }
+    const Q25: f64 = -0.674_489_750_196_081_7;
+    let statistics: [Statistic; 11] = [
+        ("mean", 7, 1, |z| of(z).mean.interval(), 0.0),
+        ("trimmed mean", 7, 1, |z| of(z).trimmed.interval(), 0.0),
+        ("sd", 40, 1, |z| of(z).sd.interval(), 1.0),
+        ("mse", 40, 1, |z| of(z).mse.interval(), 1.0),
+        ("rmse", 40, 1, |z| of(z).rmse.interval(), 1.0),
+        ("median", 6, 1, |z| of(z).q50.interval(), 0.0),
+        ("q25", 16, 1, |z| of(z).q25.interval(), Q25),
+        ("q05", 92, 1, |z| of(z).q05.interval(), -Z95),
+        ("rmse ratio", 40, 2, |z| pairs(z).interval(), 1.0),
+        ("slope rmse, t", 20, 2, |z| slope_of(z, SlopeOf::Rmse), 0.0),
+        (
+            "slope median, t",
+            40,
+            2,
+            |z| slope_of(z, SlopeOf::Median),
+            0.0,
+        ),
+    ];
+    let rows = statistics.into_iter();
+    let rows = rows.flat_map(|(name, trials, width, interval, truth)| {
+        repeat("normal, fewest", trials, width, |z| {
+            vec![(name, interval(z), truth, Expected::Fewest)]
+        })
+    });
+    rows.collect()
+}
+
+#[test]
+fn few_trials_have_intervals_that_mean_something() {
+    for row in fewest() {
+        println!("{}", row.text());
+        assert!(row.holds(), "{}", row.text());
+    }
 }
 
 #[test]

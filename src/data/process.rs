@@ -183,6 +183,16 @@ impl Process {
         Ok(Self { settings, plants })
     }
 
+    /// The factor of the noise of level `eta`, where it is that of all trials; not finite where there is none.
+    pub(crate) fn common_scale(&self, eta: f64) -> Option<f64> {
+        let Plants::Fixed(resolved) = &self.plants else {
+            return None;
+        };
+        let level = self.settings.level;
+        let common = level.over == LevelOver::Process;
+        common.then(|| level.scale(eta, &[], &[], resolved.variances))
+    }
+
     /// What the process is made of.
     pub fn settings(&self) -> &ProcessSettings {
         &self.settings

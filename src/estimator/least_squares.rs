@@ -88,7 +88,6 @@ pub(super) fn conclude(
     number: usize,
     pass: &mut Pass,
 ) -> bool {
-    pass.condition = solution.condition;
     let parameters = solved.and_then(|()| pass.set_parameters(&solution.p, solution.condition));
     if let Err(kind) = parameters {
         pass.fail(Failure {

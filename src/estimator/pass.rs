@@ -122,7 +122,8 @@ pub struct Pass {
     pub h: Vec<f64>,
     /// x0-hat, n numbers.
     pub x0: Vec<f64>,
-    /// Condition number of the solve ([`super::solver::Solution::condition`]); NaN where unknown.
+    /// Condition number of the solve ([`super::solver::Solution::condition`]); NaN where it failed: what rounding
+    /// leaves of a singular matrix depends on the order of operations.
     pub condition: f64,
     /// Whether A-hat has a pole on or outside the unit circle.
     pub unstable: bool,

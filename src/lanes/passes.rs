@@ -220,9 +220,9 @@ impl<R: Real, const N: usize> Passes<R, N> {
         for lane in (parameters & !finite).lanes() {
             pass.fail(lane, FailureKind::NonFinite, stage, number);
         }
-        // Other lanes solved what an earlier pass left.
-        pass.condition = R::select(going, condition, R::splat(f64::NAN));
         pass.parameters = parameters & finite;
+        // Of other lanes it is of a matrix that was not solved, or of what an earlier pass left.
+        pass.condition = R::select(pass.parameters, condition, R::splat(f64::NAN));
     }
 
     /// Stage 6, where the reading says so.

@@ -5,7 +5,9 @@
 //! stated here by the fourth moment, and square roots by the delta method.
 
 use super::dd::{Dd, powers};
-use super::estimate::{Estimate, nan_is_null, not_negative};
+use super::estimate::{
+    Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, ascend, nan_is_null, not_negative,
+};
 use super::exact_sum::Buckets;
 use super::{ExactSum, Quantile, Sketch};
 use crate::signal::arithmetic::with_fma;
@@ -113,6 +115,25 @@ impl Sample {
         };
     }
 
+    /// Whether this can be the figure of so many trials: what of a stored sample is checked before it is used.
+    pub(crate) fn is_of(&self, trials: u64) -> bool {
+        let extremes_fit = match (self.extremes, self.sketch.ends()) {
+            (None, None) => true,
+            (Some(of), Some(ends)) => of.0 <= of.1 && Sketch::ends_of(of) == ends,
+            _ => false,
+        };
+        let sums = [&self.sum, &self.squares, &self.cubes, &self.fourths];
+        let any_overflows = !finite(powers(self.largest())[2]);
+        self.count.checked_add(self.undefined) == Some(trials)
+            && self.sketch.count() == self.count
+            && self.overflowed <= self.count
+            && (self.overflowed > 0) == any_overflows
+            && extremes_fit
+            && (1..)
+                .zip(sums)
+                .all(|(power, sum)| sum_fits(self.count, power, self.largest(), sum))
+    }
+
     /// Trials with a figure.
     pub fn count(&self) -> u64 {
         self.count
@@ -162,13 +183,18 @@ impl Sample {
         self.clamp(self.sketch.quantile_value(0.5))
     }
 
-    /// The arithmetic mean, MCSE `s / sqrt M`.
+    /// The arithmetic mean, MCSE `s / sqrt M` from [`FEWEST_FOR_MEANS`] trials on.
     pub fn mean(&self) -> Estimate {
         let m = self.count as f64;
         if !self.largest().is_finite() {
             return Estimate::UNDEFINED;
         }
-        Estimate::new(self.sum.value() / m, (self.variance() / m).sqrt())
+        let mcse = if self.count < FEWEST_FOR_MEANS {
+            f64::NAN
+        } else {
+            (self.variance() / m).sqrt()
+        };
+        Estimate::new(self.sum.value() / m, mcse)
     }
 
     /// `s^2 = sum (x - mean)^2 / (M - 1)`, NaN where it is undefined.
@@ -258,9 +284,10 @@ impl Sample {
         Estimate::new(rmse, self.with_fourths(mcse))
     }
 
-    /// An error that needs fourth powers: NaN where one is missing or there is a single trial.
+    /// An error that needs fourth powers: NaN where one is missing or there are fewer trials than
+    /// [`FEWEST_FOR_SQUARES`].
     fn with_fourths(&self, mcse: f64) -> f64 {
-        if self.overflowed == 0 && self.count > 1 {
+        if self.overflowed == 0 && self.count >= FEWEST_FOR_SQUARES {
             mcse
         } else {
             f64::NAN
@@ -311,6 +338,21 @@ impl Sample {
             largest_share,
         }
     }
+}
+
+/// Whether a sum can be that of so many powers of numbers up to `largest`, which is one of them. Sums are rounded to
+/// some 2^-52 here, and below the normal range.
+pub(super) fn sum_fits(count: u64, power: i32, largest: f64, sum: &ExactSum) -> bool {
+    let (sum, m, most) = (sum.value(), count as f64, largest.powi(power));
+    let tiny = m * f64::MIN_POSITIVE;
+    let above = m * most * (1.0 + 1e-9) + tiny;
+    // Powers that overflow are left out.
+    let below = match power % 2 {
+        0 if most.is_finite() => most * (1.0 - 1e-9) - tiny,
+        0 => -tiny,
+        _ => -above,
+    };
+    below <= sum && sum <= above
 }
 
 pub(super) fn largest_share(count: u64, largest: f64, squares: &ExactSum) -> f64 {
@@ -375,6 +417,26 @@ pub struct Statistics {
     /// The largest `x^2` over the sum of `x^2`.
     #[serde(with = "nan_is_null")]
     pub largest_share: f64,
+}
+
+impl Statistics {
+    /// Whether stored statistics can be those of so many trials.
+    pub(crate) fn are_of(&self, trials: u64) -> bool {
+        let estimates = [self.mean, self.sd, self.mse, self.rmse, self.trimmed];
+        let quantiles = [self.q05, self.q25, self.q50, self.q75, self.q95];
+        let values = quantiles.iter().map(|of| of.value);
+        let order = [self.min].into_iter().chain(values).chain([self.max]);
+        let squares = [self.sd, self.mse, self.rmse].map(|of| of.value);
+        let mut all = order.clone().chain(estimates.iter().map(|of| of.value));
+        self.count.checked_add(self.undefined) == Some(trials)
+            && self.overflowed <= self.count
+            && (self.count > 0 || all.all(f64::is_nan))
+            && ascend(order)
+            && estimates.iter().all(Estimate::is_sound)
+            && quantiles.iter().all(Quantile::is_sound)
+            && !squares.iter().any(|x| *x < 0.0)
+            && !(self.largest_share < 0.0 || self.largest_share > 1.0 + 1e-8)
+    }
 }
 
 #[cfg(test)]
@@ -449,7 +511,7 @@ mod tests {
                 near(b.mcse, a.mcse, condition.max(1e-14));
             }
         }
-        let constant = Sample::of([0.1; 30]).statistics();
+        let constant = Sample::of([0.1; 50]).statistics();
         assert_eq!((constant.sd.value, constant.sd.mcse), (0.0, 0.0));
         assert_eq!((constant.mean.value, constant.mean.mcse), (0.1, 0.0));
         assert_eq!(constant.q50.value, 0.1);
@@ -507,11 +569,11 @@ mod tests {
 
     #[test]
     fn powers_that_overflow_are_counted() {
-        let fourth = Sample::of([1e80, 1.0, -1.0]).statistics();
-        assert_eq!(fourth.overflowed, 1);
+        let fourth = Sample::of([1e80, 1.0, -1.0].repeat(20)).statistics();
+        assert_eq!(fourth.overflowed, 20);
         assert!(fourth.mean.mcse.is_finite() && fourth.rmse.value.is_finite());
         assert!(fourth.sd.value.is_finite() && fourth.sd.mcse.is_nan());
-        assert!(fourth.mse.mcse.is_nan() && fourth.rmse.mcse.is_nan() && fourth.dominated);
+        assert!(fourth.mse.mcse.is_nan() && fourth.rmse.mcse.is_nan());
         let square = Sample::of([1e200, 1.0, -1.0]).statistics();
         assert!(square.mean.value.is_finite() && square.mean.mcse.is_nan());
         assert!(square.sd.value.is_nan() && square.mse.value.is_nan() && square.dominated);
@@ -529,6 +591,47 @@ mod tests {
         assert!(empty.mean.value.is_nan() && empty.min.is_nan() && !empty.dominated);
     }
 
+    /// From [`FEWEST_FOR_MEANS`] and [`FEWEST_FOR_SQUARES`] on, and where the interval of a quantile exists.
+    #[test]
+    fn errors_begin_with_enough_trials() {
+        let z = normals(9, 100);
+        let errors = |count: usize| {
+            let of = Sample::of(z[..count].iter().copied()).statistics();
+            let moments = [of.mean, of.trimmed, of.sd, of.mse, of.rmse].map(|of| of.mcse);
+            let quantiles = [of.q50, of.q25, of.q05].map(|of| of.mcse);
+            [&moments[..], &quantiles[..]].concat()
+        };
+        let from = [7, 7, 40, 40, 40, 6, 16, 92];
+        for count in 1..=z.len() {
+            for (error, from) in errors(count).into_iter().zip(from) {
+                assert_eq!(error > 0.0, count >= from, "{count} {from} {error}");
+                assert_eq!(error.is_nan(), count < from, "{count} {from} {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn stored_statistics_must_obey_what_statistics_do() {
+        let whole = Sample::of(normals(2, 50)).statistics();
+        assert!(whole.are_of(50) && !whole.are_of(51));
+        assert!(Sample::default().statistics().are_of(0));
+        let altered: [fn(&mut Statistics); 8] = [
+            |of| of.count = u64::MAX,
+            |of| of.overflowed = 51,
+            |of| of.min = 7.0,
+            |of| of.q05.value = of.q95.value + 1.0,
+            |of| of.q50.mcse = -1.0,
+            |of| of.mean.mcse = -1.0,
+            |of| of.rmse.value = -1.0,
+            |of| (of.count, of.undefined) = (0, 50),
+        ];
+        for alter in altered {
+            let mut of = whole;
+            alter(&mut of);
+            assert!(!of.are_of(50), "{of:?}");
+        }
+    }
+
     #[test]
     fn undefined_numbers_are_null_in_json_and_come_back() {
         let found = Sample::of([f64::NAN, 1.0]).statistics();
@@ -537,9 +640,32 @@ mod tests {
         let read: Statistics = serde_json::from_str(&text).unwrap();
         assert_eq!(serde_json::to_string(&read).unwrap(), text);
         assert!(read.mean.mcse.is_nan());
-        let full = Sample::of(normals(1, 50)).statistics();
+        let full = Sample::of(normals(1, 100)).statistics();
         let bytes = postcard::to_stdvec(&full).unwrap();
         assert_eq!(postcard::from_bytes::<Statistics>(&bytes).unwrap(), full);
+    }
+
+    #[test]
+    fn stored_samples_must_obey_what_samples_do() {
+        let whole = Sample::of([1.0, -2.0, f64::NAN, 0.5]);
+        assert!(whole.is_of(4) && !whole.is_of(3) && Sample::default().is_of(0));
+        let altered: [fn(&mut Sample); 10] = [
+            |of| of.count = u64::MAX,
+            |of| of.overflowed = 1,
+            |of| of.extremes = None,
+            |of| of.extremes = Some((1.0, -2.0)),
+            |of| of.extremes = Some((-2.0, f64::NAN)),
+            |of| of.extremes = Some((-2.0, 7.0)),
+            |of| of.sketch = Sketch::of([1.0, -2.0]),
+            |of| of.sum.add(10.0),
+            |of| of.squares.add(-4.0),
+            |of| of.fourths.add(1e9),
+        ];
+        for alter in altered {
+            let mut of = whole.clone();
+            alter(&mut of);
+            assert!(!of.is_of(4), "{of:?}");
+        }
     }
 
     fn value() -> impl Strategy<Value = f64> {
@@ -560,6 +686,7 @@ mod tests {
         ) {
             let (values, shuffled) = values;
             let whole = Sample::of(values.iter().copied());
+            prop_assert!(whole.is_of(values.len() as u64));
             let (a, b) = (cuts.0.min(cuts.1).min(values.len()), cuts.0.max(cuts.1).min(values.len()));
             let mut merged = Sample::of(shuffled[b..].iter().copied());
             let mut rest = Sample::of(shuffled[..a].iter().copied());
@@ -569,6 +696,7 @@ mod tests {
             prop_assert_eq!(&whole, &merged);
             prop_assert_eq!(&bytes, &postcard::to_stdvec(&merged).unwrap());
             let read: Sample = postcard::from_bytes(&bytes).unwrap();
+            prop_assert!(read.is_of(values.len() as u64));
             prop_assert_eq!(
                 postcard::to_stdvec(&read.statistics()).unwrap(),
                 postcard::to_stdvec(&merged.statistics()).unwrap()

@@ -1,8 +1,8 @@
 //! Two methods on the same trials.
 
 use super::dd::{Dd, powers, product};
-use super::estimate::{Estimate, not_negative};
-use super::moments::{DOMINANT_SHARE, finite, largest_share};
+use super::estimate::{Estimate, FEWEST_FOR_SQUARES, ascend, not_negative};
+use super::moments::{DOMINANT_SHARE, finite, largest_share, sum_fits};
 use super::{ExactSum, Quantile, Sample, Share, Sketch};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
@@ -48,6 +48,14 @@ impl Powers {
         self.squares.add(square.1);
         self.fourths.add(fourth.0);
         self.fourths.add(fourth.1);
+    }
+
+    /// Whether these can be the sums of so many trials.
+    fn are_of(&self, count: u64) -> bool {
+        self.largest >= 0.0
+            && self.largest.is_finite()
+            && sum_fits(count, 2, self.largest, &self.squares)
+            && sum_fits(count, 4, self.largest, &self.fourths)
     }
 
     fn merge(&mut self, other: &Self) {
@@ -102,6 +110,20 @@ impl Paired {
         }
     }
 
+    /// Whether this can be the comparison of so many trials: what of a stored one is checked before it is used.
+    pub(crate) fn is_of(&self, trials: u64) -> bool {
+        let sum = |counts: &[u64]| counts.iter().try_fold(0, |sum: u64, n| sum.checked_add(*n));
+        let all = [self.both, self.only_first, self.only_second, self.neither];
+        sum(&all) == Some(trials)
+            && sum(&[self.smaller, self.ties]).is_some_and(|told| told <= self.both)
+            && self.overflowed <= self.both
+            && self.ratio.count() <= self.both
+            && self.difference.is_of(self.both)
+            && [&self.first, &self.second]
+                .iter()
+                .all(|powers| powers.are_of(self.both - self.overflowed))
+    }
+
     /// Adds the trials of another comparison.
     pub fn merge(&mut self, other: &Self) {
         self.both += other.both;
@@ -132,7 +154,8 @@ impl Paired {
     ///
     /// By the delta method on `sqrt(X / Y)`, X and Y the mean squares,
     /// `MCSE = R/2 sqrt( sum (x^2/X - y^2/Y)^2 / (M (M - 1)) )`, which the sums of `x^4`, `x^2 y^2` and `y^4`
-    /// give in double-double. Undefined where a fourth power overflows or second is all 0.
+    /// give in double-double, from [`FEWEST_FOR_SQUARES`] pairs on. Undefined where a fourth power overflows or
+    /// second is all 0.
     pub fn rmse_ratio(&self) -> Estimate {
         if self.overflowed > 0 || self.both == 0 {
             return Estimate::UNDEFINED;
@@ -145,7 +168,11 @@ impl Paired {
         let cross = xy.over(x2).over(y2);
         let spread = x4.over(x2).over(x2) - (cross + cross) + y4.over(y2).over(y2);
         let ratio = x2.over(y2).value().sqrt();
-        let mcse = 0.5 * ratio * (not_negative(spread.value()) / (m - 1.0)).sqrt();
+        let mcse = if self.both < FEWEST_FOR_SQUARES {
+            f64::NAN
+        } else {
+            0.5 * ratio * (not_negative(spread.value()) / (m - 1.0)).sqrt()
+        };
         Estimate::new(ratio, mcse)
     }
 
@@ -213,6 +240,30 @@ pub struct PairedStatistics {
     pub dominated: bool,
 }
 
+impl PairedStatistics {
+    /// Whether stored statistics can be those of so many trials.
+    pub(crate) fn are_of(&self, trials: u64) -> bool {
+        let counts = [self.both, self.only_first, self.only_second, self.neither];
+        let mut counts = counts.iter();
+        let ratios = [
+            self.ratio_q05,
+            self.ratio_q25,
+            self.median_ratio,
+            self.ratio_q75,
+            self.ratio_q95,
+        ];
+        let told = self.both.checked_sub(self.ties);
+        counts.try_fold(0, |sum: u64, n| sum.checked_add(*n)) == Some(trials)
+            && told.is_some_and(|told| self.share_smaller.is_of(told))
+            && ascend(ratios.iter().map(|of| of.value))
+            && ratios.iter().all(Quantile::is_sound)
+            && self.median_difference.is_sound()
+            && self.mean_difference.is_sound()
+            && self.rmse_ratio.is_sound()
+            && !(self.rmse_ratio.value < 0.0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -278,6 +329,16 @@ mod tests {
     }
 
     #[test]
+    fn the_ratio_of_rmses_has_an_error_from_enough_pairs() {
+        let pairs = pairs(50);
+        for count in 1..=pairs.len() {
+            let of = Paired::of(pairs[..count].iter().copied()).rmse_ratio();
+            assert!(of.value > 0.0);
+            assert_eq!((of.mcse > 0.0, of.mcse.is_nan()), (count >= 40, count < 40));
+        }
+    }
+
+    #[test]
     fn missing_figures_are_counted() {
         let pairs = [
             (Some(1.0), Some(2.0)),
@@ -306,6 +367,26 @@ mod tests {
         assert!(large.rmse_ratio.value.is_nan() && large.dominated);
         let none = Paired::default().statistics();
         assert!(none.rmse_ratio.value.is_nan() && !none.dominated);
+    }
+
+    #[test]
+    fn stored_counts_must_add_up() {
+        let whole = Paired::of(pairs(30));
+        assert!(whole.is_of(30) && !whole.is_of(29) && Paired::default().is_of(0));
+        let altered: [fn(&mut Paired); 7] = [
+            |of| of.both += 1,
+            |of| of.neither = u64::MAX,
+            |of| of.smaller = 31,
+            |of| of.ties = u64::MAX,
+            |of| of.overflowed = 31,
+            |of| of.first.largest = f64::NAN,
+            |of| of.second.squares.add(1e9),
+        ];
+        for alter in altered {
+            let mut of = whole.clone();
+            alter(&mut of);
+            assert!(!of.is_of(30), "{of:?}");
+        }
     }
 
     #[test]

@@ -9,8 +9,9 @@ pub struct Quantile {
     /// The quantile: linear between order statistics, type 7 of Hyndman and Fan (1996).
     #[serde(with = "nan_is_null")]
     pub value: f64,
-    /// Half the width of the 95 % order-statistic interval over 1.96: ranks
-    /// `M q +- 1.96 sqrt(M q (1 - q))`, clamped to the sample.
+    /// Half the width of the 95 % order-statistic interval over 1.96, of the ranks
+    /// `M q + 1/2 -+ 1.96 sqrt(M q (1 - q))`; NaN unless both are within 1 ... M. That is from M = 6 on for the
+    /// median, 16 for the quartiles, 92 for 5 and 95 %.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
 }
@@ -22,6 +23,11 @@ impl Quantile {
         mcse: f64::NAN,
     };
 
+    /// Whether a stored one can be a quantile: its error is not negative.
+    pub(super) fn is_sound(&self) -> bool {
+        !self.value.is_infinite() && !(self.mcse < 0.0)
+    }
+
     /// The 95 % interval `value -+ 1.96 mcse`.
     pub fn interval(&self) -> (f64, f64) {
         (self.value - Z * self.mcse, self.value + Z * self.mcse)
@@ -32,6 +38,16 @@ impl Default for Quantile {
     fn default() -> Self {
         Self::UNDEFINED
     }
+}
+
+/// The positions between the order statistics 0 ... M-1 where the 95 % interval of the q-quantile of M values ends;
+/// None where one of them is beyond the sample.
+pub(super) fn interval_ends(count: u64, q: f64) -> Option<[f64; 2]> {
+    let m = count as f64;
+    let half = Z * (m * q * (1.0 - q)).sqrt();
+    let middle = m * q - 0.5;
+    let ends = [middle - half, middle + half];
+    (ends[0] >= 0.0 && ends[1] <= m - 1.0).then_some(ends)
 }
 
 /// The q-quantile of a sample sorted in ascending order; NaN for an empty one.
@@ -50,12 +66,10 @@ pub fn quantile(sorted: &[f64], q: f64) -> Quantile {
         let high = (low + 1).min(sorted.len() - 1);
         sorted[low] + share * (sorted[high] - sorted[low])
     };
-    let count = sorted.len() as f64;
-    let half = Z * (count * q * (1.0 - q)).sqrt();
-    let middle = count * q - 0.5;
+    let ends = interval_ends(sorted.len() as u64, q);
     Quantile {
-        value: at(q * (count - 1.0)),
-        mcse: (at(middle + half) - at(middle - half)) / (2.0 * Z),
+        value: at(q * (sorted.len() - 1) as f64),
+        mcse: ends.map_or(f64::NAN, |[low, high]| (at(high) - at(low)) / (2.0 * Z)),
     }
 }
 
@@ -78,6 +92,26 @@ mod tests {
         }
         assert!(quantile(&[], 0.5).value.is_nan());
         assert_eq!(quantile(&[2.0], 0.5).value, 2.0);
+    }
+
+    /// The order statistics of the interval exist from the M on that solve M p - 1.96 sqrt(M p (1 - p)) = 1/2 with p the
+    /// smaller of q and 1 - q: M = 5.7, 15.2, 91.9. Binomial tails say the same: both ends of the sample
+    /// hold the median with 95 % from M = 6 on (2 / 2^M < 0.05), the 5 % quantile from M = 72 (0.95^M < 0.025).
+    #[test]
+    fn quantiles_have_errors_from_where_the_interval_is_within_the_sample() {
+        for (q, from) in [(0.5, 6), (0.25, 16), (0.75, 16), (0.05, 92), (0.95, 92)] {
+            for count in 1..=from + 50 {
+                let sample: Vec<f64> = (0..count).map(f64::from).collect();
+                let found = quantile(&sample, q);
+                assert!(found.value.is_finite());
+                assert_eq!(found.mcse > 0.0, count >= from, "{q} {count}");
+                assert_eq!(found.mcse.is_nan(), count < from, "{q} {count}");
+            }
+        }
+        for q in [0.0, 1.0] {
+            assert!(quantile(&[1.0; 1000], q).mcse.is_nan(), "no ranks beyond");
+        }
+        assert_eq!(quantile(&[2.0; 6], 0.5).mcse, 0.0);
     }
 
     /// For uniform numbers the q-quantile of M has standard deviation sqrt(q (1 - q) / M).

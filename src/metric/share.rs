@@ -14,7 +14,8 @@ pub struct Share {
     /// `count / of`; NaN of no trial.
     #[serde(with = "nan_is_null")]
     pub share: f64,
-    /// `sqrt(share (1 - share) / of)`.
+    /// `sqrt(share (1 - share) / of)`; NaN unless `share -+ 1.96` times that is within 0 to 1 and not a point, that is
+    /// `of share >= 1.96^2 (1 - share)` and the same of the others.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Lower end of Wilson's 95 % score interval (Wilson 1927).
@@ -26,18 +27,35 @@ pub struct Share {
 }
 
 impl Share {
+    /// Whether a stored share, its numbers rounded to nine digits, is one of so many trials.
+    pub(crate) fn is_of(&self, trials: u64) -> bool {
+        let same = |x: f64, y: f64| x.is_nan() && y.is_nan() || (x - y).abs() <= 1e-8;
+        let own = Self::new(self.count, self.of);
+        self.of == trials
+            && self.count <= self.of
+            && same(self.share, own.share)
+            && same(self.low, own.low)
+            && same(self.high, own.high)
+            && !(self.mcse < 0.0 || self.mcse > 1.0)
+    }
+
     /// The share `count / of`.
     pub fn new(count: u64, of: u64) -> Self {
         let m = of as f64;
         let share = count as f64 / m;
         let square = Z * Z / m;
         let centre = (share + square / 2.0) / (1.0 + square);
+        let known = m * share >= Z * Z * (1.0 - share) && m * (1.0 - share) >= Z * Z * share;
         let half = Z / (1.0 + square) * (share * (1.0 - share) / m + square / (4.0 * m)).sqrt();
         Self {
             count,
             of,
             share,
-            mcse: (share * (1.0 - share) / m).sqrt(),
+            mcse: if known {
+                (share * (1.0 - share) / m).sqrt()
+            } else {
+                f64::NAN
+            },
             low: (centre - half).max(0.0),
             high: (centre + half).min(1.0),
         }
@@ -82,9 +100,22 @@ mod tests {
         );
         let share = Share::new(0, 10);
         assert!(share.low == 0.0 && (share.high - 0.277_532_799_862).abs() < 1e-12);
+        assert!(share.mcse.is_nan() && Share::new(10, 10).mcse.is_nan());
         assert_eq!(verdict(Share::new(0, 0)), Verdict::Undecided);
         assert_eq!(verdict(Share::new(55, 100)), Verdict::Undecided);
         assert_eq!(verdict(Share::new(65, 100)), Verdict::Typical);
         assert_eq!(verdict(Share::new(35, 100)), Verdict::NotTypical);
+    }
+
+    /// A share p has an error from 1.96^2 (1 - p) / p trials on: 3.84 for 1/2, 34.6 for 1/10.
+    #[test]
+    fn errors_begin_where_the_interval_is_within_0_and_1() {
+        for (part, from) in [(2, 4), (10, 40)] {
+            for count in 1..10 {
+                let share = Share::new(count, count * part);
+                assert_eq!(share.mcse > 0.0, count * part >= from, "{share:?}");
+                assert_eq!(share.mcse.is_nan(), count * part < from, "{share:?}");
+            }
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! How values are distributed, in fixed bins: order-independent, mergeable, small.
 
-use super::estimate::{Estimate, Z, not_negative};
+use super::estimate::{Estimate, FEWEST_FOR_MEANS, Z, not_negative};
+use super::quantile::interval_ends;
 use super::{Quantile, Share};
 use serde::{Deserialize, Serialize};
 
@@ -133,6 +134,16 @@ impl Sketch {
         self.bins.iter().map(|(_, count)| count).sum()
     }
 
+    /// The lowest and the highest bin; None of an empty sketch.
+    pub(super) fn ends(&self) -> Option<(i32, i32)> {
+        Some((self.bins.first()?.0, self.bins.last()?.0))
+    }
+
+    /// The bins of two values.
+    pub(super) fn ends_of((low, high): (f64, f64)) -> (i32, i32) {
+        (bin_of(low), bin_of(high))
+    }
+
     /// The order statistic of a rank in 0 ... count-1.
     fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
         let mut before = 0;
@@ -166,38 +177,30 @@ impl Sketch {
     /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows them.
     /// NaN for an empty sketch.
     ///
-    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as in
-    /// [`quantile`](super::quantile()), but at least half the width of the value's bin over 1.96: where the
-    /// values are denser than the bins, the bin bounds what is known.
+    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as [`Quantile::mcse`] says, but at
+    /// least half the width of the value's bin over 1.96: where the values are denser than the bins, the bin bounds
+    /// what is known.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
     pub fn quantile(&self, q: f64) -> Quantile {
         debug_assert!((0.0..=1.0).contains(&q));
         let count = self.count();
-        let m = count as f64;
-        let half = Z * (m * q * (1.0 - q)).sqrt();
-        let middle = m * q - 0.5;
-        let found = (
-            self.at(count, q * (m - 1.0)),
-            self.at(count, middle - half),
-            self.at(count, middle + half),
-        );
-        match found {
-            (Some(at), Some(low), Some(high)) => {
-                let half = (high.value - low.value) / 2.0;
-                // NaN, between infinities, is kept.
-                let half = if half < at.half_width {
-                    at.half_width
-                } else {
-                    half
-                };
-                Quantile {
-                    value: at.value,
-                    mcse: half / Z,
-                }
-            }
-            _ => Quantile::UNDEFINED,
+        let Some(at) = self.at(count, q * (count as f64 - 1.0)) else {
+            return Quantile::UNDEFINED;
+        };
+        let half = interval_ends(count, q).and_then(|[low, high]| {
+            let half = (self.at(count, high)?.value - self.at(count, low)?.value) / 2.0;
+            // NaN, between infinities, is kept.
+            Some(if half < at.half_width {
+                at.half_width
+            } else {
+                half
+            })
+        });
+        Quantile {
+            value: at.value,
+            mcse: half.map_or(f64::NAN, |half| half / Z),
         }
     }
 
@@ -212,7 +215,8 @@ impl Sketch {
     ///
     /// Its standard error is Tukey and McLaughlin's (1963): `s_w / ((1 - 2 g / M) sqrt M)`, with s_w the
     /// standard deviation (divisor M - 1) of the winsorised sample, in which the values left out are
-    /// replaced by the nearest one kept. Undefined for an empty sketch; without error for one value.
+    /// replaced by the nearest one kept. Its law is Student's with M - 2 g - 1 degrees of freedom, so it is given where
+    /// [`FEWEST_FOR_MEANS`] values are kept. Undefined for an empty sketch.
     ///
     /// # Panics
     /// In debug builds, if gamma is not in [0, 1/2).
@@ -236,7 +240,12 @@ impl Sketch {
         let sum: f64 = all().map(|(x, n)| (x - mean) * n).sum();
         let squares: f64 = all().map(|(x, n)| (x - mean) * (x - mean) * n).sum();
         let variance = (squares - sum * sum / m) / (m - 1.0);
-        Estimate::new(mean, not_negative(variance).sqrt() * m.sqrt() / inner)
+        let mcse = if count - 2 * cut < FEWEST_FOR_MEANS {
+            f64::NAN
+        } else {
+            not_negative(variance).sqrt() * m.sqrt() / inner
+        };
+        Estimate::new(mean, mcse)
     }
 
     /// The order statistics of the ranks in `from..to`: the mean of those in one bin, and their number.
@@ -293,20 +302,21 @@ impl From<Sketch> for Canonical {
 
 /// A stored sketch that no sketch is stored as.
 #[derive(Debug, thiserror::Error)]
-#[error("not a sketch: bins out of range or order, or empty")]
+#[error("not a sketch: bins out of range or order, or empty, or more values than can be counted")]
 struct NotCanonical;
 
 impl TryFrom<Canonical> for Sketch {
     type Error = NotCanonical;
 
     fn try_from(stored: Canonical) -> Result<Self, NotCanonical> {
-        let mut bin = -INFINITE;
+        let (mut bin, mut values) = (-INFINITE, 0_u64);
         let mut bins = Vec::with_capacity(stored.0.len());
         for (index, (gap, count)) in stored.0.into_iter().enumerate() {
             bin = bin.checked_add_unsigned(gap).ok_or(NotCanonical)?;
             if bin > INFINITE || count == 0 || (gap == 0 && index > 0) {
                 return Err(NotCanonical);
             }
+            values = values.checked_add(count).ok_or(NotCanonical)?;
             bins.push((bin, count));
         }
         Ok(Self { bins })
@@ -367,11 +377,11 @@ mod tests {
         let one = Sketch::of([4.0]);
         let middle = 4.0 * (1.0 + SKETCH_ERROR);
         assert_eq!(one.quantile(0.3).value, middle);
-        // Nothing is known beyond the bin.
-        assert!((one.quantile(0.3).mcse - 4.0 * SKETCH_ERROR / Z).abs() < 1e-15);
         assert_eq!(one.trimmed_mean(0.4).value, middle);
-        assert!(one.trimmed_mean(0.4).mcse.is_nan());
-        // Zero is known exactly.
+        assert!(one.quantile(0.3).mcse.is_nan() && one.trimmed_mean(0.4).mcse.is_nan());
+        // Of equal values nothing is known beyond the bin; zero is known exactly.
+        let alike = Sketch::of([4.0; 10]).quantile(0.5);
+        assert!((alike.mcse - 4.0 * SKETCH_ERROR / Z).abs() < 1e-15);
         let zero = Sketch::of([0.0; 10]).quantile(0.5);
         assert_eq!((zero.value, zero.mcse), (0.0, 0.0));
     }
@@ -391,7 +401,8 @@ mod tests {
                     (exact.value - found.value).abs() <= 2.0 * SKETCH_ERROR * scale,
                     "{count} {q} {exact:?} {found:?}"
                 );
-                assert!(found.mcse >= exact.mcse - 4.0 * SKETCH_ERROR * scale);
+                assert_eq!(found.mcse.is_nan(), exact.mcse.is_nan());
+                assert!(!(found.mcse < exact.mcse - 4.0 * SKETCH_ERROR * scale));
             }
         }
     }
@@ -443,6 +454,7 @@ mod tests {
             vec![(u32::MAX, 1)],
             vec![(5, 0)],
             vec![(5, 1), (0, 1)],
+            vec![(5, u64::MAX), (1, 1)],
         ] {
             let bytes = postcard::to_stdvec(&bad).unwrap();
             assert!(postcard::from_bytes::<Sketch>(&bytes).is_err(), "{bad:?}");

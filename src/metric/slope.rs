@@ -27,7 +27,8 @@ pub struct Slope {
     /// The slope by ordinary least squares.
     #[serde(with = "nan_is_null")]
     pub value: f64,
-    /// The jackknife's standard error, from G = [`JACKKNIFE_GROUPS`] groups.
+    /// The jackknife's standard error, from G = [`JACKKNIFE_GROUPS`] groups; NaN of medians where a group has a single
+    /// figure. Leaving one value out moves a median by a single gap, whatever the distribution.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Cells.
@@ -35,6 +36,11 @@ pub struct Slope {
 }
 
 impl Slope {
+    /// Whether a stored slope can be one over so many cells.
+    pub(crate) fn is_over(&self, cells: usize) -> bool {
+        self.points == cells && !self.value.is_infinite() && !(self.mcse < 0.0)
+    }
+
     /// The 95 % interval `value -+ t mcse`, t = 2.093 of Student's law with G - 1 = 19 degrees of freedom:
     /// an error from 20 groups is too uncertain for 1.96, which would cover 93.5 %.
     pub fn interval(&self) -> (f64, f64) {
@@ -47,6 +53,8 @@ impl Slope {
 pub struct Jackknife {
     all: f64,
     without: [f64; JACKKNIFE_GROUPS],
+    /// Whether the spread of `without` is an error.
+    has_error: bool,
 }
 
 /// Why there is no slope.
@@ -102,8 +110,11 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
     }
     let weights = weights(x).ok_or(NoSlope::Abscissa)?;
     let (mut whole, mut deleted) = (0.0, [0.0; JACKKNIFE_GROUPS]);
+    let mut has_error = true;
     for (cell, (statistics, weight)) in cells.iter().zip(weights).enumerate() {
-        let Jackknife { all, without } = statistics.ok_or(NoSlope::Groups { cell })?;
+        let statistics = statistics.ok_or(NoSlope::Groups { cell })?;
+        let Jackknife { all, without, .. } = statistics;
+        has_error &= statistics.has_error;
         let log = |statistic: f64| {
             if statistic > 0.0 && statistic.is_finite() {
                 Ok(statistic.ln())
@@ -121,7 +132,11 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
     let squares: f64 = deleted.iter().map(|b| (b - mean) * (b - mean)).sum();
     Ok(Slope {
         value: whole,
-        mcse: ((groups - 1.0) / groups * squares).sqrt(),
+        mcse: if has_error {
+            ((groups - 1.0) / groups * squares).sqrt()
+        } else {
+            f64::NAN
+        },
         points: x.len(),
     })
 }
@@ -160,6 +175,7 @@ fn rmses(groups: &[Sample]) -> Jackknife {
     Jackknife {
         all: Sample::rmse_of_all(groups.iter()),
         without: std::array::from_fn(without),
+        has_error: true,
     }
 }
 
@@ -178,6 +194,7 @@ fn medians(groups: &[Sample]) -> Jackknife {
     Jackknife {
         all,
         without: std::array::from_fn(without),
+        has_error: groups.iter().all(|group| group.count() > 1),
     }
 }
 
@@ -234,6 +251,21 @@ mod tests {
         assert!((found.mcse - (0.95 * squares).sqrt()).abs() < 1e-13);
         // Theory: log of an RMSE of 200 normal numbers has error 1/sqrt(400); two of them.
         assert!((found.mcse / (2.0_f64 / 400.0).sqrt() - 1.0).abs() < 0.5);
+    }
+
+    /// A group of one trial says nothing of a median.
+    #[test]
+    fn medians_need_two_trials_in_every_group() {
+        for (trials, known) in [(20, false), (39, false), (40, true)] {
+            let cells = [1, 2].map(|cell| {
+                let z = normals(cell, trials);
+                groups(&z.iter().map(|z| z.abs()).collect::<Vec<_>>())
+            });
+            let of = |statistic| slope(&[1.0, 2.0], &cells, statistic).unwrap();
+            assert!(of(SlopeOf::Median).value.is_finite());
+            assert_eq!(of(SlopeOf::Median).mcse.is_finite(), known, "{trials}");
+            assert!(of(SlopeOf::Rmse).mcse.is_finite());
+        }
     }
 
     #[test]

@@ -12,6 +12,8 @@ mod folder;
 pub mod html;
 mod index;
 mod markup;
+#[cfg(test)]
+mod mutations;
 mod number;
 pub mod plot;
 mod results;

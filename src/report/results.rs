@@ -9,8 +9,7 @@ use crate::study::{CellSummary, Figure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
 use serde::Deserialize;
 use serde_json::Value;
-use std::fs::{self, File};
-use std::io::BufReader;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Why results cannot be read.
@@ -48,6 +47,14 @@ pub struct Time {
     pub q25_seconds: f64,
     /// Upper quartile.
     pub q75_seconds: f64,
+}
+
+impl Time {
+    /// Whether it can be a time of a study of so many cells.
+    fn is_of(&self, cells: usize) -> bool {
+        let times = [self.q25_seconds, self.median_seconds, self.q75_seconds];
+        self.cell < cells && times[0] >= 0.0 && times.is_sorted_by(|a, b| a <= b)
+    }
 }
 
 #[derive(Deserialize)]
@@ -89,31 +96,50 @@ impl Study {
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let manifest = read_manifest(folder)?;
         let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
+        let text = fs::read_to_string(folder.join("summary.json"));
+        let text = text.map_err(|error| ResultsError::File {
+            path: folder.join("summary.json"),
+            reason: error.to_string(),
+        })?;
+        let times = fs::read_to_string(folder.join("timing/times.json")).ok();
+        Self::decode(folder, &manifest, &text, times.as_deref())
+    }
+
+    /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where they were measured.
+    ///
+    /// # Errors
+    /// [`ResultsError`], one line that names the file.
+    pub(super) fn decode(
+        folder: &Path,
+        manifest: &Value,
+        summary: &str,
+        times: Option<&str>,
+    ) -> Result<Self, ResultsError> {
         let wrong = |name: &str, reason: String| ResultsError::File {
             path: folder.join(name),
             reason,
         };
         let file = ExperimentFile::from_json(&manifest["experiment"])
             .map_err(|error| wrong("manifest.json", error.to_string()))?;
-        let parsed = |name: &str, what: &str, error: serde_json::Error| {
+        let parsed = |name: &str, what: &str, error: &str| {
             wrong(name, format!("not {what} of this version ({error})"))
         };
-        let opened = File::open(folder.join("summary.json"));
-        let opened = opened.map_err(|error| wrong("summary.json", error.to_string()))?;
-        let summary: Summary = serde_json::from_reader(BufReader::new(opened))
-            .map_err(|error| parsed("summary.json", "a summary", error))?;
+        let summary = Summary::from_json(summary)
+            .map_err(|error| parsed("summary.json", "a summary", &error))?;
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
-        check_cells(&summary).map_err(|reason| wrong("summary.json", reason))?;
-        let times = match fs::read_to_string(folder.join("timing/times.json")) {
-            Ok(text) => {
-                let times: Times = serde_json::from_str(&text)
-                    .map_err(|error| parsed("timing/times.json", "times", error))?;
-                times.times
+        let times: Vec<Time> = match times.map(serde_json::from_str::<Times>).transpose() {
+            Ok(times) => times.map_or_else(Vec::new, |of| of.times),
+            Err(error) => {
+                let reason = error.to_string();
+                return Err(parsed("timing/times.json", "times", &reason));
             }
-            Err(_) => Vec::new(),
         };
+        if !times.iter().all(|time| time.is_of(summary.cells.len())) {
+            let reason = "damaged: a cell that is not there, or times that do not ascend";
+            return Err(wrong("timing/times.json", reason.to_owned()));
+        }
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
         let shipped = Shipped::of(&file);
         Ok(Self {
@@ -274,28 +300,6 @@ impl Study {
         };
         (command, to)
     }
-}
-
-/// What every summary is like: cells have their places for numbers, and all have the outputs of the first one.
-fn check_cells(summary: &Summary) -> Result<(), String> {
-    let Some(first) = summary.cells.first() else {
-        return Ok(());
-    };
-    let named = |of: &OutputSummary, other: &OutputSummary| {
-        (of.estimator.as_str(), of.pass) == (other.estimator.as_str(), other.pass)
-    };
-    for (place, cell) in summary.cells.iter().enumerate() {
-        let outputs = cell.outputs.iter().zip(&first.outputs);
-        if cell.cell != place {
-            return Err(format!("cell {} stands at place {place}", cell.cell));
-        }
-        if cell.outputs.len() != first.outputs.len()
-            || !outputs.into_iter().all(|(a, b)| named(a, b))
-        {
-            return Err(format!("cell {place} has other outputs than cell 0"));
-        }
-    }
-    Ok(())
 }
 
 /// The folder's name.

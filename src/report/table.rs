@@ -91,14 +91,16 @@ fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> f
     Ok(())
 }
 
-/// A share in per cent with its standard error; where that is 0, because no trial or every trial counts, the
-/// other end of the 95 % interval instead.
+/// A share in per cent with its standard error, where it has one; where no trial or every trial counts, the other end
+/// of the 95 % interval instead.
 pub fn share(met: Share) -> String {
     let percent = |share: f64| 100.0 * share;
     if met.count == 0 {
         format!("0 (<{:.2} %)", percent(met.high))
     } else if met.count == met.of {
         format!("all (>{:.1} %)", (10.0 * percent(met.low)).floor() / 10.0)
+    } else if met.mcse.is_nan() {
+        format!("{:.1} %", percent(met.share))
     } else {
         format!(
             "{:.1} \u{b1} {:.1} %",

@@ -8,11 +8,11 @@
 //! that lie within others are ignored, gaps are computed.
 
 use super::experiment::Experiment;
-use super::file::Store;
+use super::file::{Store, TRIAL_LIMIT};
 use super::folder::replace_file;
 use super::row::Row;
 use super::runner::{Block, Span};
-use super::tally::CellTally;
+use super::tally::{CellTally, OutputTally, outcomes};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fs;
@@ -80,23 +80,43 @@ pub struct Content {
 }
 
 impl Content {
-    /// Whether it is of these trials of an experiment.
-    fn fits(&self, experiment: &Experiment, span: &Span) -> bool {
-        let outputs = experiment.outputs().len() as u64;
+    /// Decodes the content of a block of these trials of an experiment, and checks it: whoever wrote it, what comes out
+    /// is what a run could have left.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub(crate) fn decode(
+        bytes: &[u8],
+        experiment: &Experiment,
+        span: &Span,
+    ) -> Result<Self, &'static str> {
+        let (content, rest): (Self, _) =
+            postcard::take_from_bytes(bytes).map_err(|_| "its content cannot be decoded")?;
+        if !rest.is_empty() {
+            return Err("more than its content");
+        }
+        let cell = &experiment.cells[span.cell];
+        content.tally.check(experiment, cell, &span.trials)?;
+        match (&content.rows, experiment.file.store == Store::Trials) {
+            (None, false) => {}
+            (Some(rows), true) if content.rows_fit(rows, experiment, span) => {}
+            _ => return Err("rows that are not of its trials"),
+        }
+        Ok(content)
+    }
+
+    fn rows_fit(&self, rows: &[Row], experiment: &Experiment, span: &Span) -> bool {
+        let outputs = experiment.output_count();
+        let count = outputs as u64;
         let row = |(number, row): (u64, &Row)| {
-            row.trial == span.trials.start + number / outputs
-                && row.output as u64 == number % outputs
+            row.trial == span.trials.start + number / count && row.output as u64 == number % count
         };
-        let rows_fit = |rows: &Vec<Row>| {
-            Some(rows.len() as u64) == span.len().checked_mul(outputs) && (0..).zip(rows).all(row)
+        let counted = |(number, of): (usize, &OutputTally)| {
+            outcomes(rows.iter().skip(number).step_by(outputs)) == of.outcomes
         };
-        let keep = experiment.file.store == Store::Trials;
-        self.tally.trials == span.len()
-            && self.tally.fits(experiment, &experiment.cells[span.cell])
-            && self
-                .rows
-                .as_ref()
-                .map_or(!keep, |rows| keep && rows_fit(rows))
+        Some(rows.len() as u64) == span.len().checked_mul(count)
+            && (0..).zip(rows).all(row)
+            && self.tally.outputs.iter().enumerate().all(counted)
     }
 }
 
@@ -178,26 +198,45 @@ impl<'e> BlockFolder<'e> {
             let Span { cell, trials } = &block.span;
             (*cell, trials.start, u64::MAX - trials.end)
         });
-        damaged.sort_by_key(ToString::to_string);
         let mut kept: Vec<StoredBlock> = Vec::new();
-        for block in found {
-            let reached = kept.last().filter(|last| last.span.cell == block.span.cell);
-            if reached.is_some_and(|last| block.span.trials.start < last.span.trials.end) {
-                fs::remove_file(&block.path).map_err(io_error(&block.path))?;
-            } else {
-                kept.push(block);
+        'next: for block in found {
+            let overlaps = |last: &&StoredBlock| {
+                let of = &last.span;
+                of.cell == block.span.cell && block.span.trials.start < of.trials.end
+            };
+            while let Some(last) = kept.last().filter(overlaps) {
+                // Only what can be decoded takes the place of another file.
+                match self.read(last) {
+                    Ok(_) => {
+                        fs::remove_file(&block.path).map_err(io_error(&block.path))?;
+                        continue 'next;
+                    }
+                    Err(error @ BlockError::Damaged { .. }) => damaged.push(error),
+                    Err(error) => return Err(error),
+                }
+                kept.pop();
             }
+            kept.push(block);
         }
+        damaged.sort_by_key(ToString::to_string);
         Ok((kept, damaged))
     }
 
     /// The span and the content's bytes of a whole file of this design.
     fn verified(&self, path: &Path) -> Result<(Span, Vec<u8>), BlockError> {
+        self.parsed(path, fs::read(path).map_err(io_error(path))?)
+    }
+
+    /// The same of what a file holds.
+    pub(crate) fn parsed(
+        &self,
+        path: &Path,
+        mut bytes: Vec<u8>,
+    ) -> Result<(Span, Vec<u8>), BlockError> {
         let damaged = |reason| BlockError::Damaged {
             path: path.to_owned(),
             reason,
         };
-        let mut bytes = fs::read(path).map_err(io_error(path))?;
         if bytes.len() < HEAD + CHECKSUM {
             return Err(damaged("truncated"));
         }
@@ -221,7 +260,9 @@ impl<'e> BlockFolder<'e> {
             cell: u32::from_le_bytes(field(&bytes, 28)) as usize,
             trials: u64::from_le_bytes(field(&bytes, 32))..u64::from_le_bytes(field(&bytes, 40)),
         };
-        if span.cell >= self.experiment.cells.len() || span.trials.is_empty() {
+        let trials = &span.trials;
+        if span.cell >= self.experiment.cells.len() || trials.is_empty() || trials.end > TRIAL_LIMIT
+        {
             return Err(damaged("no such cell or no trials"));
         }
         bytes.drain(..HEAD);
@@ -238,12 +279,10 @@ impl<'e> BlockFolder<'e> {
             reason,
         };
         let (span, bytes) = self.verified(&block.path)?;
-        let content: Content =
-            postcard::from_bytes(&bytes).map_err(|_| damaged("its content cannot be decoded"))?;
-        if span != block.span || !content.fits(self.experiment, &span) {
-            return Err(damaged("its content is not of its cell and trials"));
+        if span != block.span {
+            return Err(damaged("replaced since it was found"));
         }
-        Ok(content)
+        Content::decode(&bytes, self.experiment, &span).map_err(damaged)
     }
 
     /// Merges the tallies of some blocks, one in memory at a time.

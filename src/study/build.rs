@@ -9,7 +9,7 @@ use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, P
 use crate::estimator::{SetupError, Shape, Solver};
 use crate::observer::Gain;
 use crate::plant::{ORDER_LIMIT, StateSpace, TransferFunction, nikolov2023};
-use crate::signal::{Input, LevelReading, NoiseFilter};
+use crate::signal::{Input, LevelOf, LevelReading, NoiseFilter};
 use crate::text::number;
 
 /// Plants that need no table.
@@ -20,7 +20,7 @@ pub(super) const NOISES: [&str; 2] = ["ar", "white"];
 pub(super) const FEEDBACKS: [&str; 1] = ["none"];
 
 /// The largest order, window or record: a record of more samples would not fit into memory.
-const LARGEST_COUNT: f64 = 1e7;
+pub(super) const LARGEST_COUNT: f64 = 1e7;
 
 /// The most bytes that a record with its truth may take; each thread has one.
 const RECORD_LIMIT: usize = 4 << 30;
@@ -101,6 +101,8 @@ impl Build<'_> {
             },
             settings: self.settings,
         };
+        is_scored(&cell, self.file)?;
+        level_exists(&cell)?;
         fits_into_memory(&cell, self.file.curves)?;
         Ok(cell)
     }
@@ -303,6 +305,58 @@ impl Build<'_> {
         let text = self.text(key);
         text.parse()
             .map_err(|e: T::Err| FileError::key(key.name(), e.to_string()))
+    }
+}
+
+/// Checks that a figure of the state has a sample to be taken of.
+fn is_scored(cell: &Cell, file: &ExperimentFile) -> Result<(), FileError> {
+    let mut measures = file.measures.iter();
+    let figure = measures.find(|figure| figure.is_of_state());
+    match figure {
+        Some(figure) if cell.horizon <= cell.first_scored() => {
+            let message = format!(
+                "the record of K = {} samples ends with the window, so '{figure}' has no sample k >= N; expected \
+                 more samples, scored_from = \"start\", or measures without it",
+                cell.horizon
+            );
+            Err(FileError::key("horizon", message))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks that noise of the cell's level exists: else every trial would fail.
+fn level_exists(cell: &Cell) -> Result<(), FileError> {
+    let Some(process) = cell.process().filter(|_| cell.eta > 0.0) else {
+        return Ok(());
+    };
+    if let NoiseColour::Filter(filter) = &process.settings().noise
+        && !(filter.variance() > 0.0 && filter.variance().is_finite())
+    {
+        let message = format!(
+            "eta = {} % of noise whose filter gives it variance {}; expected a numerator that is not zero",
+            cell.eta,
+            filter.variance()
+        );
+        let name = cell.settings.get(&Key::Noise);
+        let name = name.map_or_else(String::new, Scalar::to_string);
+        return Err(FileError::key(&format!("noises.{name}"), message));
+    }
+    if process.settings().level.of == LevelOf::Measured && cell.eta >= 100.0 {
+        let message = format!(
+            "{} % of the measured output, of which noise is a part; expected less than 100 %, or eta_of = \
+             \"noise-free\"",
+            cell.eta
+        );
+        return Err(FileError::key("eta", message));
+    }
+    match process.common_scale(cell.eta) {
+        Some(scale) if !scale.is_finite() => Err(FileError::key(
+            "eta_over",
+            "\"nominal\", but the output has no variance of which noise could be a share (the plant is not \
+             stable); expected \"exact\", or eta = 0",
+        )),
+        _ => Ok(()),
     }
 }
 

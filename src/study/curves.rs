@@ -4,6 +4,7 @@
 //! integers, so that merging is exact in any order. A quantile is read as the middle of its bin: its
 //! relative error is at most [`CURVE_BIN_ERROR`].
 
+use crate::metric::ascend;
 use serde::{Deserialize, Serialize};
 
 const BINS_PER_OCTAVE_LOG2: u32 = 4;
@@ -49,10 +50,15 @@ impl TryFrom<Sparse> for Curves {
         if Self::bytes(sparse.horizon) > CURVES_LIMIT {
             return Err("curves of a record that is too long");
         }
+        // A length that a file says is taken only where there is room for it.
+        let reserved = Vec::<u32>::new().try_reserve_exact(2 * sparse.horizon * BINS);
+        reserved.map_err(|_| "curves that do not fit into memory")?;
         let mut curves = Self::new(sparse.horizon);
         for (bin, count) in sparse.bins {
-            let place = curves.counts.get_mut(bin as usize);
-            *place.ok_or("a bin beyond the curves")? = count;
+            match curves.counts.get_mut(bin as usize) {
+                Some(place) if *place == 0 && count > 0 => *place = count,
+                _ => return Err("a bin twice, empty, or beyond the curves"),
+            }
         }
         Ok(curves)
     }
@@ -67,6 +73,18 @@ pub struct CurveQuantiles {
     pub q50: Vec<Option<f64>>,
     /// 95 % quantiles.
     pub q95: Vec<Option<f64>>,
+}
+
+impl CurveQuantiles {
+    /// Whether stored quantiles can be those of records of K samples.
+    pub(super) fn are_of(&self, horizon: usize) -> bool {
+        let all = [&self.q05, &self.q50, &self.q95];
+        let place = |k: usize| all.map(|of| of[k].unwrap_or(f64::NAN));
+        all.iter().all(|of| of.len() == horizon)
+            && (0..horizon)
+                .map(place)
+                .all(|of| ascend(of) && !(of[0] < 0.0))
+    }
 }
 
 /// The bin of a number >= 0; the lowest and the highest bin take what is beyond them.
@@ -92,9 +110,14 @@ impl Curves {
         (2 * BINS * size_of::<u32>()).saturating_mul(horizon)
     }
 
-    /// The record's length K.
-    pub(super) fn horizon(&self) -> usize {
-        self.horizon
+    /// Whether these can be the curves of so many records of K samples.
+    pub(super) fn are_of(&self, horizon: usize, trials: u64) -> bool {
+        let total = |of: &[u32]| of.iter().map(|count| u64::from(*count)).sum::<u64>();
+        self.horizon == horizon
+            && self
+                .counts
+                .chunks_exact(BINS)
+                .all(|histogram| total(histogram) <= trials)
     }
 
     /// Empty histograms for records of K samples.

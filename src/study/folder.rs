@@ -112,12 +112,17 @@ pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(io_error(&path)(error)),
     };
-    let manifest: Result<Value, String> = serde_json::from_str(&text).map_err(|e| e.to_string());
+    parse_manifest(path, &text).map(Some)
+}
+
+/// The manifest that a file holds.
+pub(crate) fn parse_manifest(path: PathBuf, text: &str) -> Result<Value, FolderError> {
+    let manifest: Result<Value, String> = serde_json::from_str(text).map_err(|e| e.to_string());
     if let Ok(manifest) = &manifest {
         refuse_newer(&path, manifest)?;
     }
     match manifest {
-        Ok(manifest) if manifest["experiment"].is_object() => Ok(Some(manifest)),
+        Ok(manifest) if manifest["experiment"].is_object() => Ok(manifest),
         Ok(_) => Err("no experiment in it".to_owned()),
         Err(reason) => Err(reason),
     }

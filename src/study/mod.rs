@@ -29,6 +29,8 @@ mod tally;
 mod trial;
 
 pub use blocks::{BlockError, Done, done};
+#[cfg(test)]
+pub(crate) use blocks::{BlockFolder, Content};
 pub use campaign::{Campaign, CampaignError, Event, RunOptions};
 pub use continuous::{ContinuousCell, ContinuousTrial, OutputTrace, Term, Traces};
 pub use cost::Cost;
@@ -38,6 +40,8 @@ pub(crate) use experiment::design_of;
 pub use experiment::{
     BOBTSOV2023, Cell, Experiment, NIKOLOV2023, ObserverStart, ScoredFrom, Source,
 };
+#[cfg(test)]
+pub(crate) use folder::parse_manifest;
 pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use need::{Disk, disk_of, memory_of, row_of};

@@ -34,7 +34,7 @@ named_enum! {
         ExRmsPrinted = "e_x_rms_as_printed",
         /// Spectral radius of A-hat.
         SpectralRadius = "spectral_radius",
-        /// Condition number: [`crate::estimator::solver::Solution::condition`].
+        /// Condition number: [`crate::estimator::solver::Solution::condition`]; null where the solve failed.
         Condition = "condition",
         /// Relative error of the impulse response: [`crate::metric::Response::impulse_response_error`].
         ImpulseResponse = "e_g",
@@ -74,6 +74,17 @@ named_enum! {
 }
 
 impl Figure {
+    /// Whether the figure is of the state's error, over the samples that are scored.
+    pub(super) fn is_of_state(self) -> bool {
+        let relative = [
+            Self::ExMax,
+            Self::ExRms,
+            Self::ExMaxPrinted,
+            Self::ExRmsPrinted,
+        ];
+        self == Self::RmsState || relative.contains(&self)
+    }
+
     /// Whether a study in continuous time, or in discrete time, has the figure.
     pub fn is_of(self, continuous: bool) -> bool {
         self == Self::RmsState || (self > Self::RmsState) == continuous

@@ -52,13 +52,6 @@ impl Scorer {
         let any = |figures: &[Figure]| figures.iter().any(|figure| measures.contains(figure));
         // States of another order cannot be compared.
         let comparable = process.order() == cell.order;
-        let states = [
-            F::ExMax,
-            F::ExRms,
-            F::ExMaxPrinted,
-            F::ExRmsPrinted,
-            F::RmsState,
-        ];
         let methods = experiment.methods.iter();
         let observers: Result<_, SetupError> = methods
             .map(|method| CellObserver::new(cell, method))
@@ -72,7 +65,8 @@ impl Scorer {
             input: *process.input(),
             response: Response::new(RESPONSE_SAMPLES),
             wanted: Wanted {
-                states: comparable && (experiment.file.curves || any(&states)),
+                states: comparable
+                    && (experiment.file.curves || measures.iter().any(|of| of.is_of_state())),
                 absolute: any(&[F::RmsState]),
                 radius: any(&[F::SpectralRadius]),
                 response: any(&[F::ImpulseResponse, F::FreshFit]),

@@ -1,9 +1,10 @@
 //! Everything that a report shows, made of tallies; what summary.json holds.
 
+use super::build::LARGEST_COUNT;
 use super::continuous::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
-use super::file::{BoundTable, Key, Scalar, Settings, SlopeTable};
+use super::file::{BoundTable, Key, Scalar, Settings, SlopeTable, TRIAL_LIMIT};
 use super::row::Figure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
@@ -11,6 +12,7 @@ use crate::metric::{
     Jackknife, Paired, PairedStatistics, SKETCH_ERROR, Sample, Share, Slope, Statistics, Verdict,
     slope_of_statistics, verdict,
 };
+use crate::plant::ORDER_LIMIT;
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -187,6 +189,56 @@ impl CellSummary {
         }
     }
 
+    fn labels(&self) -> Vec<String> {
+        self.outputs.iter().map(OutputSummary::label).collect()
+    }
+
+    /// Checks that a stored cell can be what [`Self::of`] makes, with the outputs of the others.
+    fn check(&self, index: usize, labels: &[String]) -> Result<(), &'static str> {
+        let (trials, n) = (self.trials, self.order);
+        let output = |of: &OutputSummary| {
+            let parameters = of.parameters.iter().map(|(_, of)| of);
+            of.outcomes.are_of(trials)
+                && of.failed.is_of(trials)
+                && of.failed.count == of.outcomes.failed()
+                && of.unstable.is_of(trials)
+                && of.unstable.count == of.outcomes.unstable
+                && [0, 2 * n].contains(&of.parameters.len())
+                && of
+                    .figures
+                    .values()
+                    .chain(parameters)
+                    .all(|of| of.are_of(trials))
+        };
+        let pair = |pair: &ComparisonSummary| {
+            let known = labels.contains(&pair.first) && labels.contains(&pair.second);
+            known && pair.figures.values().all(|of| of.are_of(trials))
+        };
+        let share = |of: &OutputShare| labels.contains(&of.output) && of.met.is_of(trials);
+        let bound = |of: &BoundSummary| of.outputs.iter().all(share);
+        let curves = |of: &[CurveQuantiles; 2]| of.iter().all(|of| of.are_of(self.horizon));
+        let traces = |of: &Traces| of.are_of(n, self.outputs.len());
+        for (fits, part) in [
+            (self.cell == index, "the index"),
+            ((1..=TRIAL_LIMIT).contains(&trials), "the number of trials"),
+            ((1..=ORDER_LIMIT).contains(&n), "the order"),
+            (self.window <= self.horizon, "the window"),
+            (self.horizon as f64 <= LARGEST_COUNT, "the horizon"),
+            (self.eta >= 0.0 && self.eta.is_finite(), "eta"),
+            (!labels.is_empty() && self.labels() == labels, "the outputs"),
+            (self.outputs.iter().all(output), "an output"),
+            (self.comparisons.iter().all(pair), "a comparison"),
+            (self.bounds.iter().all(bound), "a bound"),
+            (self.curves.as_ref().is_none_or(curves), "the curves"),
+            (self.traces.as_ref().is_none_or(traces), "the course"),
+        ] {
+            if !fits {
+                return Err(part);
+            }
+        }
+        Ok(())
+    }
+
     /// The output of a label.
     pub fn output(&self, label: &str) -> Option<&OutputSummary> {
         self.outputs.iter().find(|output| output.label() == label)
@@ -333,6 +385,40 @@ impl Summary {
                 .flat_map(|(i, table)| slopes(experiment, i, table, &cells, statistics))
                 .collect(),
             cells,
+        }
+    }
+
+    /// The summary that a file holds, whoever wrote it: what comes out is what a run could have left.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn from_json(text: &str) -> Result<Self, String> {
+        let summary: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let errors = [
+            summary.quantile_relative_error,
+            summary.curve_relative_error,
+        ];
+        if !errors.iter().all(|error| (0.0..=1.0).contains(error)) {
+            return Err("an error of quantiles beyond 0 to 1".to_owned());
+        }
+        let labels = summary
+            .cells
+            .first()
+            .map_or_else(Vec::new, CellSummary::labels);
+        for (index, cell) in summary.cells.iter().enumerate() {
+            if let Err(part) = cell.check(index, &labels) {
+                return Err(format!("damaged: {part} of cell {index}"));
+            }
+        }
+        let cells = summary.cells.len();
+        let fits = |slope: &SlopeSummary| {
+            labels.contains(&slope.output)
+                && slope.cells.iter().all(|cell| *cell < cells)
+                && slope.slope.is_none_or(|of| of.is_over(slope.cells.len()))
+        };
+        match summary.slopes.iter().position(|slope| !fits(slope)) {
+            Some(slope) => Err(format!("damaged: slope {slope}")),
+            None => Ok(summary),
         }
     }
 }

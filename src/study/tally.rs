@@ -2,11 +2,14 @@
 
 use super::continuous::Traces;
 use super::curves::Curves;
+use super::experiment::Source;
 use super::row::{Figure, Row};
 use super::{Cell, Experiment};
+use crate::estimator::FailureKind;
 use crate::metric::{JACKKNIFE_GROUPS, Paired, Sample};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Counts of an output.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -23,6 +26,17 @@ impl Outcomes {
     /// Trials with a failure.
     pub fn failed(&self) -> u64 {
         self.failures.values().sum()
+    }
+
+    /// Whether these can be the counts of so many trials.
+    pub(super) fn are_of(&self, trials: u64) -> bool {
+        let known = |kind: &String| kind.parse::<FailureKind>().is_ok();
+        let mut counts = self.failures.values();
+        let failed = counts.try_fold(0, |sum: u64, count| sum.checked_add(*count));
+        self.trials == trials
+            && self.unstable <= trials
+            && failed.is_some_and(|failed| failed <= trials)
+            && self.failures.keys().all(known)
     }
 
     fn merge(&mut self, other: &Self) {
@@ -147,29 +161,75 @@ impl CellTally {
         }
     }
 
-    /// Whether it has the parts that [`Self::of`] makes for a cell, each of its trials.
-    pub(super) fn fits(&self, experiment: &Experiment, cell: &Cell) -> bool {
+    /// Checks that this can be what [`Self::of`] leaves of these trials of a cell: every part is there, and each obeys
+    /// what its type does.
+    ///
+    /// # Errors
+    /// The part that does not.
+    pub(super) fn check(
+        &self,
+        experiment: &Experiment,
+        cell: &Cell,
+        trials: &Range<u64>,
+    ) -> Result<(), &'static str> {
         let file = &experiment.file;
-        let measures = file.measures.len();
-        let outputs = experiment.output_count();
+        let (measures, outputs) = (file.measures.len(), experiment.output_count());
         let parameters = if file.parameters { 2 * cell.order } else { 0 };
-        let output = |output: &OutputTally| {
-            output.outcomes.trials == self.trials
-                && output.samples.len() == measures
-                && output.parameters.len() == parameters
-                && output.met.len() == file.bounds.len()
+        let count = trials.end - trials.start;
+        let passes: u64 = experiment.methods.iter().map(|of| of.passes() as u64).sum();
+        let all = |samples: &[Sample], wanted: usize| {
+            samples.len() == wanted && samples.iter().all(|sample| sample.is_of(count))
         };
-        let pairs = |pairs: &Vec<Paired>| pairs.len() == measures;
-        let groups = |slope: &Vec<Vec<Sample>>| {
-            slope.len() == outputs && slope.iter().all(|of| of.len() == JACKKNIFE_GROUPS)
+        let output = |of: &OutputTally| {
+            of.outcomes.are_of(count)
+                && all(&of.samples, measures)
+                && all(&of.parameters, parameters)
+                && of.met.len() == file.bounds.len()
+                && of.met.iter().all(|met| *met <= count)
         };
-        self.outputs.len() == outputs
-            && self.outputs.iter().all(output)
-            && self.pairs.len() == experiment.compare.len()
-            && self.pairs.iter().all(pairs)
-            && self.groups.len() == file.slopes.len()
-            && self.groups.iter().all(groups)
-            && self.curves.as_ref().map(Curves::horizon) == file.curves.then_some(cell.horizon)
+        let pairs = |pairs: &Vec<Paired>| {
+            pairs.len() == measures && pairs.iter().all(|pair| pair.is_of(count))
+        };
+        let groups = |groups: &Vec<Sample>| {
+            groups.len() == JACKKNIFE_GROUPS
+                && (0..)
+                    .zip(groups)
+                    .all(|(group, of)| of.is_of(group_size(group, trials)))
+        };
+        let slope = |slope: &Vec<Vec<Sample>>| slope.len() == outputs && slope.iter().all(groups);
+        let curves_fit = match &self.curves {
+            Some(curves) => file.curves && curves.are_of(cell.horizon, count),
+            None => !file.curves,
+        };
+        let traces_fit = self.traces.as_ref().is_none_or(|traces| {
+            let wanted = matches!(&cell.source, Source::Continuous(of) if of.trace_every.is_some());
+            wanted && trials.start == 0 && traces.are_of(cell.order, outputs)
+        });
+        // Stages 3 or 10, and 6.
+        let solves = count.saturating_mul(2 * passes);
+        for (fits, part) in [
+            (self.trials == count, "another number of trials"),
+            (self.fallbacks <= solves, "more solves than there are"),
+            (self.outputs.len() == outputs, "another number of outputs"),
+            (
+                self.outputs.iter().all(output),
+                "an output's counts or sums",
+            ),
+            (self.pairs.len() == experiment.compare.len(), "comparisons"),
+            (
+                self.pairs.iter().all(pairs),
+                "a comparison's counts or sums",
+            ),
+            (self.groups.len() == file.slopes.len(), "slopes"),
+            (self.groups.iter().all(slope), "a slope's groups"),
+            (curves_fit, "curves"),
+            (traces_fit, "the course of trial 0"),
+        ] {
+            if !fits {
+                return Err(part);
+            }
+        }
+        Ok(())
     }
 
     /// Adds the tally of other trials of the same cell.
@@ -200,7 +260,14 @@ impl CellTally {
     }
 }
 
-fn outcomes<'a>(rows: impl Iterator<Item = &'a Row>) -> Outcomes {
+/// How many of some trials are in a group of the jackknife.
+fn group_size(group: u64, trials: &Range<u64>) -> u64 {
+    let groups = JACKKNIFE_GROUPS as u64;
+    let before = |end: u64| (end + groups - 1 - group) / groups;
+    before(trials.end) - before(trials.start)
+}
+
+pub(super) fn outcomes<'a>(rows: impl Iterator<Item = &'a Row>) -> Outcomes {
     let mut outcomes = Outcomes::default();
     for row in rows {
         outcomes.trials += 1;

@@ -2,7 +2,6 @@
 
 use super::{Case, cases, empty, small, tested};
 use asobench::data::PlantSource;
-use asobench::estimator::{FailureKind, solver::condition::RANK_MULTIPLE};
 use asobench::metric::Sample;
 use asobench::study::{CURVE_BIN_ERROR, Experiment, Figure, Plan, Row, Trial, Trials};
 
@@ -68,18 +67,9 @@ impl Pair<'_> {
     }
 }
 
-/// Figures that are undefined on one side only. Of a matrix that is singular to rounding one side may find a zero pivot,
-/// and so no condition number, where the other's is finite and breaks the rank rule.
-fn undefined_differ(pair: &Pair<'_>, order: usize) -> Vec<&'static str> {
-    let limit = 1.0 / (RANK_MULTIPLE * 2.0 * order as f64 * f64::EPSILON);
-    let kind = pair.faer.failure.map(|failure| failure.kind);
-    let singular = |figure: Figure| {
-        let defined = pair.faer[figure].max(pair.lanes[figure]);
-        figure == Figure::Condition && kind == Some(FailureKind::RankDeficient) && defined > limit
-    };
-    let differs = |figure: &&Figure| {
-        pair.faer[**figure].is_nan() != pair.lanes[**figure].is_nan() && !singular(**figure)
-    };
+/// Figures that are undefined on one side only.
+fn undefined_differ(pair: &Pair<'_>) -> Vec<&'static str> {
+    let differs = |figure: &&Figure| pair.faer[**figure].is_nan() != pair.lanes[**figure].is_nan();
     let differ = Figure::ALL.iter().filter(differs);
     differ.map(|figure| figure.name()).collect()
 }
@@ -200,7 +190,7 @@ impl Found {
             }
             return;
         }
-        let differ = undefined_differ(pair, self.truth.len() / 2);
+        let differ = undefined_differ(pair);
         if !differ.is_empty() {
             let why = faer.failure;
             self.unexplained

@@ -234,7 +234,13 @@ pub(super) fn crossing(
         }
         let slope = (high.value / low.value).ln() / (next / eta).ln();
         let value = eta * ((limit / low.value).ln() / slope).exp();
-        let relative = (low.mcse / low.value).max(high.mcse / high.value);
+        let [relative, other] = [low, high].map(|of| of.mcse / of.value);
+        // Not `f64::max`, which would leave out an end without standard error.
+        let relative = if relative.is_nan() || other < relative {
+            relative
+        } else {
+            other
+        };
         Some(Quantile {
             value,
             mcse: value * relative / slope,

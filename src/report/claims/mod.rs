@@ -278,7 +278,8 @@ pub fn claims(studies: &[Study]) -> Vec<Claim> {
 }
 
 /// A ratio of two positive numbers with its 95 % interval, by the delta method for the logarithm. Outputs that
-/// share their trials are taken as independent: the interval is then too wide rather than too narrow.
+/// share their trials are taken as independent: the interval is then too wide rather than too narrow. Where a number has
+/// no standard error the ratio has none, and NaN for its interval: its standing is open.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ratio {
     value: f64,
@@ -304,12 +305,12 @@ impl Ratio {
         let defined = above.value > 0.0 && below.value > 0.0;
         let value = above.value / below.value;
         let relative = (above.mcse / above.value).hypot(below.mcse / below.value);
-        (defined && value.is_finite() && relative.is_finite()).then(|| Self::with(value, relative))
+        (defined && value.is_finite()).then(|| Self::with(value, relative))
     }
 
     /// Of a paired comparison.
     fn paired(ratio: Quantile) -> Option<Self> {
-        let defined = ratio.value > 0.0 && ratio.value.is_finite() && ratio.mcse.is_finite();
+        let defined = ratio.value > 0.0 && ratio.value.is_finite();
         defined.then(|| Self::with(ratio.value, ratio.mcse / ratio.value))
     }
 

@@ -23,7 +23,8 @@ enum Rate {
 
 fn rate_of(slope: &SlopeSummary) -> Option<Rate> {
     let (low, high) = slope.slope?.interval();
-    let near = |centre: f64| low < centre + SLOPE_MARGIN && high > centre - SLOPE_MARGIN;
+    // A slope without standard error is near both.
+    let near = |centre: f64| !(low >= centre + SLOPE_MARGIN || high <= centre - SLOPE_MARGIN);
     Some(match (near(-1.0), near(-0.5)) {
         (true, false) => Rate::Error,
         (false, true) => Rate::Square,
@@ -167,7 +168,7 @@ fn beaten(study: &Study) -> String {
             .iter()
             .find(|pair| pair.first == "iv(4)" && pair.second == "ls");
         let ratio = Ratio::paired(pair?.figures.get(&figure)?.median_ratio)?;
-        Some(ratio.high < 1.0)
+        ratio.high.is_finite().then_some(ratio.high < 1.0)
     };
     let etas = match study.values(Key::Eta).len() {
         0 | 1 => "",

@@ -81,10 +81,12 @@ pub(super) fn kalman(studies: Studies<'_>) -> Finding {
         .iter()
         .filter(|(_, _, value, mcse)| beats(*value, *mcse))
         .count();
-    let verdict = if beaten == 0 {
-        Verdict::Holds
-    } else {
-        Verdict::DoesNotHold
+    // A ratio of few trials has no standard error, so it may be that of a better observer.
+    let open = compared.iter().any(|(.., mcse)| mcse.is_nan());
+    let verdict = match (beaten, open) {
+        (0, false) => Verdict::Holds,
+        (0, true) => Verdict::Undecided,
+        _ => Verdict::DoesNotHold,
     };
     let (model, mut numbers) = price(
         study,
@@ -99,7 +101,7 @@ pub(super) fn kalman(studies: Studies<'_>) -> Finding {
         "Of {} comparisons over {} cells {beaten} have an RMS error of the state below the filter's by more than {ERRORS} standard errors; the smallest ratio is {} ({}, {}). Where there is process noise the adaptive observer with dead beat has {dead_beat} times the filter's error (medians), {model} times that of a dead-beat observer that knows the plant, which is the price of not knowing it; with a Kalman gain of identified noise {identified} times the filter's.",
         compared.len(),
         study.summary.cells.len(),
-        uncertain(*value, mcse.max(ROUNDING)),
+        uncertain(*value, if *mcse < ROUNDING { ROUNDING } else { *mcse }),
         pair.first,
         place(cell, &study.varying()),
     );

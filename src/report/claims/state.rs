@@ -245,7 +245,9 @@ fn tails(study: &Study, output: &str) -> String {
             .filter(|of| *of != "scaled:1")
         {
             let with = twin(study, alone, Key::Gain, gain).and_then(upper);
-            most = most.max(with.map_or(0.0, |of| of.interval().1));
+            // Without standard error nothing bounds the quantile.
+            let upper = with.map_or(0.0, |of| of.interval().1);
+            most = most.max(if upper.is_nan() { f64::INFINITY } else { upper });
         }
     }
     if places.is_empty() || !least.is_finite() || !(most > 0.0 && most < least) {

@@ -304,7 +304,8 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
                     uncertain(found.value, found.mcse),
                     found.value,
                 ));
-                row.extend([low, high].map(|x| CellText::number(format!("{x:.3}"), x)));
+                let shown = |x: f64| x.is_finite().then(|| format!("{x:.3}"));
+                row.extend([low, high].map(|x| CellText::number(shown(x).unwrap_or_default(), x)));
             }
             None => row.extend(["-", "", ""].map(|text| CellText::number(text, f64::NAN))),
         }

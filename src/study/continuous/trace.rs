@@ -44,6 +44,27 @@ impl Traces {
     }
 }
 
+impl Traces {
+    /// Whether this can be the course of a trial of n states and so many observers: every part of the same length, and
+    /// ascending times.
+    pub(crate) fn are_of(&self, n: usize, observers: usize) -> bool {
+        let points = self.times.len();
+        let full = |courses: &[Vec<f64>]| {
+            courses.len() == n && courses.iter().all(|of| of.len() == points)
+        };
+        let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
+        let output =
+            |of: &OutputTrace| full(&of.x_hat) && (of.theta_hat.is_empty() || full(&of.theta_hat));
+        self.theta.len() == n
+            && finite(&self.theta)
+            && finite(&self.times)
+            && self.times.is_sorted_by(|a, b| a < b)
+            && full(&self.x)
+            && self.outputs.len() == observers
+            && self.outputs.iter().all(output)
+    }
+}
+
 /// Appends one number to each course.
 pub(super) fn append(to: &mut [Vec<f64>], values: &[f64]) {
     to.iter_mut()
