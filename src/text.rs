@@ -52,7 +52,7 @@ fn replace_unseen(text: &str, mut replace: impl FnMut(&mut String, char)) -> Str
 /// A text as people may see it, on one line: what is not seen is written as `\n` or `\u{202e}`.
 pub(crate) fn visible(text: impl Display) -> String {
     replace_unseen(&text.to_string(), |shown, c| {
-        shown.extend(c.escape_default())
+        shown.extend(c.escape_default());
     })
 }
 

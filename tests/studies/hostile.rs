@@ -131,15 +131,12 @@ fn decoded(address: &str) -> String {
     let mut rest = address.as_bytes();
     while let Some((first, after)) = rest.split_first() {
         let code = std::str::from_utf8(after.get(..2).unwrap_or_default()).unwrap_or_default();
-        match (first, u8::from_str_radix(code, 16)) {
-            (b'%', Ok(byte)) => {
-                bytes.push(byte);
-                rest = &after[2..];
-            }
-            _ => {
-                bytes.push(*first);
-                rest = after;
-            }
+        if let (b'%', Ok(byte)) = (first, u8::from_str_radix(code, 16)) {
+            bytes.push(byte);
+            rest = &after[2..];
+        } else {
+            bytes.push(*first);
+            rest = after;
         }
     }
     String::from_utf8(bytes).expect("UTF-8")
@@ -327,9 +324,11 @@ fn words_and_lists_have_an_end() {
     let many = |table: &str| table.repeat(1001);
     let options: Vec<String> = (1..=32).map(|i| i.to_string()).collect();
     let options = options.join(", ");
-    let tables: String = (0..10_001)
-        .map(|i| format!("[noises.n{i}]\nnumerator = [1.0]\n"))
-        .collect();
+    let numbered = |count: usize, table: &dyn Fn(usize) -> String| -> String {
+        (0..count).map(table).collect::<Vec<_>>().concat()
+    };
+    let noise = |i| format!("[noises.n{i}]\nnumerator = [1.0]\n");
+    let method = |i| format!("[[methods]]\nname = \"m{i}\"\niterations = 1000\n");
     for (text, parts) in [
         (
             many("[[methods]]\n"),
@@ -372,11 +371,12 @@ fn words_and_lists_have_an_end() {
             ),
             ["observers: 1001 entries", "at most 1000"],
         ),
-        (tables, ["noises: 10001 tables", "at most 10000"]),
         (
-            (0..11)
-                .map(|i| format!("[[methods]]\nname = \"m{i}\"\niterations = 1000\n"))
-                .collect(),
+            numbered(10_001, &noise),
+            ["noises: 10001 tables", "at most 10000"],
+        ),
+        (
+            numbered(11, &method),
             ["methods: 11011 outputs", "at most 10000"],
         ),
         (
