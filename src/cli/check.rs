@@ -76,10 +76,33 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
         .collect();
     let outputs = format!("{}: {}", labels.len(), shortened(&labels));
     line(&mut text, "outputs", &outputs);
-    let trials = format!("{} in each cell", span(extent(rule)));
-    line(&mut text, "trials", &trials);
+    line(&mut text, "trials", &trials(experiment, rule));
     line(&mut text, "stores", &file.store.to_string());
     text
+}
+
+/// How many trials.
+fn trials(experiment: &Experiment, rule: &TrialRule) -> String {
+    let (least, most) = extent(rule);
+    let mut text = format!("{} in each cell", span((least, most)));
+    let alike = experiment
+        .cells
+        .iter()
+        .filter(|cell| cell.is_deterministic());
+    let alike = alike.count();
+    if most > 1 && alike > 0 {
+        // Writing to a string does not fail.
+        let _ = write!(text, ", but 1 in the {alike} where nothing is random");
+    }
+    text
+}
+
+/// Trials of all cells where so many are asked for in each.
+fn total(experiment: &Experiment, asked: u64) -> f64 {
+    let cells = 0..experiment.cells.len();
+    cells
+        .map(|cell| experiment.trials_of(cell, asked) as f64)
+        .sum()
 }
 
 /// What a run of it costs.
@@ -87,7 +110,9 @@ fn estimates(experiment: &Experiment, rule: &TrialRule) -> Result<String, Error>
     let threads = threads(None);
     let cost = cost(experiment)?;
     let (least, most) = extent(rule);
-    let seconds = |trials: u64| duration(cost.seconds_per_trial * trials as f64 / threads as f64);
+    let cells = experiment.cells.len() as f64;
+    let each = cost.seconds_per_trial / cells / threads as f64;
+    let seconds = |trials: u64| duration(each * total(experiment, trials));
     let mut text = String::new();
     let mut time = format!(
         "about {} on {threads} threads of this machine",
@@ -106,8 +131,7 @@ fn estimates(experiment: &Experiment, rule: &TrialRule) -> Result<String, Error>
     let memory = format!("about {}", bytes(cost.memory(threads)));
     line(&mut text, "memory", &memory);
     if experiment.file.store == Store::Trials {
-        let cells = experiment.cells.len() as f64;
-        let disk = |trials: u64, each: f64| bytes(cells * trials as f64 * each);
+        let disk = |trials: u64, each: f64| bytes(total(experiment, trials) * each);
         let of = |each: f64| span((disk(least, each), disk(most, each)));
         let disk = format!(
             "at most {} in trials.parquet, about {} in blocks/",
