@@ -70,10 +70,33 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
         .collect();
     let outputs = format!("{}: {}", labels.len(), shortened(&labels));
     line(&mut text, "outputs", &outputs);
-    let trials = format!("{} in each cell", span(rule.extent()));
-    line(&mut text, "trials", &trials);
+    line(&mut text, "trials", &trials(experiment, rule));
     line(&mut text, "stores", &file.store.to_string());
     text
+}
+
+/// How many trials.
+fn trials(experiment: &Experiment, rule: &TrialRule) -> String {
+    let (least, most) = rule.extent();
+    let mut text = format!("{} in each cell", span((least, most)));
+    let alike = experiment
+        .cells
+        .iter()
+        .filter(|cell| cell.is_deterministic());
+    let alike = alike.count();
+    if most > 1 && alike > 0 {
+        // Writing to a string does not fail.
+        let _ = write!(text, ", but 1 in the {alike} where nothing is random");
+    }
+    text
+}
+
+/// Trials of all cells where so many are asked for in each.
+fn total(experiment: &Experiment, asked: u64) -> f64 {
+    let cells = 0..experiment.cells.len();
+    cells
+        .map(|cell| experiment.trials_of(cell, asked) as f64)
+        .sum()
 }
 
 /// What a run of it costs, of which `setup` seconds are past.
@@ -90,7 +113,7 @@ fn estimates(
     let cells = experiment.cells.len() as f64;
     let mut text = String::new();
     let seconds = |trials: u64| {
-        let missing = 1.0 - done.trials as f64 / (cells * trials as f64);
+        let missing = (total(experiment, trials) - done.trials as f64) / (cells * trials as f64);
         duration(setup + cost.seconds(trials, missing.max(0.0), threads))
     };
     let mut time = format!(

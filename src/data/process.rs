@@ -208,6 +208,20 @@ impl Process {
         &self.settings.input
     }
 
+    /// Whether all trials are the same at a noise level eta (per cent): a loop around a fixed plant
+    /// that nothing drives but its initial state. In open loop the input is random.
+    pub fn is_deterministic(&self, eta: f64) -> bool {
+        let settings = &self.settings;
+        let spreads = [
+            settings.input.amplitude(),
+            settings.x0_deviation,
+            settings.process_noise,
+            settings.input_noise,
+            eta,
+        ];
+        matches!(settings.plant, PlantSource::Fixed(_)) && spreads == [0.0; 5]
+    }
+
     /// Draws trial `trial` of `seed` for K = `horizon` samples, with noise level `eta` (per cent) in the
     /// window k = 0 ... N-1 (with a controller: in the part before the record).
     ///
@@ -420,9 +434,42 @@ impl Process {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::OutputFeedback;
     use crate::plant::{Numerator, nikolov2023};
     use crate::signal::RandomSigns;
     use crate::signal::arithmetic::variance;
+
+    /// A loop with r = 0 and without noise is the same in every trial; with any of r, noise,
+    /// another plant it is not.
+    #[test]
+    fn a_loop_that_nothing_random_drives() {
+        let settings = |amplitude: f64, plant: PlantSource| ProcessSettings {
+            x0: vec![1.0; plant.order()],
+            plant,
+            x0_deviation: 0.0,
+            input: Input::Gaussian { amplitude },
+            noise: NoiseFilter::white().into(),
+            level: LevelReading::default(),
+            input_noise: 0.0,
+            process_noise: 0.0,
+            feedback: Feedback::Output(OutputFeedback::new(&[0.1], &[1.0]).unwrap()),
+        };
+        let process =
+            |amplitude: f64, plant| Process::from_settings(settings(amplitude, plant)).unwrap();
+        let plant = || PlantSource::Fixed(nikolov2023(Numerator::default()));
+        let silent = process(0.0, plant());
+        let (mut first, mut other) = (Realisation::default(), Realisation::default());
+        silent.realise(1, 0, 0.0, 18, 40, &mut first);
+        silent.realise(1, 7, 0.0, 18, 40, &mut other);
+        assert_eq!((&first.y, &first.states), (&other.y, &other.states));
+        assert!(silent.is_deterministic(0.0) && !silent.is_deterministic(1.0));
+        assert!(!process(1.0, plant()).is_deterministic(0.0));
+        let random = PlantSource::Random {
+            order: 6,
+            radius: 0.5,
+        };
+        assert!(!process(0.0, random).is_deterministic(0.0));
+    }
 
     #[test]
     fn the_same_trial_has_the_same_input_and_noise_whatever_the_cell() {

@@ -448,6 +448,7 @@ pub fn figure_name(figure: Figure) -> String {
         Figure::RmsState2 => "rms error of x_2".to_owned(),
         Figure::ThetaRms => "rms e_theta".to_owned(),
         Figure::Reaching => "time to come within 10 %, s".to_owned(),
+        Figure::Settling => "time to stay within 10 %, s".to_owned(),
         Figure::Frozen => "frozen from, s".to_owned(),
         Figure::MixedDisturbance => "largest |dbar|".to_owned(),
         Figure::StepError => "error by step halving".to_owned(),

@@ -175,6 +175,7 @@ impl<'e> Campaign<'e> {
         };
         for cell in 0..self.stored.len() {
             let there = self.extent(cell);
+            let asked = self.experiment.trials_of(cell, asked);
             if there > asked {
                 let folder = self.folder.path().display().to_string();
                 return Err(CampaignError::Fewer {
@@ -209,22 +210,21 @@ impl<'e> Campaign<'e> {
         self.conclude(&targets, stop, figures)
     }
 
-    /// Where each cell begins: a fixed number, or the first step of the rule that covers what is there. A step is
-    /// only left behind when its target was missed, so the steps before need no second look.
+    /// Where each cell begins: a fixed number, or the first step of the rule that covers what is
+    /// there. A step is only left behind when its target was missed, so the steps before need no
+    /// second look. A deterministic cell has one trial, whatever the rule.
     fn first_targets(&self) -> Vec<u64> {
-        let cells = 0..self.stored.len();
-        match &self.rule {
-            TrialRule::Fixed(trials) => vec![*trials; self.stored.len()],
-            TrialRule::Until(until) => cells
-                .map(|cell| {
-                    let mut target = until.minimum;
-                    while target < self.extent(cell) {
-                        target = next_step(target, until);
-                    }
-                    target
-                })
-                .collect(),
-        }
+        let first = |cell: usize| match &self.rule {
+            TrialRule::Fixed(trials) => self.experiment.trials_of(cell, *trials),
+            TrialRule::Until(until) => {
+                let mut target = self.experiment.trials_of(cell, until.minimum);
+                while target < self.extent(cell) {
+                    target = next_step(target, until);
+                }
+                target
+            }
+        };
+        (0..self.stored.len()).map(first).collect()
     }
 
     /// Doubles the trials of every cell whose figure is not known well enough; false where none is left.
@@ -235,7 +235,8 @@ impl<'e> Campaign<'e> {
         let mut raised = false;
         for (cell, target) in targets.iter_mut().enumerate() {
             go_on(stop)?;
-            if *target < until.maximum && !self.is_known(cell, until)? {
+            let most = self.experiment.trials_of(cell, until.maximum);
+            if *target < most && !self.is_known(cell, until)? {
                 *target = next_step(*target, until);
                 raised = true;
             }

@@ -98,6 +98,14 @@ impl Cell {
         }
     }
 
+    /// Whether nothing is random, so that all trials are the same one.
+    pub fn is_deterministic(&self) -> bool {
+        match &self.source {
+            Source::Record(process) => process.is_deterministic(self.eta),
+            Source::Continuous(of) => of.is_deterministic(),
+        }
+    }
+
     /// The order of the plant.
     pub fn plant_order(&self) -> usize {
         self.process().map_or(self.order, Process::order)
@@ -259,6 +267,16 @@ impl Experiment {
     pub fn output_count(&self) -> usize {
         let of_methods: usize = self.methods.iter().map(|m| m.outputs().len()).sum();
         of_methods + self.file.observers.len()
+    }
+
+    /// How many trials a cell has where so many are asked for: all of them, or one where they would
+    /// all be the same.
+    pub fn trials_of(&self, cell: usize, asked: u64) -> u64 {
+        if self.cells[cell].is_deterministic() {
+            asked.min(1)
+        } else {
+            asked
+        }
     }
 
     /// What runs a cell: [`Engine::Lanes`] or [`Engine::Faer`].

@@ -57,6 +57,9 @@ named_enum! {
         ThetaRms = "e_theta_rms",
         /// Continuous time: seconds until the relative error of theta is below 10 % for the first time.
         Reaching = "t_reach",
+        /// Continuous time: seconds until the relative error of theta is below 10 % for good: the
+        /// last entry; null where it is outside at the end.
+        Settling = "t_settle",
         /// Continuous time: seconds after which gamma int Delta^2 grows by less than 0.01, so that theta keeps 99 % of what it
         /// is; null where it still moves.
         Frozen = "t_frozen",
@@ -66,7 +69,8 @@ named_enum! {
         Excitation = "excitation",
         /// Continuous time: the largest |dbar_i|, which the paper assumes to be below 1.
         MixedDisturbance = "dbar_max",
-        /// Continuous time: relative error of xhat and of theta_hat by step halving, the larger one.
+        /// Continuous time: relative error by step halving of xhat, of theta_hat and of the
+        /// measures of their errors, the largest.
         StepError = "step_error",
         /// Continuous time: observed order of the integration of xhat.
         StepOrder = "step_order",

@@ -91,7 +91,8 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
     (work as u64).clamp(1, 1 << 16)
 }
 
-/// Runs trials 0 ... `trials` - 1 of every cell on `threads` threads; see [`run_spans`].
+/// Runs trials 0 ... `trials` - 1 of every cell, or the one that a deterministic cell has, on
+/// `threads` threads; see [`run_spans`].
 ///
 /// # Errors
 /// [`RunError`].
@@ -107,7 +108,7 @@ pub fn run<E>(
 ) -> Result<(), RunError<E>> {
     let whole = |cell| Span {
         cell,
-        trials: 0..trials,
+        trials: 0..experiment.trials_of(cell, trials),
     };
     let all: Vec<Span> = (0..experiment.cells.len()).map(whole).collect();
     run_spans(experiment, &all, None, threads, stop, consume)

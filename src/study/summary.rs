@@ -108,6 +108,11 @@ pub struct BoundSummary {
     pub verdict: Verdict,
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
 /// One cell.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CellSummary {
@@ -127,6 +132,10 @@ pub struct CellSummary {
     pub settings: Settings,
     /// Trials.
     pub trials: u64,
+    /// Whether nothing is random: one trial stands for all, its values have no Monte-Carlo error,
+    /// and shares of trials mean nothing.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub deterministic: bool,
     /// Solves of a lane that were done again with pivots; 0 where faer ran.
     #[serde(default)]
     pub fallbacks: u64,
@@ -164,6 +173,7 @@ impl CellSummary {
             horizon: cell.horizon,
             settings: cell.settings.clone(),
             trials: tally.trials,
+            deterministic: cell.is_deterministic(),
             fallbacks: tally.fallbacks,
             outputs: outputs
                 .iter()

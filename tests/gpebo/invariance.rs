@@ -28,6 +28,7 @@ fn in_coordinates(
         }]),
         x0: times(&x0),
         horizon: 6.0,
+        scored_from: 0.0,
         step: 5e-3,
     };
     let filters = (1..n).map(|k| k as f64).collect();

@@ -24,6 +24,7 @@ fn kalman_bucy_is_the_riccati_filter() {
             }]),
             x0: uniform.vector(n),
             horizon: 3.0,
+            scored_from: 0.0,
             step: 5e-3,
         };
         let filters = (1..n).map(|k| k as f64).collect();

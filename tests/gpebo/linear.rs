@@ -149,6 +149,7 @@ fn linear_parts_are_exact() {
             delta: delta.clone(),
             x0,
             horizon: 3.0,
+            scored_from: 0.0,
             step: TOOTH / 3.0,
         };
         let xhat0 = uniform.vector(n);

@@ -5,4 +5,5 @@ mod example;
 mod invariance;
 mod kalman_bucy;
 mod linear;
+mod measures;
 mod outcomes;

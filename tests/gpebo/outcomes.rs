@@ -16,6 +16,7 @@ fn overflow_is_an_outcome() {
         delta: Signal::default(),
         x0: vec![1.0, 2.0],
         horizon: 10.0,
+        scored_from: 0.0,
         step: 0.1,
     };
     let options = GpeboOptions {
@@ -63,6 +64,7 @@ fn refusals() {
         delta: Signal::default(),
         x0: vec![1.0, 2.0],
         horizon: 1.0,
+        scored_from: 0.0,
         step: 0.1,
     };
     let options = GpeboOptions {

@@ -6,7 +6,7 @@ use super::{Place, assert_same, stderr, stdout, succeeds};
 const COURSES: &str = r#"
 trials = 60
 store = "trials"
-measures = ["rms_x", "e_theta", "e_theta_rms", "t_reach", "t_frozen", "adaptation", "excitation", "dbar_max", "step_error", "step_order"]
+measures = ["rms_x", "e_theta", "e_theta_rms", "t_reach", "t_settle", "t_frozen", "adaptation", "excitation", "dbar_max", "step_error", "step_order"]
 compare = [["proposed", "gradient"]]
 
 [continuous]
@@ -104,6 +104,65 @@ fn without_a_disturbance() {
     };
     assert!((output("proposed") - 1.0).abs() < 1e-9);
     assert!(output("gradient") < 1e-3);
+}
+
+/// Without phases and white numbers, at level 0 too, a cell has one trial, whatever is asked for,
+/// and says so.
+#[test]
+fn a_deterministic_cell_has_one_trial() {
+    let place = place();
+    let trials = |summary: &serde_json::Value| -> Vec<(u64, bool)> {
+        let cells = summary["cells"].as_array().unwrap().iter();
+        cells
+            .map(|cell| {
+                let outputs = cell["outputs"].as_array().unwrap().iter();
+                let of = cell["trials"].as_u64().unwrap();
+                assert!(
+                    outputs
+                        .clone()
+                        .all(|output| output["outcomes"]["trials"] == of)
+                );
+                (of, cell.get("deterministic") == Some(&true.into()))
+            })
+            .collect()
+    };
+    // White and square, at the levels 0 and 0.4.
+    run(&place, "out", &[]);
+    let summary = json(&place, "out/summary.json");
+    let mixed = [(1, true), (60, false), (1, true), (60, false)];
+    assert_eq!(trials(&summary), mixed);
+    assert_eq!(
+        summary["cells"][0]["outputs"],
+        summary["cells"][2]["outputs"]
+    );
+    let manifest = json(&place, "out/manifest.json");
+    assert_eq!(manifest["trials"], serde_json::json!([1, 60, 1, 60]));
+    let checked = stdout(&place.run(&["check", "courses.toml"]));
+    assert!(checked.contains("60 in each cell, but 1 in the 2 where nothing is random"));
+    let replay = stdout(&place.run(&["replay", "out", "2:0"]));
+    assert!(replay.contains("These rows equal, bit for bit"), "{replay}");
+
+    let until = "trials = { until = \"e_theta\", output = \"gradient\", \
+                 relative_mcse = 1e-9, minimum = 2, maximum = 4 }";
+    place.write(
+        "courses.toml",
+        COURSES.replace("trials = 60", until).as_bytes(),
+    );
+    run(&place, "until", &[]);
+    let summary = json(&place, "until/summary.json");
+    assert_eq!(
+        trials(&summary),
+        [(1, true), (4, false), (1, true), (4, false)]
+    );
+
+    let fixed = COURSES.replace("phase = \"random\"", "phase = 0.5");
+    place.write("courses.toml", fixed.as_bytes());
+    run(&place, "fixed", &["--trials", "3"]);
+    let summary = json(&place, "fixed/summary.json");
+    assert_eq!(
+        trials(&summary),
+        [(1, true), (3, false), (1, true), (1, true)]
+    );
 }
 
 #[test]
@@ -249,16 +308,16 @@ fn plants_and_signals_of_files() {
 #[test]
 fn a_step_that_is_too_long_is_a_failure() {
     let place = place();
-    let set = ["--set", "continuous.error_limit=1e-9", "--trials", "3"];
+    let set = ["--set", "continuous.error_limit=1e-6", "--trials", "3"];
     run(&place, "out", &set);
     let summary = json(&place, "out/summary.json");
-    let proposed = &summary["cells"][1]["outputs"][3];
+    let proposed = &summary["cells"][3]["outputs"][3];
     assert_eq!(proposed["outcomes"]["failures"]["step-too-long"], 3);
     assert_eq!(proposed["figures"]["rms_x"]["count"], 0);
     assert_eq!(proposed["figures"]["step_error"]["count"], 3);
-    // What is integrated exactly does not fail.
+    // What is more exact does not fail.
     assert_eq!(
-        summary["cells"][1]["outputs"][0]["outcomes"]["failures"]
+        summary["cells"][3]["outputs"][1]["outcomes"]["failures"]
             .as_object()
             .unwrap()
             .len(),

@@ -21,7 +21,7 @@ pub(super) fn show(
         return Err(Error::Input(message.to_owned()));
     }
     let mut trials = Trials::default();
-    let mut worker = ContinuousTrial::new(experiment, cell).map_err(failed)?;
+    let worker = ContinuousTrial::new(experiment, cell).map_err(failed)?;
     worker.run_with_course(trial, Some(cell.until / POINTS), &mut trials);
     let outputs = experiment.outputs();
     let output = |row: &Row| outputs[row.output].clone();

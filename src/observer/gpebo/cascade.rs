@@ -6,6 +6,7 @@ use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
 use super::recursive::Information;
 use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check};
+use super::score::{Score, Squares, squares};
 use super::summary::{Estimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::plant::ContinuousPlant;
 
@@ -14,6 +15,7 @@ use crate::plant::ContinuousPlant;
 pub struct Cascade {
     n: usize,
     horizon: f64,
+    scored_from: f64,
     /// The true theta = x(0) - xi(0).
     theta: Vec<f64>,
     specs: Vec<ObserverSpec>,
@@ -38,6 +40,7 @@ impl Cascade {
         Ok(Self {
             n: plant.order(),
             horizon: scenario.horizon,
+            scored_from: scenario.scored_from,
             theta: scenario
                 .x0
                 .iter()
@@ -102,13 +105,16 @@ impl Cascade {
             information: Information::new(n),
             mixing: Mixing::new(n),
             estimates: estimates.collect(),
+            scores: vec![],
             outcomes: vec![Outcome::Finite; self.specs.len()],
             outcome: Outcome::Finite,
         };
         let h = self.grid.lengths.first().copied().unwrap_or_default() / refine as f64;
         self.system.start_step(&mut run.linear, 0.0, h / 2.0);
         run.mixing.observe(self, &run.linear, 2);
-        run.finish_base_step();
+        run.finish_step(0.0);
+        let score = |estimate| Score::new(refine, run.squares(estimate));
+        run.scores = run.estimates.iter().map(score).collect();
         run
     }
 }
@@ -185,6 +191,8 @@ pub struct Run<'a> {
     information: Information,
     mixing: Mixing,
     estimates: Vec<Estimate>,
+    /// One for each estimate.
+    scores: Vec<Score>,
     outcomes: Vec<Outcome>,
     outcome: Outcome,
 }
@@ -199,17 +207,20 @@ impl Run<'_> {
             return false;
         }
         let h = self.steps[gap.length].0;
-        let start = gap.time(self.done);
-        for k in 0..self.refine {
-            let first = self.done == 0 && k == 0;
-            self.step(start + k as f64 * h, gap.length, first);
+        let (start, end) = (gap.time(self.done), gap.time(self.done + 1));
+        for k in 1..=self.refine {
+            let first = self.done == 0 && k == 1;
+            let t = start + (k - 1) as f64 * h;
+            self.step(t, gap.length, first);
+            let t = if k == self.refine { end } else { t + h };
+            self.finish_step(t);
+            self.score(t, h);
         }
+        self.t = end;
         self.done += 1;
-        self.t = gap.time(self.done);
         if self.done == gap.count {
             (self.gap, self.done) = (self.gap + 1, 0);
         }
-        self.finish_base_step();
         true
     }
 
@@ -235,8 +246,8 @@ impl Run<'_> {
         self.taken += 1;
     }
 
-    fn finish_base_step(&mut self) {
-        let t = self.t;
+    /// The estimates at t, and whether they are finite.
+    fn finish_step(&mut self, t: f64) {
         let plant = self.linear.x(self.cascade.n).iter().all(|x| x.is_finite());
         self.outcome.note(plant, t);
         let all = self
@@ -255,6 +266,19 @@ impl Run<'_> {
         }
     }
 
+    /// Scores the estimates at t, h seconds after the ones before.
+    fn score(&mut self, t: f64, h: f64) {
+        for i in 0..self.scores.len() {
+            let squares = self.squares(&self.estimates[i]);
+            self.scores[i].add(t, h, self.cascade.scored_from, squares);
+        }
+    }
+
+    fn squares(&self, estimate: &Estimate) -> Squares {
+        let x = self.linear.x(self.cascade.n);
+        squares(x, &estimate.x, &self.cascade.theta, &estimate.theta)
+    }
+
     /// The run as it is after the last base step.
     pub fn sample(&self) -> Sample<'_> {
         Sample {
@@ -269,12 +293,15 @@ impl Run<'_> {
 
     /// The run until now.
     pub fn summary(&self) -> Summary {
+        let time = self.cascade.horizon - self.cascade.scored_from;
         let observers = self.estimators.iter().zip(&self.outcomes);
         Summary {
             outcome: self.outcome,
             observers: observers
-                .map(|(estimator, outcome)| ObserverSummary {
+                .zip(&self.scores)
+                .map(|((estimator, outcome), score)| ObserverSummary {
                     outcome: *outcome,
+                    accuracy: score.accuracy(time),
                     excitation: estimator.excitation(self.cascade.horizon),
                 })
                 .collect(),

@@ -48,7 +48,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Each gap between neighbours of 0, the breakpoints of u and delta, and T in `ceil(gap / step)` equal steps.
+    /// Each gap between neighbours of 0, the breakpoints of u and delta, the start of the score,
+    /// and T in `ceil(gap / step)` equal steps.
     ///
     /// Breakpoints closer than `1e-13 T` are one. Two gaps share a length where the difference moves no time by more than
     /// `8 eps T`, the rounding of the breakpoints themselves.
@@ -60,6 +61,7 @@ impl Grid {
         let mut times = vec![];
         scenario.u.breakpoints(horizon, &mut times);
         scenario.delta.breakpoints(horizon, &mut times);
+        times.push(scenario.scored_from);
         times.sort_unstable_by(f64::total_cmp);
         let closest = 1e-13 * horizon;
         let mut grid = Self {
@@ -119,6 +121,7 @@ mod tests {
             delta: Signal::new(vec![square]),
             x0: vec![],
             horizon,
+            scored_from: 0.0,
             step,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::cascade::{Cascade, Run};
 use super::grid::REFINEMENTS;
+use super::score::Accuracy;
 use super::summary::{Sample, Summary};
 
 /// The step's influence on one observer.
@@ -11,12 +12,19 @@ pub struct Convergence {
     pub state: StepError,
     /// Of theta_hat, in the unit of theta; all zero for observers without one.
     pub theta: StepError,
+    /// Of its measures, the largest: the difference of the runs with h/2 and h/4 itself, since
+    /// their integrals are of different orders. A root mean square's is relative to itself (to what
+    /// is estimated where it is rounding); that of the relative error of theta at the end is what
+    /// it is.
+    pub measures: f64,
 }
 
 impl Convergence {
-    /// The larger one of the relative errors of xhat and theta_hat; NaN if a run was not finite.
+    /// The largest of the relative errors of xhat, of theta_hat and of the measures; NaN if a run
+    /// was not finite.
     pub fn relative(&self) -> f64 {
-        larger(self.state.relative(), self.theta.relative())
+        let estimates = larger(self.state.relative(), self.theta.relative());
+        larger(estimates, self.measures)
     }
 }
 
@@ -65,6 +73,11 @@ fn larger(a: f64, b: f64) -> f64 {
     if b <= a || a.is_nan() { a } else { b }
 }
 
+/// What two propagations in each of so many steps may round.
+fn rounding(largest: f64, steps: usize) -> f64 {
+    f64::EPSILON * largest * 2.0 * steps as f64
+}
+
 impl Differences {
     /// Compares three vectors, and takes the size of what they estimate.
     fn note(&mut self, [coarse, middle, fine]: [&[f64]; 3], truth: &[f64]) {
@@ -76,7 +89,7 @@ impl Differences {
     }
 
     fn step_error(&self, steps: usize) -> StepError {
-        let rounding = f64::EPSILON * self.largest * 2.0 * steps as f64;
+        let rounding = rounding(self.largest, steps);
         let order = (self.fine > rounding && self.coarse > rounding)
             .then(|| (self.coarse / self.fine).log2());
         let divisor = order.unwrap_or(1.0).clamp(1.0, 4.0).exp2() - 1.0;
@@ -105,15 +118,44 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
             break;
         }
     }
-    let summary = runs[2].summary();
-    let convergence = |of: &[Differences; 2]| {
+    let [_, middle, summary] = runs.each_ref().map(Run::summary);
+    let size = cascade
+        .theta()
+        .iter()
+        .map(|theta| theta * theta)
+        .sum::<f64>();
+    let convergence = |(number, of): (usize, &[Differences; 2])| {
         let [state, theta] = of.map(|differences| differences.step_error(summary.steps));
-        Convergence { state, theta }
+        let [state_scale, theta_scale] = [state.largest, theta.largest / size.sqrt()];
+        let scales = [state_scale, state_scale, state_scale, theta_scale];
+        let accuracies = [&middle, &summary].map(|of| &of.observers[number].accuracy);
+        Convergence {
+            state,
+            theta,
+            measures: measures(accuracies, scales, summary.steps),
+        }
     };
     Halving {
-        observers: differences.iter().map(convergence).collect(),
+        observers: differences.iter().enumerate().map(convergence).collect(),
         summary,
     }
+}
+
+/// [`Convergence::measures`]; the scales are the largest numbers of which the root mean squares
+/// hold errors.
+fn measures([middle, fine]: [&Accuracy; 2], scales: [f64; 4], steps: usize) -> f64 {
+    let mut most = (fine.theta - middle.theta).abs().max(0.0);
+    for ((middle, fine), scale) in middle.rms.iter().zip(fine.rms).zip(scales) {
+        let difference = (middle - fine).abs();
+        // No such measure.
+        if fine.is_nan() {
+            continue;
+        }
+        let rounds = difference <= rounding(scale, steps);
+        let relative = difference / if rounds { scale } else { fine };
+        most = larger(most, if difference == 0.0 { 0.0 } else { relative });
+    }
+    most
 }
 
 #[cfg(test)]

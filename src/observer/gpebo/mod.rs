@@ -12,8 +12,9 @@
 //! - Eqs. (12) to (17): `g = e^m`, `e^d` expanded to order q: `zeta = psi'(theta_i, ..., theta_i^(q+1))` (psi: q + 1), neglecting
 //!   `(g / q!) d^q d'`; solved by q filters `b_j / (p + b_j)`, a second mixing and a scalar gradient estimator for each i.
 //!
-//! Everything linear is integrated exactly (`linear`), the rest with exponential steps of second order or better.
-//! Source: Mekhatronika, Avtomatizatsiya, Upravlenie 24 (2023) 339-345, DOI 10.17587/mau.24.339-345.
+//! Everything linear is integrated exactly (`linear`), the rest with exponential steps of second
+//! order or better; errors are scored (`score`) by formulas of higher order than that. Source:
+//! Mekhatronika, Avtomatizatsiya, Upravlenie 24 (2023) 339-345, DOI 10.17587/mau.24.339-345.
 
 mod cascade;
 mod estimators;
@@ -29,6 +30,7 @@ mod proposed;
 mod recursive;
 mod scalar;
 mod scenario;
+mod score;
 mod summary;
 
 pub use cascade::{Cascade, Run};
@@ -40,4 +42,5 @@ pub use halving::{Convergence, Halving, StepError, halve};
 pub use mixing::{Mixer, determinant};
 pub use scalar::ScalarEstimator;
 pub use scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, SettingError};
+pub use score::{Accuracy, BAND};
 pub use summary::{Estimate, Excitation, ObserverSummary, Outcome, Sample, Summary};

@@ -5,12 +5,14 @@ use super::filter::{Nodes, simpson};
 
 /// `theta' = gamma Delta (M - Delta theta)`, the estimator of theta from `M = Delta theta + d`, from `theta(0) = 0`.
 ///
-/// The equation is linear in theta with the rate `gamma Delta^2`, which may be large (stiff) or zero (no excitation):
-/// each of eight parts of a step, in which Delta and M are parabolas through the step's nodes, freezes the rate and the
-/// drive at their means,
-/// `I_a = gamma int Delta^2 dt`, `I_b = gamma int Delta M dt` by Simpson's rule, and solves exactly,
-/// `theta += phi_1(-I_a) I_b - (1 - e^(-I_a)) theta`, `phi_1(x) = (e^x - 1) / x`. It never forms M / Delta.
-/// With d = 0, `I_b = I_a theta` and the error is `e^(-int gamma Delta^2)` times the initial one.
+/// The equation is linear in theta with the rate `gamma Delta^2`, which may be large (stiff) or
+/// zero (no excitation): each of eight parts of a step, in which Delta and M are parabolas through
+/// the step's nodes, freezes the rate and the drive at their means, `I_a = gamma int Delta^2 dt`,
+/// `I_b = gamma int Delta M dt` by Simpson's rule, and solves exactly, `theta += phi_1(-I_a) I_b -
+/// (1 - e^(-I_a)) theta`, `phi_1(x) = (e^x - 1) / x`. It never forms M / Delta. That is stable for
+/// every gamma, but exact only where M / Delta is constant over a part: a large gamma that makes
+/// theta follow a fast M / Delta leaves an error, which step halving tells. With d = 0, `I_b = I_a
+/// theta` and the error is `e^(-int gamma Delta^2)` times the initial one.
 #[derive(Clone, Debug)]
 pub struct ScalarEstimator {
     gain: f64,

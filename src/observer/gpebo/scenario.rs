@@ -16,6 +16,8 @@ pub struct Scenario {
     pub x0: Vec<f64>,
     /// T in seconds.
     pub horizon: f64,
+    /// Mean squares of errors are taken from here on, in seconds; no step crosses it.
+    pub scored_from: f64,
     /// The longest step in seconds.
     pub step: f64,
 }
@@ -223,6 +225,7 @@ pub(super) fn check(
     let Scenario { horizon, step, .. } = *scenario;
     positive("the horizon", &[horizon], 1)?;
     positive("the step", &[step], 1)?;
+    vector("the start of the score", &[scenario.scored_from], 1)?;
     if step > horizon {
         return Err(CascadeError::Step { step, horizon });
     }

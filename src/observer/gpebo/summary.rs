@@ -1,5 +1,7 @@
 //! What a run yields.
 
+use super::score::Accuracy;
+
 /// An observer's estimate at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Estimate {
@@ -63,6 +65,8 @@ pub struct ObserverSummary {
     pub outcome: Outcome,
     /// What it was given to learn from.
     pub excitation: Excitation,
+    /// What its errors came to.
+    pub accuracy: Accuracy,
 }
 
 /// The whole run.

@@ -153,8 +153,22 @@ fn positive(of: &Build<'_>, key: Key) -> Result<f64, FileError> {
     ))
 }
 
-/// The terms of the disturbance.
+/// The terms of the disturbance. One of amplitude zero is none, so that nothing is drawn for it.
 fn disturbance(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
+    let mut terms = terms(of, until)?;
+    terms.retain(|term| match term {
+        Term::Fixed(_) => true,
+        Term::White { deviation, .. } => *deviation != 0.0,
+        Term::RandomPhase(wave) => match wave {
+            Wave::Sine { amplitude, .. } | Wave::Square { amplitude, .. } => *amplitude != 0.0,
+            _ => true,
+        },
+    });
+    Ok(terms)
+}
+
+/// The terms as they are asked for.
+fn terms(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
     let name = of.text(Key::Disturbance);
     let wave = match name.as_str() {
         "none" => return Ok(Vec::new()),

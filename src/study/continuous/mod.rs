@@ -82,6 +82,12 @@ impl ContinuousCell {
         }
     }
 
+    /// Whether all trials are the same.
+    pub fn is_deterministic(&self) -> bool {
+        let is_fixed = |term: &Term| matches!(term, Term::Fixed(_));
+        self.disturbance.iter().all(is_fixed)
+    }
+
     /// What is run with a disturbance.
     fn scenario(&self, delta: Signal) -> Scenario {
         Scenario {
@@ -89,6 +95,7 @@ impl ContinuousCell {
             delta,
             x0: self.x0.clone(),
             horizon: self.until,
+            scored_from: self.scored_from,
             step: self.step,
         }
     }
