@@ -82,21 +82,21 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match done {
         Ok(code) => code,
         Err(error) => {
-            if !error.is_broken_pipe() {
-                note(&format!("asobench: {error}"));
-            }
+            note(&format!("asobench: {error}"));
             error.exit_code()
         }
     }
 }
 
-/// Prints to standard output; a reader that went away ends the program quietly.
+/// Prints to standard output. A reader that went away has what it wanted: the work is done, and its exit code stands.
 fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .map_err(Error::Output)
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    match written {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Output(error)),
+        _ => Ok(()),
+    }
 }
 
 /// Prints one line to standard error: control characters are escaped, a text without end is cut, and where

@@ -4,7 +4,8 @@
 
 use super::error::{Error, failed};
 use super::print;
-use crate::report::{Study, claims, report, write_report};
+use crate::files::PathError;
+use crate::report::{Study, claims, prepare_report, report, write_report};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -37,8 +38,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         (None, [folder]) => folder.clone(),
         (None, _) => PathBuf::from("report"),
     };
+    let refused = |error: PathError| Error::Input(format!("--out {error}"));
+    prepare_report(&out).map_err(refused)?;
     let files = report(&studies);
-    write_report(&out, &files).map_err(failed)?;
+    write_report(&out, &files).map_err(|error| match error.foreign {
+        true => refused(error),
+        false => failed(error),
+    })?;
     let mut text = String::new();
     for claim in claims(&studies).iter().filter(|claim| claim.is_judged()) {
         text.push_str(&format!(

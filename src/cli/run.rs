@@ -2,6 +2,7 @@
 
 use super::error::{Error, failed};
 use super::{note, print, progress, timing};
+use crate::files::{self, PathError};
 use crate::report::FigureError;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
@@ -36,7 +37,7 @@ pub(super) struct Arguments {
 /// Which study.
 #[derive(clap::Args)]
 pub(super) struct StudyArguments {
-    /// Experiment file, such as experiments/window.toml
+    /// Experiment file, such as experiments/window.toml, or - for standard input
     file: PathBuf,
     /// Trials in each cell, in the place of the file's
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
@@ -94,6 +95,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let name = arguments.study.name();
     let quick = if arguments.study.quick { "-quick" } else { "" };
     let default = Path::new("results").join(format!("{name}{quick}"));
+    if arguments.out.is_none() && name == "-" {
+        let message = "--out: expected a folder where the experiment comes from standard input";
+        return Err(Error::Input(message.to_owned()));
+    }
     let path = arguments.out.clone().unwrap_or(default);
     let options = RunOptions {
         threads: threads(arguments.threads),
@@ -101,10 +106,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         repair: arguments.repair,
         ..RunOptions::default()
     };
+    let in_folder = |error: PathError| Error::Input(format!("--out {error}"));
+    if experiment.file.timing {
+        timing::check(&path).map_err(in_folder)?;
+    }
     let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| {
         Ok(Vec::new())
     })?;
-    if experiment.file.timing && timing::are_there(&experiment, &path) {
+    if experiment.file.timing && timing::are_there(&experiment, &path).map_err(in_folder)? {
         note(&format!(
             "times are there already; without {} they are measured again",
             path.join("timing").display()
@@ -154,7 +163,7 @@ pub(super) fn execute(
     options: RunOptions,
     figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, FigureError>,
 ) -> Result<(Summary, Arc<AtomicBool>), Error> {
-    let replaces = options.fresh && path.join("trials.parquet").exists();
+    let replaces = options.fresh && files::is_there(&path.join("trials.parquet"));
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
     if replaces {
         note(&format!("replacing the results in {}", path.display()));
@@ -182,14 +191,21 @@ pub(super) fn execute(
 /// What the user can mend is bad input; the rest failed.
 fn refused(flag: &str, error: CampaignError) -> Error {
     match error {
-        CampaignError::Folder(FolderError::Io { path, source }) if !flag.is_empty() => {
-            Error::Input(format!(
-                "{flag}{}: cannot write there ({source})",
-                path.display()
-            ))
-        }
-        CampaignError::Folder(FolderError::Io { .. })
-        | CampaignError::Block(BlockError::Io { .. })
+        CampaignError::Folder(FolderError::File(PathError {
+            path,
+            source,
+            foreign,
+        }))
+        | CampaignError::Block(BlockError::File(PathError {
+            path,
+            source,
+            foreign,
+        })) if foreign || !flag.is_empty() => Error::Input(format!(
+            "{flag}{}: cannot write there ({source})",
+            path.display()
+        )),
+        CampaignError::Folder(FolderError::File(_))
+        | CampaignError::Block(BlockError::File(_))
         | CampaignError::Store(_)
         | CampaignError::Figures(_)
         | CampaignError::Run(_) => failed(error),

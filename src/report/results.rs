@@ -2,13 +2,13 @@
 
 use super::shipped::Shipped;
 use crate::estimator::IvOptions;
+use crate::files::{self, Kind, PathError};
 use crate::metric::{Quantile, Statistics};
 use crate::study::file::{ExperimentFile, Key, TrialRule};
 use crate::study::{CellSummary, Figure, OutputSummary, Summary, read_manifest};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Why results cannot be read.
@@ -20,6 +20,9 @@ pub enum ResultsError {
     /// The manifest.
     #[error(transparent)]
     Folder(#[from] crate::study::FolderError),
+    /// A file of the folder that cannot be opened.
+    #[error(transparent)]
+    Path(#[from] PathError),
     /// A file of the folder.
     #[error("{}: {reason}", .path.display())]
     File {
@@ -94,21 +97,25 @@ impl Study {
         let parsed = |name: &str, what: &str, error: serde_json::Error| {
             wrong(name, format!("not {what} of this version ({error})"))
         };
-        let text = fs::read_to_string(folder.join("summary.json"));
-        let text = text.map_err(|error| wrong("summary.json", error.to_string()))?;
-        let summary: Summary = serde_json::from_str(&text)
+        let text = files::read_own(&folder.join("summary.json"), Kind::Summary)?;
+        let text = text.ok_or_else(|| wrong("summary.json", "not there".to_owned()))?;
+        let summary: Summary = serde_json::from_slice(&text)
             .map_err(|error| parsed("summary.json", "a summary", error))?;
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
-        let times = match fs::read_to_string(folder.join("timing/times.json")) {
-            Ok(text) => {
-                let times: Times = serde_json::from_str(&text)
-                    .map_err(|error| parsed("timing/times.json", "times", error))?;
-                times.times
-            }
-            Err(_) => Vec::new(),
+        let timing = files::subfolder(folder, "timing")?;
+        let times = match timing {
+            Some(timing) => files::read_own(&timing.join("times.json"), Kind::Times)?,
+            None => None,
         };
+        let times = times.map_or_else(
+            || Ok(Vec::new()),
+            |text| {
+                let times = serde_json::from_slice(&text).map(|of: Times| of.times);
+                times.map_err(|error| parsed("timing/times.json", "times", error))
+            },
+        )?;
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
         let shipped = Shipped::of(&file);
         Ok(Self {
@@ -283,7 +290,7 @@ impl Study {
 
 /// The folder's name.
 fn name(folder: &Path) -> String {
-    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let name = folder.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }

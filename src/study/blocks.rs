@@ -9,12 +9,12 @@
 
 use super::experiment::Experiment;
 use super::file::Store;
-use super::folder::replace_file;
+use super::folder::{BLOCKS, is_block_name};
 use super::row::Row;
 use super::runner::{Block, Span};
 use super::tally::CellTally;
+use crate::files::{self, Kind, PathError};
 use serde::{Deserialize, Serialize};
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
@@ -28,14 +28,9 @@ const CHECKSUM: usize = 16;
 /// Why a block file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum BlockError {
-    /// The file system.
-    #[error("{}: {source}", .path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error.
-        source: io::Error,
-    },
+    /// A file or folder.
+    #[error(transparent)]
+    File(#[from] PathError),
     /// The content is not what was written.
     #[error("{}: damaged ({reason}); --repair computes it again", .path.display())]
     Damaged {
@@ -112,10 +107,8 @@ impl<'e> BlockFolder<'e> {
     /// # Errors
     /// If it cannot be made.
     pub fn open(results: &Path, experiment: &'e Experiment) -> Result<Self, BlockError> {
-        let path = results.join("blocks");
-        fs::create_dir_all(&path).map_err(io_error(&path))?;
         Ok(Self {
-            path,
+            path: files::make_subfolder(results, BLOCKS)?,
             experiment,
             fingerprint: experiment.fingerprint(),
         })
@@ -147,30 +140,28 @@ impl<'e> BlockFolder<'e> {
         bytes.extend(span.trials.start.to_le_bytes());
         bytes.extend(span.trials.end.to_le_bytes());
         let encoded = postcard::to_stdvec(content)
-            .map_err(|error| io_error(&path)(io::Error::other(error)))?;
+            .map_err(|error| PathError::io(&path)(io::Error::other(error)))?;
         bytes.extend(encoded);
         bytes.extend(xxh3_128(&bytes).to_le_bytes());
-        replace_file(&path, &bytes).map_err(io_error(&path))?;
+        files::replace(&path, Kind::Block, &bytes)?;
         Ok(StoredBlock { span, path })
     }
 
-    /// Every block file, each cell's trials ascending and without overlap, and the damaged ones. Temporary files
-    /// and files within others' ranges are removed.
+    /// Every block file, each cell's trials ascending and without overlap, and the damaged ones. Files within
+    /// others' ranges are removed; what has no block's name is left alone.
     ///
     /// # Errors
     /// If a file is of another design or a newer version, or the folder cannot be read.
     pub fn list(&self) -> Result<(Vec<StoredBlock>, Vec<BlockError>), BlockError> {
         let (mut found, mut damaged) = (Vec::new(), Vec::new());
-        for entry in fs::read_dir(&self.path).map_err(io_error(&self.path))? {
-            let path = entry.map_err(io_error(&self.path))?.path();
-            match path.extension().and_then(|extension| extension.to_str()) {
-                Some("tmp") => fs::remove_file(&path).map_err(io_error(&path))?,
-                Some("block") => match self.verified(&path) {
-                    Ok((span, _)) => found.push(StoredBlock { span, path }),
-                    Err(error @ BlockError::Damaged { .. }) => damaged.push(error),
-                    Err(error) => return Err(error),
-                },
-                _ => {}
+        for path in files::list(&self.path)? {
+            if !is_block_name(&path) {
+                continue;
+            }
+            match self.verified(&path) {
+                Ok((span, _)) => found.push(StoredBlock { span, path }),
+                Err(error @ BlockError::Damaged { .. }) => damaged.push(error),
+                Err(error) => return Err(error),
             }
         }
         found.sort_by_key(|block| {
@@ -182,7 +173,7 @@ impl<'e> BlockFolder<'e> {
         for block in found {
             let reached = kept.last().filter(|last| last.span.cell == block.span.cell);
             if reached.is_some_and(|last| block.span.trials.start < last.span.trials.end) {
-                fs::remove_file(&block.path).map_err(io_error(&block.path))?;
+                files::remove(&block.path, Kind::Block)?;
             } else {
                 kept.push(block);
             }
@@ -196,7 +187,8 @@ impl<'e> BlockFolder<'e> {
             path: path.to_owned(),
             reason,
         };
-        let mut bytes = fs::read(path).map_err(io_error(path))?;
+        let bytes = files::read_own(path, Kind::Block)?;
+        let mut bytes = bytes.ok_or_else(|| PathError::io(path)(io::ErrorKind::NotFound.into()))?;
         if bytes.len() < HEAD + CHECKSUM {
             return Err(damaged("truncated"));
         }
@@ -273,10 +265,23 @@ impl<'e> BlockFolder<'e> {
         };
         let whole = self.write_content(span, &content)?;
         for block in blocks {
-            fs::remove_file(&block.path).map_err(io_error(&block.path))?;
+            files::remove(&block.path, Kind::Block)?;
         }
         Ok(whole)
     }
+}
+
+/// Takes a damaged file out of the way: removes it, or gives it another name where it does not begin as blocks do.
+///
+/// # Errors
+/// If it is no regular file, or cannot be removed.
+pub fn discard(path: &Path) -> Result<(), BlockError> {
+    if files::is_own(path, Kind::Block)? {
+        files::remove(path, Kind::Block)?;
+    } else {
+        files::set_aside(path)?;
+    }
+    Ok(())
 }
 
 /// Bytes of the head.
@@ -284,11 +289,4 @@ fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     let mut field = [0; N];
     field.copy_from_slice(&bytes[at..at + N]);
     field
-}
-
-fn io_error(path: &Path) -> impl Fn(io::Error) -> BlockError + '_ {
-    move |source| BlockError::Io {
-        path: path.to_owned(),
-        source,
-    }
 }

@@ -34,7 +34,6 @@ pub(crate) use experiment::design_of;
 pub use experiment::{
     BOBTSOV2023, Cell, Experiment, NIKOLOV2023, ObserverStart, ScoredFrom, Source,
 };
-pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use pack::PackTrial;
 pub use peak::fma_peak;

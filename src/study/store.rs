@@ -5,6 +5,7 @@ use super::file::Scalar;
 use super::row::Row;
 use super::summary::{OutputSummary, Summary};
 use crate::estimator::Output;
+use crate::files::{self, PathError};
 use crate::metric::{Estimate, Quantile, Statistics};
 use polars::prelude::{
     BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
@@ -20,14 +21,9 @@ const GROUP_ROWS: usize = 1 << 16;
 /// Why trials could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The file system.
-    #[error("{}: {source}", .path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The error.
-        source: std::io::Error,
-    },
+    /// A file.
+    #[error(transparent)]
+    File(#[from] PathError),
     /// The file's content or its encoding.
     #[error("{}: {source}", .path.display())]
     Parquet {
@@ -46,6 +42,8 @@ pub struct TrialWriter<'e> {
     experiment: &'e Experiment,
     outputs: Vec<Output>,
     path: PathBuf,
+    /// The file once more, for the disk to have it.
+    file: File,
     writer: BatchedWriter<BufWriter<File>>,
     /// Rows that wait for their group, with their cells.
     rows: Vec<Waiting>,
@@ -55,19 +53,25 @@ pub struct TrialWriter<'e> {
 type Waiting = (usize, Row);
 
 impl<'e> TrialWriter<'e> {
-    /// Opens a file, replacing one that is there.
+    /// Makes a file, which must not be there yet.
     ///
     /// # Errors
     /// If the file cannot be created.
     pub fn create(path: &Path, experiment: &'e Experiment) -> Result<Self, StoreError> {
-        let path = path.to_owned();
-        let file = match File::create(&path) {
-            Ok(file) => file,
-            Err(source) => return Err(StoreError::Io { path, source }),
-        };
+        Self::new(files::create_open(path)?, path.to_owned(), experiment)
+    }
+
+    /// Begins a table in a new file.
+    pub(super) fn new(
+        file: File,
+        path: PathBuf,
+        experiment: &'e Experiment,
+    ) -> Result<Self, StoreError> {
+        let io = PathError::io(&path);
+        let to = BufWriter::new(file.try_clone().map_err(io)?);
         let outputs = experiment.outputs();
         let writer = frame(experiment, &outputs, &[]).and_then(|empty| {
-            ParquetWriter::new(BufWriter::new(file))
+            ParquetWriter::new(to)
                 .with_compression(ParquetCompression::Zstd(None))
                 .set_parallel(false)
                 .batched(empty.schema())
@@ -77,6 +81,7 @@ impl<'e> TrialWriter<'e> {
                 experiment,
                 outputs,
                 path,
+                file,
                 writer,
                 rows: Vec::with_capacity(GROUP_ROWS),
             }),
@@ -106,11 +111,8 @@ impl<'e> TrialWriter<'e> {
         self.write_group()?;
         let finished = self.writer.finish();
         finished.map_err(|source| self.parquet_error(source))?;
-        let file = File::open(&self.path).and_then(|file| file.sync_all());
-        file.map_err(|source| StoreError::Io {
-            path: self.path,
-            source,
-        })
+        let synced = self.file.sync_all();
+        Ok(synced.map_err(PathError::io(&self.path))?)
     }
 
     fn parquet_error(&self, source: PolarsError) -> StoreError {
@@ -194,11 +196,12 @@ fn defined(x: f64) -> Option<f64> {
     Some(x).filter(|x| !x.is_nan())
 }
 
-/// Writes the summary as a table: a row for every cell, output and figure.
+/// Writes the summary as a table to a new file: a row for every cell, output and figure.
 ///
 /// # Errors
 /// If the file cannot be written.
 pub fn write_summary(
+    file: &File,
     path: &Path,
     experiment: &Experiment,
     summary: &Summary,
@@ -207,21 +210,14 @@ pub fn write_summary(
         path: path.to_owned(),
         source,
     };
-    let io = |source| StoreError::Io {
-        path: path.to_owned(),
-        source,
-    };
     let mut table = summary_frame(experiment, summary).map_err(parquet)?;
-    let file = File::create(path).map_err(io)?;
     let writer =
         ParquetWriter::new(BufWriter::new(file)).with_compression(ParquetCompression::Zstd(None));
     writer
         .set_parallel(false)
         .finish(&mut table)
         .map_err(parquet)?;
-    File::open(path)
-        .and_then(|file| file.sync_all())
-        .map_err(io)
+    Ok(file.sync_all().map_err(PathError::io(path))?)
 }
 
 /// A row of the summary's table: cell, output, the figure's name and its statistics.
@@ -304,10 +300,8 @@ where
 }
 
 fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, StoreError> {
-    let file = File::open(path).map_err(|source| StoreError::Io {
-        path: path.to_owned(),
-        source,
-    })?;
+    let missing = || PathError::io(path)(std::io::ErrorKind::NotFound.into());
+    let file = files::open_own(path)?.ok_or_else(missing)?;
     let reader = ParquetReader::new(file).with_slice(Some((first, count)));
     reader.finish().map_err(|source| StoreError::Parquet {
         path: path.to_owned(),

@@ -3,11 +3,20 @@
 use super::super::error::{Error, failed};
 use super::super::run::execute;
 use super::Arguments;
+use crate::files;
 use crate::report::{Claim, Study, claims, course_figures, ends, example_table};
 use crate::study::file::ExperimentFile;
 use crate::study::{BOBTSOV2023, Experiment, RunOptions, Summary};
 use serde_json::{Value, json};
 use std::path::Path;
+
+/// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment has run.
+pub(super) fn check(folder: &Path) -> Result<(), Error> {
+    let refused = |error| Error::Input(format!("--out {error}"));
+    BOBTSOV2023.iter().try_for_each(|(name, _)| {
+        files::subfolder(folder, name).map(|_| ()).map_err(refused)
+    })
+}
 
 /// What was run.
 pub(super) struct Bobtsov {
@@ -30,6 +39,7 @@ impl Bobtsov {
                 threads: super::threads(arguments.threads),
                 fresh: true,
                 replace: arguments.out.is_none(),
+                figures: &["theta.svg", "state-errors.svg"],
                 ..RunOptions::default()
             };
             let figures = |summary: &Summary| Ok(course_figures(summary));
