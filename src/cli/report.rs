@@ -3,8 +3,8 @@
 #![allow(clippy::format_push_string, reason = "a few lines")]
 
 use super::error::{Error, failed};
+use super::files::cannot_write;
 use super::print;
-use crate::files::PathError;
 use crate::report::{Study, claims, prepare_report, report, write_report};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -38,12 +38,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         (None, [folder]) => folder.clone(),
         (None, _) => PathBuf::from("report"),
     };
-    let refused = |error: PathError| Error::Input(format!("--out {error}"));
-    prepare_report(&out).map_err(refused)?;
+    prepare_report(&out).map_err(|e| cannot_write(&e))?;
     let files = report(&studies);
-    write_report(&out, &files).map_err(|error| match error.foreign {
-        true => refused(error),
-        false => failed(error),
+    write_report(&out, &files).map_err(|error| {
+        if error.foreign {
+            cannot_write(&error)
+        } else {
+            failed(error)
+        }
     })?;
     let mut text = String::new();
     for claim in claims(&studies).iter().filter(|claim| claim.is_judged()) {

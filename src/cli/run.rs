@@ -1,8 +1,9 @@
 //! `asobench run`: a study from an experiment file, in a folder that can be gone on with.
 
 use super::error::{Error, failed};
+use super::files::cannot_write;
 use super::{note, print, progress, timing};
-use crate::files::{self, PathError};
+use crate::files;
 use crate::report::FigureError;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
@@ -106,14 +107,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         repair: arguments.repair,
         ..RunOptions::default()
     };
-    let in_folder = |error: PathError| Error::Input(format!("--out {error}"));
     if experiment.file.timing {
-        timing::check(&path).map_err(in_folder)?;
+        timing::check(&path).map_err(|e| cannot_write(&e))?;
     }
     let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| {
         Ok(Vec::new())
     })?;
-    if experiment.file.timing && timing::are_there(&experiment, &path).map_err(in_folder)? {
+    if experiment.file.timing
+        && timing::are_there(&experiment, &path).map_err(|e| cannot_write(&e))?
+    {
         note(&format!(
             "times are there already; without {} they are measured again",
             path.join("timing").display()
@@ -191,19 +193,12 @@ pub(super) fn execute(
 /// What the user can mend is bad input; the rest failed.
 fn refused(flag: &str, error: CampaignError) -> Error {
     match error {
-        CampaignError::Folder(FolderError::File(PathError {
-            path,
-            source,
-            foreign,
-        }))
-        | CampaignError::Block(BlockError::File(PathError {
-            path,
-            source,
-            foreign,
-        })) if foreign || !flag.is_empty() => Error::Input(format!(
-            "{flag}{}: cannot write there ({source})",
-            path.display()
-        )),
+        CampaignError::Folder(FolderError::File(error))
+        | CampaignError::Block(BlockError::File(error))
+            if error.foreign || !flag.is_empty() =>
+        {
+            cannot_write(&error)
+        }
         CampaignError::Folder(FolderError::File(_))
         | CampaignError::Block(BlockError::File(_))
         | CampaignError::Store(_)

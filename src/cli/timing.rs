@@ -109,12 +109,6 @@ pub(super) fn measure(
     let content = json!({ "design": design(experiment), "times": times });
     let text = serde_json::to_string_pretty(&content).map_err(failed)?;
     files::make_subfolder(folder, FOLDER)
-        .and_then(|_| {
-            files::replace(
-                &file(folder),
-                Kind::Times,
-                format!("{text}\n").as_bytes(),
-            )
-        })
+        .and_then(|_| files::replace(&file(folder), Kind::Times, format!("{text}\n").as_bytes()))
         .map_err(failed)
 }

@@ -60,8 +60,8 @@ impl Kind {
         match self {
             Self::Experiment => 64 * MIB,
             Self::Signal => 256 * MIB,
-            Self::Manifest | Self::Design | Self::Block | Self::Times => GIB,
-            Self::Record | Self::Summary => 4 * GIB,
+            Self::Record | Self::Manifest | Self::Design | Self::Block | Self::Times => GIB,
+            Self::Summary => 4 * GIB,
             // Never read as a whole.
             Self::States
             | Self::Parquet
@@ -100,11 +100,14 @@ impl Kind {
         )
     }
 
-    /// Whether the program wrote a file, by how it begins.
+    /// Whether the program wrote a file, by how it begins. An empty file holds nothing of anybody's.
     pub(super) fn is_own(self, file: &mut File) -> io::Result<bool> {
         let mut head = Vec::new();
         file.seek(SeekFrom::Start(0))?;
         file.by_ref().take(HEAD).read_to_end(&mut head)?;
+        if head.is_empty() {
+            return Ok(true);
+        }
         let text = String::from_utf8_lossy(&head);
         // JSON that was only laid out anew is still the program's.
         let json: String = match self {
@@ -132,8 +135,9 @@ impl Kind {
             Self::Page => {
                 text.starts_with("<!DOCTYPE html>") && text.contains("<title>asobench report")
             }
-            Self::Verdicts => text
-                .starts_with("# Verdicts\n\n| claim | what it says | verdict | experiment |\n"),
+            Self::Verdicts => {
+                text.starts_with("# Verdicts\n\n| claim | what it says | verdict | experiment |\n")
+            }
             Self::Table => text
                 .split_once("\r\n")
                 .is_some_and(|(header, _)| TABLES.iter().any(|of| header.contains(of))),
@@ -147,8 +151,7 @@ impl Kind {
 }
 
 /// How the figures of `reproduce` begin.
-const PLOTTERS: &str =
-    "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" xmlns=\"http://www.w3.org/2000/svg\">\n";
+const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" xmlns=\"http://www.w3.org/2000/svg\">\n";
 
 /// What the header of every table of a report has one of.
 const TABLES: [&str; 8] = [

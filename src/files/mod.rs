@@ -1,8 +1,8 @@
 //! The only door to the file system: everything that the program opens, writes, renames or removes.
 //!
 //! What is written is made under a new temporary name beside its own and renamed. What stands there already is
-//! replaced or removed only if it is a regular file that the program recognises as its own, by name and content
-//! ([`Kind`]). Links, folders, FIFOs and devices where a file belongs are refused and never followed, and so is
+//! replaced or removed only if it is a regular file that is empty, or that the program recognises as its own by name and
+//! content ([`Kind`]). Links, folders, FIFOs and devices where a file belongs are refused and never followed, and so is
 //! everything else of others. Nothing is removed with what is in it.
 //!
 //! Another program that swaps files for links while this one is at work is not guarded against.
@@ -56,7 +56,7 @@ impl PathError {
 
     /// Something other than a regular file.
     fn irregular(path: &Path, what: &str) -> Self {
-        Self::foreign(path, &format!("not a regular file ({what})"))
+        Self::foreign(path, &format!("not a regular file but {what}"))
     }
 }
 
@@ -64,7 +64,7 @@ impl PathError {
 pub(crate) const NOT_OWN: &str = "not written by asobench; move it away or choose another place";
 
 /// What an entry of a folder is, where it is no regular file.
-fn kind_of_metadata(metadata: &Metadata) -> Option<&'static str> {
+fn irregularity(metadata: &Metadata) -> Option<&'static str> {
     let of = metadata.file_type();
     if of.is_file() {
         None
@@ -81,7 +81,7 @@ fn kind_of_metadata(metadata: &Metadata) -> Option<&'static str> {
 fn open_regular(path: &Path, follow: bool) -> Result<File, PathError> {
     let io = PathError::io(path);
     let check = |metadata: &Metadata| {
-        kind_of_metadata(metadata).map_or(Ok(()), |what| Err(PathError::irregular(path, what)))
+        irregularity(metadata).map_or(Ok(()), |what| Err(PathError::irregular(path, what)))
     };
     let metadata = if follow {
         fs::metadata(path)
@@ -106,7 +106,11 @@ fn at_once(options: &mut OpenOptions, follow: bool) -> &mut OpenOptions {
         } else {
             OFlags::NOFOLLOW
         };
-        options.custom_flags((OFlags::NONBLOCK | OFlags::NOCTTY | links).bits().cast_signed());
+        options.custom_flags(
+            (OFlags::NONBLOCK | OFlags::NOCTTY | links)
+                .bits()
+                .cast_signed(),
+        );
     }
     options
 }
@@ -208,7 +212,7 @@ pub(crate) fn is_there(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// Checks that a file may be written there: nothing is there, or the program's own file of this kind.
+/// Checks that a file may be written there: nothing is there, an empty file, or the program's own of this kind.
 ///
 /// # Errors
 /// If it may not, or what is there cannot be read.
@@ -229,14 +233,6 @@ pub(crate) fn create(path: &Path, content: &[u8]) -> io::Result<()> {
         // The first error is the one to report.
         let _ = fs::remove_file(path);
     })
-}
-
-/// Makes a new file for a writer that wants one.
-///
-/// # Errors
-/// If anything is there, or it cannot be made.
-pub(crate) fn create_open(path: &Path) -> Result<File, PathError> {
-    File::create_new(path).map_err(PathError::io(path))
 }
 
 /// Removes the program's own file of a kind, if it is there.
@@ -263,7 +259,11 @@ pub(crate) fn set_aside(path: &Path) -> Result<(), PathError> {
     open_own(path)?;
     let name = |number: u32| {
         let mut name = path.as_os_str().to_owned();
-        let number = if number == 0 { String::new() } else { number.to_string() };
+        let number = if number == 0 {
+            String::new()
+        } else {
+            number.to_string()
+        };
         name.push(format!(".damaged{number}"));
         PathBuf::from(name)
     };
@@ -290,8 +290,11 @@ fn real_folder(path: &Path) -> Result<bool, PathError> {
     match fs::symlink_metadata(path) {
         Ok(metadata) if metadata.is_dir() => Ok(true),
         Ok(metadata) => {
-            let what = kind_of_metadata(&metadata).unwrap_or("a file");
-            Err(PathError::foreign(path, &format!("not a folder ({what})")))
+            let what = irregularity(&metadata).unwrap_or("a file");
+            Err(PathError::foreign(
+                path,
+                &format!("not a folder but {what}"),
+            ))
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(error) => Err(PathError::io(path)(error)),

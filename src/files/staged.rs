@@ -1,6 +1,6 @@
 //! Files that are written under temporary names beside their own, then renamed.
 
-use super::{Kind, PathError, kind_of_metadata, remove_file, replaceable};
+use super::{Kind, PathError, irregularity, remove_file, replaceable};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -156,7 +156,7 @@ pub(crate) fn remove_temporary(folder: &Path, kinds: &[Kind]) -> Result<(), Path
     for path in super::list(folder)? {
         let name = path.file_name().and_then(|name| name.to_str());
         let is_own = name.is_some_and(|name| kinds.iter().any(|kind| is_temporary(name, *kind)));
-        let is_file = || fs::symlink_metadata(&path).is_ok_and(|of| kind_of_metadata(&of).is_none());
+        let is_file = || fs::symlink_metadata(&path).is_ok_and(|of| irregularity(&of).is_none());
         if is_own && is_file() {
             remove_file(&path)?;
         }
@@ -166,7 +166,9 @@ pub(crate) fn remove_temporary(folder: &Path, kinds: &[Kind]) -> Result<(), Path
 
 pub(super) fn too_large(kind: Kind) -> io::Error {
     let limit = kind.limit() >> 20;
-    io::Error::other(format!("larger than the {limit} MiB that such a file may have"))
+    io::Error::other(format!(
+        "larger than the {limit} MiB that such a file may have"
+    ))
 }
 
 #[cfg(test)]

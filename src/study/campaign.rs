@@ -118,14 +118,13 @@ impl<'e> Campaign<'e> {
         }
         let folder = ResultsFolder::open(path)?;
         if options.replace {
-            folder.clear()?;
+            folder.clear(options.figures)?;
         }
         let design = experiment.stamped_design();
-        folder.claim_design(&design)?;
-        folder.check_targets(options.figures)?;
+        folder.claim_design(&design, options.figures)?;
         if options.fresh {
             folder.remove_blocks()?;
-            folder.claim_design(&design)?;
+            folder.claim_design(&design, options.figures)?;
         }
         let blocks = BlockFolder::open(path, experiment)?;
         let (mut found, mut damaged) = blocks.list()?;

@@ -184,14 +184,15 @@ impl ResultsFolder {
         &self.path
     }
 
-    /// Makes the folder one of this design, refusing one that holds results or blocks of another. Results without a
+    /// Makes the folder one of this design, refusing one that holds results or blocks of another, or anything that is
+    /// not the program's own under the name of a result or of one of `figures`. Results without a
     /// manifest are those of a run that was killed while it published them, where the blocks' design is there to tell
     /// of which study; else they are foreign.
     ///
     /// # Errors
-    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], [`FolderError::Unknown`], and
-    /// as for [`read_manifest`].
-    pub fn claim_design(&self, design: &Value) -> Result<(), FolderError> {
+    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], [`FolderError::Unknown`],
+    /// [`FolderError::File`], and as for [`read_manifest`].
+    pub fn claim_design(&self, design: &Value, figures: &[&str]) -> Result<(), FolderError> {
         let manifest = read_manifest(&self.path)?;
         if let Some(manifest) = &manifest {
             let experiment = design_of(&manifest["experiment"]);
@@ -209,15 +210,21 @@ impl ResultsFolder {
                 let path = self.path.clone();
                 return Err(FolderError::Unknown { path, file });
             }
+            self.check_targets(figures)?;
             files::make_subfolder(&self.path, BLOCKS)?;
-            return Ok(files::replace(&path, Kind::Design, design.to_string().as_bytes())?);
+            return Ok(files::replace(
+                &path,
+                Kind::Design,
+                design.to_string().as_bytes(),
+            )?);
         };
         let stored = serde_json::from_slice(&text).map_err(|error| FolderError::Manifest {
             path: path.clone(),
             reason: error.to_string(),
         })?;
         refuse_newer(&path, &stored)?;
-        self.compare(&stored, design)
+        self.compare(&stored, design)?;
+        self.check_targets(figures)
     }
 
     fn compare(&self, stored: &Value, design: &Value) -> Result<(), FolderError> {
@@ -235,28 +242,25 @@ impl ResultsFolder {
         })
     }
 
-    /// Checks that results can be written: every file that is there under one of their names, or one of `more`, is
+    /// Checks that results can be written: every file that is there under one of their names, or one of `figures`, is
     /// the program's own.
-    ///
-    /// # Errors
-    /// Of the first that is not.
-    pub fn check_targets(&self, more: &[&str]) -> Result<(), FolderError> {
+    fn check_targets(&self, figures: &[&str]) -> Result<(), FolderError> {
         for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
             files::replaceable(&self.path.join(name), kind)?;
         }
-        for name in more {
+        for name in figures {
             files::replaceable(&self.path.join(name), Kind::Figure)?;
         }
         Ok(())
     }
 
-    /// Forgets what is in a folder: blocks and results, so that results of any design can go there.
+    /// Forgets what is in a folder: blocks and results, so that results of any design can go there, with `figures`.
     ///
     /// # Errors
     /// If something is in the way that is not the program's own, before anything is removed; if something cannot be
     /// removed.
-    pub fn clear(&self) -> Result<(), FolderError> {
-        self.check_targets(&[])?;
+    pub fn clear(&self, figures: &[&str]) -> Result<(), FolderError> {
+        self.check_targets(figures)?;
         if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
             own_blocks(&blocks)?;
         }
@@ -403,15 +407,24 @@ mod tests {
             ResultsFolder::open(&path),
             Err(FolderError::Busy(_))
         ));
-        results.claim_design(&design(1, 2)).unwrap();
-        let error = results.claim_design(&design(2, 3)).unwrap_err().to_string();
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        let error = results
+            .claim_design(&design(2, 3), &[])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("(different: seed, x.y)"), "{error}");
         fs::remove_file(path.join(MANIFEST)).unwrap();
-        let error = results.claim_design(&design(1, 3)).unwrap_err().to_string();
+        let error = results
+            .claim_design(&design(1, 3), &[])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("(different: x.y)"), "by the blocks: {error}");
         fs::write(path.join("blocks/design.json"), r#"{"version": "99.0.0"}"#).unwrap();
         fs::write(path.join("summary.json"), b"{}").unwrap();
-        let error = results.claim_design(&design(1, 2)).unwrap_err().to_string();
+        let error = results
+            .claim_design(&design(1, 2), &[])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("99.0.0, which is newer"), "{error}");
     }
 
@@ -421,11 +434,14 @@ mod tests {
         let results = ResultsFolder::open(folder.path()).unwrap();
         for (name, _) in RESULTS {
             fs::write(folder.path().join(name), b"").unwrap();
-            let error = results.claim_design(&json!({})).unwrap_err().to_string();
+            let error = results
+                .claim_design(&json!({}), &[])
+                .unwrap_err()
+                .to_string();
             assert!(error.contains(&format!("holds {name} without")), "{error}");
             fs::remove_file(folder.path().join(name)).unwrap();
         }
-        results.claim_design(&json!({})).unwrap();
+        results.claim_design(&json!({}), &[]).unwrap();
     }
 
     /// The design stays with results that have no manifest, and goes with any others.
@@ -434,7 +450,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         let results = ResultsFolder::open(path).unwrap();
-        results.claim_design(&design(1, 2)).unwrap();
+        results.claim_design(&design(1, 2), &[]).unwrap();
         let (kept, block) = (
             path.join("blocks/design.json"),
             path.join("blocks/c00000-0000000000-0000000001.block"),
@@ -443,8 +459,8 @@ mod tests {
         fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
         results.remove_blocks().unwrap();
         assert!(kept.exists() && !block.exists());
-        results.claim_design(&design(1, 2)).unwrap();
-        results.clear().unwrap();
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        results.clear(&[]).unwrap();
         assert!(!path.join(BLOCKS).exists() && !path.join("summary.json").exists());
         results.remove_blocks().unwrap();
     }
@@ -455,7 +471,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         let results = ResultsFolder::open(path).unwrap();
-        results.claim_design(&design(1, 2)).unwrap();
+        results.claim_design(&design(1, 2), &[]).unwrap();
         fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
         for foreign in [
             "trials.parquet",
@@ -464,12 +480,12 @@ mod tests {
             "blocks/c00001-0000000000-0000000001.block",
         ] {
             fs::write(path.join(foreign), b"thesis").unwrap();
-            let error = results.clear().unwrap_err().to_string();
+            let error = results.clear(&[]).unwrap_err().to_string();
             assert!(error.contains(foreign), "{error}");
             assert!(path.join(foreign).exists() && path.join("summary.json").exists());
             fs::remove_file(path.join(foreign)).unwrap();
         }
-        results.clear().unwrap();
+        results.clear(&[]).unwrap();
     }
 
     #[test]

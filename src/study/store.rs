@@ -5,7 +5,7 @@ use super::file::Scalar;
 use super::row::Row;
 use super::summary::{OutputSummary, Summary};
 use crate::estimator::Output;
-use crate::files::{self, PathError};
+use crate::files::{self, Kind, PathError, Staged};
 use crate::metric::{Estimate, Quantile, Statistics};
 use polars::prelude::{
     BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
@@ -42,6 +42,7 @@ pub struct TrialWriter<'e> {
     experiment: &'e Experiment,
     outputs: Vec<Output>,
     path: PathBuf,
+    staged: Staged,
     /// The file once more, for the disk to have it.
     file: File,
     writer: BatchedWriter<BufWriter<File>>,
@@ -53,12 +54,15 @@ pub struct TrialWriter<'e> {
 type Waiting = (usize, Row);
 
 impl<'e> TrialWriter<'e> {
-    /// Makes a file, which must not be there yet.
+    /// Begins a file that is there when it is finished; one of the program's own is replaced.
     ///
     /// # Errors
     /// If the file cannot be created.
     pub fn create(path: &Path, experiment: &'e Experiment) -> Result<Self, StoreError> {
-        Self::new(files::create_open(path)?, path.to_owned(), experiment)
+        let mut staged = Staged::default();
+        let (file, temporary) = staged.create(path, Kind::Parquet)?;
+        let writer = Self::new(file, temporary, experiment)?;
+        Ok(Self { staged, ..writer })
     }
 
     /// Begins a table in a new file.
@@ -81,6 +85,7 @@ impl<'e> TrialWriter<'e> {
                 experiment,
                 outputs,
                 path,
+                staged: Staged::default(),
                 file,
                 writer,
                 rows: Vec::with_capacity(GROUP_ROWS),
@@ -112,7 +117,8 @@ impl<'e> TrialWriter<'e> {
         let finished = self.writer.finish();
         finished.map_err(|source| self.parquet_error(source))?;
         let synced = self.file.sync_all();
-        Ok(synced.map_err(PathError::io(&self.path))?)
+        synced.map_err(PathError::io(&self.path))?;
+        Ok(self.staged.publish()?)
     }
 
     fn parquet_error(&self, source: PolarsError) -> StoreError {

@@ -1,6 +1,7 @@
 //! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and claims B1 to B3.
 
 use super::super::error::{Error, failed};
+use super::super::files::cannot_write;
 use super::super::run::execute;
 use super::Arguments;
 use crate::files;
@@ -12,9 +13,9 @@ use std::path::Path;
 
 /// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment has run.
 pub(super) fn check(folder: &Path) -> Result<(), Error> {
-    let refused = |error| Error::Input(format!("--out {error}"));
     BOBTSOV2023.iter().try_for_each(|(name, _)| {
-        files::subfolder(folder, name).map(|_| ()).map_err(refused)
+        let there = files::subfolder(folder, name);
+        there.map(|_| ()).map_err(|e| cannot_write(&e))
     })
 }
 

@@ -86,7 +86,11 @@ impl ExperimentFile {
         let json = path
             .extension()
             .is_some_and(|extension| extension == "json");
-        let kind = if json { Kind::Manifest } else { Kind::Experiment };
+        let kind = if json {
+            Kind::Manifest
+        } else {
+            Kind::Experiment
+        };
         let read = match files::read_named(path, kind) {
             Ok(text) if json => Self::parse_manifest(&text),
             Ok(text) => Self::parse(&text).and_then(|file| file.with_samples(path)),
