@@ -36,6 +36,7 @@
 //! | [`estimator`] | stages 1 to 11, and the ways to solve for p |
 //! | [`observer`] | stage 12 and its gain |
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
+//! | [`files`] | the only door to the file system |
 //! | [`study`] | experiment, trial, runner, store |
 //! | [`report`] | claims, tables and figures from stored results |
 //! | [`cli`] | the command line |
@@ -62,12 +63,14 @@
 //! # Ok::<(), asobench::estimator::SetupError>(())
 //! ```
 
-// Only `cli` prints.
+// Only `cli` prints, and only `files` touches files.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod cli;
 pub mod data;
 pub mod estimator;
+pub mod files;
 pub mod lanes;
 pub mod metric;
 mod names;

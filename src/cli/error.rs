@@ -14,16 +14,12 @@ pub(super) enum Error {
     /// Ctrl-C: exit code 130.
     #[error("{0}")]
     Interrupted(String),
-    /// Standard output: exit code 1, without a line where its reader went away.
+    /// Standard output: exit code 1.
     #[error("cannot write to standard output: {0}")]
     Output(std::io::Error),
 }
 
 impl Error {
-    pub(super) fn is_broken_pipe(&self) -> bool {
-        matches!(self, Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe)
-    }
-
     pub(super) fn exit_code(&self) -> ExitCode {
         match self {
             Self::Failed(_) | Self::Output(_) => ExitCode::from(1),

@@ -1,7 +1,7 @@
 //! `asobench estimate`: the twelve stages on a record of the user's own.
 
 use super::error::Error;
-use super::files::write_whole;
+use super::files::{check_output, write_whole};
 use super::{Format, note, print, print_json};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
@@ -9,6 +9,7 @@ use crate::estimator::{
     Auxiliary, Drive, Failure, FailureKind, IvOptions, LsOptions, Method, Pass, Progress,
     SetupError, Shape, Solver, Stage, Stage10, Window,
 };
+use crate::files::{self, Kind};
 use crate::metric::{Fit, FitModel, fit};
 use crate::names::named_enum;
 use crate::observer::{Gain, ObservedModel, Observer};
@@ -40,7 +41,8 @@ named_enum! {
                         poles:0.2,0.1+0.3i,0.1-0.3i)"
 )]
 pub(super) struct Arguments {
-    /// CSV file with a header line: columns u, y and perhaps k; lines beginning with # are comments
+    /// CSV file with a header line, or - for standard input: columns u, y and perhaps k; lines beginning with # are
+    /// comments
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
     /// Order n of the plant
@@ -149,6 +151,7 @@ impl Estimate {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    check_output("--states", arguments.states.as_deref(), Kind::States)?;
     let (record, window) = load(arguments)?;
     let report = estimate(arguments, &record, window)?;
     warn(&report);
@@ -186,7 +189,8 @@ fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
         .gain
         .check(arguments.order)
         .map_err(|e| Error::Input(format!("--gain: {e}")))?;
-    let file = std::fs::File::open(&arguments.file).map_err(|error| bad(error.to_string()))?;
+    let file = files::open_named(&arguments.file, Kind::Record);
+    let file = file.map_err(|error| bad(error.to_string()))?;
     let mut record = csv::read(file).map_err(|error| bad(error.to_string()))?;
     let rows = record.y.len();
     let needed = 3_usize
@@ -418,7 +422,7 @@ fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Err
     let Some(model) = estimate.last().pass.observed() else {
         return Ok(());
     };
-    write_whole("--states", path, Some(&report.file), |to| {
+    write_whole("--states", path, Kind::States, |to| {
         let comment = format!("observer {}, gain {}", estimate.name, report.gain);
         writeln!(to, "{}", csv::comment(&comment))?;
         let states = (1..=model.a.len()).map(|i| format!("x{i}"));

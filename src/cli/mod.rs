@@ -84,9 +84,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match done {
         Ok(code) => code,
         Err(error) => {
-            if !error.is_broken_pipe() {
-                note(&format!("asobench: {error}"));
-            }
+            note(&format!("asobench: {error}"));
             error.exit_code()
         }
     }
@@ -108,9 +106,11 @@ fn print_json(value: &impl serde::Serialize) -> Result<(), Error> {
 fn write_out(text: &str) -> Result<(), Error> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .map_err(Error::Output)
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    match written {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Output(error)),
+        _ => Ok(()),
+    }
 }
 
 /// Prints one line to standard error; of a text without end its beginning. Where standard error cannot be written to

@@ -3,13 +3,14 @@
 mod course;
 
 use super::error::{Error, failed};
-use super::files::write_whole;
+use super::files::{check_output, write_whole};
 use super::{Format, note, print, print_json};
 use crate::data::{Realisation, csv};
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
 use crate::estimator::solver::Instruments;
 use crate::estimator::{Auxiliary, InstrumentSource, Output, Pass, Progress, Stabilise, Window};
+use crate::files::{self, Kind};
 use crate::observer::Observer;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
@@ -175,6 +176,7 @@ pub(super) fn show(
     options: &Options<'_>,
 ) -> Result<ExitCode, Error> {
     let index = which.cell(options.flag, experiment)?;
+    check_output("--data", options.data, Kind::Record)?;
     let cell = &experiment.cells[index];
     if let Source::Continuous(of) = &cell.source {
         return course::show(experiment, index, of, which.trial, options);
@@ -185,7 +187,7 @@ pub(super) fn show(
     if let Some(path) = options.data {
         let comments = comments(cell, record.realisation, &options.command);
         let data = record.realisation;
-        write_whole("--data", path, None, |to| {
+        write_whole("--data", path, Kind::Record, |to| {
             csv::write(to, &comments, &data.u, &data.y)
         })?;
         note(&format!("wrote {}", path.display()));
@@ -231,7 +233,7 @@ fn stored(folder: &Path, experiment: &Experiment, cell: usize, rows: &[Row]) -> 
         return None;
     }
     let file = folder.join("trials.parquet");
-    if !file.exists() {
+    if !files::is_there(&file) {
         return None;
     }
     let trials = match &manifest["trials"] {

@@ -3,8 +3,9 @@
 #![allow(clippy::format_push_string, reason = "a few lines")]
 
 use super::error::{Error, failed};
+use super::files::cannot_write;
 use super::{print, progress};
-use crate::report::{Study, claims, report, write_report};
+use crate::report::{Study, claims, prepare_report, report, write_report};
 use crate::text::{alike, folded, visible};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -45,6 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         (None, [folder]) => folder.clone(),
         (None, _) => PathBuf::from("report"),
     };
+    prepare_report(&out).map_err(|e| cannot_write(&e))?;
     steps.show("verdicts");
     let claims = claims(&studies);
     let files = report(&studies, &claims, &mut |step| steps.show(step));
@@ -54,7 +56,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         )));
     }
     steps.show("writing");
-    write_report(&out, &files).map_err(failed)?;
+    write_report(&out, &files).map_err(|error| {
+        if error.foreign {
+            cannot_write(&error)
+        } else {
+            failed(error)
+        }
+    })?;
     steps.clear();
     let mut text = String::new();
     for claim in claims.iter().filter(|claim| claim.is_judged()) {

@@ -88,6 +88,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         }
         return nikolov(arguments, path).map(|_| ExitCode::SUCCESS);
     }
+    if arguments.paper != Paper::Nikolov {
+        bobtsov::check(path)?;
+    }
     let mut text = Vec::new();
     let mut entries = Vec::new();
     if arguments.paper != Paper::Bobtsov
@@ -136,6 +139,7 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Summary>, Error>
         threads: threads(arguments.threads),
         fresh: true,
         replace: arguments.out.is_none(),
+        figures: &["fig1.svg", "fig2.svg", "fig3.svg"],
         ..RunOptions::default()
     };
     let figures = |summary: &Summary| {

@@ -1,7 +1,9 @@
 //! `asobench run`: a study from an experiment file, in a folder that can be gone on with.
 
 use super::error::{Error, failed};
+use super::files::cannot_write;
 use super::{need, note, print, progress, timing};
+use crate::files;
 use crate::report::FigureError;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
@@ -40,7 +42,7 @@ pub(super) struct Arguments {
 /// Which study.
 #[derive(clap::Args)]
 pub(super) struct StudyArguments {
-    /// Experiment file, such as experiments/window.toml
+    /// Experiment file, such as experiments/window.toml, or - for standard input
     file: PathBuf,
     /// Trials in each cell, in the place of the file's
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
@@ -102,6 +104,10 @@ impl StudyArguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let (experiment, rule) = arguments.study.experiment()?;
+    if arguments.out.is_none() && arguments.study.name() == "-" {
+        let message = "--out: expected a folder where the experiment comes from standard input";
+        return Err(Error::Input(message.to_owned()));
+    }
     let path = arguments.study.folder(arguments.out.as_deref());
     let options = RunOptions {
         threads: threads(arguments.threads),
@@ -110,10 +116,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ..RunOptions::default()
     };
     need::ask(&experiment, &rule, options.threads, &path, arguments.anyway)?;
+    if experiment.file.timing {
+        timing::check(&path).map_err(|e| cannot_write(&e))?;
+    }
     let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| {
         Ok(Vec::new())
     })?;
-    if experiment.file.timing && timing::are_there(&experiment, &path) {
+    if experiment.file.timing
+        && timing::are_there(&experiment, &path).map_err(|e| cannot_write(&e))?
+    {
         note(&format!(
             "times are there already; without {} they are measured again",
             path.join("timing").display()
@@ -164,7 +175,7 @@ pub(super) fn execute(
     options: RunOptions,
     figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, FigureError>,
 ) -> Result<(Summary, Arc<AtomicBool>), Error> {
-    let replaces = options.fresh && path.join("trials.parquet").exists();
+    let replaces = options.fresh && files::is_there(&path.join("trials.parquet"));
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
     if replaces {
         note(&format!("replacing the results in {}", path.display()));
@@ -192,14 +203,14 @@ pub(super) fn execute(
 /// What the user can mend is bad input; the rest failed.
 fn refused(flag: &str, error: CampaignError) -> Error {
     match error {
-        CampaignError::Folder(FolderError::Io { path, source }) if !flag.is_empty() => {
-            Error::Input(format!(
-                "{flag}{}: cannot write there ({source})",
-                path.display()
-            ))
+        CampaignError::Folder(FolderError::File(error))
+        | CampaignError::Block(BlockError::File(error))
+            if error.foreign || !flag.is_empty() =>
+        {
+            cannot_write(&error)
         }
-        CampaignError::Folder(FolderError::Io { .. })
-        | CampaignError::Block(BlockError::Io { .. })
+        CampaignError::Folder(FolderError::File(_))
+        | CampaignError::Block(BlockError::File(_))
         | CampaignError::Store(_)
         | CampaignError::Figures(_)
         | CampaignError::Run(_) => failed(error),

@@ -2,10 +2,10 @@
 
 use super::error::Error;
 use super::{note, print_json};
+use crate::files;
 use crate::study::file::{Key, Scalar, schema as json_schema};
 use crate::text::shell_word;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -127,14 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.display()
         )));
     }
-    let created = std::fs::File::create_new(&path);
-    let written = created.and_then(|mut file| {
-        let written = file.write_all(content().as_bytes());
-        written.inspect_err(|_| {
-            // The first error is the one to report.
-            let _ = std::fs::remove_file(&path);
-        })
-    });
+    let written = files::create(&path, content().as_bytes());
     written.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
     note(&format!(
         "wrote {}; next: asobench check {}",

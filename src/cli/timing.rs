@@ -3,10 +3,10 @@
 use super::error::{Error, failed};
 use crate::data::Realisation;
 use crate::estimator::{Pass, Window};
-use crate::study::{Experiment, replace_file};
+use crate::files::{self, Kind, PathError};
+use crate::study::Experiment;
 use serde_json::{Value, json};
-use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -24,11 +24,24 @@ pub(super) fn duration(experiment: &Experiment, seconds_per_trial: f64) -> f64 {
     RECORDS as f64 * (least + REPETITIONS as f64 * seconds_per_trial)
 }
 
+const FOLDER: &str = "timing";
+
+fn file(folder: &Path) -> PathBuf {
+    folder.join(FOLDER).join("times.json")
+}
+
 /// Whether a folder holds the times of this design.
-pub(super) fn are_there(experiment: &Experiment, folder: &Path) -> bool {
-    let text = fs::read_to_string(folder.join("timing/times.json"));
-    let times: Option<Value> = text.ok().and_then(|text| serde_json::from_str(&text).ok());
-    times.is_some_and(|times| times["design"] == design(experiment))
+pub(super) fn are_there(experiment: &Experiment, folder: &Path) -> Result<bool, PathError> {
+    check(folder)?;
+    let text = files::read_own(&file(folder), Kind::Times)?;
+    let times: Option<Value> = text.and_then(|text| serde_json::from_slice(&text).ok());
+    Ok(times.is_some_and(|times| times["design"] == design(experiment)))
+}
+
+/// Checks that times can be written to a folder, whether it is there or not.
+pub(super) fn check(folder: &Path) -> Result<(), PathError> {
+    files::subfolder(folder, FOLDER)?;
+    files::replaceable(&file(folder), Kind::Times)
 }
 
 fn design(experiment: &Experiment) -> String {
@@ -93,10 +106,9 @@ pub(super) fn measure(
             }));
         }
     }
-    let path = folder.join("timing");
     let content = json!({ "design": design(experiment), "times": times });
     let text = serde_json::to_string_pretty(&content).map_err(failed)?;
-    fs::create_dir_all(&path)
-        .and_then(|()| replace_file(&path.join("times.json"), format!("{text}\n").as_bytes()))
-        .map_err(|error| failed(format!("{}: {error}", path.display())))
+    files::make_subfolder(folder, FOLDER)
+        .and_then(|_| files::replace(&file(folder), Kind::Times, format!("{text}\n").as_bytes()))
+        .map_err(failed)
 }

@@ -83,10 +83,16 @@ pub enum RecordError {
     /// A header and no rows.
     #[error("no samples after the header")]
     NoSamples,
+    /// A line that no record has.
+    #[error("line {0}: longer than {LONGEST_LINE} bytes")]
+    LongLine(u64),
     /// The reader failed.
     #[error("line {0}: {1}")]
     Read(u64, std::io::Error),
 }
+
+/// The longest line that is read: what has none at all must not fill the memory.
+const LONGEST_LINE: u64 = 1 << 20;
 
 const NAMES: [&str; 3] = ["k", "u", "y"];
 
@@ -157,9 +163,14 @@ impl<R: Read> Lines<R> {
         loop {
             self.text.clear();
             self.number += 1;
-            let read = self.reader.read_line(&mut self.text);
-            if read.map_err(|error| RecordError::Read(self.number, error))? == 0 {
+            let mut line = self.reader.by_ref().take(LONGEST_LINE);
+            let read = line.read_line(&mut self.text);
+            let read = read.map_err(|error| RecordError::Read(self.number, error))?;
+            if read == 0 {
                 return Ok(None);
+            }
+            if read as u64 == LONGEST_LINE && !self.text.ends_with('\n') {
+                return Err(RecordError::LongLine(self.number));
             }
             let text = self.text.trim_start_matches('\u{feff}').trim_start();
             if !(text.is_empty() || text.starts_with('#')) {
@@ -360,6 +371,8 @@ mod tests {
         assert!(error("u,u,y\n").starts_with("line 1: column 'u' appears twice"));
         assert!(error("k,y\n").starts_with("line 1: no column 'u'"));
         assert!(error("u,y\n").starts_with("no samples"));
+        let long = "\0".repeat(LONGEST_LINE as usize + 1);
+        assert!(error(&format!("u,y\n{long}")).starts_with("line 2: longer than"));
         assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cells where the header has 2"));
         for cell in ["abc", "NaN", "inf", "-infinity", "1e999", ""] {
             let message = error(&format!("# c\nu,y\n1,2\n3,{cell}\n"));

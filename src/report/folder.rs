@@ -1,54 +1,42 @@
 //! Writes the files of a report: all of them, or none.
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use super::document::Files;
+use crate::files::{self, Kind, PathError, Staged};
+use std::path::Path;
 
-/// Why a report cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {source}", .path.display())]
-pub struct WriteError {
-    path: PathBuf,
-    source: io::Error,
-}
+/// The last file of a report.
+const PAGE: &str = "report.html";
+/// The folders of its other files.
+const SUBFOLDERS: [&str; 2] = ["figures", "tables"];
 
-fn failed(path: &Path) -> impl Fn(io::Error) -> WriteError + '_ {
-    move |source| WriteError {
-        path: path.to_owned(),
-        source,
+/// Makes the folder of a report where needed, and looks whether the page and the folders beside it can be written.
+///
+/// # Errors
+/// What is in the way, and why.
+pub fn prepare(folder: &Path) -> Result<(), PathError> {
+    files::make_folder(folder)?;
+    for name in SUBFOLDERS {
+        files::subfolder(folder, name)?;
     }
+    files::replaceable(&folder.join(PAGE), Kind::Page)
 }
 
-/// Writes files under a folder, in a folder beside them first, so that nothing is replaced before all is written.
+/// Writes files under a folder, under temporary names first, so that nothing is replaced before all is written.
 /// The last file is renamed last.
 ///
 /// # Errors
 /// The path that cannot be written, and why.
-pub fn write(folder: &Path, files: &[(String, String)]) -> Result<(), WriteError> {
-    fs::create_dir_all(folder).map_err(failed(folder))?;
-    let stage = folder.join(format!(".report.{}.tmp", std::process::id()));
-    let written = stage_all(&stage, files).and_then(|()| publish(&stage, folder, files));
-    // What is left of the stage is of no use; the first error is the one to tell.
-    let _ = fs::remove_dir_all(&stage);
-    written
-}
-
-fn stage_all(stage: &Path, files: &[(String, String)]) -> Result<(), WriteError> {
+pub fn write(folder: &Path, files: &Files) -> Result<(), PathError> {
+    prepare(folder)?;
+    let mut staged = Staged::default();
     for (name, content) in files {
-        let path = stage.join(name);
-        let parent = path.parent().unwrap_or(stage);
-        fs::create_dir_all(parent).map_err(failed(parent))?;
-        fs::write(&path, content).map_err(failed(&path))?;
-    }
-    Ok(())
-}
-
-fn publish(stage: &Path, folder: &Path, files: &[(String, String)]) -> Result<(), WriteError> {
-    for (name, _) in files {
         let path = folder.join(name);
-        let parent = path.parent().unwrap_or(folder);
-        fs::create_dir_all(parent).map_err(failed(parent))?;
-        fs::rename(stage.join(name), &path).map_err(failed(&path))?;
+        if let Some((subfolder, _)) = name.split_once('/') {
+            files::make_subfolder(folder, subfolder)?;
+        }
+        let kind = Kind::of_report(name);
+        let kind = kind.ok_or_else(|| PathError::foreign(&path, "not a file of a report"))?;
+        staged.write(&path, kind, content.as_bytes())?;
     }
-    Ok(())
+    staged.publish()
 }

@@ -149,10 +149,15 @@ impl Original {
     /// Reports from a manifest and a summary; true where they were not refused.
     fn take_results(&self, manifest: &Value, summary: &Value) -> bool {
         let path = self.folder.path().join("manifest.json");
-        let Ok(manifest) = parse_manifest(path, &manifest.to_string()) else {
+        let Ok(manifest) = parse_manifest(path, manifest.to_string().as_bytes()) else {
             return false;
         };
-        match Study::decode(self.folder.path(), &manifest, &summary.to_string(), None) {
+        match Study::decode(
+            self.folder.path(),
+            &manifest,
+            summary.to_string().as_bytes(),
+            None,
+        ) {
             Ok(study) => {
                 let studies = [study];
                 let claims = claims(&studies);

@@ -3,13 +3,13 @@
 use super::index::Index;
 use super::shipped::Shipped;
 use crate::estimator::IvOptions;
+use crate::files::{self, Kind, PathError};
 use crate::metric::{Quantile, Statistics};
 use crate::study::file::{ExperimentFile, Key, TrialRule};
 use crate::study::{CellSummary, Figure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
 use serde::Deserialize;
 use serde_json::Value;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Why results cannot be read.
@@ -21,6 +21,9 @@ pub enum ResultsError {
     /// The manifest.
     #[error(transparent)]
     Folder(#[from] crate::study::FolderError),
+    /// A file of the folder that cannot be opened.
+    #[error(transparent)]
+    Path(#[from] PathError),
     /// A file of the folder.
     #[error("{}: {reason}", .path.display())]
     File {
@@ -96,13 +99,17 @@ impl Study {
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let manifest = read_manifest(folder)?;
         let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
-        let text = fs::read_to_string(folder.join("summary.json"));
-        let text = text.map_err(|error| ResultsError::File {
-            path: folder.join("summary.json"),
-            reason: error.to_string(),
+        let path = folder.join("summary.json");
+        let summary = files::read_own(&path, Kind::Summary)?;
+        let summary = summary.ok_or_else(|| ResultsError::File {
+            path,
+            reason: "not there".to_owned(),
         })?;
-        let times = fs::read_to_string(folder.join("timing/times.json")).ok();
-        Self::decode(folder, &manifest, &text, times.as_deref())
+        let times = match files::subfolder(folder, "timing")? {
+            Some(timing) => files::read_own(&timing.join("times.json"), Kind::Times)?,
+            None => None,
+        };
+        Self::decode(folder, &manifest, &summary, times.as_deref())
     }
 
     /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where they were measured.
@@ -112,8 +119,8 @@ impl Study {
     pub(super) fn decode(
         folder: &Path,
         manifest: &Value,
-        summary: &str,
-        times: Option<&str>,
+        summary: &[u8],
+        times: Option<&[u8]>,
     ) -> Result<Self, ResultsError> {
         let wrong = |name: &str, reason: String| ResultsError::File {
             path: folder.join(name),
@@ -129,7 +136,7 @@ impl Study {
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
-        let times: Vec<Time> = match times.map(serde_json::from_str::<Times>).transpose() {
+        let times: Vec<Time> = match times.map(serde_json::from_slice::<Times>).transpose() {
             Ok(times) => times.map_or_else(Vec::new, |of| of.times),
             Err(error) => {
                 let reason = error.to_string();
@@ -304,7 +311,7 @@ impl Study {
 
 /// The folder's name.
 fn name(folder: &Path) -> String {
-    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let name = folder.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }

@@ -9,13 +9,13 @@
 
 use super::experiment::Experiment;
 use super::file::{Store, TRIAL_LIMIT};
-use super::folder::replace_file;
+use super::folder::{BLOCKS, DESIGN, span_of};
 use super::row::Row;
 use super::runner::{Block, Span};
 use super::tally::{CellTally, OutputTally, outcomes};
+use crate::files::{self, Kind, PathError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
@@ -29,14 +29,9 @@ const CHECKSUM: usize = 16;
 /// Why a block file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum BlockError {
-    /// The file system.
-    #[error("{}: {source}", .path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error.
-        source: io::Error,
-    },
+    /// A file or folder.
+    #[error(transparent)]
+    File(#[from] PathError),
     /// The content is not what was written.
     #[error("{}: damaged ({reason}); --repair computes it again", .path.display())]
     Damaged {
@@ -133,10 +128,8 @@ impl<'e> BlockFolder<'e> {
     /// # Errors
     /// If it cannot be made.
     pub fn open(results: &Path, experiment: &'e Experiment) -> Result<Self, BlockError> {
-        let path = results.join("blocks");
-        fs::create_dir_all(&path).map_err(io_error(&path))?;
         Ok(Self {
-            path,
+            path: files::make_subfolder(results, BLOCKS)?,
             experiment,
             fingerprint: experiment.fingerprint(),
         })
@@ -168,30 +161,28 @@ impl<'e> BlockFolder<'e> {
         bytes.extend(span.trials.start.to_le_bytes());
         bytes.extend(span.trials.end.to_le_bytes());
         let encoded = postcard::to_stdvec(content)
-            .map_err(|error| io_error(&path)(io::Error::other(error)))?;
+            .map_err(|error| PathError::io(&path)(io::Error::other(error)))?;
         bytes.extend(encoded);
         bytes.extend(xxh3_128(&bytes).to_le_bytes());
-        replace_file(&path, &bytes).map_err(io_error(&path))?;
+        files::replace(&path, Kind::Block, &bytes)?;
         Ok(StoredBlock { span, path })
     }
 
-    /// Every block file, each cell's trials ascending and without overlap, and the damaged ones. Temporary files
-    /// and files within others' ranges are removed.
+    /// Every block file, each cell's trials ascending and without overlap, and the damaged ones. Files within
+    /// others' ranges are removed; what has no block's name is left alone.
     ///
     /// # Errors
     /// If a file is of another design or a newer version, or the folder cannot be read.
     pub fn list(&self) -> Result<(Vec<StoredBlock>, Vec<BlockError>), BlockError> {
         let (mut found, mut damaged) = (Vec::new(), Vec::new());
-        for entry in fs::read_dir(&self.path).map_err(io_error(&self.path))? {
-            let path = entry.map_err(io_error(&self.path))?.path();
-            match path.extension().and_then(|extension| extension.to_str()) {
-                Some("tmp") => fs::remove_file(&path).map_err(io_error(&path))?,
-                Some("block") => match self.verified(&path) {
-                    Ok((span, _)) => found.push(StoredBlock { span, path }),
-                    Err(error @ BlockError::Damaged { .. }) => damaged.push(error),
-                    Err(error) => return Err(error),
-                },
-                _ => {}
+        for path in files::list(&self.path)? {
+            if span_of(&path).is_none() {
+                continue;
+            }
+            match self.verified(&path) {
+                Ok((span, _)) => found.push(StoredBlock { span, path }),
+                Err(error @ BlockError::Damaged { .. }) => damaged.push(error),
+                Err(error) => return Err(error),
             }
         }
         found.sort_by_key(|block| {
@@ -208,7 +199,7 @@ impl<'e> BlockFolder<'e> {
                 // Only what can be decoded takes the place of another file.
                 match self.read(last) {
                     Ok(_) => {
-                        fs::remove_file(&block.path).map_err(io_error(&block.path))?;
+                        files::remove(&block.path, Kind::Block)?;
                         continue 'next;
                     }
                     Err(error @ BlockError::Damaged { .. }) => damaged.push(error),
@@ -224,7 +215,9 @@ impl<'e> BlockFolder<'e> {
 
     /// The span and the content's bytes of a whole file of this design.
     fn verified(&self, path: &Path) -> Result<(Span, Vec<u8>), BlockError> {
-        self.parsed(path, fs::read(path).map_err(io_error(path))?)
+        let bytes = files::read_own(path, Kind::Block)?;
+        let bytes = bytes.ok_or_else(|| PathError::io(path)(io::ErrorKind::NotFound.into()))?;
+        self.parsed(path, bytes)
     }
 
     /// The same of what a file holds.
@@ -313,10 +306,23 @@ impl<'e> BlockFolder<'e> {
         };
         let whole = self.write_content(span, &content)?;
         for block in blocks {
-            fs::remove_file(&block.path).map_err(io_error(&block.path))?;
+            files::remove(&block.path, Kind::Block)?;
         }
         Ok(whole)
     }
+}
+
+/// Takes a damaged file out of the way: removes it, or gives it another name where it does not begin as blocks do.
+///
+/// # Errors
+/// If it is no regular file, or cannot be removed.
+pub fn discard(path: &Path) -> Result<(), BlockError> {
+    if files::is_own(path, Kind::Block)? {
+        files::remove(path, Kind::Block)?;
+    } else {
+        files::set_aside(path)?;
+    }
+    Ok(())
 }
 
 /// What is there already of a study.
@@ -331,22 +337,23 @@ pub struct Done {
 /// What the names of the block files in a results folder tell of an experiment: nothing where there are none, or of
 /// another design. Nothing is written, and no block is read.
 pub fn done(results: &Path, experiment: &Experiment) -> Done {
-    let path = results.join("blocks");
-    let design = fs::read_to_string(path.join("design.json")).ok();
-    let design = design.and_then(|text| serde_json::from_str::<Value>(&text).ok());
-    let (Some(true), Ok(entries)) = (
+    let path = results.join(BLOCKS);
+    let design = files::read_own(&path.join(DESIGN), Kind::Design)
+        .ok()
+        .flatten();
+    let design = design.and_then(|text| serde_json::from_slice::<Value>(&text).ok());
+    let (Some(true), Ok(paths)) = (
         design.map(|design| design == experiment.stamped_design()),
-        fs::read_dir(&path),
+        files::list(&path),
     ) else {
         return Done::default();
     };
     let mut spans: Vec<(usize, u64, u64)> = Vec::new();
     let mut done = Done::default();
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        if let Some(span) = name.to_str().and_then(span_of) {
+    for path in paths {
+        if let Some(span) = span_of(&path) {
             spans.push(span);
-            done.bytes += entry.metadata().map_or(0, |of| of.len());
+            done.bytes += path.symlink_metadata().map_or(0, |of| of.len());
         }
     }
     spans.sort_unstable();
@@ -361,23 +368,9 @@ pub fn done(results: &Path, experiment: &Experiment) -> Done {
     done
 }
 
-/// The cell, the first trial and the end in the name of a block file.
-fn span_of(name: &str) -> Option<(usize, u64, u64)> {
-    let mut parts = name.strip_prefix('c')?.strip_suffix(".block")?.split('-');
-    let mut next = || parts.next()?.parse::<u64>().ok();
-    Some((next()? as usize, next()?, next()?))
-}
-
 /// Bytes of the head.
 fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     let mut field = [0; N];
     field.copy_from_slice(&bytes[at..at + N]);
     field
-}
-
-fn io_error(path: &Path) -> impl Fn(io::Error) -> BlockError + '_ {
-    move |source| BlockError::Io {
-        path: path.to_owned(),
-        source,
-    }
 }

@@ -1,6 +1,6 @@
 //! A study in a folder: what is there already, what is missing, and the results of it all.
 
-use super::blocks::{BlockError, BlockFolder, StoredBlock};
+use super::blocks::{BlockError, BlockFolder, StoredBlock, discard};
 use super::engine::Engine;
 use super::experiment::Experiment;
 use super::file::{FileError, Store, TrialRule, Until, UntilStatistic};
@@ -8,6 +8,7 @@ use super::folder::{FolderError, ResultsFolder};
 use super::runner::{RunError, Span, run_spans};
 use super::store::{StoreError, TrialWriter, write_summary};
 use super::summary::{CellSummary, SlopeStatistics, Summary};
+use crate::files::Kind;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -86,6 +87,8 @@ pub struct RunOptions {
     pub fresh: bool,
     /// Whether results of any design that are there are removed first.
     pub replace: bool,
+    /// The names of the figures that are written with the results.
+    pub figures: &'static [&'static str],
 }
 
 /// A study in its folder.
@@ -115,13 +118,13 @@ impl<'e> Campaign<'e> {
         }
         let folder = ResultsFolder::open(path)?;
         if options.replace {
-            ResultsFolder::clear(path)?;
+            folder.clear(options.figures)?;
         }
         let design = experiment.stamped_design();
-        folder.claim_design(&design)?;
+        folder.claim_design(&design, options.figures)?;
         if options.fresh {
-            ResultsFolder::remove_blocks(path)?;
-            folder.claim_design(&design)?;
+            folder.remove_blocks()?;
+            folder.claim_design(&design, options.figures)?;
         }
         let blocks = BlockFolder::open(path, experiment)?;
         let (mut found, mut damaged) = blocks.list()?;
@@ -137,12 +140,7 @@ impl<'e> Campaign<'e> {
         }
         for error in damaged {
             match &error {
-                BlockError::Damaged { path, .. } if options.repair => {
-                    std::fs::remove_file(path).map_err(|source| BlockError::Io {
-                        path: path.clone(),
-                        source,
-                    })?;
-                }
+                BlockError::Damaged { path, .. } if options.repair => discard(path)?,
                 _ => return Err(error.into()),
             }
         }
@@ -331,8 +329,8 @@ impl<'e> Campaign<'e> {
         let experiment = self.experiment;
         let keep = experiment.file.store == Store::Trials;
         let mut writer = if keep {
-            let path = self.folder.stage("trials.parquet");
-            Some(TrialWriter::create(&path, experiment)?)
+            let (file, path) = self.folder.stage("trials.parquet", Kind::Parquet)?;
+            Some(TrialWriter::new(file, path, experiment)?)
         } else {
             None
         };
@@ -355,13 +353,14 @@ impl<'e> Campaign<'e> {
             writer.finish()?;
         }
         let summary = Summary::of(experiment, cells, &slopes);
-        write_summary(&self.folder.stage("summary.parquet"), experiment, &summary)?;
-        self.folder.write_json("summary.json", &summary)?;
+        let (file, path) = self.folder.stage("summary.parquet", Kind::Parquet)?;
+        write_summary(&file, &path, experiment, &summary)?;
         self.folder
-            .write_json("manifest.json", &manifest(experiment, targets))?;
+            .write_json("summary.json", Kind::Summary, &summary)?;
         for (name, content) in figures(&summary).map_err(CampaignError::Figures)? {
-            self.folder.write(&name, content.as_bytes())?;
+            self.folder.write(&name, Kind::Figure, content.as_bytes())?;
         }
+        self.folder.write_manifest(&manifest(experiment, targets))?;
         go_on(stop)?;
         self.folder.publish()?;
         Ok(summary)
@@ -372,7 +371,7 @@ impl Drop for Campaign<'_> {
     fn drop(&mut self) {
         if self.options.fresh {
             // Nothing more can be done here; the next run tries again.
-            let _ = ResultsFolder::remove_blocks(self.folder.path());
+            let _ = self.folder.remove_blocks();
         }
     }
 }

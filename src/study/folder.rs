@@ -1,23 +1,19 @@
 //! A folder of results: written whole or not at all.
 
 use super::experiment::design_of;
+use crate::files::{self, Kind, PathError, Staged};
 use serde::Serialize;
 use serde_json::{Value, json};
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::fs::{File, TryLockError};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a folder cannot take the results.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// The file system.
-    #[error("{}: {source}", .path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error.
-        source: io::Error,
-    },
+    /// A file or folder.
+    #[error(transparent)]
+    File(#[from] PathError),
     /// The manifest cannot be read.
     #[error("{}: not a manifest of this program ({reason})", .path.display())]
     Manifest {
@@ -66,40 +62,21 @@ pub enum FolderError {
 pub struct ResultsFolder {
     path: PathBuf,
     /// Held open for its lock, which ends with the process whatever happens to it.
-    _lock: fs::File,
-    pending: Vec<String>,
+    _lock: File,
+    staged: Staged,
 }
 
 /// Stays in the folder: removing it would let a third run in beside a second.
 const LOCK: &str = ".lock";
 const MANIFEST: &str = "manifest.json";
 /// What a manifest tells of: without it (or the design of the blocks) nobody knows whose they are.
-const RESULTS: [&str; 3] = ["trials.parquet", "summary.json", "summary.parquet"];
-const BLOCKS: &str = "blocks";
-const DESIGN: &str = "blocks/design.json";
-
-fn io_error(path: &Path) -> impl Fn(io::Error) -> FolderError + '_ {
-    move |source| FolderError::Io {
-        path: path.to_owned(),
-        source,
-    }
-}
-
-/// Writes a file under a temporary name beside it (its own with the extension "tmp"), then renames it. Nothing is
-/// left where that fails.
-pub(crate) fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let temporary = path.with_extension("tmp");
-    let written = fs::File::create(&temporary).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&temporary, path)
-    });
-    if written.is_err() {
-        // The first error is the one to report.
-        let _ = fs::remove_file(&temporary);
-    }
-    written
-}
+const RESULTS: [(&str, Kind); 3] = [
+    ("trials.parquet", Kind::Parquet),
+    ("summary.json", Kind::Summary),
+    ("summary.parquet", Kind::Parquet),
+];
+pub(super) const BLOCKS: &str = "blocks";
+pub(super) const DESIGN: &str = "design.json";
 
 /// The manifest of the results in a folder; `None` where there are none, or they were not written to their end.
 ///
@@ -107,17 +84,15 @@ pub(crate) fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// If the manifest cannot be read, or is of a newer version.
 pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
     let path = folder.join(MANIFEST);
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(io_error(&path)(error)),
+    let Some(text) = files::read_own(&path, Kind::Manifest)? else {
+        return Ok(None);
     };
     parse_manifest(path, &text).map(Some)
 }
 
 /// The manifest that a file holds.
-pub(crate) fn parse_manifest(path: PathBuf, text: &str) -> Result<Value, FolderError> {
-    let manifest: Result<Value, String> = serde_json::from_str(text).map_err(|e| e.to_string());
+pub(crate) fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, FolderError> {
+    let manifest: Result<Value, String> = serde_json::from_slice(text).map_err(|e| e.to_string());
     if let Ok(manifest) = &manifest {
         refuse_newer(&path, manifest)?;
     }
@@ -131,7 +106,41 @@ pub(crate) fn parse_manifest(path: PathBuf, text: &str) -> Result<Value, FolderE
 
 /// A result file in a folder, if there is one.
 fn result_file(folder: &Path) -> Option<&'static str> {
-    RESULTS.into_iter().find(|name| folder.join(name).is_file())
+    let mut names = RESULTS.into_iter().map(|(name, _)| name);
+    names.find(|name| files::is_there(&folder.join(name)))
+}
+
+/// The cell, the first trial and the end in the name of a block file, `c00000-0000000000-0000000100.block`.
+pub(super) fn span_of(path: &Path) -> Option<(usize, u64, u64)> {
+    let name = path.file_name()?.to_str()?;
+    let mut parts = name.strip_prefix('c')?.strip_suffix(".block")?.split('-');
+    let mut number = |digits: usize| {
+        let part = parts.next()?;
+        let fits = part.len() >= digits && part.bytes().all(|b| b.is_ascii_digit());
+        part.parse::<u64>().ok().filter(|_| fits)
+    };
+    let span = (number(5)? as usize, number(10)?, number(10)?);
+    parts.next().is_none().then_some(span)
+}
+
+/// The files of a folder of blocks with their kinds: all that is in it.
+///
+/// # Errors
+/// If there is anything else.
+fn own_blocks(blocks: &Path) -> Result<Vec<(PathBuf, Kind)>, PathError> {
+    let mut own = Vec::new();
+    for path in files::list(blocks)? {
+        let kind = if span_of(&path).is_some() {
+            Kind::Block
+        } else if path.ends_with(DESIGN) {
+            Kind::Design
+        } else {
+            return Err(PathError::foreign(&path, files::NOT_OWN));
+        };
+        files::replaceable(&path, kind)?;
+        own.push((path, kind));
+    }
+    Ok(own)
 }
 
 /// Refuses what a newer version wrote.
@@ -151,28 +160,27 @@ impl ResultsFolder {
     /// # Errors
     /// If it cannot be made or written to, or another run has it.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
-        fs::create_dir_all(path).map_err(io_error(path))?;
+        /// What a run writes at the top of the folder.
+        const OWN: [Kind; 4] = [Kind::Manifest, Kind::Summary, Kind::Parquet, Kind::Figure];
+        files::make_folder(path)?;
         let lock_path = path.join(LOCK);
-        let lock = fs::File::options()
-            .create(true)
-            .append(true)
-            .open(&lock_path);
-        let lock = lock.map_err(io_error(&lock_path))?;
+        let lock = files::open_lock(&lock_path)?;
         match lock.try_lock() {
             Ok(()) => {}
-            Err(fs::TryLockError::WouldBlock) => return Err(FolderError::Busy(path.to_owned())),
+            Err(TryLockError::WouldBlock) => return Err(FolderError::Busy(path.to_owned())),
             // A file system without locks: two runs at once are then the user's to avoid.
-            Err(fs::TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
-            Err(fs::TryLockError::Error(error)) => return Err(io_error(&lock_path)(error)),
+            Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
+            Err(TryLockError::Error(error)) => return Err(PathError::io(&lock_path)(error).into()),
         }
-        let probe = path.join(".writable.tmp");
-        fs::write(&probe, b"asobench")
-            .and_then(|()| fs::remove_file(&probe))
-            .map_err(io_error(path))?;
+        files::remove_temporary(path, &OWN)?;
+        if let Some(blocks) = files::subfolder(path, BLOCKS)? {
+            files::remove_temporary(&blocks, &[Kind::Block, Kind::Design])?;
+        }
+        files::probe(path)?;
         Ok(Self {
             path: path.to_owned(),
             _lock: lock,
-            pending: Vec::new(),
+            staged: Staged::default(),
         })
     }
 
@@ -181,42 +189,47 @@ impl ResultsFolder {
         &self.path
     }
 
-    /// Makes the folder one of this design, refusing one that holds results or blocks of another. Results without a
+    /// Makes the folder one of this design, refusing one that holds results or blocks of another, or anything that is
+    /// not the program's own under the name of a result or of one of `figures`. Results without a
     /// manifest are those of a run that was killed while it published them, where the blocks' design is there to tell
     /// of which study; else they are foreign.
     ///
     /// # Errors
-    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], [`FolderError::Unknown`], and
-    /// as for [`read_manifest`].
-    pub fn claim_design(&self, design: &Value) -> Result<(), FolderError> {
+    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], [`FolderError::Unknown`],
+    /// [`FolderError::File`], and as for [`read_manifest`].
+    pub fn claim_design(&self, design: &Value, figures: &[&str]) -> Result<(), FolderError> {
         let manifest = read_manifest(&self.path)?;
         if let Some(manifest) = &manifest {
             let experiment = design_of(&manifest["experiment"]);
             let stored = json!({ "version": manifest["version"], "experiment": experiment });
             self.compare(&stored, design)?;
         }
-        let path = self.path.join(DESIGN);
-        let unreadable = |reason: String| FolderError::Manifest {
-            path: path.clone(),
-            reason,
+        let blocks = files::subfolder(&self.path, BLOCKS)?;
+        let path = self.path.join(BLOCKS).join(DESIGN);
+        let stored = match blocks {
+            Some(_) => files::read_own(&path, Kind::Design)?,
+            None => None,
         };
-        match fs::read_to_string(&path) {
-            Ok(text) => {
-                let stored = serde_json::from_str(&text).map_err(|e| unreadable(e.to_string()))?;
-                refuse_newer(&path, &stored)?;
-                self.compare(&stored, design)
+        let Some(text) = stored else {
+            if let (None, Some(file)) = (&manifest, result_file(&self.path)) {
+                let path = self.path.clone();
+                return Err(FolderError::Unknown { path, file });
             }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                if let (None, Some(file)) = (&manifest, result_file(&self.path)) {
-                    let path = self.path.clone();
-                    return Err(FolderError::Unknown { path, file });
-                }
-                let folder = self.path.join(BLOCKS);
-                fs::create_dir_all(&folder).map_err(io_error(&folder))?;
-                replace_file(&path, design.to_string().as_bytes()).map_err(io_error(&path))
-            }
-            Err(error) => Err(io_error(&path)(error)),
-        }
+            self.check_targets(figures)?;
+            files::make_subfolder(&self.path, BLOCKS)?;
+            return Ok(files::replace(
+                &path,
+                Kind::Design,
+                design.to_string().as_bytes(),
+            )?);
+        };
+        let stored = serde_json::from_slice(&text).map_err(|error| FolderError::Manifest {
+            path: path.clone(),
+            reason: error.to_string(),
+        })?;
+        refuse_newer(&path, &stored)?;
+        self.compare(&stored, design)?;
+        self.check_targets(figures)
     }
 
     fn compare(&self, stored: &Value, design: &Value) -> Result<(), FolderError> {
@@ -234,113 +247,108 @@ impl ResultsFolder {
         })
     }
 
-    /// Forgets what is in a folder: blocks and results, so that results of any design can go there.
+    /// Checks that results can be written: every file that is there under one of their names, or one of `figures`, is
+    /// the program's own.
+    fn check_targets(&self, figures: &[&str]) -> Result<(), FolderError> {
+        for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
+            files::replaceable(&self.path.join(name), kind)?;
+        }
+        for name in figures {
+            files::replaceable(&self.path.join(name), Kind::Figure)?;
+        }
+        Ok(())
+    }
+
+    /// Forgets what is in a folder: blocks and results, so that results of any design can go there, with `figures`.
     ///
     /// # Errors
-    /// If they cannot be removed.
-    pub fn clear(path: &Path) -> Result<(), FolderError> {
-        for name in [MANIFEST].into_iter().chain(RESULTS) {
-            let path = path.join(name);
-            if path.is_file() {
-                fs::remove_file(&path).map_err(io_error(&path))?;
-            }
+    /// If something is in the way that is not the program's own, before anything is removed; if something cannot be
+    /// removed.
+    pub fn clear(&self, figures: &[&str]) -> Result<(), FolderError> {
+        self.check_targets(figures)?;
+        if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
+            own_blocks(&blocks)?;
         }
-        Self::remove_blocks(path)
+        for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
+            files::remove(&self.path.join(name), kind)?;
+        }
+        self.remove_blocks()
     }
 
     /// Removes the blocks: what remains are the results. The design stays where nothing else tells of which study
     /// these are.
     ///
     /// # Errors
-    /// If they cannot be removed.
-    pub fn remove_blocks(path: &Path) -> Result<(), FolderError> {
-        let blocks = path.join(BLOCKS);
-        if !blocks.exists() {
+    /// If anything else is among the blocks, before one is removed; if they cannot be removed.
+    pub fn remove_blocks(&self) -> Result<(), FolderError> {
+        let Some(blocks) = files::subfolder(&self.path, BLOCKS)? else {
             return Ok(());
-        }
-        if result_file(path).is_none() || path.join(MANIFEST).exists() {
-            return fs::remove_dir_all(&blocks).map_err(io_error(&blocks));
-        }
-        for entry in fs::read_dir(&blocks).map_err(io_error(&blocks))? {
-            let file = entry.map_err(io_error(&blocks))?.path();
-            if file != path.join(DESIGN) {
-                fs::remove_file(&file).map_err(io_error(&file))?;
+        };
+        let keep_design =
+            result_file(&self.path).is_some() && !files::is_there(&self.path.join(MANIFEST));
+        for (path, kind) in own_blocks(&blocks)? {
+            if kind == Kind::Block || !keep_design {
+                files::remove(&path, kind)?;
             }
+        }
+        if !keep_design {
+            files::remove_empty(&blocks)?;
         }
         Ok(())
     }
 
-    /// The temporary path of a file that [`Self::publish`] will rename to `name`.
-    pub fn stage(&mut self, name: &str) -> PathBuf {
-        if !self.pending.iter().any(|pending| pending == name) {
-            self.pending.push(name.to_owned());
-        }
-        self.temporary(name)
-    }
-
-    fn temporary(&self, name: &str) -> PathBuf {
-        self.path.join(format!(".{name}.tmp"))
-    }
-
-    /// Writes a file under its temporary name.
+    /// A new file that [`Self::publish`] will rename to `name`, and its path until then.
     ///
     /// # Errors
-    /// If it cannot be written.
-    pub fn write(&mut self, name: &str, content: &[u8]) -> Result<(), FolderError> {
-        let path = self.stage(name);
-        let written = fs::File::create(&path).and_then(|mut file| {
-            file.write_all(content)?;
-            file.sync_all()
-        });
-        written.map_err(io_error(&path))
+    /// If it cannot be made, or what is there is not the program's own.
+    pub fn stage(&mut self, name: &str, kind: Kind) -> Result<(File, PathBuf), FolderError> {
+        Ok(self.staged.create(&self.path.join(name), kind)?)
     }
 
-    /// Writes a JSON file under its temporary name.
+    /// Writes a file that [`Self::publish`] will rename to `name`.
     ///
     /// # Errors
-    /// If it cannot be written.
-    pub fn write_json(&mut self, name: &str, value: &impl Serialize) -> Result<(), FolderError> {
-        let path = self.stage(name);
-        let written = fs::File::create(&path).and_then(|file| {
-            let mut writer = BufWriter::new(file);
-            serde_json::to_writer(&mut writer, value)?;
-            writer.write_all(b"\n")?;
-            writer.into_inner()?.sync_all()
-        });
-        written.map_err(io_error(&path))
+    /// As for [`Self::stage`], and if it cannot be written.
+    pub fn write(&mut self, name: &str, kind: Kind, content: &[u8]) -> Result<(), FolderError> {
+        Ok(self.staged.write(&self.path.join(name), kind, content)?)
+    }
+
+    /// Writes a JSON file piece by piece, as [`Self::write`] does a whole one.
+    ///
+    /// # Errors
+    /// As for [`Self::write`].
+    pub fn write_json(
+        &mut self,
+        name: &str,
+        kind: Kind,
+        value: &impl Serialize,
+    ) -> Result<(), FolderError> {
+        let (file, path) = self.stage(name, kind)?;
+        let mut writer = BufWriter::new(file);
+        let written = serde_json::to_writer(&mut writer, value).map_err(Into::into);
+        let written = written
+            .and_then(|()| writer.write_all(b"\n"))
+            .and_then(|()| writer.into_inner()?.sync_all());
+        Ok(written.map_err(PathError::io(&path))?)
+    }
+
+    /// Writes the manifest, which is published last.
+    ///
+    /// # Errors
+    /// As for [`Self::write`].
+    pub fn write_manifest(&mut self, manifest: &Value) -> Result<(), FolderError> {
+        self.write(MANIFEST, Kind::Manifest, format!("{manifest}\n").as_bytes())
     }
 
     /// Renames every staged file to its name; the manifest last, and an older one removed first, so
     /// that a manifest always tells of the files beside it.
     ///
     /// # Errors
-    /// If a file cannot be renamed.
+    /// If a file cannot be renamed, or what is there is not the program's own.
     pub fn publish(&mut self) -> Result<(), FolderError> {
-        let manifest = self.path.join(MANIFEST);
-        match fs::remove_file(&manifest) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(io_error(&manifest)(error));
-            }
-            _ => {}
-        }
-        self.pending.sort_by_key(|name| name != MANIFEST);
-        // From the end, so that what was not renamed is still pending and removed when this is dropped.
-        while let Some(name) = self.pending.last() {
-            let path = self.path.join(name);
-            fs::rename(self.temporary(name), &path).map_err(io_error(&path))?;
-            self.pending.pop();
-        }
-        Ok(())
-    }
-}
-
-impl Drop for ResultsFolder {
-    /// Removes what was staged and not published.
-    fn drop(&mut self) {
-        for name in &self.pending {
-            // A file that was never made cannot be removed; nothing else can be done here.
-            let _ = fs::remove_file(self.temporary(name));
-        }
+        self.staged.check()?;
+        files::remove(&self.path.join(MANIFEST), Kind::Manifest)?;
+        Ok(self.staged.publish()?)
     }
 }
 
@@ -379,31 +387,43 @@ fn differences(path: &str, left: &Value, right: &Value, keys: &mut Vec<String>) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+
+    /// A design of two keys.
+    fn design(seed: u64, y: u64) -> Value {
+        let experiment = json!({"seed": seed, "x": {"y": y}});
+        json!({"version": "0.0.0", "experiment": experiment})
+    }
+
+    fn write(results: &mut ResultsFolder, name: &str) {
+        results.write(name, Kind::Figure, OWN_FIGURE).unwrap();
+    }
+
+    const OWN_FIGURE: &[u8] = b"<svg xmlns=\"x\" class=\"asoplot\" width=\"1\"/>";
+    const OWN_SUMMARY: &[u8] = br#"{"title":"","question":"","hypothesis":"","claims":[]}"#;
 
     #[test]
     fn results_appear_whole_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("new");
         let mut results = ResultsFolder::open(&path).unwrap();
-        results.write("a.txt", b"a").unwrap();
+        write(&mut results, "a.svg");
         drop(results);
         assert_eq!(fs::read_dir(&path).unwrap().count(), 1, "only the lock");
 
         let mut results = ResultsFolder::open(&path).unwrap();
-        results
-            .write(
-                "manifest.json",
-                br#"{"experiment": {"seed": 1, "x": {"y": 2}}}"#,
-            )
-            .unwrap();
-        results.write("a.txt", b"a").unwrap();
+        let mut manifest = json!({"program": "asobench"});
+        manifest["version"] = "0.0.0".into();
+        manifest["experiment"] = design(1, 2)["experiment"].clone();
+        results.write_manifest(&manifest).unwrap();
+        write(&mut results, "a.svg");
         results.publish().unwrap();
         let mut names: Vec<_> = fs::read_dir(&path)
             .unwrap()
             .map(|f| f.unwrap().file_name())
             .collect();
         names.sort();
-        assert_eq!(names, [".lock", "a.txt", "manifest.json"]);
+        assert_eq!(names, [".lock", "a.svg", "manifest.json"]);
         drop(results);
 
         let results = ResultsFolder::open(&path).unwrap();
@@ -411,19 +431,24 @@ mod tests {
             ResultsFolder::open(&path),
             Err(FolderError::Busy(_))
         ));
-        let design = |seed: u64, y: u64| {
-            let experiment = json!({"seed": seed, "x": {"y": y}});
-            json!({"version": null, "experiment": experiment})
-        };
-        results.claim_design(&design(1, 2)).unwrap();
-        let error = results.claim_design(&design(2, 3)).unwrap_err().to_string();
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        let error = results
+            .claim_design(&design(2, 3), &[])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("(different: seed, x.y)"), "{error}");
         fs::remove_file(path.join(MANIFEST)).unwrap();
-        let error = results.claim_design(&design(1, 3)).unwrap_err().to_string();
+        let error = results
+            .claim_design(&design(1, 3), &[])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("(different: x.y)"), "by the blocks: {error}");
-        fs::write(path.join(DESIGN), r#"{"version": "99.0.0"}"#).unwrap();
+        fs::write(path.join("blocks/design.json"), r#"{"version": "99.0.0"}"#).unwrap();
         fs::write(path.join("summary.json"), b"{}").unwrap();
-        let error = results.claim_design(&design(1, 2)).unwrap_err().to_string();
+        let error = results
+            .claim_design(&design(1, 2), &[])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("99.0.0, which is newer"), "{error}");
     }
 
@@ -431,13 +456,16 @@ mod tests {
     fn results_without_a_manifest_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let results = ResultsFolder::open(folder.path()).unwrap();
-        for name in RESULTS {
+        for (name, _) in RESULTS {
             fs::write(folder.path().join(name), b"").unwrap();
-            let error = results.claim_design(&json!({})).unwrap_err().to_string();
+            let error = results
+                .claim_design(&json!({}), &[])
+                .unwrap_err()
+                .to_string();
             assert!(error.contains(&format!("holds {name} without")), "{error}");
             fs::remove_file(folder.path().join(name)).unwrap();
         }
-        results.claim_design(&json!({})).unwrap();
+        results.claim_design(&json!({}), &[]).unwrap();
     }
 
     /// The design stays with results that have no manifest, and goes with any others.
@@ -446,14 +474,56 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         let results = ResultsFolder::open(path).unwrap();
-        results.claim_design(&json!({})).unwrap();
-        fs::write(path.join("blocks/x.block"), b"").unwrap();
-        fs::write(path.join("summary.json"), b"").unwrap();
-        ResultsFolder::remove_blocks(path).unwrap();
-        assert!(path.join(DESIGN).exists() && !path.join("blocks/x.block").exists());
-        results.claim_design(&json!({})).unwrap();
-        ResultsFolder::clear(path).unwrap();
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        let (kept, block) = (
+            path.join("blocks/design.json"),
+            path.join("blocks/c00000-0000000000-0000000001.block"),
+        );
+        fs::write(&block, b"asobench").unwrap();
+        fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
+        results.remove_blocks().unwrap();
+        assert!(kept.exists() && !block.exists());
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        results.clear(&[]).unwrap();
         assert!(!path.join(BLOCKS).exists() && !path.join("summary.json").exists());
-        ResultsFolder::remove_blocks(path).unwrap();
+        results.remove_blocks().unwrap();
+    }
+
+    /// Before anything of the program's own is removed, the whole folder is looked at.
+    #[test]
+    fn what_is_not_own_is_never_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let results = ResultsFolder::open(path).unwrap();
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
+        for foreign in [
+            "trials.parquet",
+            "blocks/thesis.txt",
+            "blocks/thesis.block",
+            "blocks/c00001-0000000000-0000000001.block",
+        ] {
+            fs::write(path.join(foreign), b"thesis").unwrap();
+            let error = results.clear(&[]).unwrap_err().to_string();
+            assert!(error.contains(foreign), "{error}");
+            assert!(path.join(foreign).exists() && path.join("summary.json").exists());
+            fs::remove_file(path.join(foreign)).unwrap();
+        }
+        results.clear(&[]).unwrap();
+    }
+
+    #[test]
+    fn names_of_blocks() {
+        for (name, is) in [
+            ("c00000-0000000000-0000000100.block", true),
+            ("c123456-0000000000-12345678901.block", true),
+            ("c0000-0000000000-0000000100.block", false),
+            ("c00000-0000000000-0000000100.block.damaged", false),
+            ("c00000-0000000000.block", false),
+            ("c00000-0000000000-000000010x.block", false),
+            ("thesis.block", false),
+        ] {
+            assert_eq!(span_of(Path::new(name)).is_some(), is, "{name}");
+        }
     }
 }

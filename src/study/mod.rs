@@ -42,7 +42,6 @@ pub use experiment::{
 };
 #[cfg(test)]
 pub(crate) use folder::parse_manifest;
-pub(crate) use folder::replace_file;
 pub use folder::{FolderError, ResultsFolder, read_manifest};
 pub use need::{Disk, disk_of, memory_of, row_of};
 pub use pack::PackTrial;

@@ -5,6 +5,7 @@ use super::file::{Key, Scalar};
 use super::row::Row;
 use super::summary::{CellSummary, OutputSummary, Summary};
 use crate::estimator::Output;
+use crate::files::{self, Kind, PathError, Staged};
 use crate::metric::{Estimate, Quantile, Statistics};
 use polars::prelude::{
     BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
@@ -21,14 +22,9 @@ const GROUP_ROWS: usize = 1 << 16;
 /// Why trials could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The file system.
-    #[error("{}: {source}", .path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The error.
-        source: std::io::Error,
-    },
+    /// A file.
+    #[error(transparent)]
+    File(#[from] PathError),
     /// The file's content or its encoding.
     #[error("{}: {source}", .path.display())]
     Parquet {
@@ -48,6 +44,9 @@ pub struct TrialWriter<'e> {
     settings: Vec<Setting>,
     outputs: Vec<Output>,
     path: PathBuf,
+    staged: Staged,
+    /// The file once more, for the disk to have it.
+    file: File,
     writer: BatchedWriter<BufWriter<File>>,
     /// Rows that wait for their group, with their cells.
     rows: Vec<Waiting>,
@@ -57,26 +56,37 @@ pub struct TrialWriter<'e> {
 type Waiting = (usize, Row);
 
 impl<'e> TrialWriter<'e> {
-    /// Opens a file, replacing one that is there.
+    /// Begins a file that is there when it is finished; one of the program's own is replaced.
     ///
     /// # Errors
     /// If the file cannot be created.
     pub fn create(path: &Path, experiment: &'e Experiment) -> Result<Self, StoreError> {
-        let path = path.to_owned();
-        let file = match File::create(&path) {
-            Ok(file) => file,
-            Err(source) => return Err(StoreError::Io { path, source }),
-        };
+        let mut staged = Staged::default();
+        let (file, temporary) = staged.create(path, Kind::Parquet)?;
+        let writer = Self::new(file, temporary, experiment)?;
+        Ok(Self { staged, ..writer })
+    }
+
+    /// Begins a table in a new file.
+    pub(super) fn new(
+        file: File,
+        path: PathBuf,
+        experiment: &'e Experiment,
+    ) -> Result<Self, StoreError> {
+        let io = PathError::io(&path);
+        let to = BufWriter::new(file.try_clone().map_err(io)?);
         let outputs = experiment.outputs();
         let settings = settings(experiment);
         let empty = frame(experiment, &settings, &outputs, &[]);
-        let writer = empty.and_then(|empty| batched(file, &empty));
+        let writer = empty.and_then(|empty| batched(to, &empty));
         match writer {
             Ok(writer) => Ok(Self {
                 experiment,
                 settings,
                 outputs,
                 path,
+                staged: Staged::default(),
+                file,
                 writer,
                 rows: Vec::with_capacity(GROUP_ROWS),
             }),
@@ -106,11 +116,9 @@ impl<'e> TrialWriter<'e> {
         self.write_group()?;
         let finished = self.writer.finish();
         finished.map_err(|source| self.parquet_error(source))?;
-        let file = File::open(&self.path).and_then(|file| file.sync_all());
-        file.map_err(|source| StoreError::Io {
-            path: self.path,
-            source,
-        })
+        let synced = self.file.sync_all();
+        synced.map_err(PathError::io(&self.path))?;
+        Ok(self.staged.publish()?)
     }
 
     fn parquet_error(&self, source: PolarsError) -> StoreError {
@@ -132,8 +140,8 @@ impl<'e> TrialWriter<'e> {
 }
 
 /// A writer of row groups with the columns of a table.
-fn batched(file: File, of: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
-    ParquetWriter::new(BufWriter::new(file))
+fn batched(to: BufWriter<File>, of: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
+    ParquetWriter::new(to)
         .with_compression(ParquetCompression::Zstd(None))
         .set_parallel(false)
         .batched(of.schema())
@@ -237,11 +245,12 @@ fn defined(x: f64) -> Option<f64> {
     Some(x).filter(|x| !x.is_nan())
 }
 
-/// Writes the summary as a table: a row for every cell, output and figure.
+/// Writes the summary as a table to a new file: a row for every cell, output and figure.
 ///
 /// # Errors
 /// If the file cannot be written.
 pub fn write_summary(
+    file: &File,
     path: &Path,
     experiment: &Experiment,
     summary: &Summary,
@@ -250,21 +259,16 @@ pub fn write_summary(
         path: path.to_owned(),
         source,
     };
-    let io = |source| StoreError::Io {
-        path: path.to_owned(),
-        source,
-    };
+    let io = PathError::io(path);
+    let to = BufWriter::new(file.try_clone().map_err(io)?);
     let settings = settings(experiment);
     let table = |cells| summary_frame(experiment, &settings, cells).map_err(parquet);
-    let file = File::create(path).map_err(io)?;
-    let mut writer = batched(file, &table(&[])?).map_err(parquet)?;
+    let mut writer = batched(to, &table(&[])?).map_err(parquet)?;
     for cells in summary.cells.chunks(group_cells(summary)) {
         writer.write_batch(&table(cells)?).map_err(parquet)?;
     }
     writer.finish().map_err(parquet)?;
-    File::open(path)
-        .and_then(|file| file.sync_all())
-        .map_err(io)
+    Ok(file.sync_all().map_err(PathError::io(path))?)
 }
 
 /// A row of the summary's table: cell, output, the figure's name and its statistics.
@@ -363,10 +367,8 @@ where
 }
 
 fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, StoreError> {
-    let file = File::open(path).map_err(|source| StoreError::Io {
-        path: path.to_owned(),
-        source,
-    })?;
+    let missing = || PathError::io(path)(std::io::ErrorKind::NotFound.into());
+    let file = files::open_own(path)?.ok_or_else(missing)?;
     let reader = ParquetReader::new(file).with_slice(Some((first, count)));
     reader.finish().map_err(|source| StoreError::Parquet {
         path: path.to_owned(),

@@ -402,8 +402,8 @@ impl Summary {
     ///
     /// # Errors
     /// What is wrong.
-    pub fn from_json(text: &str) -> Result<Self, String> {
-        let summary: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    pub fn from_json(text: &[u8]) -> Result<Self, String> {
+        let summary: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
         let errors = [
             summary.quantile_relative_error,
             summary.curve_relative_error,

@@ -1,14 +1,24 @@
 //! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and claims B1 to B3.
 
 use super::super::error::{Error, failed};
+use super::super::files::cannot_write;
 use super::super::run::execute;
 use super::Arguments;
+use crate::files;
 use crate::report::{Claim, Study, claims, course_figures, ends, example_table};
 use crate::study::file::ExperimentFile;
 use crate::study::{BOBTSOV2023, Experiment, RunOptions, Summary};
 use crate::text::visible;
 use serde_json::{Value, json};
 use std::path::Path;
+
+/// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment has run.
+pub(super) fn check(folder: &Path) -> Result<(), Error> {
+    BOBTSOV2023.iter().try_for_each(|(name, _)| {
+        let there = files::subfolder(folder, name);
+        there.map(|_| ()).map_err(|e| cannot_write(&e))
+    })
+}
 
 /// What was run.
 pub(super) struct Bobtsov {
@@ -31,6 +41,7 @@ impl Bobtsov {
                 threads: super::threads(arguments.threads),
                 fresh: true,
                 replace: arguments.out.is_none(),
+                figures: &["theta.svg", "state-errors.svg"],
                 ..RunOptions::default()
             };
             let figures = |summary: &Summary| Ok(course_figures(summary));

@@ -1,6 +1,7 @@
 //! The tables of a study in continuous time.
 
 use super::FileError;
+use crate::files::{self, Kind};
 use crate::names::named_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -233,7 +234,8 @@ impl SignalTable {
                     let wrong = |message: String| {
                         FileError::key(&place, format!("{}: {message}", path.display()))
                     };
-                    let text = std::fs::read_to_string(&path).map_err(|e| wrong(e.to_string()))?;
+                    let text = files::read_named(&path, Kind::Signal);
+                    let text = text.map_err(|e| wrong(e.to_string()))?;
                     let (interval, values) = samples(&text).map_err(wrong)?;
                     (wave.interval, wave.values) = (Some(interval), Some(values));
                 }

@@ -1,6 +1,7 @@
 //! Reading experiment files: one line for what is wrong, with its place.
 
 use super::{ExperimentFile, Key};
+use crate::files::{self, Kind};
 use crate::names::UnknownName;
 use serde_json::Value;
 use std::path::Path;
@@ -85,7 +86,12 @@ impl ExperimentFile {
         let json = path
             .extension()
             .is_some_and(|extension| extension == "json");
-        let read = match std::fs::read_to_string(path) {
+        let kind = if json {
+            Kind::Manifest
+        } else {
+            Kind::Experiment
+        };
+        let read = match files::read_named(path, kind) {
             Ok(text) if json => Self::parse_manifest(&text),
             Ok(text) => Self::parse(&text).and_then(|file| file.with_samples(path)),
             Err(error) => Err(FileError::Io(error.to_string())),

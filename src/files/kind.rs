@@ -1,0 +1,239 @@
+//! The files that the program knows: how large they may be, and how it tells its own from others.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+
+const MIB: u64 = 1 << 20;
+const GIB: u64 = 1 << 30;
+/// What is read of a file to tell whose it is.
+const HEAD: u64 = 1 << 16;
+/// The longest end of a Parquet file that is looked at.
+const LONGEST_FOOTER: u64 = 16 * MIB;
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Kind {
+    /// An experiment file. It is the user's from the moment it is there.
+    Experiment,
+    /// The samples of a disturbance, `t,delta`.
+    Signal,
+    /// A record `k,u,y`.
+    Record,
+    /// Observer states of `estimate --states`.
+    States,
+    /// `manifest.json`.
+    Manifest,
+    /// `blocks/design.json`.
+    Design,
+    /// A block of trials.
+    Block,
+    /// `summary.json`.
+    Summary,
+    /// A Parquet table.
+    Parquet,
+    /// `timing/times.json`.
+    Times,
+    /// An SVG figure.
+    Figure,
+    /// `report.html`.
+    Page,
+    /// `claims.md`.
+    Verdicts,
+    /// A CSV table of a report.
+    Table,
+}
+
+impl Kind {
+    /// The kind of a file of a report or a figure by its name.
+    pub(crate) fn of_report(name: &str) -> Option<Self> {
+        match name.rsplit_once('.')?.1 {
+            "svg" => Some(Self::Figure),
+            "csv" => Some(Self::Table),
+            "html" => Some(Self::Page),
+            "md" => Some(Self::Verdicts),
+            _ => None,
+        }
+    }
+
+    /// The most bytes that are read, or written to be read again.
+    pub const fn limit(self) -> u64 {
+        match self {
+            Self::Experiment => 64 * MIB,
+            Self::Signal => 256 * MIB,
+            Self::Record | Self::Manifest | Self::Design | Self::Block | Self::Times => GIB,
+            Self::Summary => 4 * GIB,
+            // Never read as a whole.
+            Self::States
+            | Self::Parquet
+            | Self::Figure
+            | Self::Page
+            | Self::Verdicts
+            | Self::Table => u64::MAX,
+        }
+    }
+
+    /// The word in the names of temporary files.
+    pub(super) const fn word(self) -> &'static str {
+        match self {
+            Self::Experiment => "experiment",
+            Self::Signal => "signal",
+            Self::Record => "record",
+            Self::States => "states",
+            Self::Manifest => "manifest",
+            Self::Design => "design",
+            Self::Block => "block",
+            Self::Summary => "summary",
+            Self::Parquet => "parquet",
+            Self::Times => "times",
+            Self::Figure => "figure",
+            Self::Page => "page",
+            Self::Verdicts => "verdicts",
+            Self::Table => "table",
+        }
+    }
+
+    /// Whether a run must find it whole after a crash of the machine; anything else is made again by its command.
+    pub(super) const fn is_synced(self) -> bool {
+        matches!(
+            self,
+            Self::Manifest | Self::Design | Self::Block | Self::Summary | Self::Parquet
+        )
+    }
+
+    /// Whether the program wrote a file, by how it begins. An empty file holds nothing of anybody's.
+    pub(super) fn is_own(self, file: &mut File) -> io::Result<bool> {
+        let mut head = Vec::new();
+        file.seek(SeekFrom::Start(0))?;
+        file.by_ref().take(HEAD).read_to_end(&mut head)?;
+        if head.is_empty() {
+            return Ok(true);
+        }
+        let text = String::from_utf8_lossy(&head);
+        // JSON that was only laid out anew is still the program's.
+        let json: String = match self {
+            Self::Manifest | Self::Design | Self::Summary | Self::Times => {
+                text.split_ascii_whitespace().collect()
+            }
+            _ => String::new(),
+        };
+        Ok(match self {
+            Self::Experiment | Self::Signal => false,
+            Self::Manifest => json.starts_with("{\"program\":\"asobench\","),
+            Self::Design => {
+                json.starts_with("{\"version\":\"") && json.contains("\",\"experiment\":{")
+            }
+            Self::Summary => {
+                json.starts_with("{\"title\":\"") && json.contains("\",\"hypothesis\":\"")
+            }
+            Self::Times => json.starts_with("{\"design\":\""),
+            Self::Block => head.starts_with(b"asobench"),
+            Self::Parquet => head.starts_with(b"PAR1") && has_own_columns(file)?,
+            Self::Figure => {
+                text.starts_with(PLOTTERS)
+                    || text.starts_with("<svg ") && text.contains(" class=\"asoplot\" ")
+            }
+            Self::Page => {
+                text.starts_with("<!DOCTYPE html>") && text.contains("<title>asobench report")
+            }
+            Self::Verdicts => {
+                text.starts_with("# Verdicts\n\n| claim | what it says | verdict | experiment |\n")
+            }
+            Self::Table => text
+                .split_once("\r\n")
+                .is_some_and(|(header, _)| TABLES.iter().any(|of| header.contains(of))),
+            Self::Record => text.starts_with("# asobench re") && text.contains("\n# order: "),
+            Self::States => {
+                let (first, rest) = text.split_once('\n').unwrap_or_default();
+                first.starts_with("# observer ") && rest.starts_with("k,x1")
+            }
+        })
+    }
+}
+
+/// How the figures of `reproduce` begin.
+const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" xmlns=\"http://www.w3.org/2000/svg\">\n";
+
+/// What the header of every table of a report has one of.
+const TABLES: [&str; 8] = [
+    "output,figure,trials,failed,unstable,",
+    "failed (%),unstable (%)",
+    "figure,statistic,over,output,slope,",
+    "bound,output,met in (%),",
+    "first,second,figure,median ratio,",
+    "method,median (\u{b5}s),",
+    "output,failure,trials,share (%)",
+    "claim,number,value,MCSE",
+];
+
+/// Whether the footer of a Parquet file, where its columns are named, has those that all tables of results have.
+fn has_own_columns(file: &mut File) -> io::Result<bool> {
+    let length = file.seek(SeekFrom::End(0))?;
+    let mut end = [0; 8];
+    if length < 16 {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::End(-8))?;
+    file.read_exact(&mut end)?;
+    let [a, b, c, d, magic @ ..] = end;
+    let size = u64::from(u32::from_le_bytes([a, b, c, d]));
+    if magic != *b"PAR1" || size > LONGEST_FOOTER.min(length - 8) {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::Start(length - 8 - size))?;
+    let mut footer = Vec::new();
+    file.by_ref().take(size).read_to_end(&mut footer)?;
+    let has = |name: &[u8]| footer.windows(name.len()).any(|part| part == name);
+    Ok(has(b"claim") && has(b"estimator") && has(b"window"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn is_own(path: &Path, kind: Kind) -> bool {
+        let mut file = File::open(path).expect("a file");
+        kind.is_own(&mut file).expect("readable")
+    }
+
+    /// Every committed result is recognised; none is taken for a file of another kind.
+    #[test]
+    fn committed_results_are_the_programs_own() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+        let kinds = [
+            Kind::Manifest,
+            Kind::Design,
+            Kind::Summary,
+            Kind::Times,
+            Kind::Parquet,
+            Kind::Block,
+            Kind::Figure,
+            Kind::Page,
+            Kind::Verdicts,
+            Kind::Table,
+            Kind::Record,
+            Kind::States,
+        ];
+        let mut seen = 0;
+        for folder in ["nikolov2023", "report", "report/figures", "report/tables"] {
+            for entry in std::fs::read_dir(root.join(folder)).expect("a folder") {
+                let path = entry.expect("an entry").path();
+                let name = path.file_name().and_then(|name| name.to_str());
+                let name = name.expect("UTF-8");
+                let expected = match name {
+                    "manifest.json" => Kind::Manifest,
+                    "summary.json" => Kind::Summary,
+                    _ => match Kind::of_report(name) {
+                        Some(kind) => kind,
+                        None => continue,
+                    },
+                };
+                for kind in kinds {
+                    assert_eq!(is_own(&path, kind), kind == expected, "{name}: {kind:?}");
+                }
+                seen += 1;
+            }
+        }
+        assert!(seen > 100, "{seen}");
+    }
+}

@@ -1,0 +1,193 @@
+//! Files that are written under temporary names beside their own, then renamed.
+
+use super::{Kind, PathError, irregularity, remove_file, replaceable};
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Names that are tried for a temporary file before it is given up.
+const ATTEMPTS: usize = 1000;
+
+/// A file under its temporary name.
+#[derive(Debug)]
+struct Pending {
+    temporary: PathBuf,
+    path: PathBuf,
+    kind: Kind,
+}
+
+/// Files that wait to be renamed to their names; what was not renamed is removed when this is dropped.
+#[derive(Debug, Default)]
+pub struct Staged(Vec<Pending>);
+
+impl Staged {
+    /// A new file that will become `path`, and the name that it has until then.
+    ///
+    /// # Errors
+    /// If something stands at `path` that is not the program's own file of this kind, or no file can be made.
+    pub fn create(&mut self, path: &Path, kind: Kind) -> Result<(File, PathBuf), PathError> {
+        replaceable(path, kind)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let (file, temporary) = create_temporary(folder, kind).map_err(PathError::io(path))?;
+        self.0.push(Pending {
+            temporary: temporary.clone(),
+            path: path.to_owned(),
+            kind,
+        });
+        Ok((file, temporary))
+    }
+
+    /// Writes a file that will become `path`.
+    ///
+    /// # Errors
+    /// As for [`Self::create`], if it cannot be written, or is larger than can be read again.
+    pub fn write(&mut self, path: &Path, kind: Kind, content: &[u8]) -> Result<(), PathError> {
+        if content.len() as u64 > kind.limit() {
+            return Err(PathError::io(path)(too_large(kind)));
+        }
+        let (mut file, _) = self.create(path, kind)?;
+        let written = file.write_all(content).and_then(|()| {
+            if kind.is_synced() {
+                file.sync_all()?;
+            }
+            Ok(())
+        });
+        written.map_err(PathError::io(path))
+    }
+
+    /// Checks once more that every file may be written to its place.
+    ///
+    /// # Errors
+    /// Of the first that may not.
+    pub fn check(&self) -> Result<(), PathError> {
+        let mut files = self.0.iter();
+        files.try_for_each(|of| replaceable(&of.path, of.kind))
+    }
+
+    /// Renames every file to its name, in the order in which they were made, but a manifest last.
+    ///
+    /// # Errors
+    /// If one of them may not be replaced, before any is renamed; if one cannot be renamed.
+    pub fn publish(&mut self) -> Result<(), PathError> {
+        self.check()?;
+        self.0.sort_by_key(|of| of.kind == Kind::Manifest);
+        // From the end, so that what was not renamed is still there to be removed.
+        self.0.reverse();
+        while let Some(Pending {
+            temporary, path, ..
+        }) = self.0.last()
+        {
+            fs::rename(temporary, path).map_err(PathError::io(path))?;
+            self.0.pop();
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Staged {
+    fn drop(&mut self) {
+        for Pending { temporary, .. } in &self.0 {
+            // Nothing more can be done here.
+            let _ = fs::remove_file(temporary);
+        }
+    }
+}
+
+/// Writes one file whole.
+///
+/// # Errors
+/// As for [`Staged::write`].
+pub fn replace(path: &Path, kind: Kind, content: &[u8]) -> Result<(), PathError> {
+    let mut staged = Staged::default();
+    staged.write(path, kind, content)?;
+    staged.publish()
+}
+
+/// Makes and removes a file in a folder, to see whether that can be done.
+///
+/// # Errors
+/// If it cannot be done.
+pub(crate) fn probe(folder: &Path) -> Result<(), PathError> {
+    let made = create_temporary(folder, Kind::Manifest).and_then(|(mut file, path)| {
+        let written = file.write_all(b"asobench");
+        fs::remove_file(path).and(written)
+    });
+    made.map_err(PathError::io(folder))
+}
+
+/// A new file of the program's own pattern; nothing that is there is opened or followed.
+fn create_temporary(folder: &Path, kind: Kind) -> io::Result<(File, PathBuf)> {
+    static NUMBER: AtomicU64 = AtomicU64::new(0);
+    let mut made = Err(io::Error::from(io::ErrorKind::AlreadyExists));
+    for _ in 0..ATTEMPTS {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let name = format!(
+            ".asobench-{}-{}-{number}.tmp",
+            kind.word(),
+            std::process::id()
+        );
+        let path = folder.join(name);
+        made = File::create_new(&path).map(|file| (file, path));
+        if !matches!(&made, Err(error) if error.kind() == io::ErrorKind::AlreadyExists) {
+            break;
+        }
+    }
+    made
+}
+
+/// Whether a name is one of a temporary file of a kind.
+fn is_temporary(name: &str, kind: Kind) -> bool {
+    let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    name.strip_prefix(".asobench-")
+        .and_then(|rest| rest.strip_prefix(kind.word()))
+        .and_then(|rest| rest.strip_prefix('-'))
+        .and_then(|rest| rest.strip_suffix(".tmp"))
+        .and_then(|rest| rest.split_once('-'))
+        .is_some_and(|(process, count)| number(process) && number(count))
+}
+
+/// Removes temporary files of some kinds that a killed run left in a folder. The caller has the folder's lock, and no
+/// other command makes files of these kinds there.
+///
+/// # Errors
+/// If the folder cannot be read or a file cannot be removed.
+pub(crate) fn remove_temporary(folder: &Path, kinds: &[Kind]) -> Result<(), PathError> {
+    for path in super::list(folder)? {
+        let name = path.file_name().and_then(|name| name.to_str());
+        let is_own = name.is_some_and(|name| kinds.iter().any(|kind| is_temporary(name, *kind)));
+        let is_file = || fs::symlink_metadata(&path).is_ok_and(|of| irregularity(&of).is_none());
+        if is_own && is_file() {
+            remove_file(&path)?;
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn too_large(kind: Kind) -> io::Error {
+    let limit = kind.limit() >> 20;
+    io::Error::other(format!(
+        "larger than the {limit} MiB that such a file may have"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_pattern_is_temporary() {
+        assert!(is_temporary(".asobench-block-17-0.tmp", Kind::Block));
+        for name in [
+            ".asobench-block-17-0.tmp",
+            ".asobench-page-17-.tmp",
+            ".asobench-page-x-1.tmp",
+            ".asobench-page-1-2-3.tmp",
+            ".asobench-page-1-2.tmp~",
+            "asobench-page-1-2.tmp",
+            ".report.html.tmp",
+        ] {
+            assert!(!is_temporary(name, Kind::Page), "{name}");
+        }
+    }
+}
