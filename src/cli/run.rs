@@ -2,7 +2,6 @@
 
 use super::error::{Error, failed};
 use super::{note, print, progress, timing};
-use crate::report::FigureError;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
@@ -101,9 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         repair: arguments.repair,
         ..RunOptions::default()
     };
-    let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| {
-        Ok(Vec::new())
-    })?;
+    let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new())?;
     if experiment.file.timing && timing::are_there(&experiment, &path) {
         note(&format!(
             "times are there already; without {} they are measured again",
@@ -152,7 +149,7 @@ pub(super) fn execute(
     experiment: &Experiment,
     rule: TrialRule,
     options: RunOptions,
-    figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, FigureError>,
+    figures: impl Fn(&Summary) -> Vec<(String, String)>,
 ) -> Result<(Summary, Arc<AtomicBool>), Error> {
     let replaces = options.fresh && path.join("trials.parquet").exists();
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
@@ -161,7 +158,6 @@ pub(super) fn execute(
     }
     let stop = progress::stop_flag()?;
     let mut display = progress::Display::new(experiment.cells.len());
-    let figures = |summary: &Summary| figures(summary).map_err(|error| error.to_string());
     let outcome = campaign.run(&stop, |event: Event| display.show(&event), figures);
     display.clear();
     let left = if options.fresh {
@@ -191,7 +187,6 @@ fn refused(flag: &str, error: CampaignError) -> Error {
         CampaignError::Folder(FolderError::Io { .. })
         | CampaignError::Block(BlockError::Io { .. })
         | CampaignError::Store(_)
-        | CampaignError::Figures(_)
         | CampaignError::Run(_) => failed(error),
         _ => Error::Input(format!("{flag}{error}")),
     }

@@ -5,7 +5,7 @@ use super::super::run::execute;
 use super::Arguments;
 use crate::report::{Claim, Study, claims, course_figures, ends, example_table};
 use crate::study::file::ExperimentFile;
-use crate::study::{BOBTSOV2023, Experiment, RunOptions, Summary};
+use crate::study::{BOBTSOV2023, Experiment, RunOptions};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -32,8 +32,7 @@ impl Bobtsov {
                 replace: arguments.out.is_none(),
                 ..RunOptions::default()
             };
-            let figures = |summary: &Summary| Ok(course_figures(summary));
-            execute(&path, "--out ", &experiment, rule, options, figures)?;
+            execute(&path, "--out ", &experiment, rule, options, course_figures)?;
             studies.push(Study::read(&path).map_err(failed)?);
         }
         Ok(Self { studies })
