@@ -145,7 +145,7 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Summary>, Error>
     let figures = |summary: &Summary| {
         let drawn = summary.cells.iter().enumerate();
         drawn
-            .map(|(i, cell)| Ok((format!("fig{}.svg", i + 1), draw(cell)?)))
+            .map(|(i, cell)| (format!("fig{}.svg", i + 1), draw(cell)))
             .collect()
     };
     need::ask(&experiment, &rule, options.threads, path, arguments.anyway)?;

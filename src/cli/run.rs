@@ -4,7 +4,6 @@ use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::{need, note, print, progress, timing};
 use crate::files;
-use crate::report::FigureError;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
@@ -119,9 +118,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if experiment.file.timing {
         timing::check(&path).map_err(|e| cannot_write(&e))?;
     }
-    let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| {
-        Ok(Vec::new())
-    })?;
+    let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new())?;
     if experiment.file.timing
         && timing::are_there(&experiment, &path).map_err(|e| cannot_write(&e))?
     {
@@ -173,7 +170,7 @@ pub(super) fn execute(
     experiment: &Experiment,
     rule: TrialRule,
     options: RunOptions,
-    figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, FigureError>,
+    figures: impl Fn(&Summary) -> Vec<(String, String)>,
 ) -> Result<(Summary, Arc<AtomicBool>), Error> {
     let replaces = options.fresh && files::is_there(&path.join("trials.parquet"));
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
@@ -182,7 +179,6 @@ pub(super) fn execute(
     }
     let stop = progress::stop_flag()?;
     let mut display = progress::Display::new(experiment.cells.len());
-    let figures = |summary: &Summary| figures(summary).map_err(|error| error.to_string());
     let outcome = campaign.run(&stop, |event: Event| display.show(&event), figures);
     display.clear();
     let left = if options.fresh {
@@ -212,7 +208,6 @@ fn refused(flag: &str, error: CampaignError) -> Error {
         CampaignError::Folder(FolderError::File(_))
         | CampaignError::Block(BlockError::File(_))
         | CampaignError::Store(_)
-        | CampaignError::Figures(_)
         | CampaignError::Run(_) => failed(error),
         _ => Error::Input(format!("{flag}{error}")),
     }

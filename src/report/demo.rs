@@ -4,7 +4,7 @@
 use super::html::{CellText, Column, Page, Table, Verdict};
 use super::markup::elements;
 use super::plot::{
-    Axis, Course, Heat, HeatCell, Plot, Point, Series, Shading, Sharing, Style, small_multiples,
+    Axis, Course, Heat, HeatCell, Plot, Point, Series, Sharing, Style, small_multiples,
 };
 use super::uncertain;
 
@@ -21,8 +21,7 @@ fn rates() -> Plot {
         "Error over the length of the window, noise level 10 %, 10,000 trials a point",
         Axis::log("N, samples"),
         Axis::log("median of e_a, relative"),
-    )
-    .describe("Medians of e_a fall with slope -1/2 for both estimators.");
+    );
     for (slot, (name, factor)) in [("LS", 0.9), ("IV(4)", 1.2), ("IV(4), white noise", 0.55)]
         .into_iter()
         .enumerate()
@@ -77,44 +76,24 @@ fn bands() -> Plot {
     )
 }
 
-fn convergence() -> Plot {
-    let trial = |i: usize| -> Vec<f64> {
-        let rate = 0.02 + 0.3 * noise(i);
-        (0..=10)
-            .map(|pass| 1e-13 + noise(i + 99) * rate.powi(pass))
-            .collect()
-    };
-    let trials: Vec<Vec<f64>> = (0..60).map(trial).collect();
-    let median = (0..=10).map(|p| Point::new(f64::from(p), 0.5 * 0.17_f64.powi(p)));
-    Plot::new(
-        "Convergence of the iteration",
-        Axis::linear("pass"),
-        Axis::log("change of a between passes, relative"),
-    )
-    .series(Series::traces("60 single trials", &trials).slot(6))
-    .series(Series::new("median", Style::Line, median.collect()).slot(0))
-    .reference("four passes", Course::Vertical(4.0))
-}
-
 fn boxes(names: &[&str]) -> Plot {
-    let group = |level: f64| -> Vec<Option<[f64; 5]>> {
+    let group = |level: f64| -> Vec<Point> {
         let quantiles = |i: usize| {
             let level = level * (0.5 + noise(i + 3));
-            (i != 2).then(|| [0.3, 0.6, 1.0, 1.7, 4.0].map(|factor| level * factor))
+            let quantiles = [0.3, 0.6, 1.0, 1.7, 4.0].map(|factor| level * factor);
+            (i != 2).then(|| Point::quantiles(i as f64, quantiles))
         };
-        (0..names.len()).map(quantiles).collect()
+        (0..names.len()).filter_map(quantiles).collect()
     };
-    let groups = [
-        ("LS", group(0.09)),
-        ("IV(4)", group(0.12)),
-        ("IV(10)", group(0.1)),
-    ];
-    Plot::boxes(
+    let mut plot = Plot::new(
         "e_a by noise: 5, 25, 50, 75 and 95 % quantiles",
         Axis::categories("noise", names),
         Axis::log("e_a, relative"),
-        groups,
-    )
+    );
+    for (label, level) in [("LS", 0.09), ("IV(4)", 0.12), ("IV(10)", 0.1)] {
+        plot = plot.series(Series::new(label, Style::Boxes, group(level)));
+    }
+    plot
 }
 
 fn shares() -> Plot {
@@ -168,7 +147,7 @@ fn distribution() -> Plot {
     .enumerate()
     {
         let points = steps(0.3 * 1.3_f64.powi(i as i32));
-        plot = plot.series(Series::new(name, Style::Steps, points));
+        plot = plot.series(Series::new(name, Style::Line, points));
     }
     plot
 }
@@ -203,7 +182,7 @@ fn panels() -> String {
 }
 
 fn grid() -> Heat {
-    let columns = ["50", "98", "218", "50", "98", "218"].map(str::to_owned);
+    let columns = ["50", "98", "218", "400", "998", "2000"].map(str::to_owned);
     let cell = |i: usize, j: usize| {
         let value = 0.2 * (1.0 + 2.0 * i as f64) / (1.0 + (j % 3) as f64) * (0.7 + noise(i + j));
         (i + j != 5).then(|| HeatCell {
@@ -215,15 +194,12 @@ fn grid() -> Heat {
     Heat {
         title: "Median of e_a over noise level and length".to_owned(),
         description: "Grows with the noise level, falls with the length.".to_owned(),
-        row_label: "noise level".to_owned(),
         column_label: "N, samples".to_owned(),
         cells: (0..4)
             .map(|i| (0..6).map(|j| cell(i, j)).collect())
             .collect(),
         rows: rows.to_vec(),
         columns: columns.to_vec(),
-        groups: vec![("LS".to_owned(), 3), ("IV(4)".to_owned(), 3)],
-        shading: Shading::Log,
     }
 }
 
@@ -231,10 +207,6 @@ fn figures() -> Vec<(&'static str, String, &'static str)> {
     let few = ["1/A(q)", "white", "AR(1)", "burst of outliers"];
     let many: Vec<String> = (0..14).map(|i| format!("estimator number {i}")).collect();
     let many: Vec<&str> = many.iter().map(String::as_str).collect();
-    let diverging = Heat {
-        shading: Shading::Ratio(0.5),
-        ..grid()
-    };
     vec![
         (
             "rates",
@@ -245,11 +217,6 @@ fn figures() -> Vec<(&'static str, String, &'static str)> {
             "bands",
             bands().svg(),
             "Before `k = N` there is no estimate.",
-        ),
-        (
-            "convergence",
-            convergence().svg(),
-            "Each thin line is a trial.",
         ),
         ("boxes", boxes(&few).svg(), "No estimate at AR(1)."),
         (
@@ -269,7 +236,6 @@ fn figures() -> Vec<(&'static str, String, &'static str)> {
             grid().svg(),
             "Digits in parentheses are standard errors.",
         ),
-        ("diverging", diverging.svg(), "Shades of the ratio to 0.5."),
     ]
 }
 
@@ -375,7 +341,7 @@ fn a_page_of_everything_is_well_formed_and_always_the_same() {
     let body = html.split("<body>").nth(1).unwrap();
     let names = elements(body.split("<script>").next().unwrap()).unwrap();
     // A nested viewport for the references and one for each series are elements svg, too.
-    assert_eq!(names.iter().filter(|name| *name == "figure").count(), 10);
+    assert_eq!(names.iter().filter(|name| *name == "figure").count(), 8);
     assert!(!html.contains("NaN") && html.len() < 1_000_000);
     let Some(folder) = std::env::var_os("ASOBENCH_DEMO") else {
         return;

@@ -23,7 +23,7 @@ mod table;
 pub use claims::{Claim, Number, claims};
 pub use document::{Files, course_figures, report};
 pub use example::{ends, example_table};
-pub use figures::{FigureError, draw};
+pub use figures::draw;
 pub use folder::{prepare as prepare_report, write as write_report};
 pub use number::uncertain;
 pub use results::{ResultsError, Study, Time};

@@ -55,9 +55,6 @@ pub enum CampaignError {
     /// The `stop` flag was raised while results were put together: all trials are there, no result was written.
     #[error("interrupted while the results were put together")]
     Stopped,
-    /// The figures.
-    #[error("{0}")]
-    Figures(String),
     /// Fewer trials are asked for than are there.
     #[error(
         "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take another folder for fewer"
@@ -196,7 +193,7 @@ impl<'e> Campaign<'e> {
         mut self,
         stop: &AtomicBool,
         mut on_event: impl FnMut(Event),
-        figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, String>,
+        figures: impl Fn(&Summary) -> Vec<(String, String)>,
     ) -> Result<Summary, CampaignError> {
         let mut targets = self.first_targets();
         loop {
@@ -324,7 +321,7 @@ impl<'e> Campaign<'e> {
         mut self,
         targets: &[u64],
         stop: &AtomicBool,
-        figures: impl Fn(&Summary) -> Result<Vec<(String, String)>, String>,
+        figures: impl Fn(&Summary) -> Vec<(String, String)>,
     ) -> Result<Summary, CampaignError> {
         let experiment = self.experiment;
         let keep = experiment.file.store == Store::Trials;
@@ -357,7 +354,7 @@ impl<'e> Campaign<'e> {
         write_summary(&file, &path, experiment, &summary)?;
         self.folder
             .write_json("summary.json", Kind::Summary, &summary)?;
-        for (name, content) in figures(&summary).map_err(CampaignError::Figures)? {
+        for (name, content) in figures(&summary) {
             self.folder.write(&name, Kind::Figure, content.as_bytes())?;
         }
         self.folder.write_manifest(&manifest(experiment, targets))?;
@@ -436,7 +433,7 @@ mod tests {
                     stop.store(true, Ordering::Relaxed);
                 }
             };
-            campaign.run(&stop, on_event, |_| Ok(Vec::new()))
+            campaign.run(&stop, on_event, |_| Vec::new())
         };
         let error = run(true).unwrap_err();
         assert!(matches!(error, CampaignError::Stopped), "{error}");

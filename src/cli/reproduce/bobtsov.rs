@@ -7,7 +7,7 @@ use super::Arguments;
 use crate::files;
 use crate::report::{Claim, Study, claims, course_figures, ends, example_table};
 use crate::study::file::ExperimentFile;
-use crate::study::{BOBTSOV2023, Experiment, RunOptions, Summary};
+use crate::study::{BOBTSOV2023, Experiment, RunOptions};
 use crate::text::visible;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -44,8 +44,7 @@ impl Bobtsov {
                 figures: &["theta.svg", "state-errors.svg"],
                 ..RunOptions::default()
             };
-            let figures = |summary: &Summary| Ok(course_figures(summary));
-            execute(&path, "--out ", &experiment, rule, options, figures)?;
+            execute(&path, "--out ", &experiment, rule, options, course_figures)?;
             studies.push(Study::read(&path).map_err(failed)?);
         }
         Ok(Self { studies })

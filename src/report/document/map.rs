@@ -2,7 +2,7 @@
 
 use super::figures::Drawn;
 use super::layout::x_key;
-use crate::report::plot::{Heat, HeatCell, Shading};
+use crate::report::plot::{Heat, HeatCell};
 use crate::report::results::{Study, axis_label, place};
 use crate::study::CellSummary;
 use crate::study::file::Key;
@@ -43,13 +43,10 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
             wide.label()
         ),
         description: what.clone(),
-        row_label: String::new(),
         column_label: axis_label(x),
         rows,
         columns: study.values(x).to_vec(),
-        groups: Vec::new(),
         cells,
-        shading: Shading::Linear,
     };
     Some(Drawn {
         name: "map".to_owned(),

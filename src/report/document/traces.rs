@@ -3,11 +3,12 @@
 use super::figures::{Drawn, quantile_note, y_axis};
 use super::layout::{Choice, Layout, panel_title, sheet, x_key};
 use super::{OUTPUTS, lead_figures, lead_outputs, shown};
+use crate::report::figures::curve;
 use crate::report::plot::{Axis, Course, Plot, Point, Series, Style};
 use crate::report::results::{Study, Time, figure_name, words};
 use crate::report::table::share;
 use crate::study::file::Key;
-use crate::study::{CellSummary, CurveQuantiles, OutputSummary};
+use crate::study::{CellSummary, OutputSummary};
 use std::collections::HashMap;
 
 /// Estimators with so many passes show them.
@@ -370,19 +371,6 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
     })
 }
 
-fn trace(of: &CurveQuantiles) -> Vec<Point> {
-    let value = |x: Option<&Option<f64>>| x.copied().flatten().unwrap_or(f64::NAN);
-    let point = |k: usize| {
-        Point::interval(
-            k as f64,
-            value(of.q50.get(k)),
-            value(of.q05.get(k)),
-            value(of.q95.get(k)),
-        )
-    };
-    (0..of.q50.len()).map(point).collect()
-}
-
 /// e_x(k) over k.
 pub(super) fn curves(study: &Study) -> Option<Drawn> {
     let axes = || (Axis::linear("k, samples"), Axis::log("e_x(k), relative"));
@@ -402,11 +390,11 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
             };
             if several {
                 let gain = words(Key::Gain, &cell.setting(Key::Gain));
-                let medians = trace(last).into_iter().map(|of| Point::new(of.x, of.y));
+                let medians = curve(last).into_iter().map(|of| Point::new(of.x, of.y));
                 plot = plot.series(Series::new(gain, Style::Line, medians.collect()));
             } else {
-                plot = plot.series(Series::new(ends[0].clone(), Style::Band, trace(first)).slot(0));
-                plot = plot.series(Series::new(ends[1].clone(), Style::Band, trace(last)).slot(1));
+                plot = plot.series(Series::new(ends[0].clone(), Style::Band, curve(first)).slot(0));
+                plot = plot.series(Series::new(ends[1].clone(), Style::Band, curve(last)).slot(1));
             }
             plot = plot.reference("k = N", Course::Vertical(cell.window as f64));
         }

@@ -1,25 +1,29 @@
 //! Statistical graphics as SVG in one style, independent of where the numbers come from.
 //!
-//! Series differ by colour (Okabe and Ito's palette, which colour-blind readers tell apart), by dashes and by
-//! markers. Colours are those of CSS classes: a figure follows the reader's light or dark scheme, and prints light.
-//! A document stands alone, and many can be inline in one page: no element has an id and every rule is scoped.
-//! The same input gives the same text.
+//! plotters draws them: its charts, coordinates, meshes and elements, on a backend of ours that
+//! writes SVG with classes. Ours is what it lacks: labels that fit, thinning, legends, panels with
+//! common axes, the scale of shades.
+//!
+//! Series differ by colour (Okabe and Ito's palette, which colour-blind readers tell apart), by
+//! dashes and by markers. Colours are those of CSS classes: a figure follows the reader's light or
+//! dark scheme, and prints light. A document stands alone, and many can be inline in one page: no
+//! element has an id and every rule is scoped. The same input gives the same text.
 
-mod canvas;
-mod frame;
+mod axis;
+#[allow(clippy::format_push_string, reason = "attributes of a few characters")]
+mod backend;
+mod chart;
 mod heat;
 mod legend;
-mod marks;
 mod metrics;
 mod multiples;
-mod scale;
 mod thin;
 
 #[cfg(test)]
 mod tests;
 
-pub use canvas::STYLE;
-pub use heat::{Heat, HeatCell, Shading};
+pub use backend::STYLE;
+pub use heat::{Heat, HeatCell};
 pub use multiples::{Sharing, small_multiples};
 
 /// How an axis places its values.
@@ -129,19 +133,13 @@ impl Point {
 pub enum Style {
     /// A line through the points.
     Line,
-    /// A marker at every point.
-    Markers,
     /// A line through the points and the band of their intervals.
     Band,
-    /// Markers with bars, joined by a thin line unless an axis has categories. Bars of several series at one place
-    /// are drawn side by side.
+    /// Markers with bars, joined by a thin line unless an axis has categories. Bars of several
+    /// series at one place are drawn side by side.
     ErrorBars,
-    /// A line that keeps each value until the next point, as an empirical distribution does.
-    Steps,
-    /// Many thin translucent lines, separated by undefined points: single trials.
-    Traces,
-    /// Boxes between the quartiles with the median, whiskers over the interval. Boxes of several series at one
-    /// place are drawn side by side.
+    /// Boxes between the quartiles with the median, whiskers over the interval. Boxes of several
+    /// series at one place are drawn side by side.
     Boxes,
 }
 
@@ -154,7 +152,8 @@ pub struct Series {
     pub style: Style,
     /// The points, joined in this order.
     pub points: Vec<Point>,
-    /// The place in the palette, so that an estimator looks the same in every figure; otherwise the first free one.
+    /// The place in the palette, so that an estimator looks the same in every figure; otherwise the
+    /// first free one.
     pub slot: Option<usize>,
 }
 
@@ -175,18 +174,6 @@ impl Series {
         self.slot = Some(slot);
         self
     }
-
-    /// Single trials as thin lines: the values of each over 0, 1, 2, ...
-    pub fn traces(label: impl Into<String>, trials: &[impl AsRef<[f64]>]) -> Self {
-        let gap = Point::new(f64::NAN, f64::NAN);
-        let points = trials.iter().flat_map(|trial| {
-            let values = trial.as_ref().iter().enumerate();
-            values
-                .map(|(k, value)| Point::new(k as f64, *value))
-                .chain([gap])
-        });
-        Self::new(label, Style::Traces, points.collect())
-    }
 }
 
 /// Where a reference line lies.
@@ -196,8 +183,8 @@ pub enum Course {
     Horizontal(f64),
     /// x is this.
     Vertical(f64),
-    /// A line in the coordinates of the axes, a logarithm counted in decades: slope -1/2 through a point on two
-    /// logarithmic axes is y ~ x^(-1/2).
+    /// A line in the coordinates of the axes, a logarithm counted in decades: slope -1/2 through a
+    /// point on two logarithmic axes is y ~ x^(-1/2).
     Sloped {
         /// Rise over run.
         slope: f64,
@@ -213,16 +200,6 @@ pub struct Reference {
     pub label: String,
     /// Where it lies.
     pub course: Course,
-}
-
-impl Reference {
-    /// A reference line.
-    pub fn new(label: impl Into<String>, course: Course) -> Self {
-        Self {
-            label: label.into(),
-            course,
-        }
-    }
 }
 
 /// A plot of series over two axes.
@@ -255,31 +232,6 @@ impl Plot {
         }
     }
 
-    /// Box plots side by side: for each group (an estimator, say) the 5, 25, 50, 75 and 95 % quantiles in every
-    /// category, `None` where undefined.
-    pub fn boxes<L: Into<String>>(
-        title: impl Into<String>,
-        x: Axis,
-        y: Axis,
-        groups: impl IntoIterator<Item = (L, Vec<Option<[f64; 5]>>)>,
-    ) -> Self {
-        let mut plot = Self::new(title, x, y);
-        for (label, boxes) in groups {
-            let boxes = boxes.into_iter().enumerate();
-            let points = boxes.filter_map(|(i, q)| Some(Point::quantiles(i as f64, q?)));
-            let series = Series::new(label, Style::Boxes, points.collect());
-            plot.series.push(series);
-        }
-        plot
-    }
-
-    /// The plot with a description for readers who do not see it.
-    #[must_use]
-    pub fn describe(mut self, description: impl Into<String>) -> Self {
-        self.description = description.into();
-        self
-    }
-
     /// The plot with one more series.
     #[must_use]
     pub fn series(mut self, series: Series) -> Self {
@@ -290,7 +242,8 @@ impl Plot {
     /// The plot with one more reference line.
     #[must_use]
     pub fn reference(mut self, label: impl Into<String>, course: Course) -> Self {
-        self.references.push(Reference::new(label, course));
+        let label = label.into();
+        self.references.push(Reference { label, course });
         self
     }
 

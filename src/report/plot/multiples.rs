@@ -1,10 +1,12 @@
 //! One plot, or several in a grid with one legend.
 
-use super::canvas::{Anchor, Canvas, LABEL, TICK, TITLE, WIDTH};
-use super::frame::{Frame, XLabels, YLabels};
+use super::axis::{self, Span};
+use super::backend::{Canvas, Drawn, LABEL, TICK, TITLE, WIDTH, bold, finish, plain};
+use super::chart::{Chart, values};
 use super::legend::{EDGE, Legend};
-use super::metrics::wrap;
-use super::{Plot, Style, marks, scale};
+use super::metrics::{LINE, wrap};
+use super::{Plot, Style};
+use plotters::style::text_anchor::HPos;
 
 /// Which axes all panels have in common.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -15,8 +17,8 @@ pub struct Sharing {
     pub y: bool,
 }
 
-/// Several plots in a grid of so many columns with one legend, as an SVG document. A shared axis is labelled as in
-/// the first plot, and should have the same scale in all.
+/// Several plots in a grid of so many columns with one legend, as an SVG document. A shared axis is
+/// labelled as in the first plot, and should have the same scale in all.
 pub fn small_multiples(
     title: &str,
     description: &str,
@@ -25,235 +27,179 @@ pub fn small_multiples(
     sharing: Sharing,
 ) -> String {
     let columns = columns.clamp(1, panels.len().max(1));
-    let sheet = Sheet::new(panels, columns, sharing, true);
-    sheet.draw(title, description)
+    finish(Sheet::new(panels, columns, sharing, true).draw(title, description))
 }
 
 /// One plot as an SVG document.
 pub(super) fn single(plot: &Plot) -> String {
-    let panels = std::slice::from_ref(plot);
-    let sheet = Sheet::new(panels, 1, Sharing::default(), false);
-    sheet.draw(&plot.title, &plot.description)
+    let sheet = Sheet::new(std::slice::from_ref(plot), 1, Sharing::default(), false);
+    finish(sheet.draw(&plot.title, &plot.description))
 }
 
-const TITLE_LINE: f64 = 24.0;
-const LABEL_LINE: f64 = 20.0;
+/// Room right of the axes, for half of the last label.
+const RIGHT: f64 = 24.0;
 
 struct Sheet<'a> {
     panels: &'a [Plot],
     columns: usize,
     sharing: Sharing,
     titled: bool,
-    ranges: Vec<[(f64, f64); 2]>,
-    y_labels: Vec<YLabels>,
-    height: f64,
+    /// The axes of every panel.
+    spans: Vec<[Span; 2]>,
     /// Left margins of the columns.
     margins: Vec<f64>,
-    /// Width of the axes.
+    /// Width and height of the axes.
     width: f64,
+    height: f64,
 }
 
 impl<'a> Sheet<'a> {
     fn new(panels: &'a [Plot], columns: usize, sharing: Sharing, titled: bool) -> Self {
         let ranges = ranges(panels, sharing);
-        let names = panels.iter().map(|plot| YLabels::least_height(&plot.y));
-        let usual = [380.0, 270.0, 210.0][columns.clamp(1, 3) - 1];
+        let names = panels.iter().map(|plot| Span::least_height(&plot.y));
+        let usual = match (panels.len(), columns) {
+            (0 | 1, _) => 380.0,
+            (_, 1 | 2) => 270.0,
+            _ => 210.0,
+        };
         let height = names.fold(usual, f64::max);
-        let labels =
-            |(plot, range): (&Plot, &[(f64, f64); 2])| YLabels::new(&plot.y, range[1], height);
-        let y_labels = panels.iter().zip(&ranges).map(labels).collect();
-        let mut sheet = Self {
+        let pairs = || panels.iter().zip(&ranges);
+        let y: Vec<Span> = pairs()
+            .map(|(plot, range)| Span::y(&plot.y, range[1], height))
+            .collect();
+        // Room for the labels of y in a column.
+        let margin = |column: usize| {
+            let rooms = y.iter().skip(column).step_by(columns).map(|span| span.room);
+            let shown = column == 0 || !sharing.y;
+            let room = if shown {
+                rooms.fold(28.0, f64::max)
+            } else {
+                4.0
+            };
+            EDGE + room
+        };
+        let mut margins: Vec<f64> = (0..columns).map(margin).collect();
+        // Turned labels may need more room at the left, which depends on the width that is left.
+        let mut width = 0.0;
+        let mut x = Vec::new();
+        for _ in 0..3 {
+            width = (WIDTH - margins.iter().sum::<f64>()) / columns as f64 - RIGHT;
+            x = pairs()
+                .map(|(plot, range)| Span::x(&plot.x, range[0], width))
+                .collect::<Vec<Span>>();
+            for (i, span) in x.iter().enumerate() {
+                margins[i % columns] = margins[i % columns].max(span.overhang);
+            }
+        }
+        let spans = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
+        Self {
             panels,
             columns,
             sharing,
             titled,
-            ranges,
-            y_labels,
+            spans,
+            margins,
+            width,
             height,
-            margins: Vec::new(),
-            width: 0.0,
-        };
-        sheet.margins = (0..columns).map(|column| sheet.margin(column)).collect();
-        // Turned labels may need more room at the left, which depends on the width that is left.
-        for _ in 0..2 {
-            sheet.width = (WIDTH - sheet.margins.iter().sum::<f64>()) / columns as f64 - RIGHT;
-            for i in 0..panels.len() {
-                let margin = &mut sheet.margins[i % columns];
-                let overhang = XLabels::new(&panels[i].x, sheet.ranges[i][0], sheet.width).overhang;
-                *margin = margin.max(overhang);
-            }
         }
-        sheet.width = (WIDTH - sheet.margins.iter().sum::<f64>()) / columns as f64 - RIGHT;
-        sheet
     }
 
-    /// Room for the labels of y in a column.
-    fn margin(&self, column: usize) -> f64 {
-        let labels = self.y_labels.iter().skip(column).step_by(self.columns);
-        let widest = labels.map(|labels| labels.width).fold(0.0, f64::max);
-        let shown = column == 0 || !self.sharing.y;
-        EDGE + if shown { widest.max(28.0) } else { 4.0 }
-    }
-
-    fn draw(&self, title: &str, description: &str) -> String {
-        let mut canvas = Canvas::default();
+    fn draw(&self, title: &str, description: &str) -> Drawn<String> {
+        let canvas = Canvas::new();
         let legend = Legend::of(self.panels);
-        let mut y = 14.0;
-        for line in wrap(title, TITLE * 1.06, WIDTH - 2.0 * EDGE) {
-            canvas.text("t", Anchor::Start, (EDGE, y + 15.0), &line);
-            y += TITLE_LINE;
-        }
-        y += 6.0;
-        y += legend.draw(&mut canvas, y) + 8.0;
+        let lines = wrap(title, 1.1 * TITLE, WIDTH - 2.0 * EDGE);
+        let mut y = 20.0 + canvas.text(&lines, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
+        y = 8.0 + legend.draw(&canvas, y)?;
         for row in 0..self.panels.len().div_ceil(self.columns) {
-            y = self.draw_row(&mut canvas, &legend, row, y);
+            y = self.draw_row(&canvas, &legend, row * self.columns, y)?;
         }
-        canvas.document(WIDTH, y + 6.0, title, description)
+        Ok(canvas.document(WIDTH, y + 6.0, [title, description]))
     }
 
-    /// Draws a row of panels below `top` and gives its end.
-    fn draw_row(&self, canvas: &mut Canvas, legend: &Legend, row: usize, top: f64) -> f64 {
-        let first = row * self.columns;
+    /// Draws the row that begins with a panel below `top` and gives its end.
+    fn draw_row(&self, canvas: &Canvas, legend: &Legend<'_>, first: usize, top: f64) -> Drawn<f64> {
         let panels = first..self.panels.len().min(first + self.columns);
         let heads: Vec<[Vec<String>; 2]> = panels.clone().map(|i| self.head(i)).collect();
-        let title_lines = heads.iter().map(|head| head[0].len()).max().unwrap_or(0);
-        let label_lines = heads.iter().map(|head| head[1].len()).max().unwrap_or(0);
-        let labels_top = top + LABEL_LINE * title_lines as f64;
-        let axes_top = labels_top + LABEL_LINE * label_lines as f64 + 6.0;
-        let mut end: f64 = top;
-        for (i, [title, label]) in panels.zip(heads) {
-            let column = i - first;
-            let start =
-                self.margins[..column].iter().sum::<f64>() + column as f64 * (self.width + RIGHT);
-            let left = start + self.margins[column];
-            for (class, lines, top) in [("p", title, top), ("", label, labels_top)] {
-                for (j, line) in lines.iter().enumerate() {
-                    let x = if self.columns == 1 {
-                        EDGE
-                    } else {
-                        start + EDGE
-                    };
-                    let place = (x, top + 15.0 + LABEL_LINE * j as f64);
-                    canvas.text(class, Anchor::Start, place, line);
-                }
-            }
+        let most = |part: usize| heads.iter().map(|head| head[part].len()).max().unwrap_or(0);
+        let labels_top = top + LINE * LABEL * most(0) as f64;
+        let axes_top = labels_top + LINE * LABEL * most(1) as f64 + 6.0;
+        let (mut end, mut start) = (top, 0.0);
+        for (i, [title, label]) in panels.zip(&heads) {
+            let left = start + self.margins[i - first];
+            canvas.text(title, &bold(LABEL), HPos::Left, (start + EDGE, top + 4.0))?;
+            let place = (start + EDGE, labels_top + 4.0);
+            canvas.text(label, &plain(LABEL), HPos::Left, place)?;
             let area = [left, axes_top, left + self.width, axes_top + self.height];
-            end = end.max(self.draw_panel(canvas, legend, i, area));
+            end = self.draw_panel(canvas, legend, i, area)?.max(end);
+            start = left + self.width + RIGHT;
         }
-        end + 12.0
+        Ok(end + 12.0)
     }
 
     /// Lines of a panel's title and of its y axis.
     fn head(&self, i: usize) -> [Vec<String>; 2] {
-        let plot = &self.panels[i];
+        let (plot, shown) = (&self.panels[i], self.labelled(i)[1]);
         let room = self.width + self.margins[i % self.columns] - EDGE;
-        let title = if self.titled { plot.title.as_str() } else { "" };
-        let shown = !self.sharing.y || i.is_multiple_of(self.columns);
-        let label = if shown { plot.y.label.as_str() } else { "" };
-        [wrap(title, LABEL * 1.06, room), wrap(label, LABEL, room)]
+        let title = if self.titled { &plot.title } else { "" };
+        let label = if shown { &plot.y.label } else { "" };
+        [wrap(title, 1.1 * LABEL, room), wrap(label, LABEL, room)]
+    }
+
+    /// Which axes of a panel have labels.
+    fn labelled(&self, i: usize) -> [bool; 2] {
+        let lowest = i + self.columns >= self.panels.len();
+        let first = i.is_multiple_of(self.columns);
+        [!self.sharing.x || lowest, !self.sharing.y || first]
     }
 
     /// Draws one panel and gives its end.
-    fn draw_panel(&self, canvas: &mut Canvas, legend: &Legend, i: usize, area: [f64; 4]) -> f64 {
-        let plot = &self.panels[i];
-        let lowest = i + self.columns >= self.panels.len();
-        let labelled = [
-            !self.sharing.x || lowest,
-            !self.sharing.y || i.is_multiple_of(self.columns),
-        ];
-        let frame = Frame::new(plot, self.ranges[i], area);
-        let x_labels = XLabels::new(&plot.x, self.ranges[i][0], self.width);
-        frame.draw(canvas, &x_labels, labelled, &self.y_labels[i]);
-        marks::draw(canvas, &frame, legend);
+    fn draw_panel(
+        &self,
+        canvas: &Canvas,
+        legend: &Legend<'_>,
+        i: usize,
+        area: [f64; 4],
+    ) -> Drawn<f64> {
+        let (plot, labelled) = (&self.panels[i], self.labelled(i));
+        let chart = Chart::new(plot, canvas, self.spans[i].clone(), area, labelled)?;
+        chart.draw(legend)?;
         let [left, _, right, bottom] = area;
         let mut y = bottom + 8.0;
         if labelled[0] {
-            y = bottom + x_labels.height;
-            let middle = f64::midpoint(left, right);
-            for line in wrap(&plot.x.label, LABEL, self.width) {
-                canvas.text("", Anchor::Middle, (middle, y + 16.0), &line);
-                y += LABEL_LINE;
-            }
+            y = bottom + self.spans[i][0].room;
+            let label = wrap(&plot.x.label, LABEL, self.width);
+            let place = (f64::midpoint(left, right), y + 5.0);
+            y += canvas.text(&label, &plain(LABEL), HPos::Center, place)?;
         }
-        for line in wrap(&note(&frame), TICK, self.width) {
-            canvas.text("k", Anchor::Start, (left, y + 16.0), &line);
-            y += LABEL_LINE;
-        }
-        y
+        let note = wrap(&chart.note(), TICK, self.width);
+        Ok(y + canvas.text(&note, &plain(TICK), HPos::Left, (left, y + 6.0))?)
     }
-}
-
-/// Room right of the axes, for half of the last label.
-const RIGHT: f64 = 24.0;
-
-/// What is not seen, in words.
-fn note(frame: &Frame<'_>) -> String {
-    let (not_positive, outside) = marks::unseen(frame);
-    let points = |count: usize| if count == 1 { "point" } else { "points" };
-    let mut notes = Vec::new();
-    if frame.plot.series.iter().all(|series| {
-        let defined = |point: &super::Point| point.x.is_finite() && point.y.is_finite();
-        !series.points.iter().any(defined)
-    }) {
-        notes.push("No defined value.".to_owned());
-    }
-    if not_positive > 0 {
-        let points = points(not_positive);
-        notes.push(format!(
-            "Not shown: {not_positive} {points} not above 0 on a logarithmic axis."
-        ));
-    }
-    if outside > 0 {
-        notes.push(format!(
-            "Outside of the axes: {outside} {}.",
-            points(outside)
-        ));
-    }
-    notes.join(" ")
 }
 
 /// The ranges of x and y of every panel.
 fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
-    let values: Vec<(Vec<f64>, Vec<f64>)> = panels.iter().map(marks::values).collect();
-    let all_x: Vec<f64> = values.iter().flat_map(|(x, _)| x).copied().collect();
-    let all_y: Vec<f64> = values.iter().flat_map(|(_, y)| y).copied().collect();
+    let values: Vec<[Vec<f64>; 2]> = panels.iter().map(values).collect();
     let rooms: Vec<f64> = panels.iter().map(room_of_x).collect();
     let widest = rooms.iter().copied().fold(0.0, f64::max);
-    let mut ranges = Vec::with_capacity(panels.len());
-    for (i, plot) in panels.iter().enumerate() {
-        let (x_axis, x, room) = if sharing.x {
-            (&panels[0].x, &all_x, widest)
-        } else {
-            (&plot.x, &values[i].0, rooms[i])
-        };
-        let (y_axis, y) = if sharing.y {
-            (&panels[0].y, &all_y)
-        } else {
-            (&plot.y, &values[i].1)
-        };
-        ranges.push([
-            scale::range(x_axis, x.iter().copied(), room),
-            scale::range(y_axis, y.iter().copied(), 0.05),
-        ]);
-    }
-    ranges
+    let range = |i: usize, k: usize| {
+        let shared = [sharing.x, sharing.y][k];
+        let room = [if shared { widest } else { rooms[i] }, 0.05][k];
+        let own = if shared { 0..panels.len() } else { i..i + 1 };
+        let plot = &panels[own.start];
+        let values = values[own].iter().flat_map(|values| &values[k]).copied();
+        axis::range([&plot.x, &plot.y][k], values, room)
+    };
+    (0..panels.len())
+        .map(|i| [range(i, 0), range(i, 1)])
+        .collect()
 }
 
-/// Room beside the values of x: none for lines, some for markers.
+/// Room beside the values of x: none for lines, some for markers, more for boxes.
 fn room_of_x(plot: &Plot) -> f64 {
-    let bare = |style: Style| {
-        matches!(
-            style,
-            Style::Line | Style::Band | Style::Steps | Style::Traces
-        )
-    };
-    let boxes = plot
-        .series
-        .iter()
-        .any(|series| series.style == Style::Boxes);
-    match (plot.series.iter().all(|series| bare(series.style)), boxes) {
-        (true, _) => 0.0,
-        (_, true) => 0.12,
-        _ => 0.06,
-    }
+    let rooms = plot.series.iter().map(|series| match series.style {
+        Style::Line | Style::Band => 0.0,
+        Style::ErrorBars => 0.06,
+        Style::Boxes => 0.12,
+    });
+    rooms.fold(0.0, f64::max)
 }

@@ -1,0 +1,340 @@
+//! One plot: plotters' chart and mesh, and in it series and reference lines.
+
+use super::axis::Span;
+use super::backend::{Canvas, Drawn, FAINT, GRID, Svg, TEXT, TICK, plain, px};
+use super::legend::{Legend, Look};
+use super::thin::{envelope, thin};
+use super::{Course, Plot, Point, Scale, Series, Style};
+use plotters::prelude::*;
+
+type Place = (i32, i32);
+
+/// A plot with the place of its axes.
+pub(super) struct Chart<'a> {
+    plot: &'a Plot,
+    canvas: &'a Canvas,
+    context: ChartContext<'static, Svg, Cartesian2d<Span, Span>>,
+    x: Span,
+    y: Span,
+    /// Left, top, right, bottom.
+    area: [f64; 4],
+}
+
+impl<'a> Chart<'a> {
+    /// Draws the axes of a plot, and those labels that are wanted.
+    pub(super) fn new(
+        plot: &'a Plot,
+        canvas: &'a Canvas,
+        [x, y]: [Span; 2],
+        area: [f64; 4],
+        labelled: [bool; 2],
+    ) -> Drawn<Self> {
+        let [left, top, right, bottom] = area;
+        let panel = canvas.part([left - y.room, top, right, bottom + x.room]);
+        let mut context = ChartBuilder::on(&panel)
+            .y_label_area_size(px(y.room))
+            .x_label_area_size(px(x.room))
+            .build_cartesian_2d(x.clone(), y.clone())?;
+        let blank = |_: &f64| String::new();
+        let mut mesh = context.configure_mesh();
+        mesh.set_all_tick_mark_size(50).label_style(plain(TICK));
+        mesh.bold_line_style(GRID.stroke_width(10))
+            .light_line_style(FAINT.stroke_width(10));
+        mesh.axis_style(TEXT.stroke_width(10));
+        if x.overhang > 0.0 {
+            mesh.x_label_style(plain(TICK).transform(FontTransform::Rotate270));
+        }
+        if x.names {
+            mesh.disable_x_mesh();
+        }
+        if !labelled[0] {
+            mesh.x_label_formatter(&blank);
+        }
+        if !labelled[1] {
+            mesh.y_label_formatter(&blank);
+        }
+        mesh.draw()?;
+        Ok(Self {
+            plot,
+            canvas,
+            context,
+            x,
+            y,
+            area,
+        })
+    }
+
+    /// Draws everything inside the axes: lines cut at the edge, markers whole or not at all.
+    pub(super) fn draw(&self, legend: &Legend<'_>) -> Drawn {
+        // Room for half of a line's width.
+        let [left, top, right, bottom] = self.area;
+        let cut = [left - 1.5, top - 1.5, right + 1.5, bottom + 1.5];
+        let (offsets, half) = self.berths();
+        for (series, offset) in self.plot.series.iter().zip(offsets) {
+            let look = legend.look(&series.label);
+            let pen = Pen {
+                chart: self,
+                look,
+                offset,
+                half,
+            };
+            self.canvas.clipped(cut, || pen.lines(series))?;
+            if beside(series) {
+                pen.markers(&series.points)?;
+            }
+        }
+        // On top, where a wide band does not hide them.
+        self.canvas.clipped(cut, || {
+            self.plot.references.iter().try_for_each(|reference| {
+                let style = legend.reference(&reference.label);
+                let ends = self.reference(reference.course);
+                ends.map_or(Ok(()), |ends| self.canvas.line(ends, style))
+            })
+        })
+    }
+
+    fn reference(&self, course: Course) -> Option<[Place; 2]> {
+        let (x, y) = (self.x.range(), self.y.range());
+        let ends = match course {
+            Course::Horizontal(at) => [(x.start, at), (x.end, at)],
+            Course::Vertical(at) => [(at, y.start), (at, y.end)],
+            Course::Sloped { slope, through } => {
+                let from = (self.x.coordinate(through.0)?, self.y.coordinate(through.1)?);
+                [x.start, x.end].map(|end| {
+                    let run = self.x.coordinate(end).unwrap_or(f64::NAN) - from.0;
+                    (end, self.y.value(from.1 + slope * run))
+                })
+            }
+        };
+        let known = |(x, y)| self.x.coordinate(x).is_some() && self.y.coordinate(y).is_some();
+        let known = ends.into_iter().all(known);
+        known.then(|| ends.map(|place| self.context.backend_coord(&place)))
+    }
+
+    /// Where the marks of each series stand, and half of the room for a box. Those of several
+    /// series at one place stand side by side: over names with all the room between them, otherwise
+    /// just far enough to see both bars.
+    fn berths(&self) -> (Vec<i32>, i32) {
+        let series = &self.plot.series;
+        let moved = |series: &&Series| beside(series) && !series.points.is_empty();
+        let count = series.iter().filter(moved).count().max(1) as f64;
+        let [left, top, right, bottom] = self.area;
+        let unit = match &self.y {
+            y if y.names => (bottom - top) / y.length(),
+            _ => (right - left) / self.x.length(),
+        };
+        // Less in the narrow panels of a grid.
+        let size = ((right - left) / 800.0).clamp(0.5, 1.0);
+        let pitch = match series.iter().any(|series| series.style == Style::Boxes) {
+            _ if self.x.names || self.y.names => (0.78 * unit / count).min(60.0),
+            true => 26.0 * size,
+            false => 7.0 * size,
+        };
+        let mut places = (0..).map(|i| px(pitch * (f64::from(i) - (count - 1.0) / 2.0)));
+        let offset = |series| moved(&series).then(|| places.next()).flatten().unwrap_or(0);
+        (series.iter().map(offset).collect(), px(0.39 * pitch))
+    }
+
+    /// What is not seen, in words.
+    pub(super) fn note(&self) -> String {
+        let points = self.plot.series.iter().flat_map(|series| &series.points);
+        let finite = |point: &&Point| point.x.is_finite() && point.y.is_finite();
+        let points: Vec<&Point> = points.filter(finite).collect();
+        if points.is_empty() {
+            return "No defined value.".to_owned();
+        }
+        let (x, y) = (&self.x, &self.y);
+        let on = |point: &&&Point| x.coordinate(point.x).and(y.coordinate(point.y)).is_some();
+        let inside = |point: &&&Point| x.holds(point.x) && y.holds(point.y);
+        let shown = points.iter().filter(on).count();
+        let outside = shown - points.iter().filter(inside).count();
+        let count = |count: usize| format!("{count} point{}", if count == 1 { "" } else { "s" });
+        let mut notes = Vec::new();
+        if shown < points.len() {
+            let hidden = count(points.len() - shown);
+            notes.push(format!(
+                "Not shown: {hidden} not above 0 on a logarithmic axis."
+            ));
+        }
+        if outside > 0 {
+            notes.push(format!("Outside of the axes: {}.", count(outside)));
+        }
+        notes.join(" ")
+    }
+}
+
+/// Whether a series has markers, beside those of others.
+fn beside(series: &Series) -> bool {
+    matches!(series.style, Style::Boxes | Style::ErrorBars)
+}
+
+/// Draws one series.
+struct Pen<'a> {
+    chart: &'a Chart<'a>,
+    look: Look,
+    /// How far marks stand aside, and half of the room for a box.
+    offset: i32,
+    half: i32,
+}
+
+impl Pen<'_> {
+    /// The place of (x, y), moved across where series stand side by side.
+    fn place(&self, x: f64, y: f64) -> Option<Place> {
+        let chart = self.chart;
+        chart.x.coordinate(x).and(chart.y.coordinate(y))?;
+        Some(self.across(chart.context.backend_coord(&(x, y)), self.offset))
+    }
+
+    /// The place at a value along the interval of a point; an end that the axis cannot show is
+    /// beyond its edge.
+    fn along(&self, point: &Point, value: f64) -> Option<Place> {
+        let chart = self.chart;
+        let (span, beside, place) = if chart.y.names {
+            (&chart.y, point.y, (value, point.y))
+        } else {
+            (&chart.x, point.x, (point.x, value))
+        };
+        span.coordinate(beside).filter(|_| !value.is_nan())?;
+        Some(self.across(chart.context.backend_coord(&place), self.offset))
+    }
+
+    /// A place moved across the interval.
+    fn across(&self, (x, y): Place, by: i32) -> Place {
+        let down = i32::from(self.chart.y.names);
+        (x + by * (1 - down), y + by * down)
+    }
+
+    /// What the edge of the plot cuts.
+    fn lines(&self, series: &Series) -> Drawn {
+        let points = &series.points;
+        match series.style {
+            Style::Line => self.polyline(points, 20),
+            Style::Band => self.band(points).and_then(|()| self.polyline(points, 20)),
+            Style::ErrorBars => self.error_bars(points),
+            Style::Boxes => points.iter().try_for_each(|point| self.quartiles(point)),
+        }
+    }
+
+    /// A line through the defined places; a single one is a dot, so that it is seen.
+    fn polyline(&self, points: &[Point], width: u32) -> Drawn {
+        let canvas = self.chart.canvas;
+        let parts = parts(points, |point| self.place(point.x, point.y));
+        parts.iter().try_for_each(|part| match part[..] {
+            [place] => canvas.draw(Circle::new(place, 25, self.look.ink().filled())),
+            _ => canvas.line(thin(part), self.look.line(width)),
+        })
+    }
+
+    fn band(&self, points: &[Point]) -> Drawn {
+        let canvas = self.chart.canvas;
+        let ends = |point: &Point| {
+            self.along(point, point.low)
+                .zip(self.along(point, point.high))
+        };
+        for part in parts(points, ends) {
+            let (low, high): (Vec<Place>, Vec<Place>) = part.into_iter().unzip();
+            let mut outline = envelope(&high, i32::min);
+            outline.extend(envelope(&low, i32::max).iter().rev());
+            match outline.len() {
+                2 => canvas.line(outline, self.thin())?,
+                _ => canvas.draw(Polygon::new(outline, self.look.ink().mix(0.16)))?,
+            }
+        }
+        Ok(())
+    }
+
+    /// The style of bars and whiskers.
+    fn thin(&self) -> ShapeStyle {
+        self.look.ink().stroke_width(12)
+    }
+
+    fn error_bars(&self, points: &[Point]) -> Drawn {
+        if !self.chart.x.names && !self.chart.y.names {
+            self.polyline(points, 12)?;
+        }
+        // A bar that the marker hides is not drawn.
+        let hidden = |point: &&Point| {
+            let ends = self
+                .along(point, point.low)
+                .zip(self.along(point, point.high));
+            ends.is_some_and(|(a, b)| (a.0 - b.0).abs() + (a.1 - b.1).abs() < 30)
+        };
+        let mut seen = points.iter().filter(|point| !hidden(point));
+        seen.try_for_each(|point| self.whisker(point, point.low, point.high, 40))
+    }
+
+    /// A line between two places on either side of one.
+    fn cross(&self, middle: Place, half: i32, style: ShapeStyle) -> Drawn {
+        let ends = [self.across(middle, -half), self.across(middle, half)];
+        self.chart.canvas.line(ends, style)
+    }
+
+    /// A bar between two values with caps.
+    fn whisker(&self, point: &Point, from: f64, to: f64, cap: i32) -> Drawn {
+        let Some((from, to)) = self.along(point, from).zip(self.along(point, to)) else {
+            return Ok(());
+        };
+        self.chart.canvas.line([from, to], self.thin())?;
+        self.cross(from, cap, self.thin())?;
+        self.cross(to, cap, self.thin())
+    }
+
+    /// A box between the quartiles with the median, and whiskers.
+    fn quartiles(&self, point: &Point) -> Drawn {
+        let ([first, third], half) = (point.quartiles, self.half);
+        self.whisker(point, point.low, first, half / 2)?;
+        self.whisker(point, third, point.high, half / 2)?;
+        if let Some((a, b)) = self.along(point, first).zip(self.along(point, third)) {
+            let corners = [self.across(a, -half), self.across(b, half)];
+            self.look.draw_box(self.chart.canvas, corners)?;
+        }
+        let median = self.place(point.x, point.y);
+        let style = self.look.ink().stroke_width(20);
+        median.map_or(Ok(()), |median| self.cross(median, half, style))
+    }
+
+    fn markers(&self, points: &[Point]) -> Drawn {
+        let (x, y) = (&self.chart.x, &self.chart.y);
+        let mut inside = points
+            .iter()
+            .filter(|point| x.holds(point.x) && y.holds(point.y));
+        inside.try_for_each(|point| {
+            let place = self.place(point.x, point.y);
+            place.map_or(Ok(()), |place| self.look.marker(self.chart.canvas, place))
+        })
+    }
+}
+
+/// The defined places in parts without a gap.
+fn parts<T>(points: &[Point], place: impl Fn(&Point) -> Option<T>) -> Vec<Vec<T>> {
+    let mut parts = vec![Vec::new()];
+    for point in points {
+        match (place(point), parts.last_mut()) {
+            (Some(place), Some(part)) => part.push(place),
+            _ => parts.push(Vec::new()),
+        }
+    }
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
+/// Every number of a plot along x and along y, references included: what its axes must hold.
+pub(super) fn values(plot: &Plot) -> [Vec<f64>; 2] {
+    let (mut xs, mut ys) = (Vec::new(), Vec::new());
+    let sideways = matches!(plot.y.scale, Scale::Categories(_));
+    for point in plot.series.iter().flat_map(|series| &series.points) {
+        xs.push(point.x);
+        ys.push(point.y);
+        let along = if sideways { &mut xs } else { &mut ys };
+        along.extend([point.low, point.high]);
+        along.extend(point.quartiles);
+    }
+    for reference in &plot.references {
+        match reference.course {
+            Course::Horizontal(y) => ys.push(y),
+            Course::Vertical(x) => xs.push(x),
+            Course::Sloped { .. } => {}
+        }
+    }
+    [xs, ys]
+}
