@@ -1,8 +1,8 @@
 //! `asobench check`: what an experiment file asks for, and what it will cost.
 
 use super::error::{Error, failed};
-use super::print;
 use super::run::{StudyArguments, threads};
+use super::{memory, print};
 use crate::study::file::{Axis, Key, Store, TrialRule};
 use crate::study::{Cell, CellTally, Experiment, Trials, Worker, block_size};
 use std::fmt::Write as _;
@@ -27,6 +27,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let (experiment, rule) = arguments.study.experiment()?;
     // The size comes first: the estimate takes some seconds where trials are long.
     print(&size(arguments, &experiment, &rule))?;
+    memory::fits(&experiment, 0..experiment.cells.len(), 1)?;
     print(&estimates(&experiment, &rule)?)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -10,6 +10,7 @@ mod check;
 mod error;
 mod estimate;
 mod files;
+mod memory;
 mod progress;
 mod replay;
 mod report;

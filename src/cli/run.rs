@@ -1,7 +1,7 @@
 //! `asobench run`: a study from an experiment file, in a folder that can be gone on with.
 
 use super::error::{Error, failed};
-use super::{note, print, progress, timing};
+use super::{memory, note, print, progress, timing};
 use crate::report::FigureError;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
@@ -101,6 +101,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         repair: arguments.repair,
         ..RunOptions::default()
     };
+    memory::fits(&experiment, 0..experiment.cells.len(), options.threads)?;
     let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| {
         Ok(Vec::new())
     })?;
