@@ -3,7 +3,7 @@
 use super::error::{Error, failed};
 use super::need::{Need, Room, amount, duration};
 use super::run::{StudyArguments, threads};
-use super::{print, timing};
+use super::{memory, print, timing};
 use crate::study::file::{Axis, Key, TrialRule};
 use crate::study::{Cost, Disk, Experiment, disk_of, done, memory_of};
 use crate::text::visible;
@@ -28,6 +28,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let setup = begin.elapsed().as_secs_f64();
     // The size comes first: the estimate takes some seconds where trials are long.
     print(&size(arguments, &experiment, &rule))?;
+    memory::fits(&experiment, 0..experiment.cells.len(), 1)?;
     let folder = arguments.study.folder(arguments.out.as_deref());
     print(&estimates(&experiment, &rule, &folder, setup)?)?;
     Ok(ExitCode::SUCCESS)

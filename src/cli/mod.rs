@@ -10,6 +10,7 @@ mod check;
 mod error;
 mod estimate;
 mod files;
+mod memory;
 mod need;
 mod progress;
 mod replay;

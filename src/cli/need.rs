@@ -1,6 +1,7 @@
 //! What a run needs beside what there is: memory, and room on disk.
 
 use super::error::{Error, failed};
+use super::memory;
 use crate::study::file::TrialRule;
 use crate::study::{Done, Experiment, disk_of, memory_of, row_of};
 use std::io::{self, IsTerminal, Write};
@@ -18,7 +19,7 @@ impl Room {
     /// For results in a folder, which need not be there.
     pub(super) fn of(folder: &Path) -> Self {
         Self {
-            memory: available_memory(),
+            memory: memory::available(),
             disk: free_disk(folder),
         }
     }
@@ -116,20 +117,6 @@ fn free_disk(_: &Path) -> Option<f64> {
     None
 }
 
-/// What Linux says that programs can have without swapping.
-fn available_memory() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    available_in(&text)
-}
-
-fn available_in(text: &str) -> Option<f64> {
-    let line = text
-        .lines()
-        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024.0 * kibibytes)
-}
-
 /// A number of bytes with the unit that it is told in.
 pub(super) fn amount(bytes: f64) -> String {
     const UNITS: [&str; 5] = ["kB", "MB", "GB", "TB", "PB"];
@@ -196,12 +183,5 @@ mod tests {
         );
         let both = need.beyond(&room(Some(2e9), Some(1e9))).unwrap();
         assert!(both.contains("5.0 GB of disk where 1.0 GB") && both.contains(" and about 3.0 GB"));
-    }
-
-    #[test]
-    fn the_line_of_available_memory_is_found() {
-        let text = "MemTotal:  24000000 kB\nMemAvailable:   12000000 kB\n";
-        assert_eq!(available_in(text), Some(12_288_000_000.0));
-        assert_eq!(available_in("MemTotal: 1 kB\n"), None);
     }
 }

@@ -4,7 +4,7 @@ mod course;
 
 use super::error::{Error, failed};
 use super::files::{check_output, write_whole};
-use super::{Format, note, print, print_json};
+use super::{Format, memory, note, print, print_json};
 use crate::data::{Realisation, csv};
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
@@ -181,6 +181,8 @@ pub(super) fn show(
     if let Source::Continuous(of) = &cell.source {
         return course::show(experiment, index, of, which.trial, options);
     }
+    // The stages by faer, the rows by the engine of the study.
+    memory::fits(experiment, index..index + 1, 2)?;
     let mut trial = Trial::new(experiment, cell).map_err(failed)?;
     trial.run(which.trial);
     let record = trial.record();
@@ -192,7 +194,6 @@ pub(super) fn show(
         })?;
         note(&format!("wrote {}", path.display()));
     }
-    // The stages by faer; the rows by the engine that the study ran on.
     let mut rows = Trials::default();
     let mut worker = Worker::new(experiment, cell).map_err(failed)?;
     worker.run_into(which.trial..which.trial + 1, &mut rows);

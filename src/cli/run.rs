@@ -2,7 +2,7 @@
 
 use super::error::{Error, failed};
 use super::files::cannot_write;
-use super::{need, note, print, progress, timing};
+use super::{memory, need, note, print, progress, timing};
 use crate::files;
 use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
 use crate::study::{
@@ -114,6 +114,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         repair: arguments.repair,
         ..RunOptions::default()
     };
+    memory::fits(&experiment, 0..experiment.cells.len(), options.threads)?;
     need::ask(&experiment, &rule, options.threads, &path, arguments.anyway)?;
     if experiment.file.timing {
         timing::check(&path).map_err(|e| cannot_write(&e))?;

@@ -2,6 +2,7 @@
 
 use super::build::Build;
 use super::continuous::ContinuousCell;
+use super::curves::Curves;
 use super::engine::Engine;
 use super::file::{
     Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, at_most, cells,
@@ -15,6 +16,7 @@ use crate::estimator::{
 };
 use crate::names::named_enum;
 use crate::observer::Gain;
+use crate::real::MOST_LANES;
 use serde_json::{Value, json};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -316,6 +318,30 @@ impl Experiment {
     /// The fingerprint of [`Self::stamped_design`].
     pub fn fingerprint(&self) -> u128 {
         xxh3_128(self.stamped_design().to_string().as_bytes())
+    }
+
+    /// The memory that a thread takes for trials of a cell, before the first is drawn, where it grows with what is asked
+    /// for: the record, the window of every method, curves; in continuous time the disturbance.
+    pub fn thread_bytes(&self, cell: usize) -> usize {
+        const NUMBER: usize = size_of::<f64>();
+        let (engine, cell) = (self.engine(cell), &self.cells[cell]);
+        let Cell {
+            order,
+            window,
+            horizon,
+            ..
+        } = *cell;
+        // Stage 7's output, and the rows of stage 6 that are solved by themselves.
+        let methods = self.methods.len() * window * (order + 2) * NUMBER;
+        let curve = if self.file.curves { horizon } else { 0 };
+        let (samples, lanes) = match (&cell.source, engine) {
+            (Source::Continuous(of), _) => return NUMBER * of.disturbance_numbers(),
+            (_, Ok(Engine::Lanes)) => (2 * horizon + window + 4 * curve, MOST_LANES),
+            // The noise filter's scratch.
+            _ => (cell.record_bytes() / NUMBER + horizon + curve, 1),
+        };
+        let curves = if curve > 0 { Curves::bytes(horizon) } else { 0 };
+        samples * lanes * NUMBER + methods * lanes + curves
     }
 
     /// The index of an output by its label, such as "iv(4)".

@@ -166,6 +166,37 @@ fn blocks_that_do_not_fit_are_damaged() {
     }
 }
 
+/// A block that says it covers others takes their place only where it can be decoded.
+#[test]
+fn a_forged_head_removes_no_block() {
+    let place = Place::new();
+    let expected = place.results("whole", &["--trials", "100", "--block", "25"]);
+    let folder = place.path("whole");
+    let first = blocks(&folder).swap_remove(0);
+    let bytes = std::fs::read(&first).expect("a file");
+    let wide = with_checksum(&bytes, |bytes| {
+        bytes[40..48].copy_from_slice(&100_u64.to_le_bytes());
+    });
+    let name = "c00000-0000000000-0000000100.block";
+    let before = state(&folder);
+    std::fs::write(folder.join("blocks").join(name), wide).expect("written");
+    let run = [
+        "run",
+        "everything.toml",
+        "--trials",
+        "100",
+        "--out",
+        "whole",
+    ];
+    place.refuses(&run, &[name, "damaged", "--repair"]);
+    for (path, bytes, _) in &before {
+        assert!(std::fs::read(path).is_ok_and(|now| now == *bytes));
+    }
+    let output = place.run(&[&run[..], &["--repair"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_same(&contents(&folder), &expected, "repaired");
+}
+
 #[test]
 fn newer_versions_and_other_designs_are_left_alone() {
     let place = Place::new();

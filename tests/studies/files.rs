@@ -227,6 +227,17 @@ fn settings_that_cannot_be() {
             ],
         ),
         (
+            "window = 98\nhorizon = 98",
+            [
+                "horizon: the record of K = 98 samples ends",
+                "'e_x_max' has no sample k >= N",
+            ],
+        ),
+        (
+            "eta_of = \"measured\"\neta = [5, 100]",
+            ["eta: 100 % of the measured output", "less than 100 %"],
+        ),
+        (
             "horizon = \"automatic\"",
             ["horizon: 'automatic'", "expected a number"],
         ),
@@ -306,6 +317,29 @@ fn plants_noises_and_feedbacks() {
     let unstable = "[settings]\nplant = \"m\"\nnoise = \"white\"\n[plants.m]\na = [1.2]\nb = [1]\n";
     place.refuses_file(unstable, &["plants.m", "not stable", "unstable = true"]);
     place.accepts_file(format!("{unstable}unstable = true").as_bytes());
+    // Noise of a level that no trial can have: every trial failed.
+    let nominal = unstable.replace("[plants", "eta_over = \"nominal\"\neta = 5\n[plants");
+    place.refuses_file(
+        &format!("{nominal}unstable = true"),
+        &["eta_over: \"nominal\"", "not stable", "\"exact\""],
+    );
+    let quiet = nominal.replace("eta = 5", "eta = 0");
+    place.accepts_file(format!("{quiet}unstable = true").as_bytes());
+    let silent = "[settings]\neta = 5\nnoise = \"m\"\n[noises.m]\nnumerator = ";
+    for numerator in ["[0.0]", "[0.0, 0]", "[1e-300]"] {
+        place.refuses_file(
+            &format!("{silent}{numerator}"),
+            &["noises.m: eta = 5 %", "variance 0", "not zero"],
+        );
+    }
+    place.accepts_file(format!("{silent}[0.0, 1.0]").as_bytes());
+    // Without a figure of the state, or scored from the start, the record may end with the window.
+    for measures in [
+        "measures = [\"e_a\"]\n[settings]",
+        "[settings]\nscored_from = \"start\"",
+    ] {
+        place.accepts_file(format!("{measures}\nwindow = 98\nhorizon = 98").as_bytes());
+    }
     let plant = "[settings]\nplant = \"m\"\n[plants.m]\n";
     let noise = "[settings]\nnoise = \"m\"\n[noises.m]\n";
     let feedback = "[settings]\nfeedback = \"m\"\n[feedbacks.m]\n";

@@ -4,6 +4,7 @@ mod commands;
 mod continuous;
 mod damage;
 mod engines;
+mod few;
 mod files;
 mod hostile;
 mod identity;

@@ -129,7 +129,7 @@ pub fn report(studies: &[Study], claims: &[Claim], on_step: &mut dyn FnMut(&str)
 
 fn introduction(section: &mut Section, studies: &[Study]) {
     section.paragraph(
-        "Every number is made of simulated trials and has its Monte-Carlo standard error: 0.0879(5) is 0.0879 with standard error 0.0005. A claim holds or does not only where a 95 % interval excludes the alternative.",
+        "Every number is made of simulated trials and has its Monte-Carlo standard error, where there are enough trials for one: 0.0879(5) is 0.0879 with standard error 0.0005. A claim holds or does not only where a 95 % interval excludes the alternative.",
     );
     let trials: u64 = studies.iter().map(Study::trials).sum();
     let mut pairs = vec![

@@ -100,6 +100,15 @@ impl ContinuousCell {
         }
     }
 
+    /// Numbers of white noise in a trial.
+    pub(super) fn disturbance_numbers(&self) -> usize {
+        let terms = self.disturbance.iter().map(|term| match term {
+            Term::White { hold, .. } => (self.until / hold).ceil() as usize + 1,
+            _ => 0,
+        });
+        terms.sum()
+    }
+
     /// Steps of a trial at least, without the halved ones.
     pub fn steps(&self) -> usize {
         (self.until / self.step).ceil() as usize
