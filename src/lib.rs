@@ -38,6 +38,7 @@
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
 //! | [`files`] | the only door to the file system |
 //! | [`study`] | experiment, trial, runner, store |
+//! | [`claim`] | verdicts on the claims of an experiment file from its results |
 //! | [`report`] | claims, tables and figures from stored results |
 //! | [`cli`] | the command line |
 //!
@@ -67,6 +68,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+pub mod claim;
 pub mod cli;
 pub mod data;
 pub mod estimator;
@@ -74,6 +76,7 @@ pub mod files;
 pub mod lanes;
 pub mod metric;
 mod names;
+mod number;
 pub mod observer;
 pub mod plant;
 pub mod real;

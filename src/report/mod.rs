@@ -14,17 +14,17 @@ mod index;
 mod markup;
 #[cfg(test)]
 mod mutations;
-mod number;
 pub mod plot;
 mod results;
 mod shipped;
 mod table;
 
+use crate::number;
+pub use crate::number::uncertain;
 pub use claims::{Claim, Number, claims};
 pub use document::{Files, course_figures, report};
 pub use example::{ends, example_table};
 pub use figures::draw;
 pub use folder::{prepare as prepare_report, write as write_report};
-pub use number::uncertain;
 pub use results::{ResultsError, Study, Time};
 pub use table::verdict_table;

@@ -5,7 +5,7 @@ use super::continuous::ContinuousCell;
 use super::curves::Curves;
 use super::engine::Engine;
 use super::file::{
-    Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, at_most, cells,
+    Axis, ExperimentFile, FileError, Key, Settings, TrialRule, Until, at_most, cells,
 };
 use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
@@ -363,6 +363,7 @@ impl Experiment {
     fn check(&mut self) -> Result<(), FileError> {
         self.check_methods()?;
         self.check_use()?;
+        super::claims::check(self)?;
         for [first, second] in &self.file.compare {
             let pair = [
                 self.output("compare", first)?,
@@ -378,25 +379,8 @@ impl Experiment {
         }
         for slope in &self.file.slopes {
             self.measure("slopes", slope.figure)?;
-            let Some(Axis::Many(values)) = self.file.settings.get(&slope.over) else {
-                let message = format!("'{}' has no list in [settings]", slope.over);
-                return Err(FileError::key("slopes.over", message));
-            };
-            let taken = |value: &&Scalar| match value {
-                Scalar::Number(number) => *number >= slope.from,
-                Scalar::Text(_) => true,
-            };
-            let positive =
-                |value: &Scalar| matches!(value, Scalar::Number(number) if *number > 0.0);
-            let taken: Vec<&Scalar> = values.iter().filter(taken).collect();
-            if taken.len() < 2 || !taken.into_iter().all(positive) {
-                let message = format!(
-                    "'{}' must have at least two values from {} on, all of them numbers above 0",
-                    slope.over,
-                    crate::text::number(slope.from)
-                );
-                return Err(FileError::key("slopes.over", message));
-            }
+            let checked = slope.check(&self.file);
+            checked.map_err(|message| FileError::key("slopes.over", message))?;
         }
         for bound in &self.file.bounds {
             self.measure("bounds", bound.figure)?;

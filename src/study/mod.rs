@@ -4,6 +4,7 @@
 mod blocks;
 mod build;
 mod campaign;
+mod claims;
 mod continuous;
 mod cost;
 mod curves;
@@ -18,6 +19,7 @@ mod need;
 mod observers;
 mod pack;
 mod peak;
+pub mod place;
 mod plan;
 mod row;
 mod runner;
@@ -26,6 +28,7 @@ mod state_feedback;
 mod store;
 mod summary;
 mod tally;
+mod times;
 mod trial;
 
 pub use blocks::{BlockError, Done, done};
@@ -56,4 +59,5 @@ pub use summary::{
     SlopeSummary, Summary,
 };
 pub use tally::{CellTally, Outcomes, OutputTally, Trials};
+pub use times::MethodTime;
 pub use trial::{Trial, TrialRecord};

@@ -10,7 +10,6 @@ use crate::text::{alike, folded, name_fault};
 /// # Errors
 /// The first that is wrong.
 pub(super) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
-    known_claims(&file.claims)?;
     tables("plants", file.plants.keys(), &PLANTS)?;
     tables("noises", file.noises.keys(), &NOISES)?;
     tables("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
@@ -94,22 +93,4 @@ fn tables<'a>(
     }
     alike(names.map(String::as_str))
         .map_or(Ok(()), |pair| Err(FileError::key(table, not_apart(pair))))
-}
-
-/// Checks that the report knows every claim.
-fn known_claims(claims: &[String]) -> Result<(), FileError> {
-    /// Claims, errata and basic facts, with how many there are.
-    const KNOWN: [(&str, u32); 4] = [("C", 9), ("E", 14), ("B", 3), ("K", 1)];
-    let known: Vec<String> = KNOWN
-        .iter()
-        .flat_map(|(letter, count)| (1..=*count).map(move |number| format!("{letter}{number}")))
-        .collect();
-    match claims.iter().find(|claim| !known.contains(claim)) {
-        Some(claim) => {
-            let message =
-                format!("no claim '{claim}'; expected C1 to C9, E1 to E14, B1 to B3 or K1");
-            Err(FileError::key("claims", message))
-        }
-        None => Ok(()),
-    }
 }
