@@ -37,6 +37,7 @@
 //! | [`observer`] | stage 12 and its gain |
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
 //! | [`study`] | experiment, trial, runner, store |
+//! | [`claim`] | verdicts on the claims of an experiment file from its results |
 //! | [`report`] | claims, tables and figures from stored results |
 //! | [`cli`] | the command line |
 //!
@@ -65,12 +66,14 @@
 // Only `cli` prints.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod claim;
 pub mod cli;
 pub mod data;
 pub mod estimator;
 pub mod lanes;
 pub mod metric;
 mod names;
+mod number;
 pub mod observer;
 pub mod plant;
 pub mod real;

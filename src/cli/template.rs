@@ -63,6 +63,14 @@ iterations = 4
 # figure = "e_a"
 # below = 0.033
 
+# A claim with the test that decides it: share, value, ratio, cells, slope or time; below, above, between or within.
+# [[claims]]
+# id = "W1"
+# text = "In white noise IV(4) is more exact than least squares."
+# holds = "everywhere"       # or "typically", "somewhere"
+# where = { noise = "ar" }   # all cells where absent
+# test = { ratio = "e_a", of = "iv(4)", to = "ls", below = 1.0 }
+
 # [plants.mine]
 # a = [-0.7, 1.5]
 # b = [1.0, 0.5]

@@ -3,11 +3,13 @@
 use super::shipped::Shipped;
 use crate::estimator::IvOptions;
 use crate::metric::{Quantile, Statistics};
+pub use crate::study::MethodTime as Time;
 use crate::study::file::{ExperimentFile, Key, TrialRule};
+use crate::study::place::{self, Place};
+pub use crate::study::place::{axis_label, figure_name, is_error, value_name, words};
 use crate::study::{CellSummary, Figure, OutputSummary, Summary, read_manifest};
 use serde::Deserialize;
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -31,21 +33,6 @@ pub enum ResultsError {
     /// Nothing to show.
     #[error("{}: the summary has no cell", .0.display())]
     Empty(PathBuf),
-}
-
-/// The time of one method in one cell.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Time {
-    /// The cell's index.
-    pub cell: usize,
-    /// The method's name.
-    pub method: String,
-    /// Median, seconds.
-    pub median_seconds: f64,
-    /// Lower quartile.
-    pub q25_seconds: f64,
-    /// Upper quartile.
-    pub q75_seconds: f64,
 }
 
 #[derive(Deserialize)]
@@ -142,58 +129,16 @@ impl Study {
 
     /// The settings that tell cells apart, without those that follow from another one.
     pub fn varying(&self) -> Vec<Key> {
-        const FIRST: [Key; 6] = [
-            Key::Claim,
-            Key::PlantOrder,
-            Key::Order,
-            Key::Window,
-            Key::Eta,
-            Key::L,
-        ];
-        let others = Key::ALL.iter().filter(|key| !FIRST.contains(key));
-        let continuous = self.file.continuous.is_some();
-        let candidates = FIRST.iter().chain(others).copied();
-        let candidates = candidates.filter(|key| key.is_of(continuous));
-        let mut kept: Vec<Key> = Vec::new();
-        for key in candidates {
-            let follows = kept.iter().any(|other| self.follows(key, *other));
-            if self.values(key).len() > 1 && !follows {
-                kept.push(key);
-            }
-        }
-        kept
-    }
-
-    /// Whether the value of one setting gives that of the other.
-    fn follows(&self, key: Key, from: Key) -> bool {
-        let mut seen: BTreeMap<String, String> = BTreeMap::new();
-        self.summary.cells.iter().all(|cell| {
-            let value = cell.setting(key);
-            *seen
-                .entry(cell.setting(from))
-                .or_insert_with(|| value.clone())
-                == value
-        })
+        place::varying(&self.places())
     }
 
     /// The values of a setting over the cells, in order: by size where all are numbers, else of appearance.
     pub fn values(&self, key: Key) -> Vec<String> {
-        let mut values: Vec<String> = Vec::new();
-        for cell in &self.summary.cells {
-            let value = cell.setting(key);
-            if !values.contains(&value) {
-                values.push(value);
-            }
-        }
-        let number = |value: &String| value.parse::<f64>().ok();
-        if values.iter().all(|value| number(value).is_some()) {
-            values.sort_by(|a, b| {
-                number(a)
-                    .partial_cmp(&number(b))
-                    .unwrap_or(std::cmp::Ordering::Equal)
-            });
-        }
-        values
+        place::values(&self.places(), key)
+    }
+
+    fn places(&self) -> Vec<Place> {
+        self.summary.cells.iter().map(CellSummary::place).collect()
     }
 
     /// Whether every value of a setting is a number.
@@ -302,23 +247,14 @@ pub fn median(cell: &CellSummary, label: &str, figure: Figure) -> Quantile {
     statistics(cell, label, figure).map_or(Quantile::UNDEFINED, |of| of.q50)
 }
 
-/// The values of some settings of a cell in words: "1/A noise, N = 98"; readings are named only where they are not
-/// the default.
+/// The values of some settings of a cell in words.
 pub fn place(cell: &CellSummary, keys: &[Key]) -> String {
-    const READINGS: [Key; 4] = [Key::Numerator, Key::Sequence, Key::EtaOver, Key::EtaOf];
-    let told = keys
-        .iter()
-        .filter(|key| !(READINGS.contains(key) && is_default(cell, **key)));
-    told.map(|key| words(*key, &cell.setting(*key)))
-        .collect::<Vec<_>>()
-        .join(", ")
+    cell.place().words(keys)
 }
 
 /// Whether a setting of a cell has its default.
 pub fn is_default(cell: &CellSummary, key: Key) -> bool {
-    let continuous = Key::Disturbance;
-    key.default_of(cell.settings.contains_key(&continuous))
-        .is_some_and(|value| value.to_string() == cell.setting(key))
+    cell.place().is_default(key)
 }
 
 /// "IV(4)", "IV, model, frozen (4)": an output's label as a reader sees it.
@@ -340,115 +276,6 @@ pub fn shown_name(name: &str) -> String {
         }
     });
     words.collect::<Vec<_>>().join(", ")
-}
-
-/// A setting's value in words: "N = 98", "eta = 2 %", "white noise".
-pub fn words(key: Key, value: &str) -> String {
-    match key {
-        Key::Claim => value.to_owned(),
-        Key::X0 => format!("x0 = {value}"),
-        Key::Numerator => format!("{value} numerator"),
-        Key::Sequence => format!("{value} input"),
-        Key::EtaOver => format!("{value} eta"),
-        Key::EtaOf => format!("eta of the {value} output"),
-        Key::Window => format!("N = {value}"),
-        Key::Eta => format!("eta = {value} %"),
-        Key::Noise => format!("{} noise", noise(value)),
-        Key::Feedback => format!("feedback {value}"),
-        Key::InputNoise => format!("input noise {value} %"),
-        Key::ProcessNoise => format!("process noise {value}"),
-        Key::X0Deviation => format!("x0 within {value}"),
-        Key::ScoredFrom => format!("scored from the {value}"),
-        Key::PlantOrder => format!("plant's n = {value}"),
-        Key::Order => format!("n = {value}"),
-        Key::PoleRadius => format!("poles within {value}"),
-        Key::ObserverStart => format!("start at {value}"),
-        Key::Gain => gain(value),
-        Key::Disturbance => format!("{value} disturbance"),
-        Key::Frequency => format!("{value} rad/s"),
-        Key::Phase => format!("phase {value}"),
-        Key::NoiseHold => format!("hold {value} s"),
-        Key::GainScale => format!("gains times {value}"),
-        Key::Step => format!("step {value} s"),
-        _ => format!("{key} {value}"),
-    }
-}
-
-/// The noise's name as people say it.
-fn noise(value: &str) -> &str {
-    match value {
-        "ar" => "1/A",
-        "ma" => "MA",
-        "arma" => "ARMA",
-        _ => value,
-    }
-}
-
-/// A gain by the poles of F.
-fn gain(value: &str) -> String {
-    match value.strip_prefix("scaled:") {
-        Some("1") => "no feedback (scaled:1)".to_owned(),
-        Some(factor) => format!("poles {factor} times A's"),
-        None => format!("{value} gain"),
-    }
-}
-
-/// A value as an axis of names shows it.
-pub fn value_name(key: Key, value: &str) -> String {
-    match (key, value) {
-        (Key::Noise, _) => noise(value).to_owned(),
-        (Key::Gain, "dead-beat") => "0".to_owned(),
-        (Key::Gain, _) => value.strip_prefix("scaled:").unwrap_or(value).to_owned(),
-        _ => value.to_owned(),
-    }
-}
-
-/// A setting as an axis is labelled, with its unit.
-pub fn axis_label(key: Key) -> String {
-    match key {
-        Key::Window => "N, samples".to_owned(),
-        Key::Eta => "eta, %".to_owned(),
-        Key::InputNoise => "input noise, %".to_owned(),
-        Key::Order => "order n of the estimator".to_owned(),
-        Key::PlantOrder => "order n of the plant".to_owned(),
-        Key::PoleRadius => "largest pole radius".to_owned(),
-        Key::X0 => "x0, every component".to_owned(),
-        Key::Gain => "poles of F over those of A".to_owned(),
-        Key::Level => "level of the disturbance".to_owned(),
-        Key::Frequency => "frequency, rad/s".to_owned(),
-        Key::NoiseHold => "hold of white noise, s".to_owned(),
-        Key::GainScale => "factor on the adaptation gains".to_owned(),
-        Key::Step => "step, s".to_owned(),
-        _ => key.name().replace('_', " "),
-    }
-}
-
-/// A figure's name as texts show it.
-pub fn figure_name(figure: Figure) -> String {
-    match figure {
-        Figure::ExMax => "max e_x".to_owned(),
-        Figure::ExRms => "rms e_x".to_owned(),
-        Figure::ExMaxPrinted => "max e_x as printed".to_owned(),
-        Figure::ExRmsPrinted => "rms e_x as printed".to_owned(),
-        Figure::FreshFit => "FIT".to_owned(),
-        Figure::SpectralRadius => "spectral radius".to_owned(),
-        Figure::Condition => "condition number".to_owned(),
-        Figure::RmsState => "rms of the state's error".to_owned(),
-        Figure::RmsState1 => "rms error of x_1".to_owned(),
-        Figure::RmsState2 => "rms error of x_2".to_owned(),
-        Figure::ThetaRms => "rms e_theta".to_owned(),
-        Figure::Reaching => "time to come within 10 %, s".to_owned(),
-        Figure::Frozen => "frozen from, s".to_owned(),
-        Figure::MixedDisturbance => "largest |dbar|".to_owned(),
-        Figure::StepError => "error by step halving".to_owned(),
-        Figure::StepOrder => "order of the integration".to_owned(),
-        _ => figure.name().replace("_as_printed", " as printed"),
-    }
-}
-
-/// Whether a smaller value of the figure is the better one.
-pub fn is_error(figure: Figure) -> bool {
-    figure.name().starts_with("e_") || figure.name().starts_with("rms_")
 }
 
 /// The values of a setting over some cells, in order of appearance.

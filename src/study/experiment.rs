@@ -3,9 +3,7 @@
 use super::build::{Build, FEEDBACKS, NOISES, PLANTS};
 use super::continuous::{CONTINUOUS_PLANTS, ContinuousCell, SIGNALS};
 use super::engine::Engine;
-use super::file::{
-    Axis, ExperimentFile, FileError, Key, Scalar, Settings, TrialRule, Until, cells,
-};
+use super::file::{Axis, ExperimentFile, FileError, Key, Settings, TrialRule, Until, cells};
 use super::observers::CellObserver;
 use super::row::Figure;
 use crate::data::Process;
@@ -202,7 +200,6 @@ impl Experiment {
                 "an empty list; expected at least one figure",
             ));
         }
-        known_claims(&file.claims)?;
         own_names("plants", file.plants.keys(), &PLANTS)?;
         own_names("noises", file.noises.keys(), &NOISES)?;
         own_names("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
@@ -324,6 +321,7 @@ impl Experiment {
     fn check(&mut self) -> Result<(), FileError> {
         self.check_methods()?;
         self.check_use()?;
+        super::claims::check(self)?;
         for [first, second] in &self.file.compare {
             let pair = [
                 self.output("compare", first)?,
@@ -339,24 +337,8 @@ impl Experiment {
         }
         for slope in &self.file.slopes {
             self.measure("slopes", slope.figure)?;
-            let Some(Axis::Many(values)) = self.file.settings.get(&slope.over) else {
-                let message = format!("'{}' has no list in [settings]", slope.over);
-                return Err(FileError::key("slopes.over", message));
-            };
-            let taken = |value: &&Scalar| match value {
-                Scalar::Number(number) => *number >= slope.from,
-                Scalar::Text(_) => true,
-            };
-            let positive =
-                |value: &Scalar| matches!(value, Scalar::Number(number) if *number > 0.0);
-            let taken: Vec<&Scalar> = values.iter().filter(taken).collect();
-            if taken.len() < 2 || !taken.into_iter().all(positive) {
-                let message = format!(
-                    "'{}' must have at least two values from {} on, all of them numbers above 0",
-                    slope.over, slope.from
-                );
-                return Err(FileError::key("slopes.over", message));
-            }
+            let checked = slope.check(&self.file);
+            checked.map_err(|message| FileError::key("slopes.over", message))?;
         }
         for bound in &self.file.bounds {
             self.measure("bounds", bound.figure)?;
@@ -533,24 +515,6 @@ fn own_name(name: &str, place: &str) -> Result<(), FileError> {
         return Err(FileError::key(place, message));
     }
     Ok(())
-}
-
-/// Checks that the report knows every claim.
-fn known_claims(claims: &[String]) -> Result<(), FileError> {
-    /// Claims, errata and basic facts, with how many there are.
-    const KNOWN: [(&str, u32); 4] = [("C", 9), ("E", 14), ("B", 3), ("K", 1)];
-    let known: Vec<String> = KNOWN
-        .iter()
-        .flat_map(|(letter, count)| (1..=*count).map(move |number| format!("{letter}{number}")))
-        .collect();
-    match claims.iter().find(|claim| !known.contains(claim)) {
-        Some(claim) => {
-            let message =
-                format!("no claim '{claim}'; expected C1 to C9, E1 to E14, B1 to B3 or K1");
-            Err(FileError::key("claims", message))
-        }
-        None => Ok(()),
-    }
 }
 
 /// Checks that no table has the name of one that is built in, which would hide it.

@@ -4,6 +4,7 @@
 mod blocks;
 mod build;
 mod campaign;
+mod claims;
 mod continuous;
 mod curves;
 mod engine;
@@ -15,6 +16,7 @@ pub mod kernels;
 mod observers;
 mod pack;
 mod peak;
+pub mod place;
 mod plan;
 mod row;
 mod runner;
@@ -23,6 +25,7 @@ mod state_feedback;
 mod store;
 mod summary;
 mod tally;
+mod times;
 mod trial;
 
 pub use blocks::BlockError;
@@ -48,4 +51,5 @@ pub use summary::{
     SlopeSummary, Summary,
 };
 pub use tally::{CellTally, Outcomes, OutputTally, Trials};
+pub use times::MethodTime;
 pub use trial::{Trial, TrialRecord};

@@ -313,7 +313,7 @@ impl Summary {
             title: file.title.clone(),
             question: file.question.clone(),
             hypothesis: file.hypothesis.clone(),
-            claims: file.claims.clone(),
+            claims: file.claims.iter().map(|claim| claim.id.clone()).collect(),
             seed: file.seed,
             axes: experiment.axes(),
             quantile_relative_error: SKETCH_ERROR,

@@ -20,7 +20,7 @@ pub(super) use closed_loop::bias_of;
 use condition::condition;
 
 use super::html::Verdict;
-use super::number::uncertain;
+use super::number::{listed, uncertain};
 use super::results::Study;
 use crate::metric::{Quantile, Z};
 
@@ -342,15 +342,6 @@ impl Ratio {
 
     fn number(self, name: impl Into<String>) -> Number {
         Number::new(name, self.value, self.mcse)
-    }
-}
-
-/// "a, b and c".
-fn listed(items: &[String]) -> String {
-    match items {
-        [] => "none".to_owned(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
 }
 

@@ -50,6 +50,16 @@ impl<'de> Deserialize<'de> for Scalar {
     }
 }
 
+impl schemars::JsonSchema for Scalar {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Scalar".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "description": "A number or a text.", "type": ["number", "string"] })
+    }
+}
+
 /// The values of one setting; several make an axis of the grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Axis {

@@ -1,6 +1,8 @@
 //! Experiment files: TOML, the same structure as JSON in a manifest, every default written out.
 
 mod axis;
+mod claim;
+mod claim_test;
 mod continuous;
 mod grid;
 mod key;
@@ -10,6 +12,10 @@ mod rule;
 mod tables;
 
 pub use axis::{Axis, Scalar};
+pub use claim::{
+    CLAIM_LEVEL, ClaimStatistic, ClaimTable, Holds, Needs, SeriesTable, TestTable, TimeOf,
+};
+pub use claim_test::{ClaimTest, Limit, Outcome, TestKind, TestUnit, ValueOf};
 pub use continuous::{
     ContinuousPlantTable, ContinuousTable, FactorName, HoldName, ObserverName, ObserverTable,
     SignalTable, WaveName, WaveTable,
@@ -48,8 +54,10 @@ pub struct ExperimentFile {
     pub question: String,
     /// The hypothesis that the study tests, in words.
     pub hypothesis: String,
-    /// The claims and errata that it speaks to, such as C4 or E2.
-    pub claims: Vec<String>,
+    /// The claims that it speaks to, with the tests that decide them.
+    #[serde(with = "claim::list")]
+    #[schemars(schema_with = "claim::list::schema")]
+    pub claims: Vec<ClaimTable>,
     /// How long it takes on two cores, in words.
     pub expected_time: String,
     /// Names the random streams.
@@ -160,17 +168,16 @@ impl ExperimentFile {
         self
     }
 
-    /// Whether each entry of `exclude` and each bound's claim is of some cell. This is asked of a file as it is
-    /// written: `--quick` and `--set` may leave them without a cell.
+    /// Whether each entry of `exclude`, what each claim speaks of and each bound's claim is of some cell. This is
+    /// asked of a file as it is written: `--quick` and `--set` may leave them without a cell.
     ///
     /// # Errors
     /// The first that is of none. A grid that is wrong itself is not looked at.
     pub fn check_filters(&self) -> Result<(), FileError> {
-        if self.exclude.is_empty() && self.bounds.iter().all(|bound| bound.claim.is_none()) {
+        let Ok(resolved) = self.clone().resolve() else {
             return Ok(());
-        }
-        let resolved = self.clone().resolve();
-        let Ok(all) = resolved.and_then(|file| cells(&file.settings, &file.zip, &[])) else {
+        };
+        let Ok(all) = cells(&resolved.settings, &resolved.zip, &[]) else {
             return Ok(());
         };
         for (i, table) in self.exclude.iter().enumerate() {
@@ -181,6 +188,7 @@ impl ExperimentFile {
                 return Err(FileError::key(&format!("exclude[{i}]"), message));
             }
         }
+        super::claims::check_cells(&resolved, &all)?;
         for (i, bound) in self.bounds.iter().enumerate() {
             let Some(claim) = &bound.claim else { continue };
             let of = |cell: &Settings| cell.get(&Key::Claim).map(ToString::to_string);

@@ -47,6 +47,15 @@ impl FileError {
             message: message.into(),
         }
     }
+
+    /// The error of a key that stands in a table at `place`; the empty key is the table itself.
+    pub(in crate::study) fn within(self, place: &str) -> Self {
+        match self {
+            Self::Key { key, message } if key.is_empty() => Self::key(place, message),
+            Self::Key { key, message } => Self::key(&format!("{place}.{key}"), message),
+            other => other,
+        }
+    }
 }
 
 /// "unknown field `x`, expected one of `a`, `b`" of serde, with the nearest name.

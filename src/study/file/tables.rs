@@ -1,7 +1,7 @@
 //! The smaller tables of an experiment file.
 
 use super::super::row::Figure;
-use super::{Axis, Key};
+use super::{Axis, ExperimentFile, Key, Scalar};
 use crate::metric::SlopeOf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -79,6 +79,28 @@ pub struct SlopeTable {
     /// Only cells from this value of the axis on.
     #[serde(default)]
     pub from: f64,
+}
+
+impl SlopeTable {
+    /// Whether the setting has values to take a slope over.
+    pub(in crate::study) fn check(&self, file: &ExperimentFile) -> Result<(), String> {
+        let Self { over, from, .. } = self;
+        let Some(Axis::Many(values)) = file.settings.get(over) else {
+            return Err(format!("'{over}' has no list in [settings]"));
+        };
+        let taken = |value: &&Scalar| match value {
+            Scalar::Number(number) => number >= from,
+            Scalar::Text(_) => true,
+        };
+        let positive = |value: &Scalar| matches!(value, Scalar::Number(number) if *number > 0.0);
+        let taken: Vec<&Scalar> = values.iter().filter(taken).collect();
+        if taken.len() < 2 || !taken.into_iter().all(positive) {
+            return Err(format!(
+                "'{over}' must have at least two values from {from} on, all of them numbers above 0"
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// A bound: of every cell, or of those whose `claim` is given.

@@ -62,6 +62,15 @@ fn plain(value: f64) -> String {
     }
 }
 
+/// "a, b and c".
+pub fn listed(items: &[String]) -> String {
+    match items {
+        [] => "none".to_owned(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

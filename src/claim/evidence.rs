@@ -1,0 +1,119 @@
+//! What the results say of a claim's tests in one cell.
+
+use super::decision::Says;
+use super::known::{Range, worst};
+use super::statistics::{Members, Number, Results};
+use crate::study::file::{ClaimTest, Limit};
+
+/// One number that a test looks at.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    /// The test's index in the claim.
+    pub(super) test: usize,
+    /// The number.
+    pub(super) number: Number,
+    /// What it must be in.
+    pub(super) range: Range,
+}
+
+/// What a cell says of the tests that must all pass in it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Evidence {
+    /// The numbers of all tests that have some.
+    pub(super) parts: Vec<Part>,
+    /// Why others have none.
+    pub(super) missing: Vec<String>,
+}
+
+impl Evidence {
+    /// Of all tests of a claim.
+    pub(super) fn of(results: Results<'_>, tests: &[ClaimTest], cells: &Members) -> Self {
+        let mut evidence = Self::default();
+        for (test, of) in tests.iter().enumerate() {
+            match results.numbers(of, cells) {
+                Ok(numbers) => {
+                    let range = Range::from(of.limit);
+                    let part = |number| Part {
+                        test,
+                        number,
+                        range,
+                    };
+                    evidence.parts.extend(numbers.into_iter().map(part));
+                }
+                Err(why) => evidence.missing.push(why),
+            }
+        }
+        evidence
+    }
+
+    /// p-values: all numbers must be inside (the largest), one outside is enough (Bonferroni).
+    pub(super) fn says(&self) -> Says {
+        let inside = self
+            .parts
+            .iter()
+            .map(|part| part.number.known.inside(part.range));
+        let outside = self
+            .parts
+            .iter()
+            .map(|part| part.number.known.outside(part.range));
+        Says {
+            pass: if self.missing.is_empty() && !self.parts.is_empty() {
+                inside.fold(0.0, worst)
+            } else {
+                1.0
+            },
+            fail: (self.count() * outside.fold(1.0, f64::min)).min(1.0),
+        }
+    }
+
+    fn count(&self) -> f64 {
+        (self.parts.len() + self.missing.len()) as f64
+    }
+
+    /// Whether the numbers themselves pass, certain or not.
+    pub(super) fn seems_to_pass(&self) -> bool {
+        let pass = |part: &Part| part.number.known.seems_inside(part.range);
+        self.missing.is_empty() && self.parts.iter().all(pass)
+    }
+
+    /// The chance that it is certainly a pass at a level with `factor` times the trials.
+    pub(super) fn power_of_pass(&self, factor: f64, level: f64) -> f64 {
+        if !self.missing.is_empty() {
+            return 0.0;
+        }
+        let of = |part: &Part| part.number.known.power_inside(part.range, factor, level);
+        self.parts.iter().map(of).product()
+    }
+
+    /// The same of a fail.
+    pub(super) fn power_of_fail(&self, factor: f64, level: f64) -> f64 {
+        let each = level / self.count();
+        let misses = |part: &Part| 1.0 - part.number.known.power_outside(part.range, factor, each);
+        1.0 - self.parts.iter().map(misses).product::<f64>()
+    }
+
+    /// The number that is nearest to failing, or fails most.
+    pub(super) fn decisive(&self) -> Option<&Part> {
+        self.parts
+            .iter()
+            .min_by(|a, b| a.margin().total_cmp(&b.margin()))
+    }
+}
+
+impl Part {
+    /// How far inside its range the number is, about in standard errors; below 0 outside.
+    pub(super) fn margin(&self) -> f64 {
+        self.number.known.margin(self.range)
+    }
+}
+
+impl From<Limit> for Range {
+    fn from(limit: Limit) -> Self {
+        let [low, high] = limit.ends();
+        Self {
+            low,
+            high,
+            open: matches!(limit, Limit::Below(_) | Limit::Above(_)),
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! Verdicts on the claims of an experiment file, with known error rates, in plain words.
+//!
+//! A test looks at a number of a cell and gives two p-values: that it does not pass, that it does not fail (`known`,
+//! `statistics`, `evidence`). A claim holds everywhere, typically or somewhere over its cells (`decision`); where neither is
+//! certain it is undecided, and `power` tells how many trials would decide it. Nothing here knows an experiment, a
+//! claim or a method by name.
+
+mod condition;
+mod decision;
+mod evidence;
+mod known;
+mod power;
+mod sentence;
+mod statistics;
+mod tails;
+#[cfg(test)]
+mod tests;
+mod units;
+
+pub use condition::condition;
+pub use decision::Verdict;
+pub use power::Needed;
+
+use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, FileError};
+use crate::study::place::{Place, varying};
+use crate::study::{MethodTime, Summary};
+use decision::{Cells, Says, certain_count, decide};
+use evidence::Evidence;
+use power::Undecided;
+use sentence::Told;
+use serde::Serialize;
+use statistics::Results;
+use units::{Unit, units};
+
+/// A claim with what the results say of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Judged {
+    /// The claim's name in its file.
+    pub id: String,
+    /// The claim, in words.
+    pub text: String,
+    /// Who claims it.
+    pub source: String,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The one-sided error rate of the verdict.
+    pub level: f64,
+    /// One line: "W1  holds: in all 12 cells ...".
+    pub line: String,
+    /// How many trials in every cell would decide it, where it is undecided and they would.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub needed: Option<Needed>,
+    /// Whether it rests on times, which differ between machines and runs.
+    pub timed: bool,
+    /// Every cell that the claim speaks of.
+    pub cells: Vec<JudgedCell>,
+}
+
+/// What a cell says of a claim.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedCell {
+    /// The cells' indices: one, two that are compared, or those of a slope.
+    pub cells: Vec<usize>,
+    /// Where it is, in words.
+    pub place: String,
+    /// "pass", "fail", "open", or "left out" where the claim's condition is not certain.
+    pub says: &'static str,
+    /// p-value of "the tests do not pass"; small where they certainly do.
+    pub p_pass: f64,
+    /// p-value of "they do not fail".
+    pub p_fail: f64,
+    /// Every number that was looked at.
+    pub numbers: Vec<JudgedNumber>,
+    /// Why numbers are missing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
+}
+
+/// A number behind a verdict.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedNumber {
+    /// What it is: "the median e_a of iv(4)".
+    pub what: String,
+    /// What it must be: "below 1".
+    pub must: String,
+    /// The value; infinite where it is that of a lost trial.
+    pub value: f64,
+    /// Its standard error; NaN where it has none.
+    pub error: f64,
+    /// The share of trials that it is over, where that is not all of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kept: Option<f64>,
+}
+
+/// What a study's results say of every claim of its resolved file that has a test.
+pub fn judge(file: &ExperimentFile, summary: &Summary, times: &[MethodTime]) -> Vec<Judged> {
+    let claims = file.claims.iter().filter(|claim| !claim.test.is_empty());
+    claims
+        .map(|claim| judge_at(claim, claim.level, file, summary, times))
+        .collect()
+}
+
+/// The same of one claim at a level of its own: a rule that looks several times divides the claim's by the number of
+/// looks.
+pub fn judge_at(
+    claim: &ClaimTable,
+    level: f64,
+    file: &ExperimentFile,
+    summary: &Summary,
+    times: &[MethodTime],
+) -> Judged {
+    let tests: Result<Vec<ClaimTest>, FileError> = claim.test.iter().map(ClaimTest::of).collect();
+    let given: Result<Option<ClaimTest>, FileError> =
+        claim.given.as_ref().map(ClaimTest::of).transpose();
+    match (tests, given) {
+        (Ok(tests), Ok(given)) => {
+            let results = Results { summary, times };
+            let (tests, given) = (tests.as_slice(), given.as_ref());
+            Judge {
+                claim,
+                tests,
+                given,
+                level,
+            }
+            .judge(results, units(claim, &tests[0], file, summary))
+        }
+        (Err(error), _) | (_, Err(error)) => undecided(claim, level, &error.to_string()),
+    }
+}
+
+fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
+    let verdict = Verdict::Undecided;
+    Judged {
+        id: claim.id.clone(),
+        text: claim.text.clone(),
+        source: claim.source.clone(),
+        verdict,
+        level,
+        line: format!("{}  {verdict}: {why}.", claim.id),
+        needed: None,
+        timed: false,
+        cells: Vec::new(),
+    }
+}
+
+/// A claim with its tests.
+struct Judge<'a> {
+    claim: &'a ClaimTable,
+    tests: &'a [ClaimTest],
+    given: Option<&'a ClaimTest>,
+    level: f64,
+}
+
+/// What is found in one unit.
+struct Found {
+    unit: Unit,
+    evidence: Evidence,
+    /// With the claim's condition: p-values of "condition and test".
+    says: Says,
+    judged: bool,
+}
+
+impl Judge<'_> {
+    fn find(&self, results: Results<'_>, unit: Unit) -> Found {
+        let evidence = Evidence::of(results, self.tests, &unit.members);
+        let mut says = evidence.says();
+        let mut judged = true;
+        if let Some(given) = self.given {
+            let given = Evidence::of(results, std::slice::from_ref(given), &unit.members).says();
+            judged = given.pass <= self.level;
+            says = Says {
+                pass: says.pass.max(given.pass),
+                fail: says.fail.max(given.pass),
+            };
+        }
+        Found {
+            unit,
+            evidence,
+            says,
+            judged,
+        }
+    }
+
+    fn judge(&self, results: Results<'_>, units: Result<Vec<Unit>, String>) -> Judged {
+        let units = match units {
+            Ok(units) => units,
+            Err(why) => return undecided(self.claim, self.level, &why),
+        };
+        let among = units.len();
+        let found: Vec<Found> = units
+            .into_iter()
+            .map(|unit| self.find(results, unit))
+            .collect();
+        let kept: Vec<&Found> = found.iter().filter(|found| found.judged).collect();
+        let says: Vec<Says> = kept.iter().map(|found| found.says).collect();
+        let holds = self.claim.holds;
+        let judged = Cells {
+            judged: &says,
+            among,
+        };
+        let verdict = decide(holds, judged, self.level);
+        let needed = (verdict == Verdict::Undecided && !kept.is_empty()).then(|| {
+            let trials = |found: &&Found| results.trials(&found.unit.members);
+            let cells: Vec<(&Evidence, u64)> =
+                kept.iter().map(|of| (&of.evidence, trials(of))).collect();
+            let (cells, level) = (cells.as_slice(), self.level);
+            Undecided {
+                cells,
+                among,
+                holds,
+                level,
+            }
+            .trials()
+        });
+        let [passing, failing] = judged.certain(holds, self.level);
+        let (pass, fail): (Vec<f64>, Vec<f64>) = says.iter().map(|of| (of.pass, of.fail)).unzip();
+        let places: Vec<Place> = kept.iter().map(|found| found.unit.place.clone()).collect();
+        let evidence: Vec<&Evidence> = kept.iter().map(|found| &found.evidence).collect();
+        let told = Told {
+            holds,
+            tests: self.tests,
+            given: self.given,
+            places: &places,
+            evidence: &evidence,
+            left_out: among - kept.len(),
+            passing: &passing,
+            failing: &failing,
+            at_least: [pass, fail].map(|p| certain_count(&p, among, self.level)),
+            verdict,
+            needed,
+        };
+        let sentence = told.sentence();
+        let mut judged = undecided(self.claim, self.level, "");
+        judged.verdict = verdict;
+        judged.line = format!("{}  {verdict}{sentence}", self.claim.id);
+        judged.needed = needed;
+        judged.timed = self.tests.iter().chain(self.given).any(ClaimTest::is_timed);
+        judged.cells = self.cells(&found, &passing, &failing);
+        judged
+    }
+
+    /// The table of the cells; `passing` and `failing` are indices among those that are judged.
+    fn cells(&self, found: &[Found], passing: &[usize], failing: &[usize]) -> Vec<JudgedCell> {
+        let places: Vec<Place> = found.iter().map(|found| found.unit.place.clone()).collect();
+        let keys = varying(&places);
+        let mut judged = 0;
+        let cell = |found: &Found| {
+            let index = judged;
+            judged += usize::from(found.judged);
+            JudgedCell {
+                cells: found.unit.members.cells(),
+                place: found.unit.place.words(&keys),
+                says: match found.judged {
+                    false => "left out",
+                    true if passing.contains(&index) => "pass",
+                    true if failing.contains(&index) => "fail",
+                    true => "open",
+                },
+                p_pass: found.says.pass,
+                p_fail: found.says.fail,
+                numbers: found
+                    .evidence
+                    .parts
+                    .iter()
+                    .map(|part| self.number(part))
+                    .collect(),
+                missing: found.evidence.missing.clone(),
+            }
+        };
+        found.iter().map(cell).collect()
+    }
+
+    fn number(&self, part: &evidence::Part) -> JudgedNumber {
+        let test = &self.tests[part.test];
+        let (value, error) = part.number.known.shown();
+        JudgedNumber {
+            what: sentence::noun(test, part.number.name.as_deref()),
+            must: sentence::must(test),
+            value,
+            error,
+            kept: part.number.kept,
+        }
+    }
+}

@@ -1,0 +1,428 @@
+//! A verdict in one plain sentence of at most two numbers with errors.
+
+use super::condition::condition;
+use super::decision::Verdict;
+use super::evidence::{Evidence, Part};
+use super::power::Needed;
+use crate::metric::SlopeOf;
+use crate::number::{listed, uncertain};
+use crate::study::file::{
+    ClaimStatistic as Statistic, ClaimTest, Holds, Limit, Outcome, TestKind, ValueOf,
+};
+use crate::study::place::{Place, figure_name};
+
+/// What a sentence is made of.
+pub(super) struct Told<'a> {
+    pub(super) holds: Holds,
+    pub(super) tests: &'a [ClaimTest],
+    pub(super) given: Option<&'a ClaimTest>,
+    /// The places of the judged cells, and what each says.
+    pub(super) places: &'a [Place],
+    pub(super) evidence: &'a [&'a Evidence],
+    /// Cells in which the condition is not certain, or no cell is judged.
+    pub(super) left_out: usize,
+    /// The judged cells that certainly pass or fail, as indices.
+    pub(super) passing: &'a [usize],
+    pub(super) failing: &'a [usize],
+    /// As many certainly pass, or fail, all together.
+    pub(super) at_least: [usize; 2],
+    pub(super) verdict: Verdict,
+    pub(super) needed: Option<Needed>,
+}
+
+impl Told<'_> {
+    /// What follows the verdict's word.
+    pub(super) fn sentence(&self) -> String {
+        let mut sentence = match self.verdict {
+            Verdict::Undecided => self.undecided(),
+            _ if self.places.len() == 1 => self.of_one(),
+            Verdict::Holds => self.holding(),
+            Verdict::DoesNotHold => self.failing(),
+            Verdict::HoldsInPart => self.in_part(),
+        };
+        if self.left_out > 0 && !self.places.is_empty() {
+            let given = self
+                .given
+                .map(|test| format!("{} is certainly {}", noun(test, None), must(test)));
+            sentence.push_str(&format!(
+                " Judged where {}; {} other {} left out.",
+                given.unwrap_or_default(),
+                self.left_out,
+                if self.left_out == 1 {
+                    "cell is"
+                } else {
+                    "cells are"
+                }
+            ));
+        }
+        sentence
+    }
+
+    /// The judged cell that is nearest to failing, or fails most.
+    fn nearest(&self, among: &[usize]) -> Option<usize> {
+        let margin = |cell: &usize| {
+            let part = self.evidence[*cell].decisive();
+            part.map_or(f64::INFINITY, Part::margin)
+        };
+        let mut cells = among.iter().copied();
+        let first = cells.next()?;
+        Some(cells.fold(first, |best, cell| {
+            if margin(&cell) < margin(&best) {
+                cell
+            } else {
+                best
+            }
+        }))
+    }
+
+    fn all(&self) -> Vec<usize> {
+        (0..self.places.len()).collect()
+    }
+
+    /// The middle cell by how far its number is inside the limit.
+    fn middle(&self) -> Option<usize> {
+        let margin = |cell: &usize| {
+            self.evidence[*cell]
+                .decisive()
+                .map_or(f64::INFINITY, Part::margin)
+        };
+        let mut all = self.all();
+        all.sort_by(|a, b| margin(a).total_cmp(&margin(b)));
+        all.get(all.len() / 2).copied()
+    }
+
+    /// " at N = 98", or nothing where there is but one cell.
+    fn at(&self, cell: usize) -> String {
+        let words = self.places[cell].words(&crate::study::place::varying(self.places));
+        if words.is_empty() {
+            words
+        } else {
+            format!(" at {words}")
+        }
+    }
+
+    /// "the median e_a of iv(4)" of the cell's decisive number, with the number itself and what it must be.
+    fn of(&self, cell: usize) -> Option<(String, String, String)> {
+        let part = self.evidence[cell].decisive()?;
+        let test = &self.tests[part.test];
+        let mut value = value(test, part);
+        if let Some(kept) = part.number.kept {
+            value.push_str(&format!(
+                " (of the {:.1} % of trials that are not lost)",
+                100.0 * kept
+            ));
+        }
+        Some((noun(test, part.number.name.as_deref()), value, must(test)))
+    }
+
+    /// "the share of lost trials of ls is below 1 %", or that all tests pass.
+    fn claim(&self, verb: &str) -> String {
+        match self.tests {
+            [one] => format!("{} {verb} {}", noun(one, None), must(one)),
+            tests => format!(
+                "all {} tests {}",
+                tests.len(),
+                if verb == "is" { "pass" } else { "do not pass" }
+            ),
+        }
+    }
+
+    fn of_one(&self) -> String {
+        let Some((noun, value, must)) = self.of(0) else {
+            return ".".to_owned();
+        };
+        let not = if self.verdict == Verdict::Holds {
+            ""
+        } else {
+            "not "
+        };
+        format!(": {noun} is {value}, {not}{must}.")
+    }
+
+    fn holding(&self) -> String {
+        let m = self.places.len();
+        let number = |cell: Option<usize>, word: &str| {
+            let told = cell.and_then(|cell| Some((self.of(cell)?, self.at(cell))));
+            let several = self.tests.len() > 1;
+            told.map_or_else(String::new, |((noun, value, must), at)| {
+                if several {
+                    format!("; {word}{at}, where {noun} is {value} and must be {must}")
+                } else {
+                    format!("; {word} {value}{at}")
+                }
+            })
+        };
+        match self.holds {
+            Holds::Everywhere => format!(
+                ": in all {m} cells {}{}.",
+                self.claim("is"),
+                number(self.nearest(&self.all()), "nearest to the limit:")
+            ),
+            Holds::Typically => format!(
+                ": in at least {} of {m} cells {}{}.",
+                self.at_least[0],
+                self.claim("is"),
+                number(self.middle(), "in the middle one:")
+            ),
+            Holds::Somewhere => {
+                let cell = self.passing.first().copied();
+                format!(": {}{}.", self.claim("is"), number(cell, "such as"))
+            }
+        }
+    }
+
+    fn failing(&self) -> String {
+        let m = self.places.len();
+        let told = |cell: Option<usize>| {
+            let (noun, value, must) = self.of(cell?)?;
+            Some(format!("{noun} is {value}{}, not {must}", self.at(cell?)))
+        };
+        match self.holds {
+            Holds::Everywhere => {
+                let others = self.passing.iter().copied().collect::<Vec<usize>>();
+                let counter = told(self.nearest(self.failing)).unwrap_or_default();
+                let count = match self.failing.len() {
+                    1 => format!("one certain counterexample in {m} cells"),
+                    count => format!("{count} certain counterexamples in {m} cells"),
+                };
+                let place = condition(self.places, &others, self.failing);
+                let place = place.map(|place| format!(" It certainly holds {place}."));
+                format!(": {counter}; {count}.{}", place.unwrap_or_default())
+            }
+            Holds::Typically => format!(
+                ": in at least {} of {m} cells {}; in the middle one {}.",
+                self.at_least[1],
+                self.claim("is not"),
+                told(self.middle()).unwrap_or_default()
+            ),
+            Holds::Somewhere => {
+                let best = self.all().into_iter().max_by(|a, b| {
+                    let margin = |cell: &usize| {
+                        self.evidence[*cell]
+                            .decisive()
+                            .map_or(f64::NEG_INFINITY, Part::margin)
+                    };
+                    margin(a).total_cmp(&margin(b))
+                });
+                format!(
+                    ": in none of {m} cells; at best {}.",
+                    told(best).unwrap_or_default()
+                )
+            }
+        }
+    }
+
+    fn in_part(&self) -> String {
+        let place = condition(self.places, self.passing, self.failing);
+        let place = place.map_or_else(String::new, |place| format!(" It certainly holds {place}."));
+        format!(
+            ": {} in {} of {} cells for certain, certainly not in {}.{place}",
+            self.claim("is"),
+            self.passing.len(),
+            self.places.len(),
+            self.failing.len()
+        )
+    }
+
+    fn undecided(&self) -> String {
+        if self.places.is_empty() && self.left_out == 0 {
+            return ": no cell of the results is one that it speaks of.".to_owned();
+        }
+        if self.places.is_empty() {
+            return ": its condition is certain in no cell.".to_owned();
+        }
+        let m = self.places.len();
+        let mut reasons: Vec<String> = Vec::new();
+        for why in self.evidence.iter().flat_map(|evidence| &evidence.missing) {
+            if !reasons.contains(why) {
+                reasons.push(why.clone());
+            }
+        }
+        let silent = self
+            .evidence
+            .iter()
+            .filter(|of| !of.missing.is_empty())
+            .count();
+        let open = m - self.passing.len() - self.failing.len();
+        let open = match self.of(0).filter(|_| m == 1) {
+            Some((noun, value, must)) => format!("{noun} is {value}, not certainly {must} or not"),
+            None if m == 1 => "nothing is known of the cell".to_owned(),
+            None => format!("{open} of {m} cells leave it open"),
+        };
+        let trials = match self.needed {
+            _ if silent == m => String::new(),
+            Some(Needed::Trials(trials)) => {
+                format!("; some {} trials would decide it", grouped(trials))
+            }
+            Some(Needed::MoreThan(most)) => {
+                format!("; {} trials would not decide it", grouped(most))
+            }
+            None => String::new(),
+        };
+        let why = if reasons.is_empty() {
+            String::new()
+        } else {
+            reasons.truncate(2);
+            let cells = if silent == m {
+                String::new()
+            } else {
+                format!(" ({silent} of them)")
+            };
+            format!("{cells}: {}", listed(&reasons))
+        };
+        format!(": {open}{why}{trials}.")
+    }
+}
+
+/// A number of trials, rounded up to two digits, with commas: "41,000".
+fn grouped(trials: u64) -> String {
+    let mut unit = 1;
+    while trials / unit >= 100 {
+        unit *= 10;
+    }
+    let digits = (trials.div_ceil(unit) * unit).to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Whether a test's numbers are shares of trials, told in per cent.
+fn is_share(test: &ClaimTest) -> bool {
+    matches!(
+        test.kind,
+        TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. }
+    )
+}
+
+/// The number with its error.
+pub(super) fn value(test: &ClaimTest, part: &Part) -> String {
+    let (value, error) = part.number.known.shown();
+    if value.is_infinite() {
+        "that of a lost trial".to_owned()
+    } else if is_share(test) {
+        format!("{} %", uncertain(100.0 * value, 100.0 * error))
+    } else {
+        uncertain(value, error)
+    }
+}
+
+/// "below 1", "from -0.1 to 0.1".
+pub(super) fn must(test: &ClaimTest) -> String {
+    let number = |x: f64| {
+        if is_share(test) {
+            // Without the digits that binary fractions add: 100 times 0.57 is 56.99999999999999.
+            let per_cent = format!("{:.10}", 100.0 * x);
+            let short = per_cent.trim_end_matches('0').trim_end_matches('.');
+            format!("{short} %")
+        } else {
+            x.to_string()
+        }
+    };
+    match test.limit {
+        Limit::Below(x) => format!("below {}", number(x)),
+        Limit::Above(x) => format!("above {}", number(x)),
+        Limit::Between(low, high) => format!("from {} to {}", number(low), number(high)),
+        Limit::Within(factor) => format!("1 within a factor of {factor}"),
+    }
+}
+
+/// What a test looks at: "the median e_a of iv(4)".
+pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
+    let of = &test.of;
+    match &test.kind {
+        TestKind::Outcome(Outcome::Lost) => {
+            format!("the share of lost trials (failed or unstable) of {of}")
+        }
+        TestKind::Outcome(outcome) => format!("the share of {outcome} trials of {of}"),
+        TestKind::Bound(bound) => {
+            let measure = figure_name(bound.figure);
+            format!(
+                "the share of trials of {of} with {measure} {}",
+                bound.text()
+            )
+        }
+        TestKind::Wins { measure, to } => format!(
+            "the share of trials in which {of} is better than {to} in {}",
+            figure_name(*measure)
+        ),
+        TestKind::Value { what, statistic } => match what {
+            ValueOf::Measure(measure) => {
+                format!(
+                    "{} {} of {of}",
+                    statistic_name(*statistic),
+                    figure_name(*measure)
+                )
+            }
+            ValueOf::Parameter(name) => bias(name, of),
+            ValueOf::Parameters => bias(coefficient.unwrap_or("every coefficient"), of),
+        },
+        TestKind::Ratio {
+            measure,
+            to,
+            measure_of_to,
+            statistic,
+        } => {
+            let (first, second) = (figure_name(*measure), figure_name(*measure_of_to));
+            match statistic {
+                Statistic::Median if measure != measure_of_to => {
+                    format!(
+                        "the ratio of the median {first} of {of} to the median {second} of {to}"
+                    )
+                }
+                Statistic::Median => {
+                    format!("the ratio of the median {first} of {of} to that of {to}")
+                }
+                Statistic::Rms => format!("the ratio of the rms {first} of {of} to that of {to}"),
+                _ => format!("the median ratio of {first}, {of} over {to},"),
+            }
+        }
+        TestKind::Cells {
+            measure,
+            axis,
+            from,
+            to,
+        } => {
+            let axis = axis.name().replace('_', " ");
+            let to = match to.as_deref() {
+                Some([one]) => format!("{axis} {one}"),
+                _ => format!("another {axis}"),
+            };
+            format!(
+                "the median ratio of {} of {of}, {to} over {from},",
+                figure_name(*measure)
+            )
+        }
+        TestKind::Slope(slope) => {
+            let statistic = match slope.statistic {
+                SlopeOf::Rmse => "rms",
+                SlopeOf::Median => "median",
+            };
+            let over = crate::study::place::axis_label(slope.over);
+            let over = over.split(',').next().unwrap_or_default();
+            let measure = figure_name(slope.figure);
+            format!("the log-log slope of the {statistic} {measure} of {of} over {over}")
+        }
+        TestKind::Time { to } => format!("the time of {of} over that of {to}"),
+    }
+}
+
+fn bias(what: &str, of: &str) -> String {
+    format!("the bias of {what} of {of}, in standard deviations,")
+}
+
+fn statistic_name(statistic: Statistic) -> &'static str {
+    match statistic {
+        Statistic::Mean => "the mean",
+        Statistic::Rms => "the rms",
+        Statistic::Q05 => "the 5 % quantile of",
+        Statistic::Q25 => "the lower quartile of",
+        Statistic::Q75 => "the upper quartile of",
+        Statistic::Q95 => "the 95 % quantile of",
+        Statistic::Median | Statistic::PairedMedian | Statistic::Bias => "the median",
+    }
+}

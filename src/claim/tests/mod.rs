@@ -1,0 +1,87 @@
+//! The engine on summaries of made-up studies.
+
+mod rates;
+mod words;
+
+use super::statistics::{Members, Results};
+use crate::metric::{Estimate, Paired, Quantile, Sample, Share, Statistics};
+use crate::study::file::{ClaimTest, Key, Scalar, TestTable};
+use crate::study::{CellSummary, ComparisonSummary, Figure, Outcomes, OutputSummary, Summary};
+use std::collections::BTreeMap;
+
+/// The test of a line of TOML.
+fn test(toml: &str) -> ClaimTest {
+    let table: TestTable = toml::from_str(toml).unwrap();
+    ClaimTest::of(&table).unwrap()
+}
+
+/// An output without failures whose e_a is 1 in all of `trials` trials.
+fn output(label: &str, trials: u64) -> OutputSummary {
+    OutputSummary {
+        estimator: label.to_owned(),
+        pass: 0,
+        outcomes: Outcomes {
+            trials,
+            ..Outcomes::default()
+        },
+        failed: Share::new(0, trials),
+        unstable: Share::new(0, trials),
+        figures: BTreeMap::from([(Figure::Ea, ones(trials))]),
+        parameters: Vec::new(),
+    }
+}
+
+fn ones(trials: u64) -> Statistics {
+    let mut one = Sample::of([1.0]).statistics();
+    one.count = trials;
+    one.dominated = false;
+    one
+}
+
+/// A cell with the outputs "new" and "old", compared, at a noise level.
+fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
+    let mut pair = Paired::of([(Some(1.0), Some(1.0))]).statistics();
+    pair.both = trials;
+    pair.dominated = false;
+    CellSummary {
+        cell: index,
+        claim: String::new(),
+        eta,
+        order: 2,
+        window: 98,
+        horizon: 400,
+        settings: BTreeMap::from([(Key::Eta, Scalar::Number(eta))]),
+        trials,
+        fallbacks: 0,
+        outputs: vec![output("new", trials), output("old", trials)],
+        comparisons: vec![ComparisonSummary {
+            first: "new".to_owned(),
+            second: "old".to_owned(),
+            figures: BTreeMap::from([(Figure::Ea, pair)]),
+        }],
+        bounds: Vec::new(),
+        curves: None,
+        traces: None,
+    }
+}
+
+fn summary(cells: Vec<CellSummary>) -> Summary {
+    Summary {
+        title: String::new(),
+        question: String::new(),
+        hypothesis: String::new(),
+        claims: Vec::new(),
+        seed: 1,
+        axes: Vec::new(),
+        quantile_relative_error: 0.0,
+        curve_relative_error: 0.0,
+        cells,
+        slopes: Vec::new(),
+    }
+}
+
+impl CellSummary {
+    fn e_a(&mut self) -> &mut Statistics {
+        self.outputs[0].figures.get_mut(&Figure::Ea).unwrap()
+    }
+}

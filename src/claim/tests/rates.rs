@@ -1,0 +1,422 @@
+//! Error rates by simulation: 2,000 repetitions of small studies of whose numbers the truth is known.
+//!
+//! A claim is at its boundary where a number's truth is its limit: there a verdict either way may be wrong with the level 2.5 %,
+//! and no more than that by more than three standard errors of the simulation.
+
+use super::*;
+use crate::claim::decision::{Cells, Says, Verdict, decide};
+use crate::claim::evidence::Evidence;
+use crate::claim::power::{Needed, Undecided};
+use crate::signal::normal::fill_standard_normal;
+use crate::signal::{Purpose, stream};
+use crate::study::file::Holds;
+
+const REPETITIONS: u64 = 2000;
+const LEVEL: f64 = 0.025;
+const CELLS: [usize; 3] = [1, 24, 76];
+
+/// Three standard errors of a share of the repetitions.
+fn three(share: f64) -> f64 {
+    3.0 * (share * (1.0 - share) / REPETITIONS as f64).sqrt()
+}
+
+/// A certain pass, and a certain fail.
+const PASS: Says = Says {
+    pass: 0.0,
+    fail: 1.0,
+};
+const FAIL: Says = Says {
+    pass: 1.0,
+    fail: 0.0,
+};
+
+/// One kind of number with its sampling distribution: draws a study of one cell whose truth is `truth`.
+trait Law {
+    fn test(&self) -> ClaimTest;
+    /// Normal numbers that a draw takes.
+    fn width(&self) -> usize;
+    /// Puts a draw into the cell.
+    fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary);
+    /// The limit.
+    fn limit(&self) -> f64;
+    fn trials(&self) -> u64;
+}
+
+/// The mean of normal numbers with variance 1, and its estimated standard error.
+struct Mean(u64);
+
+/// Mean and standard error of some numbers.
+fn mean(z: &[f64]) -> (f64, f64) {
+    let n = z.len() as f64;
+    let mean = z.iter().sum::<f64>() / n;
+    let squares: f64 = z.iter().map(|z| (z - mean) * (z - mean)).sum();
+    (mean, (squares / (n - 1.0) / n).sqrt())
+}
+
+impl Law for Mean {
+    fn test(&self) -> ClaimTest {
+        test("value = 'e_a'\nof = 'new'\nstatistic = 'mean'\nbelow = 5")
+    }
+    fn width(&self) -> usize {
+        self.0 as usize
+    }
+    fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
+        let (value, mcse) = mean(z);
+        cell.e_a().mean = Estimate {
+            value: truth + value,
+            mcse,
+        };
+    }
+    fn limit(&self) -> f64 {
+        5.0
+    }
+    fn trials(&self) -> u64 {
+        self.0
+    }
+}
+
+/// The RMSE ratio of two outputs: its logarithm is normal.
+struct Ratio(u64);
+
+impl Law for Ratio {
+    fn test(&self) -> ClaimTest {
+        test("ratio = 'e_a'\nof = 'new'\nto = 'old'\nstatistic = 'rms'\nabove = 0.5")
+    }
+    fn width(&self) -> usize {
+        self.0 as usize
+    }
+    fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
+        let (value, mcse) = mean(z);
+        let ratio = truth * value.exp();
+        let pair = cell.comparisons[0].figures.get_mut(&Figure::Ea).unwrap();
+        pair.rmse_ratio = Estimate {
+            value: ratio,
+            mcse: ratio * mcse,
+        };
+    }
+    fn limit(&self) -> f64 {
+        0.5
+    }
+    fn trials(&self) -> u64 {
+        self.0
+    }
+}
+
+/// The share of trials that fail.
+struct Failures(f64, u64);
+
+impl Law for Failures {
+    fn test(&self) -> ClaimTest {
+        test(&format!("share = 'failed'\nof = 'new'\nbelow = {}", self.0))
+    }
+    fn width(&self) -> usize {
+        1
+    }
+    fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
+        // The count at the quantile that the normal number has.
+        let above = crate::claim::tails::normal_above(z[0]);
+        let (n, odds) = (self.1, truth / (1.0 - truth));
+        let mut term = (n as f64 * (1.0 - truth).ln()).exp();
+        let (mut count, mut below) = (0, term);
+        while below < above && count < n {
+            term *= odds * (n - count) as f64 / (count + 1) as f64;
+            below += term;
+            count += 1;
+        }
+        let failures = &mut cell.outputs[0].outcomes.failures;
+        failures.insert("singular".to_owned(), count);
+    }
+    fn limit(&self) -> f64 {
+        self.0
+    }
+    fn trials(&self) -> u64 {
+        self.1
+    }
+}
+
+/// The median of exp(1.5 z), z normal: a heavy tail, through the sketch and its standard error.
+struct Median(u64);
+
+impl Law for Median {
+    fn test(&self) -> ClaimTest {
+        test("value = 'e_a'\nof = 'new'\nbelow = 2")
+    }
+    fn width(&self) -> usize {
+        self.0 as usize
+    }
+    fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
+        let values = z.iter().map(|z| truth * (1.5 * z).exp());
+        cell.e_a().q50 = crate::metric::Sketch::of(values).quantile(0.5);
+    }
+    fn limit(&self) -> f64 {
+        2.0
+    }
+    fn trials(&self) -> u64 {
+        self.0
+    }
+}
+
+/// What `cells` draws of a law say, the `number`-th of all. Every law and size has numbers of its own.
+fn says(law: &dyn Law, truth: f64, number: u64, cells: usize) -> Vec<Says> {
+    let mut z = vec![0.0; law.width() * cells];
+    let seed = (law.limit() * 1000.0) as u64 + law.trials();
+    fill_standard_normal(&mut stream(seed, number, Purpose::NoiseDrive), &mut z);
+    let tests = [law.test()];
+    let mut results = summary(vec![cell(0, 10.0, law.trials())]);
+    z.chunks(law.width())
+        .map(|z| {
+            law.draw(truth, z, &mut results.cells[0]);
+            let results = Results {
+                summary: &results,
+                times: &[],
+            };
+            Evidence::of(results, &tests, &Members::Cell(0)).says()
+        })
+        .collect()
+}
+
+fn verdict(holds: Holds, judged: &[Says], level: f64) -> Verdict {
+    let among = judged.len();
+    decide(holds, Cells { judged, among }, level)
+}
+
+/// m cells of which as few pass as the claim needs, one of them at its boundary: the hardest case.
+fn on_the_edge(holds: Holds, boundary: Says, m: usize) -> Vec<Says> {
+    let passes = holds.passes(m) - 1;
+    let mut cells = vec![PASS; passes];
+    cells.push(boundary);
+    cells.resize(m, FAIL);
+    cells
+}
+
+/// The shares of repetitions of (holds, does not hold).
+fn rates(mut of: impl FnMut(u64) -> Verdict) -> [f64; 2] {
+    let mut counts = [0_u64; 2];
+    for repetition in 0..REPETITIONS {
+        match of(repetition) {
+            Verdict::Holds => counts[0] += 1,
+            Verdict::DoesNotHold => counts[1] += 1,
+            Verdict::HoldsInPart | Verdict::Undecided => {}
+        }
+    }
+    counts.map(|count| count as f64 / REPETITIONS as f64)
+}
+
+/// At the boundary, in 1, 24 and 76 cells, wherever the claim holds: neither verdict is more frequent than the level. `exact`: with
+/// one cell both are as frequent.
+fn keeps_its_level(name: &str, law: &dyn Law, exact: bool) {
+    let most = LEVEL + three(LEVEL);
+    let drawn: Vec<Vec<Says>> = (0..REPETITIONS)
+        .map(|i| says(law, law.limit(), i, 76))
+        .collect();
+    for m in CELLS {
+        for holds in Holds::ALL.iter().copied() {
+            let all = rates(|i| verdict(holds, &drawn[i as usize][..m], LEVEL));
+            let edge =
+                rates(|i| verdict(holds, &on_the_edge(holds, drawn[i as usize][0], m), LEVEL));
+            println!("{name:<14} {m:>3} {holds:<11} all {all:?}, edge {edge:?}");
+            for rate in [all, edge].concat() {
+                assert!(
+                    rate <= most,
+                    "{name} in {m} cells, {holds}: {all:?} {edge:?}"
+                );
+            }
+            if exact && m == 1 {
+                for rate in all {
+                    assert!(rate >= LEVEL - three(LEVEL), "{name}: {all:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn means_at_the_boundary() {
+    keeps_its_level("mean of 10", &Mean(10), true);
+}
+
+#[test]
+fn ratios_at_the_boundary() {
+    keeps_its_level("ratio of 20", &Ratio(20), true);
+}
+
+#[test]
+fn shares_at_the_boundary() {
+    keeps_its_level("share 1 %", &Failures(0.01, 1000), false);
+    keeps_its_level("share 50 %", &Failures(0.5, 400), false);
+}
+
+#[test]
+fn medians_with_heavy_tails_at_the_boundary() {
+    keeps_its_level("median of 200", &Median(200), false);
+}
+
+/// 75 cells that certainly pass, and one that fails by 5 standard errors of a mean of 100.
+#[test]
+fn a_counterexample_of_five_standard_errors_is_found() {
+    let law = Mean(100);
+    let truth = law.limit() + 5.0 / 10.0;
+    let [_, refuted] = rates(|i| {
+        let mut cells = vec![PASS; 75];
+        cells.extend(says(&law, truth, i, 1));
+        verdict(Holds::Everywhere, &cells, LEVEL)
+    });
+    assert!(refuted > 0.9, "{refuted}");
+}
+
+/// The trials that the engine asks for where every one of m cells is found with the value `truth` and where its error is
+/// exactly that of the law.
+fn asked_for(law: &dyn Law, draw: impl Fn(&mut CellSummary), holds: Holds, m: usize) -> u64 {
+    let mut results = summary(vec![cell(0, 10.0, law.trials())]);
+    draw(&mut results.cells[0]);
+    let results = Results {
+        summary: &results,
+        times: &[],
+    };
+    let evidence = Evidence::of(results, &[law.test()], &Members::Cell(0));
+    let cells = vec![(&evidence, law.trials()); m];
+    let undecided = Undecided {
+        cells: &cells,
+        among: m,
+        holds,
+        level: LEVEL,
+    };
+    match undecided.trials() {
+        Needed::Trials(trials) => trials,
+        Needed::MoreThan(most) => panic!("more than {most}"),
+    }
+}
+
+/// A planted effect that few trials leave open: with the trials that are asked for it is decided in 80 %, in 1 and in 12 cells.
+#[test]
+fn the_stated_number_of_trials_decides_in_four_of_five() {
+    // In standard deviations; as many trials as leave either effect open in most studies.
+    for (effect, expected) in [(-0.15, Verdict::Holds), (0.15, Verdict::DoesNotHold)] {
+        for m in [1, 12] {
+            let few = Mean(60);
+            let truth = few.limit() + effect;
+            let set = |cell: &mut CellSummary| {
+                cell.e_a().mean = Estimate {
+                    value: truth,
+                    mcse: 1.0 / 60.0_f64.sqrt(),
+                };
+            };
+            let trials = asked_for(&few, set, Holds::Everywhere, m);
+            let found =
+                rates(|i| verdict(Holds::Everywhere, &says(&Mean(trials), truth, i, m), LEVEL));
+            let power = found[usize::from(expected == Verdict::DoesNotHold)];
+            println!("mean {effect:+} in {m}: {trials} trials, {power}");
+            // At least twice what there is, which may be more than enough.
+            assert!(
+                power >= 0.8 - three(0.8),
+                "{expected} in {m} cells: {power} with {trials}"
+            );
+            assert!(
+                power <= 0.8 + three(0.8) || trials == 120,
+                "{power} with {trials}"
+            );
+        }
+    }
+}
+
+/// The same of shares, whose counts make steps: never too few trials.
+#[test]
+fn the_stated_number_of_trials_decides_shares() {
+    for (limit, truth, few) in [
+        (0.5, 0.4, 60),
+        (0.5, 0.56, 100),
+        (0.01, 0.004, 500),
+        (0.01, 0.02, 300),
+    ] {
+        let expected = usize::from(truth > limit);
+        for m in [1, 12] {
+            let set = |cell: &mut CellSummary| {
+                let count = (truth * few as f64).round() as u64;
+                cell.outputs[0]
+                    .outcomes
+                    .failures
+                    .insert("singular".to_owned(), count);
+            };
+            let trials = asked_for(&Failures(limit, few), set, Holds::Everywhere, m);
+            let law = Failures(limit, trials);
+            let power =
+                rates(|i| verdict(Holds::Everywhere, &says(&law, truth, i, m), LEVEL))[expected];
+            println!("share {truth} against {limit} in {m}: {trials} trials, {power}");
+            assert!(
+                power >= 0.8 - three(0.8),
+                "{truth} in {m} cells: {power} with {trials}"
+            );
+            assert!(power <= 0.9 || trials == 2 * few, "{power} with {trials}");
+        }
+    }
+}
+
+/// And of medians, whose standard error comes from few order statistics.
+#[test]
+fn the_stated_number_of_trials_decides_medians() {
+    for (truth, expected) in [(1.75, 0), (2.3, 1)] {
+        let few = Median(100);
+        // The median of n numbers has the error 1 / (2 f sqrt n), with the density f = 1 / (1.5 truth sqrt(2 pi)) there.
+        let error = 1.5 * truth * (std::f64::consts::TAU / 100.0).sqrt() / 2.0;
+        let set = |cell: &mut CellSummary| {
+            cell.e_a().q50 = Quantile {
+                value: truth,
+                mcse: error,
+            };
+        };
+        let trials = asked_for(&few, set, Holds::Everywhere, 1);
+        let power = rates(|i| {
+            verdict(
+                Holds::Everywhere,
+                &says(&Median(trials), truth, i, 1),
+                LEVEL,
+            )
+        });
+        println!("median {truth}: {trials} trials, {power:?}");
+        assert!(
+            (power[expected] - 0.8).abs() <= three(0.8),
+            "{truth}: {power:?} with {trials}"
+        );
+    }
+}
+
+/// A rule that looks at 20, 40, ..., 1,280 trials of a claim at its boundary, each time at a seventh of the level, and stops
+/// at the first verdict.
+#[test]
+fn seven_looks_keep_the_level() {
+    let sizes: Vec<usize> = (0..7).map(|look| 20 << look).collect();
+    let law = Mean(20);
+    let tests = [law.test()];
+    for m in [1, 12] {
+        let found = rates(|repetition| {
+            let mut z = vec![0.0; m * sizes[6]];
+            fill_standard_normal(&mut stream(21, repetition, Purpose::NoiseDrive), &mut z);
+            let look = |size: &usize| {
+                let says: Vec<Says> = z
+                    .chunks(sizes[6])
+                    .map(|z| {
+                        let mut results = summary(vec![cell(0, 10.0, *size as u64)]);
+                        *results.cells[0].e_a() = ones(*size as u64);
+                        law.draw(law.limit(), &z[..*size], &mut results.cells[0]);
+                        let results = Results {
+                            summary: &results,
+                            times: &[],
+                        };
+                        Evidence::of(results, &tests, &Members::Cell(0)).says()
+                    })
+                    .collect();
+                verdict(Holds::Everywhere, &says, LEVEL / 7.0)
+            };
+            let mut looks = sizes.iter().map(look);
+            looks
+                .find(|verdict| *verdict != Verdict::Undecided)
+                .unwrap_or_default()
+        });
+        println!("seven looks at {m} cells: {found:?}");
+        for rate in found {
+            assert!(rate <= LEVEL + three(LEVEL), "{m} cells: {found:?}");
+        }
+        // One look at the whole level, seven times, would be wrong far more often.
+        assert!(m > 1 || found[0] + found[1] > 0.01, "{found:?}");
+    }
+}

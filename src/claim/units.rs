@@ -1,0 +1,124 @@
+//! The cells that a claim speaks of.
+
+use super::statistics::Members;
+use crate::study::file::{
+    ClaimTable, ClaimTest, Conditions, ExperimentFile, Key, Scalar, Settings, TestKind, TestUnit,
+    conditions, matches,
+};
+use crate::study::place::Place;
+use crate::study::{CellSummary, Summary};
+
+/// What is judged by itself: a cell, two cells, or a family.
+pub(super) struct Unit {
+    pub(super) members: Members,
+    pub(super) place: Place,
+}
+
+impl Members {
+    /// The cells' indices.
+    pub(super) fn cells(&self) -> Vec<usize> {
+        match self {
+            Self::Cell(cell) => vec![*cell],
+            Self::Pair(from, to) => vec![*from, *to],
+            Self::Family(cells) => cells.clone(),
+        }
+    }
+}
+
+/// The units of a claim, of whose tests any tells what they are.
+///
+/// # Errors
+/// In words, where the results do not have them.
+pub(super) fn units(
+    claim: &ClaimTable,
+    test: &ClaimTest,
+    file: &ExperimentFile,
+    summary: &Summary,
+) -> Result<Vec<Unit>, String> {
+    let wanted = conditions(&claim.cells);
+    match (test.unit(), &test.kind) {
+        (TestUnit::Pair(axis, ..), _) => Ok(pairs(&wanted, axis, test, file, summary)),
+        (TestUnit::Family(over, _), TestKind::Slope(slope)) => {
+            let same = |of: &&crate::study::SlopeSummary| of.of == *slope && of.output == test.of;
+            let found: Vec<&Vec<usize>> = summary
+                .slopes
+                .iter()
+                .filter(same)
+                .map(|of| &of.cells)
+                .collect();
+            if found.is_empty() {
+                return Err(format!(
+                    "the run did not keep the slope of {} over {over} of '{}'; a new run of the file keeps what its claims need",
+                    slope.figure, test.of
+                ));
+            }
+            Ok(found
+                .into_iter()
+                .filter_map(|cells| family(&wanted, cells, summary))
+                .collect())
+        }
+        _ => {
+            let cells = summary.cells.iter().enumerate();
+            let unit = |(index, cell): (usize, &CellSummary)| Unit {
+                members: Members::Cell(index),
+                place: cell.place(),
+            };
+            Ok(cells
+                .filter(|(_, cell)| matches(&cell.settings, &wanted))
+                .map(unit)
+                .collect())
+        }
+    }
+}
+
+/// Cells that differ in one setting, and in what moves with it.
+fn pairs(
+    wanted: &Conditions,
+    axis: Key,
+    test: &ClaimTest,
+    file: &ExperimentFile,
+    summary: &Summary,
+) -> Vec<Unit> {
+    let group = file.zip.iter().find(|group| group.contains(&axis));
+    let moves = |key: &Key| *key == axis || group.is_some_and(|group| group.contains(key));
+    let others = |cell: &CellSummary| -> Settings {
+        let others = cell.settings.iter().filter(|(key, _)| !moves(key));
+        others.map(|(key, value)| (*key, value.clone())).collect()
+    };
+    let with = |value: &Scalar| {
+        let cells = summary.cells.iter().enumerate();
+        let value = value.clone();
+        cells.filter(move |(_, cell)| cell.settings.get(&axis) == Some(&value))
+    };
+    let mut found = Vec::new();
+    for (from, to) in test.unit().steps(file) {
+        for (index, cell) in with(&to).filter(|(_, cell)| matches(&cell.settings, wanted)) {
+            let shared = others(cell);
+            if let Some((first, _)) = with(&from).find(|(_, cell)| others(cell) == shared) {
+                found.push(Unit {
+                    members: Members::Pair(first, index),
+                    place: cell.place(),
+                });
+            }
+        }
+    }
+    found
+}
+
+/// A family whose cells are all wanted, at the place that they share.
+fn family(wanted: &Conditions, cells: &[usize], summary: &Summary) -> Option<Unit> {
+    let members: Option<Vec<&CellSummary>> =
+        cells.iter().map(|cell| summary.cells.get(*cell)).collect();
+    let members = members.filter(|all| all.iter().all(|cell| matches(&cell.settings, wanted)))?;
+    let first = members.first()?.place();
+    let differs = |key: &Key| {
+        members
+            .iter()
+            .any(|cell| cell.place().value(*key) != first.value(*key))
+    };
+    let differing: Vec<Key> = Key::ALL.iter().copied().filter(differs).collect();
+    Some(Unit {
+        members: Members::Family(cells.to_vec()),
+        place: first.without(&differing),
+    })
+}

@@ -1,0 +1,519 @@
+//! Whether the claims of a file can be judged by its results.
+
+use super::Experiment;
+use super::file::{
+    Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Scalar, Settings, TestKind,
+    TestTable, TestUnit, ValueOf, conditions, matches,
+};
+use crate::names::UnknownName;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Checks every claim of an experiment.
+///
+/// # Errors
+/// What is wrong with the first of them that is.
+pub(super) fn check(experiment: &Experiment) -> Result<(), FileError> {
+    let claims = &experiment.file.claims;
+    for (i, claim) in claims.iter().enumerate() {
+        let place = format!("claims[{i}]");
+        let at =
+            |key: &str, message: String| Err(FileError::key(&format!("{place}.{key}"), message));
+        if claim.test.is_empty() {
+            continue;
+        }
+        if let Err(expected) = check_id(&claim.id) {
+            return at("id", format!("'{}'; {expected}", claim.id.escape_debug()));
+        }
+        if claims[..i].iter().any(|other| other.id == claim.id) {
+            return at("id", format!("two claims are called '{}'", claim.id));
+        }
+        if !(claim.level > 0.0 && claim.level < 0.5) {
+            return at(
+                "level",
+                format!("{}; expected a rate above 0 and below 0.5", claim.level),
+            );
+        }
+        check_tests(experiment, claim, &place)?;
+    }
+    Ok(())
+}
+
+fn check_id(id: &str) -> Result<(), &'static str> {
+    let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
+    if id.is_empty() || !id.chars().all(fits) {
+        Err("expected letters, digits, '.', '-' and '_'")
+    } else if id.parse::<f64>().is_ok() {
+        Err("expected a name, not a number")
+    } else {
+        Ok(())
+    }
+}
+
+fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Result<(), FileError> {
+    let mut unit: Option<TestUnit> = None;
+    for (key, table) in claim.tests() {
+        let place = format!("{place}.{key}");
+        let found = ClaimTest::of(table).and_then(|test| {
+            check_names(experiment, table, &test)?;
+            Ok(test.unit())
+        });
+        let found = found.map_err(|error| error.within(&place))?;
+        if unit.as_ref().is_some_and(|unit| *unit != found) {
+            let message = "is about other cells than the test before it; expected a claim for each";
+            return Err(FileError::key(&place, message));
+        }
+        unit = Some(found);
+    }
+    Ok(())
+}
+
+/// Outputs, methods, measures and coefficients must be there.
+fn check_names(
+    experiment: &Experiment,
+    table: &TestTable,
+    test: &ClaimTest,
+) -> Result<(), FileError> {
+    let continuous = experiment.file.continuous.is_some();
+    let wrong = |key: &str, message: String| Err(FileError::key(key, message));
+    if let Some(other) = test
+        .measures()
+        .iter()
+        .find(|measure| !measure.is_of(continuous))
+    {
+        let kind = if continuous { "continuous" } else { "discrete" };
+        return wrong(
+            "",
+            format!("'{other}' means nothing in a study in {kind} time"),
+        );
+    }
+    match &test.kind {
+        TestKind::Time { to } if continuous => {
+            return wrong(
+                "to",
+                format!("'{to}': no times are measured in continuous time"),
+            );
+        }
+        TestKind::Time { to } => {
+            let methods = experiment.file.methods.iter();
+            let names: Vec<String> = methods.map(|method| method.output_name(1)).collect();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            for (key, name) in [("of", &test.of), ("to", to)] {
+                if !names.contains(&name.as_str()) {
+                    return wrong(key, UnknownName::new("method", name, &names).to_string());
+                }
+            }
+        }
+        _ => {
+            experiment.output("of", &test.of)?;
+        }
+    }
+    match &test.kind {
+        TestKind::Wins { to, .. } | TestKind::Ratio { to, .. } => {
+            experiment.output("to", to)?;
+        }
+        TestKind::Value { what, .. } => check_coefficient(experiment, what)?,
+        _ => {}
+    }
+    let same = table.to == Some(Axis::One(Scalar::Text(test.of.clone())));
+    let itself = match &test.kind {
+        TestKind::Ratio {
+            measure,
+            measure_of_to,
+            ..
+        } => measure == measure_of_to,
+        kind => matches!(kind, TestKind::Wins { .. } | TestKind::Time { .. }),
+    };
+    if same && itself {
+        return wrong("to", format!("'{}' with itself", test.of));
+    }
+    Ok(())
+}
+
+fn check_coefficient(experiment: &Experiment, what: &ValueOf) -> Result<(), FileError> {
+    if matches!(what, ValueOf::Measure(_)) {
+        return Ok(());
+    }
+    if experiment.file.continuous.is_some() {
+        let message = "coefficients of a and h mean nothing in a study in continuous time";
+        return Err(FileError::key("value", message));
+    }
+    let least = experiment
+        .cells
+        .iter()
+        .map(|cell| cell.order)
+        .min()
+        .unwrap_or(0);
+    match what {
+        ValueOf::Parameter(name) if name[2..].parse().is_ok_and(|i: usize| i > least) => {
+            let message = format!("'{name}'; expected a coefficient up to {least}, the order");
+            Err(FileError::key("value", message))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether the cells that the claims speak of are in the grid: see [`ExperimentFile::check_filters`].
+pub(super) fn check_cells(file: &ExperimentFile, all: &[Settings]) -> Result<(), FileError> {
+    for (i, claim) in file.claims.iter().enumerate() {
+        let place = format!("claims[{i}]");
+        check_where(&claim.cells, all).map_err(|error| error.within(&place))?;
+        for (key, table) in claim.tests() {
+            // What is wrong with a table itself is told by `check`.
+            let Ok(test) = ClaimTest::of(table) else {
+                continue;
+            };
+            let checked = check_unit(file, claim, &test);
+            checked.map_err(|error| error.within(&format!("{place}.{key}")))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_where(table: &BTreeMap<Key, Axis>, all: &[Settings]) -> Result<(), FileError> {
+    let conditions = conditions(table);
+    for (key, wanted) in &conditions {
+        let values = all.iter().filter_map(|cell| cell.get(key));
+        let names: BTreeSet<String> = values.map(ToString::to_string).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let wanted = wanted.iter().map(ToString::to_string);
+        if let Some(other) = wanted.into_iter().find(|of| !names.contains(&of.as_str())) {
+            let unknown = UnknownName::new("value", &other, &names);
+            return Err(FileError::key(&format!("where.{key}"), unknown.to_string()));
+        }
+    }
+    if all.iter().any(|cell| matches(cell, &conditions)) {
+        return Ok(());
+    }
+    let message = "no cell of the grid is like that; expected values that stand in [settings]";
+    Err(FileError::key("where", message))
+}
+
+/// The settings that a test speaks of must vary in the file.
+fn check_unit(
+    file: &ExperimentFile,
+    claim: &ClaimTable,
+    test: &ClaimTest,
+) -> Result<(), FileError> {
+    let wrong = |key: &str, message: String| Err(FileError::key(key, message));
+    let twice = |key: Key| format!("'{key}' stands in the claim's 'where' too");
+    match (&test.kind, test.unit()) {
+        (_, TestUnit::Cell) => Ok(()),
+        (_, TestUnit::Family(over, _)) if claim.cells.contains_key(&over) => {
+            wrong("over", format!("{}; expected 'from' alone", twice(over)))
+        }
+        (TestKind::Slope(slope), _) => slope.check(file).or_else(|message| wrong("over", message)),
+        (_, TestUnit::Family(..)) => Ok(()),
+        (_, TestUnit::Pair(axis, ..)) if claim.cells.contains_key(&axis) => wrong(
+            "axis",
+            format!("{}; expected 'from' and 'to' alone", twice(axis)),
+        ),
+        (_, TestUnit::Pair(axis, from, to)) => {
+            let Some(Axis::Many(values)) = file.settings.get(&axis) else {
+                return wrong("axis", format!("'{axis}' has no list in [settings]"));
+            };
+            let names: Vec<String> = values.iter().map(ToString::to_string).collect();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let to = to.iter().flatten().map(|value| ("to", value));
+            for (key, value) in std::iter::once(("from", &from)).chain(to) {
+                if !values.contains(value) {
+                    let unknown = UnknownName::new("value", &value.to_string(), &names);
+                    return wrong(key, unknown.to_string());
+                }
+            }
+            if test.unit().steps(file).is_empty() {
+                return wrong("to", "no other value than 'from'".to_owned());
+            }
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::Figure;
+    use crate::study::file::{Needs, SlopeTable};
+
+    const GRID: &str = "[settings]\nnoise = ['ar', 'white']\nwindow = [98, 218]\n";
+
+    fn checked(claims: &str, grid: &str) -> Result<Experiment, FileError> {
+        let file = ExperimentFile::parse(&format!("{grid}{claims}"))?;
+        file.check_filters()?;
+        Experiment::new(file)
+    }
+
+    fn claim(test: &str) -> String {
+        format!("[[claims]]\nid = 'W1'\ntest = {test}")
+    }
+
+    #[test]
+    fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
+        let ls = "of = 'ls'";
+        let iv = "of = 'iv(4)', to = 'ls'";
+        let both = |a: &str, b: &str| [a.to_owned(), b.to_owned()];
+        let pair = || vec![both("iv(4)", "ls")];
+        let slope = |statistic| SlopeTable {
+            figure: Figure::Ea,
+            over: Key::Window,
+            statistic,
+            from: 0.0,
+        };
+        use crate::metric::SlopeOf;
+        for (test, needs) in [
+            (
+                format!("{{ share = 'lost', {ls}, below = 0.01 }}"),
+                Needs::default(),
+            ),
+            (
+                format!("{{ share = 'e_g', {iv}, above = 0.5 }}"),
+                Needs {
+                    measures: vec![Figure::ImpulseResponse],
+                    compare: pair(),
+                    ..Needs::default()
+                },
+            ),
+            (
+                format!("{{ value = 'e_a', {ls}, statistic = 'q95', below = 1 }}"),
+                Needs::default(),
+            ),
+            (
+                format!("{{ value = 'parameters', {ls}, between = [-0.1, 0.1] }}"),
+                Needs {
+                    parameters: true,
+                    ..Needs::default()
+                },
+            ),
+            (
+                format!(
+                    "[{{ ratio = 'e_a', {iv}, below = 1 }}, {{ ratio = 'e_b', {iv}, within = 1.05 }}]"
+                ),
+                Needs {
+                    compare: pair(),
+                    ..Needs::default()
+                },
+            ),
+            (
+                format!("{{ ratio = 'e_a', {iv}, statistic = 'median', below = 1 }}"),
+                Needs::default(),
+            ),
+            (
+                format!("{{ slope = 'e_a', {ls}, over = 'window', between = [-0.6, -0.4] }}"),
+                Needs {
+                    slopes: vec![slope(SlopeOf::Median)],
+                    ..Needs::default()
+                },
+            ),
+            (
+                "{ time = 'estimate', of = 'iv', to = 'iv2', below = 1 }".to_owned(),
+                Needs {
+                    timing: true,
+                    ..Needs::default()
+                },
+            ),
+        ] {
+            let methods = "\n[[methods]]\n[[methods]]\nname = 'iv2'\nsolver = 'lu'";
+            let experiment = checked(&format!("{}{methods}", claim(&test)), GRID);
+            let experiment = experiment.unwrap_or_else(|error| panic!("{test}: {error}"));
+            assert_eq!(experiment.file.needs(), needs, "{test}");
+        }
+        let test = "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', within = 1.05 }";
+        let [series] = &checked(&claim(test), GRID).unwrap().file.needs().series[..] else {
+            panic!("one pair of cells");
+        };
+        assert_eq!(
+            (series.from.to_string(), series.to.to_string()),
+            ("ar".into(), "white".into())
+        );
+        let bound = "{ share = 'e_a', of = 'ls', rounding = 100, above = 0.5 }";
+        let needs = checked(&claim(bound), GRID).unwrap().file.needs();
+        assert_eq!(needs.bounds.len(), 1);
+        // What the file has is not needed once more.
+        let file = format!("compare = [['iv(4)', 'ls']]\n{GRID}");
+        let test = "{ ratio = 'e_a', of = 'iv(4)', to = 'ls', below = 1 }";
+        assert!(
+            checked(&claim(test), &file)
+                .unwrap()
+                .file
+                .needs()
+                .is_empty()
+        );
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_place() {
+        let ratio = |rest: &str| {
+            claim(&format!(
+                "{{ ratio = 'e_a', of = 'iv(4)', to = 'ls', {rest} }}"
+            ))
+        };
+        let with = |more: &str| format!("{}\n{more}", ratio("below = 1"));
+        for (claims, parts) in [
+            (
+                claim("{ ratio = 'e_c', of = 'ls', below = 1 }"),
+                ["line 6, column", "did you mean 'e_"],
+            ),
+            (
+                ratio("belov = 1"),
+                ["line 6, column", "did you mean 'below'"],
+            ),
+            (
+                "[[claims]]\nid = 'W1'".to_owned(),
+                ["line 4, column", "missing field `test`"],
+            ),
+            (claim("[]"), ["line 6", "at least one test"]),
+            (claim("3"), ["line 6", "expected a test such as"]),
+            (
+                with("hold = 'everywhere'"),
+                ["line 7, column 1", "did you mean 'holds'"],
+            ),
+            (
+                with("holds = 'everywere'"),
+                ["line 7", "did you mean 'everywhere'"],
+            ),
+            (
+                with("where = { noize = 'ar' }"),
+                ["line 7", "did you mean 'noise'"],
+            ),
+            (
+                claim("{ of = 'ls', below = 1 }"),
+                ["claims[0].test: ", "share, value"],
+            ),
+            (
+                ratio("below = 1, above = 2"),
+                ["claims[0].test.above: ", "exactly one of below"],
+            ),
+            (
+                ratio("value = 'e_a', below = 1"),
+                ["claims[0].test.ratio: ", "exactly one of share"],
+            ),
+            (
+                ratio("axis = 'noise', below = 1"),
+                ["test.axis: ", "it belongs to cells"],
+            ),
+            (
+                ratio("statistic = 'mean', below = 1"),
+                ["test.statistic: ", "paired-median, median, rms"],
+            ),
+            (
+                ratio("measure_of_to = 'e_b', below = 1"),
+                ["test.measure_of_to", "median"],
+            ),
+            (
+                ratio("between = [2, 1]"),
+                ["test.between: [2, 1]", "the lower limit first"],
+            ),
+            (ratio("within = 0.9"), ["test.within: 0.9", "above 1"]),
+            (
+                claim("{ ratio = 'e_a', of = 'iv(4)', to = 'iv(9)', below = 1 }"),
+                ["test.to: ", "'iv(9)', did you mean"],
+            ),
+            (
+                claim("{ ratio = 'e_a', of = 'ls', to = 'ls', below = 1 }"),
+                ["test.to: ", "with itself"],
+            ),
+            (
+                claim("{ value = 'e_theta', of = 'ls', below = 1 }"),
+                ["claims[0].test: ", "'e_theta' means nothing"],
+            ),
+            (
+                claim("{ value = 'e_aa', of = 'ls', below = 1 }"),
+                ["test.value: ", "did you mean 'e_a'"],
+            ),
+            (
+                claim("{ value = 'a_7', of = 'ls', below = 1 }"),
+                ["test.value: 'a_7'", "up to 6"],
+            ),
+            (
+                claim("{ share = 'failled', of = 'ls', below = 1 }"),
+                ["test.share: ", "did you mean 'failed'"],
+            ),
+            (
+                claim("{ share = 'failed', of = 'ls', bound = 1, below = 1 }"),
+                ["test.bound: ", "means nothing"],
+            ),
+            (
+                claim("{ share = 'e_a', of = 'ls', below = 1 }"),
+                ["test: ", "one of bound, rounding, to"],
+            ),
+            (
+                claim("{ share = 'failed', of = 'ls', below = 5 }"),
+                ["test.share: ", "from 0 to 1"],
+            ),
+            (
+                claim("{ value = 'e_a', below = 1 }"),
+                ["test.of: ", "missing"],
+            ),
+            (
+                claim("{ time = 'estimate', of = 'iv', to = 'vi', below = 1 }"),
+                ["test.to: ", "did you mean 'iv'"],
+            ),
+            (
+                claim("{ slope = 'e_a', of = 'ls', over = 'eta', below = 0 }"),
+                ["test.over: ", "'eta' has no list"],
+            ),
+            (
+                claim(
+                    "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', to = 'wite', below = 1 }",
+                ),
+                ["test.to: ", "did you mean 'white'"],
+            ),
+            (
+                format!(
+                    "{}\ngiven = {{ slope = 'e_a', of = 'ls', over = 'window', below = 0 }}",
+                    ratio("below = 1")
+                ),
+                ["claims[0].given: ", "other cells"],
+            ),
+            (
+                with("where = { noise = 'withe' }"),
+                ["claims[0].where.noise: ", "did you mean 'white'"],
+            ),
+            (with("level = 0.7"), ["claims[0].level: 0.7", "below 0.5"]),
+            (
+                with(&ratio("below = 1")),
+                ["claims[1].id: ", "two claims are called 'W1'"],
+            ),
+            (
+                with("").replace("W1", "W 1"),
+                ["claims[0].id: 'W 1'", "letters, digits"],
+            ),
+            (
+                with("").replace("W1", "12"),
+                ["claims[0].id: '12'", "not a number"],
+            ),
+        ] {
+            let error = match checked(&claims, GRID) {
+                Ok(_) => panic!("{claims}"),
+                Err(error) => error.to_string(),
+            };
+            for part in parts {
+                assert!(error.contains(part), "{claims}:\n{error}");
+            }
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
+    }
+
+    /// Names of claims, as in stored manifests, are read and written as they were; tables come back; neither is in the design.
+    #[test]
+    fn claims_are_no_part_of_the_design() {
+        let of = |claims: &str| checked(claims, &format!("seed = 1\n{GRID}")).unwrap();
+        let none = of("");
+        let table = of(&claim(
+            "{ ratio = 'e_a', of = 'iv(4)', to = 'ls', below = 1 }",
+        ));
+        let names =
+            Experiment::new(ExperimentFile::parse("claims = ['C4', 'W1']").unwrap()).unwrap();
+        assert_eq!(none.fingerprint(), table.fingerprint());
+        for experiment in [&table, &names] {
+            let json = serde_json::to_value(&experiment.file).unwrap();
+            assert_eq!(ExperimentFile::from_json(&json).unwrap(), experiment.file);
+        }
+        let json = serde_json::to_value(&names.file).unwrap();
+        assert_eq!(json["claims"], serde_json::json!(["C4", "W1"]));
+        // --set and --quick may take away the cells that a claim speaks of.
+        let claims = claim("{ slope = 'e_a', of = 'ls', over = 'window', below = 0 }");
+        let file = ExperimentFile::parse(&format!("{GRID}{claims}")).unwrap();
+        let one = Experiment::new(file.set("window=98").unwrap()).unwrap();
+        assert!(one.file.needs().is_empty());
+    }
+}

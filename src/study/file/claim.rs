@@ -1,0 +1,430 @@
+//! Claims: what a study's results are to show, and the tests that decide it.
+
+use super::super::row::Figure;
+use super::claim_test::{ClaimTest, TestKind, ValueOf};
+use super::{Axis, BoundTable, ExperimentFile, Key, Scalar, SlopeTable};
+use crate::names::named_enum;
+use schemars::JsonSchema;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::fmt;
+
+named_enum! {
+    /// In how many cells a claim says that its test passes.
+    Holds, "holds" {
+        /// In all.
+        Everywhere = "everywhere",
+        /// In more than half.
+        Typically = "typically",
+        /// In at least one.
+        Somewhere = "somewhere",
+    }
+}
+
+named_enum! {
+    /// The statistic of a measure that a test looks at.
+    ClaimStatistic, "statistic" {
+        /// The median.
+        Median = "median",
+        /// Of a ratio: the median over trials of the ratio of two outputs on the same trial.
+        PairedMedian = "paired-median",
+        /// The mean.
+        Mean = "mean",
+        /// The root mean square.
+        Rms = "rms",
+        /// The 5 % quantile.
+        Q05 = "q05",
+        /// The lower quartile.
+        Q25 = "q25",
+        /// The upper quartile.
+        Q75 = "q75",
+        /// The 95 % quantile.
+        Q95 = "q95",
+        /// Of a coefficient: the mean of its signed error over the error's standard deviation.
+        Bias = "bias",
+    }
+}
+
+/// The one-sided error rate of a verdict where a claim names none.
+pub const CLAIM_LEVEL: f64 = 0.025;
+
+fn level() -> f64 {
+    CLAIM_LEVEL
+}
+
+fn own() -> String {
+    "own".to_owned()
+}
+
+/// A claim with the test that decides it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClaimTable {
+    /// Its name in the file: letters, digits, ".", "-" and "_", not a number.
+    pub id: String,
+    /// The claim, in words.
+    #[serde(default)]
+    pub text: String,
+    /// Who claims it: "own", or the words and the place of a paper.
+    #[serde(default = "own")]
+    pub source: String,
+    /// "everywhere" (in every cell of `where`), "typically" (in more than half of them) or "somewhere" (in at least one).
+    #[serde(default)]
+    pub holds: Holds,
+    /// The one-sided error rate of either verdict, above 0 and below 0.5.
+    #[serde(default = "level")]
+    pub level: f64,
+    /// The cells that it speaks of: those with one of the given values of every given setting; all cells where absent.
+    #[serde(default, rename = "where", skip_serializing_if = "BTreeMap::is_empty")]
+    pub cells: BTreeMap<Key, Axis>,
+    /// A condition on results: only cells in which this test certainly passes are judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub given: Option<TestTable>,
+    /// The test, or a list of tests that must all pass in a cell.
+    #[serde(deserialize_with = "tests_of_a_cell::deserialize")]
+    #[schemars(schema_with = "tests_of_a_cell::schema")]
+    pub test: Vec<TestTable>,
+}
+
+impl ClaimTable {
+    /// A claim that is only named, as in files of before there were tests; it is not judged.
+    fn named(id: &str) -> Self {
+        Self {
+            id: id.to_owned(),
+            text: String::new(),
+            source: own(),
+            holds: Holds::default(),
+            level: CLAIM_LEVEL,
+            cells: BTreeMap::new(),
+            given: None,
+            test: Vec::new(),
+        }
+    }
+
+    /// All its tests, each with its key: those that must pass, then the condition.
+    pub fn tests(&self) -> impl Iterator<Item = (String, &TestTable)> {
+        let many = self.test.len() > 1;
+        let key = move |i: usize| {
+            if many {
+                format!("test[{i}]")
+            } else {
+                "test".to_owned()
+            }
+        };
+        let tests = self.test.iter().enumerate();
+        let given = self.given.iter().map(|test| ("given".to_owned(), test));
+        tests.map(move |(i, test)| (key(i), test)).chain(given)
+    }
+}
+
+/// A test of one cell. Exactly one of `share`, `value`, `ratio`, `cells`, `slope` and `time` says its kind, exactly one of `below`,
+/// `above`, `between` and `within` its limit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TestTable {
+    /// Share of the trials of `of`: "failed", "unstable" or "lost" (either), or a measure: the trials whose measure is below
+    /// `bound` or `rounding`, or in which `of` is better in it than `to`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<String>,
+    /// A statistic of a measure of `of`, or the bias of "parameters" (every coefficient), "a_1", "h_2", ...
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<String>,
+    /// A measure of `of` over that of `to`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<Figure>,
+    /// A measure of `of` in the cell with `axis` at `to` over that at `from`, on the same trials.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<Figure>,
+    /// The log-log slope of a measure of `of` over a setting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slope: Option<Figure>,
+    /// "estimate": the median time of method `of` over that of `to`; it needs timing = true.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<TimeOf>,
+    /// The output, such as "iv(4)"; of `time` the method.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<String>,
+    /// The output or method that it is compared with; of `cells` the value of `axis`, or a list (every other value where
+    /// absent).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to: Option<Axis>,
+    /// ratio: the measure of `to` where it is another one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measure_of_to: Option<Figure>,
+    /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; ratio: "paired-median" (default), "median" (of two
+    /// medians), "rms"; slope: "median" (default), "rms".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub statistic: Option<ClaimStatistic>,
+    /// share: the measure must be below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<f64>,
+    /// share: or below this multiple of eps times the condition number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounding: Option<f64>,
+    /// cells: the setting in which the two cells differ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<Key>,
+    /// cells: the value of `axis` that the others are compared with; slope: the first value of `over` that is taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<Scalar>,
+    /// slope: the setting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over: Option<Key>,
+    /// It must be below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// It must be above this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+    /// It must be from the first to the second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between: Option<[f64; 2]>,
+    /// ratio, cells, time: it must be the same within this factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within: Option<f64>,
+}
+
+named_enum! {
+    /// What of a method takes time.
+    TimeOf, "time" {
+        /// The whole estimate, of all passes.
+        Estimate = "estimate",
+    }
+}
+
+/// A measure of one output in two cells that differ in one setting, on the same trials.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SeriesTable {
+    /// The measure.
+    pub figure: Figure,
+    /// The output.
+    pub output: String,
+    /// The setting.
+    pub axis: Key,
+    /// Its value in the cell that others are compared with.
+    pub from: Scalar,
+    /// Its value in the others.
+    pub to: Scalar,
+}
+
+/// What claims need of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Needs {
+    /// Measures.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<Figure>,
+    /// The signed errors of every coefficient.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub parameters: bool,
+    /// Pairs of outputs.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub compare: Vec<[String; 2]>,
+    /// Bounds whose share of trials is counted.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bounds: Vec<BoundTable>,
+    /// Slopes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub slopes: Vec<SlopeTable>,
+    /// Pairs of cells.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub series: Vec<SeriesTable>,
+    /// Times of the methods.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub timing: bool,
+}
+
+impl Needs {
+    /// Whether it is nothing.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    fn add(&mut self, test: &ClaimTest, file: &ExperimentFile) {
+        let of = || test.of.clone();
+        match &test.kind {
+            TestKind::Outcome(_) => {}
+            TestKind::Bound(bound) => {
+                push(&mut self.measures, &file.measures, bound.figure);
+                push(&mut self.bounds, &file.bounds, bound.clone());
+            }
+            TestKind::Wins { measure, to } => {
+                push(&mut self.measures, &file.measures, *measure);
+                push(&mut self.compare, &file.compare, [of(), to.clone()]);
+            }
+            TestKind::Value { what, .. } => match what {
+                ValueOf::Measure(measure) => push(&mut self.measures, &file.measures, *measure),
+                ValueOf::Parameters | ValueOf::Parameter(_) => self.parameters |= !file.parameters,
+            },
+            TestKind::Ratio {
+                measure,
+                to,
+                measure_of_to,
+                statistic,
+            } => {
+                push(&mut self.measures, &file.measures, *measure);
+                push(&mut self.measures, &file.measures, *measure_of_to);
+                if *statistic != ClaimStatistic::Median {
+                    push(&mut self.compare, &file.compare, [of(), to.clone()]);
+                }
+            }
+            TestKind::Cells { measure, axis, .. } => {
+                push(&mut self.measures, &file.measures, *measure);
+                for (from, to) in test.unit().steps(file) {
+                    let series = SeriesTable {
+                        figure: *measure,
+                        output: of(),
+                        axis: *axis,
+                        from,
+                        to,
+                    };
+                    push(&mut self.series, &[], series);
+                }
+            }
+            TestKind::Slope(slope) => {
+                push(&mut self.measures, &file.measures, slope.figure);
+                if slope.check(file).is_ok() {
+                    push(&mut self.slopes, &file.slopes, slope.clone());
+                }
+            }
+            TestKind::Time { .. } => self.timing |= !file.timing,
+        }
+    }
+}
+
+/// Adds what is in neither list.
+fn push<T: PartialEq>(list: &mut Vec<T>, known: &[T], item: T) {
+    if !known.contains(&item) && !list.contains(&item) {
+        list.push(item);
+    }
+}
+
+impl ExperimentFile {
+    /// What the claims need of a run beside what a resolved file asks for itself. Tests that are wrong need nothing.
+    pub fn needs(&self) -> Needs {
+        let mut needs = Needs::default();
+        for (_, table) in self.claims.iter().flat_map(ClaimTable::tests) {
+            if let Ok(test) = ClaimTest::of(table) {
+                needs.add(&test, self);
+            }
+        }
+        needs.measures.sort_unstable();
+        needs
+    }
+}
+
+/// The list `claims`: tables, or the names of claims that are not judged, as files had before there were tests.
+pub(super) mod list {
+    use super::{
+        ClaimTable, Deserialize, Deserializer, Error, MapAccess, MapAccessDeserializer, Serialize,
+        Serializer, Visitor, fmt,
+    };
+    use schemars::{Schema, SchemaGenerator, json_schema};
+
+    struct Entry(ClaimTable);
+
+    struct EntryVisitor;
+
+    impl<'de> Visitor<'de> for EntryVisitor {
+        type Value = Entry;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a table [[claims]], or the name of a claim")
+        }
+
+        fn visit_str<E: Error>(self, name: &str) -> Result<Entry, E> {
+            Ok(Entry(ClaimTable::named(name)))
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Entry, A::Error> {
+            ClaimTable::deserialize(MapAccessDeserializer::new(map)).map(Entry)
+        }
+    }
+
+    impl<'de> Deserialize<'de> for Entry {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            deserializer.deserialize_any(EntryVisitor)
+        }
+    }
+
+    #[derive(Serialize)]
+    #[serde(untagged)]
+    enum Written<'a> {
+        Name(&'a str),
+        Table(&'a ClaimTable),
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<ClaimTable>, D::Error> {
+        let entries = Vec::<Entry>::deserialize(from)?;
+        Ok(entries.into_iter().map(|entry| entry.0).collect())
+    }
+
+    pub fn serialize<S: Serializer>(claims: &[ClaimTable], to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(claims.iter().map(|claim| {
+            if claim.test.is_empty() {
+                Written::Name(&claim.id)
+            } else {
+                Written::Table(claim)
+            }
+        }))
+    }
+
+    pub fn schema(generator: &mut SchemaGenerator) -> Schema {
+        let table = generator.subschema_for::<ClaimTable>();
+        json_schema!({
+            "description": "Claims with the tests that decide them; a name alone is not judged.",
+            "type": "array",
+            "items": { "anyOf": [table, { "type": "string" }] },
+        })
+    }
+}
+
+/// One test, or a list of them.
+mod tests_of_a_cell {
+    use super::{
+        Deserialize, Deserializer, Error, MapAccess, MapAccessDeserializer, SeqAccess,
+        SeqAccessDeserializer, TestTable, Visitor, fmt,
+    };
+    use schemars::{Schema, SchemaGenerator, json_schema};
+
+    struct TestsVisitor;
+
+    impl<'de> Visitor<'de> for TestsVisitor {
+        type Value = Vec<TestTable>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str(
+                "a test such as { value = \"e_a\", of = \"ls\", below = 1 }, or a list of them",
+            )
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+            TestTable::deserialize(MapAccessDeserializer::new(map)).map(|test| vec![test])
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
+            let tests = Vec::<TestTable>::deserialize(SeqAccessDeserializer::new(list))?;
+            if tests.is_empty() {
+                return Err(A::Error::custom(
+                    "an empty list; expected at least one test",
+                ));
+            }
+            Ok(tests)
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<TestTable>, D::Error> {
+        from.deserialize_any(TestsVisitor)
+    }
+
+    pub fn schema(generator: &mut SchemaGenerator) -> Schema {
+        let test = generator.subschema_for::<TestTable>();
+        json_schema!({
+            "description": "The test, or a list of tests that must all pass in a cell.",
+            "anyOf": [test.clone(), { "type": "array", "items": test, "minItems": 1 }],
+        })
+    }
+}
