@@ -182,7 +182,7 @@ fn standard_output_that_nobody_reads() {
         let mut command = Command::new("bash");
         command.args(["-c", &format!("set -o pipefail; {script}"), "bash"]);
         command.arg(super::PROGRAM).current_dir(place.folder.path());
-        place.wait(command)
+        super::wait(command)
     };
     for arguments in [
         "run study.toml --out out",
@@ -209,9 +209,8 @@ fn standard_output_that_nobody_reads() {
         );
     }
     // A single estimate that failed stays one.
-    let record: String = (0..40)
-        .map(|k| format!("{},{}\n", (k * 7) % 5, k % 2))
-        .collect();
+    let rows = (0..40).map(|k| format!("{},{}", (k * 7) % 5, k % 2));
+    let record = rows.collect::<Vec<_>>().join("\n");
     std::fs::write(place.path("rank.csv"), format!("u,y\n{record}")).expect("written");
     let output = with("(sleep 0.3; \"$1\" estimate rank.csv --order 12) | true");
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
@@ -225,7 +224,7 @@ fn standard_input_is_asked_for_by_a_dash() {
         let mut command = super::command(place.folder.path(), arguments);
         let file = std::fs::File::open(place.path(file)).expect("a file");
         command.stdin(Stdio::from(file));
-        place.wait(command)
+        super::wait(command)
     };
     let output = from("study.toml", &["run", "-"]);
     assert!(output.status.code() == Some(2) && stderr(&output).contains("--out"));
