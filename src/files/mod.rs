@@ -267,7 +267,7 @@ pub(crate) fn set_aside(path: &Path) -> Result<(), PathError> {
         name.push(format!(".damaged{number}"));
         PathBuf::from(name)
     };
-    let free = (0..).map(name).find(|path| !is_there(path));
+    let free = (0..=u32::MAX).map(name).find(|path| !is_there(path));
     let free = free.unwrap_or_else(|| path.to_owned());
     fs::rename(path, free).map_err(PathError::io(path))
 }

@@ -117,6 +117,9 @@ impl<'e> Campaign<'e> {
         if options.replace {
             folder.clear(options.figures)?;
         }
+        if options.fresh {
+            folder.check_blocks()?;
+        }
         let design = experiment.stamped_design();
         folder.claim_design(&design, options.figures)?;
         if options.fresh {

@@ -190,9 +190,9 @@ impl ResultsFolder {
     }
 
     /// Makes the folder one of this design, refusing one that holds results or blocks of another, or anything that is
-    /// not the program's own under the name of a result or of one of `figures`. Results without a
-    /// manifest are those of a run that was killed while it published them, where the blocks' design is there to tell
-    /// of which study; else they are foreign.
+    /// not the program's own under the name of a result or of one of `figures`. Results without a manifest are those of
+    /// a run that was killed while it published them, where the blocks' design is there to tell of which study; else
+    /// they are foreign.
     ///
     /// # Errors
     /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], [`FolderError::Unknown`],
@@ -266,13 +266,22 @@ impl ResultsFolder {
     /// removed.
     pub fn clear(&self, figures: &[&str]) -> Result<(), FolderError> {
         self.check_targets(figures)?;
-        if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
-            own_blocks(&blocks)?;
-        }
+        self.check_blocks()?;
         for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
             files::remove(&self.path.join(name), kind)?;
         }
         self.remove_blocks()
+    }
+
+    /// Checks that all blocks may be removed.
+    ///
+    /// # Errors
+    /// If anything else is among them.
+    pub fn check_blocks(&self) -> Result<(), FolderError> {
+        if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
+            own_blocks(&blocks)?;
+        }
+        Ok(())
     }
 
     /// Removes the blocks: what remains are the results. The design stays where nothing else tells of which study

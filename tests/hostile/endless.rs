@@ -36,7 +36,7 @@ fn endless_standard_input() {
     ] {
         let mut command = command(place.folder.path(), arguments);
         command.stdin(Stdio::from(File::open("/dev/zero").expect("a device")));
-        let output = place.wait(command);
+        let output = super::wait(command);
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{message}");
         assert!(

@@ -43,7 +43,7 @@ gains = [1]
 "#;
 
 /// How long a command may take; none needs a second.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 
 /// A folder to work in: `victim`, which nobody may touch, and what the commands read.
 struct Place {
@@ -121,24 +121,7 @@ impl Place {
 
     /// Runs the program to its end, which must come soon.
     fn run(&self, arguments: &[&str]) -> Output {
-        self.wait(command(self.folder.path(), arguments))
-    }
-
-    fn wait(&self, mut command: Command) -> Output {
-        let mut child = command
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program runs");
-        let begin = Instant::now();
-        while child.try_wait().expect("a child").is_none() {
-            if begin.elapsed() > PATIENCE {
-                child.kill().expect("killed");
-                panic!("{command:?} hangs");
-            }
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        child.wait_with_output().expect("ended")
+        wait(command(self.folder.path(), arguments))
     }
 
     /// The program ends with exit code 2 and one line that has `part`.
@@ -149,6 +132,24 @@ impl Place {
         let one = message.lines().count() == 1;
         assert!(one && message.contains(part), "{arguments:?}: {message}");
     }
+}
+
+/// Waits for a command to end, which it must do soon.
+fn wait(mut command: Command) -> Output {
+    let mut child = command
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program runs");
+    let begin = Instant::now();
+    while child.try_wait().expect("a child").is_none() {
+        if begin.elapsed() > PATIENCE {
+            child.kill().expect("killed");
+            panic!("{command:?} hangs");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().expect("ended")
 }
 
 fn stderr(output: &Output) -> String {

@@ -27,7 +27,7 @@ fn run(place: &Place, arguments: &[&str]) -> (i32, String) {
     if is_root() {
         command.uid(NOBODY).gid(NOBODY);
     }
-    let output = place.wait(command);
+    let output = super::wait(command);
     (output.status.code().unwrap_or(-1), stderr(&output))
 }
 
