@@ -10,7 +10,7 @@ macro_rules! shipped {
     };
 }
 
-const FILES: [(&str, &str); 20] = shipped![
+const FILES: [(&str, &str); 21] = shipped![
     "nikolov2023",
     "c2-c3",
     "noise-level",
@@ -28,6 +28,7 @@ const FILES: [(&str, &str); 20] = shipped![
     "check-grid",
     "gpebo-figures",
     "gpebo-noise",
+    "gpebo-sine",
     "gpebo-amplitude",
     "gpebo-gain",
     "gpebo-plant",

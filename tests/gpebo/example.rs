@@ -7,9 +7,9 @@ use asobench::observer::gpebo::{
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
 
-/// The paper's example with a disturbance `amplitude sin t` and its three observers.
-fn example(amplitude: f64, step: f64) -> Cascade {
-    let observers = [
+/// The paper's three observers.
+fn observers() -> [ObserverSpec; 3] {
+    [
         ObserverSpec::Luenberger {
             gain: vec![2.0, 3.2],
             x0: vec![0.0; 2],
@@ -18,17 +18,21 @@ fn example(amplitude: f64, step: f64) -> Cascade {
             gains: vec![1.0; 2],
         },
         proposed(Factor::Keep, vec![1e11, 1e13]),
-    ];
-    example_of(amplitude, step, &observers)
+    ]
 }
 
-/// The same with other observers.
-fn example_of(amplitude: f64, step: f64, observers: &[ObserverSpec]) -> Cascade {
+/// The paper's example with a disturbance `amplitude sin t` and its three observers.
+fn example(amplitude: f64, step: f64) -> Cascade {
+    example_of([amplitude, 1.0], step, &observers())
+}
+
+/// The same with another frequency and other observers.
+fn example_of([amplitude, frequency]: [f64; 2], step: f64, observers: &[ObserverSpec]) -> Cascade {
     let scenario = Scenario {
         u: Signal::new(vec![Wave::Constant { value: 1.0 }]),
         delta: Signal::new(vec![Wave::Sine {
             amplitude,
-            frequency: 1.0,
+            frequency,
             phase: 0.0,
         }]),
         x0: vec![1.0, 2.0],
@@ -130,7 +134,7 @@ fn observed_order() {
     assert_eq!(halving.summary.steps, 20_000);
     // Simpson's integrals.
     let recursive = [ObserverSpec::KalmanBucy { p0: 4.0, r: 0.045 }];
-    let halving = halve(&example_of(0.3, 2e-2, &recursive), |_| {});
+    let halving = halve(&example_of([0.3, 1.0], 2e-2, &recursive), |_| {});
     let Convergence { state, theta, .. } = halving.observers[0];
     for order in [state, theta].map(|of| of.order.unwrap()) {
         assert!((order - 4.0).abs() < 0.1, "{order}");
@@ -247,4 +251,22 @@ fn the_example_reaches_and_settles() {
         close(reached, 2.25, 0.01);
         assert_eq!(settled, reached);
     }
+}
+
+/// At 3 rad/s, the plant's own frequency, 0.3 sin 3t = C'Phi (0, 0.18): y is that of another theta
+/// without a disturbance. Estimates of theta converge to that one, and the proposed one, which
+/// learns from a disturbance alone, stays at 0.
+#[test]
+fn a_sine_of_the_plants_own_frequency_is_a_part_of_theta() {
+    let found = halve(&example_of([0.3, 3.0], 0.025, &observers()), |_| {}).summary;
+    let [gradient, proposed] = [1, 2].map(|of| found.observers[of].accuracy);
+    let theta = 0.18 / 5_f64.sqrt();
+    assert!((gradient.theta / theta - 1.0).abs() < 1e-6, "{gradient:?}");
+    // The full-order observer forgets the start and takes sin 3t for the plant's: it ends there
+    // too.
+    let x_hat = last_estimates(&example_of([0.3, 3.0], 0.025, &observers()), 4);
+    for i in 0..2 {
+        assert!((x_hat[0].x[i] - x_hat[1].x[i]).abs() < 1e-6, "{x_hat:?}");
+    }
+    assert!((proposed.theta - 1.0).abs() < 1e-9 && proposed.reached.is_none());
 }

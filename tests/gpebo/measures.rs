@@ -88,8 +88,11 @@ fn entries(error: &impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     (0..80_000).filter_map(entry).collect()
 }
 
-/// Observers of this plant with the closed forms of their errors, and whether they estimate theta.
-fn observers() -> Vec<(ObserverSpec, Box<dyn Fn(f64) -> f64>, bool)> {
+/// An observer, its error over time, and whether it estimates theta.
+type Exact = (ObserverSpec, Box<dyn Fn(f64) -> f64>, bool);
+
+/// Observers of this plant with the closed forms of their errors.
+fn observers() -> Vec<Exact> {
     let gradient = |gain: f64| ObserverSpec::Gradient { gains: vec![gain] };
     let full_order = ObserverSpec::Luenberger {
         gain: vec![3.0],

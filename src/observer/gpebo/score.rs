@@ -214,14 +214,14 @@ mod tests {
         }
     }
 
-    /// `(t - 1)^2 (t - 4)^2 / 100 = 0.01` where `(t - 1) (t - 4) = +-1`: in from `(5 - sqrt 13) /
-    /// 2` on, out, in again for good or out at the end. The polynomial through five nodes is the
-    /// error itself.
+    /// `(t - 1)^2 (t - 4)^2 / 100 = 0.01` where `(t - 1) (t - 4) = +-1`: in at `2.5 - sqrt 3.25`, out,
+    /// in again at `2.5 + sqrt 1.25`, for good or out at the end. The polynomial through five nodes is
+    /// the error itself.
     #[test]
     fn entries_of_a_polynomial() {
         let error = |t: f64| ((t - 1.0) * (t - 4.0)).powi(2) / 100.0;
-        let first = (5.0 - 13_f64.sqrt()) / 2.0;
-        let again = (5.0 + 5_f64.sqrt()) / 2.0;
+        let first = 2.5 - 3.25_f64.sqrt();
+        let again = 2.5 + 1.25_f64.sqrt();
         let found = scored(4, 0.0, error);
         assert!((found.reached.unwrap() - first).abs() < 1e-14, "{found:?}");
         assert_eq!((found.settled, found.theta), (None, 1.0));
