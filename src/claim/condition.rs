@@ -1,4 +1,5 @@
-//! Where a claim holds: the settings that tell the cells where it holds from those where it does not.
+//! Where a claim holds: the settings that tell the cells where it holds from those where it does
+//! not.
 
 use crate::number::listed;
 use crate::study::file::Key;
@@ -7,9 +8,10 @@ use crate::study::place::{Place, axis_label, values, varying, words};
 /// The most items that a sentence lists.
 const MOST: usize = 6;
 
-/// The one setting whose values tell `good` from `bad` cells, both indices in `all`, or else, for each combination of the
-/// others, the values of a numerical one where it is good: "with white noise", "from N = 98 on with eta = 2 %". A cell that
-/// is in neither is open: nothing is said of it. None where few settings do not tell.
+/// The one setting whose values tell `good` from `bad` cells, both indices in `all`, or else, for
+/// each combination of the others, the values of a numerical one where it is good: "with white
+/// noise", "from N = 98 on with eta = 2 %". A cell that is in neither is open: nothing is said of
+/// it. None where few settings do not tell.
 pub fn condition(all: &[Place], good: &[usize], bad: &[usize]) -> Option<String> {
     if good.is_empty() || bad.is_empty() {
         return None;
@@ -93,8 +95,8 @@ fn each(all: &[Place], good: &[usize]) -> Option<String> {
     Some(format!("{}{end}", texts.join("; ")))
 }
 
-/// The values of a setting with which cells of one combination of the others are good: empty where it is all of
-/// them, none where there is no such value.
+/// The values of a setting with which cells of one combination of the others are good: empty where
+/// it is all of them, none where there is no such value.
 fn range(all: &[Place], along: Key, others: &[Key], case: &str, good: &[usize]) -> Option<String> {
     let own: Vec<usize> = (0..all.len())
         .filter(|cell| all[*cell].words(others) == case)

@@ -1,10 +1,13 @@
-//! From cells to a verdict, with known error rates whatever the dependence of the cells, which share their random numbers.
+//! From cells to a verdict, with known error rates whatever the dependence of the cells, which
+//! share their random numbers.
 //!
-//! Every way to hold asks that the test passes in at least r of m cells: in all, in more than half, in one. That at least r of m
-//! pass is certain at a level where (m - r + 1) p_(r) is at most it, with p_(r) the r-th smallest p-value (Bonferroni's
-//! test of a partial conjunction: Benjamini and Heller 2008, Biometrics 64, 1215). For r = m that is the largest p-value alone, the
-//! intersection-union test; for r = 1 it is Bonferroni's. The claim does not hold where the same says that at least m - r + 1 cells
-//! fail. So either error has the claim's level, and an "undecided" is no error.
+//! Every way to hold asks that the test passes in at least r of m cells: in all, in more than half,
+//! in one. That at least r of m pass is certain at a level where (m - r + 1) p_(r) is at most it,
+//! with p_(r) the r-th smallest p-value (Bonferroni's test of a partial conjunction: Benjamini and
+//! Heller 2008, Biometrics 64, 1215). For r = m that is the largest p-value alone, the
+//! intersection-union test; for r = 1 it is Bonferroni's. The claim does not hold where the same
+//! says that at least m - r + 1 cells fail. So either error has the claim's level, and an
+//! "undecided" is no error.
 
 use crate::names::named_enum;
 use crate::study::file::Holds;
@@ -16,7 +19,8 @@ named_enum! {
         Undecided = "undecided",
         /// It holds.
         Holds = "holds",
-        /// It certainly holds in some cells and certainly not in others, and most cells decide neither.
+        /// It certainly holds in some cells and certainly not in others, and most cells decide
+        /// neither.
         HoldsInPart = "holds in part",
         /// It does not hold.
         DoesNotHold = "does not hold",
@@ -37,13 +41,14 @@ pub(super) struct Says {
 pub(super) struct Cells<'a> {
     /// Those that are judged.
     pub(super) judged: &'a [Says],
-    /// How many there were before results told which of them are judged: as many could have been chosen by chance.
+    /// How many there were before results told which of them are judged: as many could have been
+    /// chosen by chance.
     pub(super) among: usize,
 }
 
 impl Cells<'_> {
-    /// The judged cells that certainly pass, and those that certainly fail: each by itself where all of them must be, all
-    /// together (Holm) where one is enough.
+    /// The judged cells that certainly pass, and those that certainly fail: each by itself where
+    /// all of them must be, all together (Holm) where one is enough.
     pub(super) fn certain(self, holds: Holds, level: f64) -> [Vec<usize>; 2] {
         let [pass, fail]: [Vec<f64>; 2] = [
             self.judged.iter().map(|cell| cell.pass).collect(),
@@ -75,7 +80,8 @@ impl Holds {
     }
 }
 
-/// The level at which r of the judged cells must be certain, each by itself, for all r to be certain together.
+/// The level at which r of the judged cells must be certain, each by itself, for all r to be
+/// certain together.
 pub(super) fn level_of_each(r: usize, judged: usize, among: usize, level: f64) -> f64 {
     if r == judged {
         level
@@ -96,7 +102,8 @@ pub(super) fn certain_count(p: &[f64], among: usize, level: f64) -> usize {
     (1..=p.len()).rev().find(certain).unwrap_or(0)
 }
 
-/// The cells that are certain all together, by Holm's step-down (Holm 1979): no false one among them but with the level.
+/// The cells that are certain all together, by Holm's step-down (Holm 1979): no false one among
+/// them but with the level.
 pub(super) fn holm(p: &[f64], among: usize, level: f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
@@ -152,8 +159,9 @@ mod tests {
         )
     }
 
-    /// Of 0.01, 0.04, 0.03, 0.005 at 0.05 the thresholds of the ordered ones are 0.0125, 0.05/3, 0.025, 0.05: 0.005 and 0.01
-    /// stand, 0.03 is above 0.025 and ends it, though 0.04 is below 0.05.
+    /// Of 0.01, 0.04, 0.03, 0.005 at 0.05 the thresholds of the ordered ones are 0.0125, 0.05/3,
+    /// 0.025, 0.05: 0.005 and 0.01 stand, 0.03 is above 0.025 and ends it, though 0.04 is below
+    /// 0.05.
     #[test]
     fn holm_by_hand() {
         assert_eq!(holm(&[0.01, 0.04, 0.03, 0.005], 4, 0.05), [3, 0]);
@@ -177,7 +185,8 @@ mod tests {
         assert!(!at_least(&p, 4, 5, 0.025), "2 * 0.4");
         assert!(at_least(&p, 5, 5, 0.9), "all: the largest, not corrected");
         assert_eq!(certain_count(&p, 5, 0.025), 3);
-        // Three of nine that results chose: 7 times the third smallest, but of all three it is the largest alone.
+        // Three of nine that results chose: 7 times the third smallest, but of all three it is the
+        // largest alone.
         assert!(
             !at_least(&[0.001, 0.009, 0.5], 2, 9, 0.07)
                 && at_least(&[0.001, 0.009, 0.5], 2, 9, 0.073)
@@ -203,7 +212,8 @@ mod tests {
             verdict(Holds::Everywhere, &[open; 4], &[not, not, not, 0.006]),
             DoesNotHold
         );
-        // More than half of four are three: 2 * 0.012 is below 0.025; not more than half are two: 3 * 0.008.
+        // More than half of four are three: 2 * 0.012 is below 0.025; not more than half are two: 3
+        // * 0.008.
         assert_eq!(
             verdict(Holds::Typically, &[sure, sure, 0.012, open], &[open; 4]),
             Yes

@@ -1,4 +1,5 @@
-//! What is known of one number from trials, and how certain that makes it that the number is within limits.
+//! What is known of one number from trials, and how certain that makes it that the number is within
+//! limits.
 
 use super::tails::{binomial_at_most, normal_above, normal_point, student_above, student_point};
 use crate::metric::Z;
@@ -25,7 +26,8 @@ impl Range {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Freedom {
     now: f64,
-    /// The power of the number of trials with which they grow; None where more trials change nothing at all.
+    /// The power of the number of trials with which they grow; None where more trials change
+    /// nothing at all.
     grows: Option<f64>,
 }
 
@@ -52,10 +54,11 @@ impl Freedom {
         }
     }
 
-    /// Of the q-quantile of n trials. Its standard error is a multiple of the distance W between two order statistics,
-    /// k = 2 * 1.96 sqrt(n q (1 - q)) ranks apart. Near a quantile W is a sum of k spacings that are nearly
-    /// independent and exponential, so its relative variance is 1/k and that of W^2 is 4/k. That of a mean square with nu
-    /// degrees of freedom is 2/nu; hence nu = k/2 = 1.96 sqrt(n q (1 - q)).
+    /// Of the q-quantile of n trials. Its standard error is a multiple of the distance W between
+    /// two order statistics, k = 2 * 1.96 sqrt(n q (1 - q)) ranks apart. Near a quantile W is a sum
+    /// of k spacings that are nearly independent and exponential, so its relative variance is 1/k
+    /// and that of W^2 is 4/k. That of a mean square with nu degrees of freedom is 2/nu; hence nu =
+    /// k/2 = 1.96 sqrt(n q (1 - q)).
     pub(super) fn of_quantile(q: f64, trials: u64) -> Self {
         Self {
             now: (Z * (trials as f64 * q * (1.0 - q)).sqrt()).max(1.0),
@@ -77,7 +80,8 @@ pub(super) enum Known {
         error: f64,
         /// How well the error is known.
         freedom: Freedom,
-        /// Whether it is the logarithm that scatters as a normal number does: ratios of positive numbers.
+        /// Whether it is the logarithm that scatters as a normal number does: ratios of positive
+        /// numbers.
         logarithmic: bool,
     },
     /// A share of trials.
@@ -87,8 +91,8 @@ pub(super) enum Known {
         /// Of so many.
         of: u64,
     },
-    /// A quantile without a usable standard error: lost trials or equal values are around it. What is left is how many of
-    /// the trials are on either side of a limit.
+    /// A quantile without a usable standard error: lost trials or equal values are around it. What
+    /// is left is how many of the trials are on either side of a limit.
     Ranks {
         /// The quantile as far as it is known: infinite, of either sign, where it is lost.
         value: f64,
@@ -96,7 +100,8 @@ pub(super) enum Known {
         q: f64,
         /// Trials.
         of: u64,
-        /// (x, count): where x is below a limit at least `count` trials are, where it is not at most `count`.
+        /// (x, count): where x is below a limit at least `count` trials are, where it is not at
+        /// most `count`.
         points: Vec<(f64, u64)>,
     },
 }
@@ -128,7 +133,8 @@ impl OneSided {
         }
     }
 
-    /// The chance of p <= `level` with `factor` times the trials, where the truth is what it now seems to be.
+    /// The chance of p <= `level` with `factor` times the trials, where the truth is what it now
+    /// seems to be.
     fn power(self, factor: f64, level: f64) -> f64 {
         match self {
             Self::Sure(is) => f64::from(u8::from(is)),
@@ -148,15 +154,17 @@ impl OneSided {
     }
 }
 
-/// P(T' > t) of the noncentral t with this distance and nu degrees of freedom at the point t of Student's law with
-/// that level: the normal approximation of Johnson and Kotz (Abramowitz and Stegun 26.7.10).
+/// P(T' > t) of the noncentral t with this distance and nu degrees of freedom at the point t of
+/// Student's law with that level: the normal approximation of Johnson and Kotz (Abramowitz and
+/// Stegun 26.7.10).
 fn beyond(distance: f64, nu: f64, level: f64) -> f64 {
     let t = student_point(normal_point(level), nu);
     let bias = 1.0 - 1.0 / (4.0 * nu);
     normal_above((t * bias - distance) / (1.0 + t * t / (2.0 * nu)).sqrt())
 }
 
-/// P(P(K <= k) <= level) where k and K are numbers of successes in so many trials, of chance `share` and `chance`.
+/// P(P(K <= k) <= level) where k and K are numbers of successes in so many trials, of chance
+/// `share` and `chance`.
 fn few(trials: u64, share: f64, chance: f64, level: f64) -> f64 {
     /// From this variance on the normal law will do.
     const LARGE: f64 = 1000.0;
@@ -203,7 +211,8 @@ impl Known {
         }
     }
 
-    /// How far an estimate is above a limit, in standard errors, on the scale on which it is near normal.
+    /// How far an estimate is above a limit, in standard errors, on the scale on which it is near
+    /// normal.
     fn distance(&self, limit: f64) -> Option<(f64, Freedom)> {
         let Self::Estimate {
             value,
@@ -276,8 +285,8 @@ impl Known {
         }
     }
 
-    /// The tests that the number is inside the range: all must be certain (two one-sided tests of a range with two
-    /// ends, Schuirmann 1987).
+    /// The tests that the number is inside the range: all must be certain (two one-sided tests of a
+    /// range with two ends, Schuirmann 1987).
     fn tests_inside(&self, range: Range) -> impl Iterator<Item = OneSided> {
         let [low, high] = range.ends();
         let low = low.map(|low| self.one_sided(Side::Above, low, !range.open));
@@ -293,7 +302,8 @@ impl Known {
         low.into_iter().chain(high)
     }
 
-    /// The width of a range with two ends in standard errors of an estimate, and the degrees of freedom.
+    /// The width of a range with two ends in standard errors of an estimate, and the degrees of
+    /// freedom.
     fn width(&self, range: Range) -> Option<(f64, Freedom)> {
         let [Some(low), Some(high)] = range.ends() else {
             return None;
@@ -309,9 +319,10 @@ impl Known {
 
     /// The p-value of "inside the range": small where the number certainly is not.
     ///
-    /// Of an estimate at distance t from the nearer end of a range with two ends that are w apart, both in standard errors,
-    /// it is P(T > t) + P(T > t + w), exact for a number at either end: near one-sided where the range is wide, the
-    /// two-sided test where it is a point. Of counts it is twice the smaller tail.
+    /// Of an estimate at distance t from the nearer end of a range with two ends that are w apart,
+    /// both in standard errors, it is P(T > t) + P(T > t + w), exact for a number at either end:
+    /// near one-sided where the range is wide, the two-sided test where it is a point. Of counts it
+    /// is twice the smaller tail.
     pub(super) fn outside(&self, range: Range) -> f64 {
         let tests: Vec<OneSided> = self.tests_outside(range).collect();
         match (tests.as_slice(), self.width(range)) {

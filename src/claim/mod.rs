@@ -1,9 +1,9 @@
 //! Verdicts on the claims of an experiment file, with known error rates, in plain words.
 //!
-//! A test looks at a number of a cell and gives two p-values: that it does not pass, that it does not fail (`known`,
-//! `statistics`, `evidence`). A claim holds everywhere, typically or somewhere over its cells (`decision`); where neither is
-//! certain it is undecided, and `power` tells how many trials would decide it. Nothing here knows an experiment, a
-//! claim or a method by name.
+//! A test looks at a number of a cell and gives two p-values: that it does not pass, that it does
+//! not fail (`known`, `statistics`, `evidence`). A claim holds everywhere, typically or somewhere
+//! over its cells (`decision`); where neither is certain it is undecided, and `power` tells how
+//! many trials would decide it. Nothing here knows an experiment, a claim or a method by name.
 
 mod condition;
 mod decision;
@@ -100,8 +100,8 @@ pub fn judge(file: &ExperimentFile, summary: &Summary, times: &[MethodTime]) -> 
         .collect()
 }
 
-/// The same of one claim at a level of its own: a rule that looks several times divides the claim's by the number of
-/// looks.
+/// The same of one claim at a level of its own: a rule that looks several times divides the claim's
+/// by the number of looks.
 pub fn judge_at(
     claim: &ClaimTable,
     level: f64,

@@ -9,7 +9,8 @@ use serde::Serialize;
 /// The chance that a decision is to have.
 const POWER: f64 = 0.8;
 
-/// Up to so many cells the number of certain ones is counted exactly, from there on by the normal law.
+/// Up to so many cells the number of certain ones is counted exactly, from there on by the normal
+/// law.
 const EXACT_CELLS: usize = 400;
 
 /// How many trials in every cell would decide a claim.
@@ -36,9 +37,10 @@ pub(super) struct Undecided<'a> {
 }
 
 impl Undecided<'_> {
-    /// The fewest trials, the same in every cell, that decide with 80 % where every number is what it now seems to be, the
-    /// cells taken as independent: towards "holds" where as many cells as it needs seem to pass, else towards "does not
-    /// hold". At least twice what there is, for a single open cell needs (1.96 + 0.84)^2 / 1.96^2 = 2.04 times as many.
+    /// The fewest trials, the same in every cell, that decide with 80 % where every number is what
+    /// it now seems to be, the cells taken as independent: towards "holds" where as many cells as
+    /// it needs seem to pass, else towards "does not hold". At least twice what there is, for a
+    /// single open cell needs (1.96 + 0.84)^2 / 1.96^2 = 2.04 times as many.
     pub(super) fn trials(self) -> Needed {
         let there = self
             .cells
@@ -115,7 +117,8 @@ fn at_least(chances: &[f64], r: usize) -> f64 {
 mod tests {
     use super::at_least;
 
-    /// Of three fair coins two or more fall heads with 1/2, one or more with 7/8; the same of many by the normal law.
+    /// Of three fair coins two or more fall heads with 1/2, one or more with 7/8; the same of many
+    /// by the normal law.
     #[test]
     fn events_by_hand() {
         assert!((at_least(&[0.5; 3], 2) - 0.5).abs() < 1e-15);

@@ -101,7 +101,8 @@ impl Told<'_> {
         }
     }
 
-    /// "the median e_a of iv(4)" of the cell's decisive number, with the number itself and what it must be.
+    /// "the median e_a of iv(4)" of the cell's decisive number, with the number itself and what it
+    /// must be.
     fn of(&self, cell: usize) -> Option<(String, String, String)> {
         let part = self.evidence[cell].decisive()?;
         let test = &self.tests[part.test];

@@ -1,7 +1,8 @@
-//! The numbers of a study's summary that tests look at: the only part of the engine that knows where they stand.
+//! The numbers of a study's summary that tests look at: the only part of the engine that knows
+//! where they stand.
 //!
-//! Populations: shares and quantiles are over all trials, lost ones last; means, root mean squares and biases are over the
-//! trials that have the measure, and say so ([`Number::kept`]).
+//! Populations: shares and quantiles are over all trials, lost ones last; means, root mean squares
+//! and biases are over the trials that have the measure, and say so ([`Number::kept`]).
 
 use super::known::{Freedom, Known};
 use crate::metric::{Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, Statistics};
@@ -115,8 +116,9 @@ impl Results<'_> {
         )
     }
 
-    /// A time is a median over repetitions, of which quartiles are known. Repetitions share the state of the machine, so
-    /// their number says nothing: the standard deviation of one of them, (q75 - q25) / 1.349, is taken for the error.
+    /// A time is a median over repetitions, of which quartiles are known. Repetitions share the
+    /// state of the machine, so their number says nothing: the standard deviation of one of them,
+    /// (q75 - q25) / 1.349, is taken for the error.
     fn time(self, cell: usize, of: &str, to: &str) -> Result<Known, Missing> {
         let relative = |method: &str| {
             let mut times = self.times.iter();
@@ -376,8 +378,8 @@ fn quantile(
     )
 }
 
-/// A quantile by its standard error where it has one, else by the ranks: `known` quantiles, and the `ends` that lost trials
-/// make.
+/// A quantile by its standard error where it has one, else by the ranks: `known` quantiles, and the
+/// `ends` that lost trials make.
 fn ranks(
     q: f64,
     of: u64,
@@ -395,7 +397,8 @@ fn ranks(
             logarithmic,
         };
     }
-    // A quantile of n values is at or between those of the ranks j and j + 1 with j = q (n - 1) rounded down, from 0.
+    // A quantile of n values is at or between those of the ranks j and j + 1 with j = q (n - 1)
+    // rounded down, from 0.
     let rank = |q: f64| (q * of.saturating_sub(1) as f64) as u64 + 1;
     let inner = known.into_iter().filter(|(_, x)| !x.is_nan());
     let inner = inner.map(|(q, x)| (x, rank(q)));
@@ -447,8 +450,8 @@ fn paired_median(pair: &PairedStatistics, all: u64) -> Known {
     ranks(0.5, all, median, quantiles, [zero, infinite], true)
 }
 
-/// The ratio of two medians. Outputs that share their trials are taken as independent: nearly always they rise and fall
-/// together, and the error is then too large rather than too small.
+/// The ratio of two medians. Outputs that share their trials are taken as independent: nearly
+/// always they rise and fall together, and the error is then too large rather than too small.
 fn ratio_of_medians(cell: &CellSummary, of: [(&str, Figure); 2]) -> Result<Known, Missing> {
     let mut medians = [Quantile::UNDEFINED; 2];
     for (median, (label, measure)) in medians.iter_mut().zip(of) {
@@ -463,8 +466,9 @@ fn ratio_of_medians(cell: &CellSummary, of: [(&str, Figure); 2]) -> Result<Known
     known((ratio, ratio * relative), freedom, true)
 }
 
-/// The mean signed error over its standard deviation, delta = m / s, of one coefficient or of all: Var delta is nearly Var m / s^2 +
-/// delta^2 Var s / s^2, without the covariance of m and s, which is 0 of symmetric errors.
+/// The mean signed error over its standard deviation, delta = m / s, of one coefficient or of all:
+/// Var delta is nearly Var m / s^2 + delta^2 Var s / s^2, without the covariance of m and s, which
+/// is 0 of symmetric errors.
 fn biases(
     cell: &CellSummary,
     output: &OutputSummary,

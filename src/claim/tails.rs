@@ -1,7 +1,8 @@
 //! Tails of the normal, Student's and the binomial law.
 //!
-//! statrs has them too, but stops the continued fraction of the incomplete beta function after 140 terms without a word:
-//! of 10^7 trials its binomial tail at one half is 0.365. Here as many terms are taken as the sum needs.
+//! statrs has them too, but stops the continued fraction of the incomplete beta function after 140
+//! terms without a word: of 10^7 trials its binomial tail at one half is 0.365. Here as many terms
+//! are taken as the sum needs.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -24,7 +25,8 @@ pub(super) fn normal_above(z: f64) -> f64 {
         }
         return 0.5 - density * sum;
     }
-    // density / (z + 1/(z + 2/(z + 3/(z + ...)))), from the inside; 80 levels are enough from z = 3 on.
+    // density / (z + 1/(z + 2/(z + 3/(z + ...)))), from the inside; 80 levels are enough from z = 3
+    // on.
     let tail = (1..=80).rev().fold(z, |inner, k| z + f64::from(k) / inner);
     density / tail
 }
@@ -43,7 +45,8 @@ pub(super) fn normal_point(p: f64) -> f64 {
     (low + high) / 2.0
 }
 
-/// P(T > t) of Student's law with nu degrees of freedom, which need not be whole; of the normal law where nu is infinite.
+/// P(T > t) of Student's law with nu degrees of freedom, which need not be whole; of the normal law
+/// where nu is infinite.
 pub(super) fn student_above(t: f64, nu: f64) -> f64 {
     if nu == f64::INFINITY {
         return normal_above(t);
@@ -60,8 +63,9 @@ pub(super) fn student_above(t: f64, nu: f64) -> f64 {
     }
 }
 
-/// The t with P(T > t) = p, by the expansion of Cornish and Fisher (Abramowitz and Stegun 26.7.5) about the normal
-/// point z: for the planning of trials, where its error of some thousandths from 5 degrees of freedom on does not matter.
+/// The t with P(T > t) = p, by the expansion of Cornish and Fisher (Abramowitz and Stegun 26.7.5)
+/// about the normal point z: for the planning of trials, where its error of some thousandths from 5
+/// degrees of freedom on does not matter.
 pub(super) fn student_point(z: f64, nu: f64) -> f64 {
     let s = z * z;
     let terms = [
@@ -92,8 +96,9 @@ pub(super) fn binomial_at_most(k: u64, n: u64, p: f64) -> f64 {
     }
 }
 
-/// The regularised incomplete beta function I_x(a, b), y = 1 - x, by the continued fraction of Didonato and Morris in
-/// Lentz's form (Press et al. 2007, 6.4). It needs some sqrt(max(a, b)) terms where x is near its mean a / (a + b).
+/// The regularised incomplete beta function I_x(a, b), y = 1 - x, by the continued fraction of
+/// Didonato and Morris in Lentz's form (Press et al. 2007, 6.4). It needs some sqrt(max(a, b))
+/// terms where x is near its mean a / (a + b).
 fn beta_share(x: f64, y: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 || y <= 0.0 {
         return if x <= 0.0 { 0.0 } else { 1.0 };
@@ -130,7 +135,8 @@ fn beta_share_below(x: f64, y: f64, a: f64, b: f64) -> f64 {
     (log.exp() * fraction / a).min(1.0)
 }
 
-/// The logarithm of the gamma function for x > 0, by Stirling's series from x = 10 on (Abramowitz and Stegun 6.1.41).
+/// The logarithm of the gamma function for x > 0, by Stirling's series from x = 10 on (Abramowitz
+/// and Stegun 6.1.41).
 fn ln_gamma(x: f64) -> f64 {
     if x < 10.0 {
         let steps = (10.0 - x).ceil() as u32;
@@ -185,8 +191,8 @@ mod tests {
         assert!(normal_above(f64::NAN).is_nan());
     }
 
-    /// mpmath: `betainc(nu / 2, 1 / 2, 0, nu / (nu + t^2), regularized = True) / 2`. Of one degree of freedom
-    /// P(T > 1) = 1/4 (Cauchy's law).
+    /// mpmath: `betainc(nu / 2, 1 / 2, 0, nu / (nu + t^2), regularized = True) / 2`. Of one degree
+    /// of freedom P(T > 1) = 1/4 (Cauchy's law).
     #[test]
     fn student_tails() {
         const STUDENT: [(f64, f64, f64); 6] = [
@@ -209,8 +215,8 @@ mod tests {
         }
     }
 
-    /// mpmath: sums of binomial terms, and by the incomplete beta function for many trials. By hand: 2 or more heads of 3
-    /// are 1/2, none of 10 with p = 0.01 is 0.99^10.
+    /// mpmath: sums of binomial terms, and by the incomplete beta function for many trials. By
+    /// hand: 2 or more heads of 3 are 1/2, none of 10 with p = 0.01 is 0.99^10.
     #[test]
     fn binomial_tails() {
         const BINOMIAL: [(u64, u64, f64, f64); 6] = [

@@ -152,7 +152,8 @@ fn check_coefficient(experiment: &Experiment, what: &ValueOf) -> Result<(), File
     }
 }
 
-/// Whether the cells that the claims speak of are in the grid: see [`ExperimentFile::check_filters`].
+/// Whether the cells that the claims speak of are in the grid: see
+/// [`ExperimentFile::check_filters`].
 pub(super) fn check_cells(file: &ExperimentFile, all: &[Settings]) -> Result<(), FileError> {
     for (i, claim) in file.claims.iter().enumerate() {
         let place = format!("claims[{i}]");
@@ -444,7 +445,7 @@ mod tests {
                 ["test.of: ", "missing"],
             ),
             (
-                claim("{ time = 'estimate', of = 'iv', to = 'vi', below = 1 }"),
+                claim("{ time = 'estimate', of = 'iv', to = 'ivv', below = 1 }"),
                 ["test.to: ", "did you mean 'iv'"],
             ),
             (
@@ -493,7 +494,8 @@ mod tests {
         }
     }
 
-    /// Names of claims, as in stored manifests, are read and written as they were; tables come back; neither is in the design.
+    /// Names of claims, as in stored manifests, are read and written as they were; tables come
+    /// back; neither is in the design.
     #[test]
     fn claims_are_no_part_of_the_design() {
         let of = |claims: &str| checked(claims, &format!("seed = 1\n{GRID}")).unwrap();

@@ -37,8 +37,8 @@ impl Place {
         self
     }
 
-    /// The values of some settings in words: "1/A noise, N = 98"; readings are named only where they are not the
-    /// default.
+    /// The values of some settings in words: "1/A noise, N = 98"; readings are named only where
+    /// they are not the default.
     pub fn words(&self, keys: &[Key]) -> String {
         const READINGS: [Key; 4] = [Key::Numerator, Key::Sequence, Key::EtaOver, Key::EtaOf];
         let told = keys.iter().filter(|key| {

@@ -1,7 +1,9 @@
-//! Error rates by simulation: 2,000 repetitions of small studies of whose numbers the truth is known.
+//! Error rates by simulation: 2,000 repetitions of small studies of whose numbers the truth is
+//! known.
 //!
-//! A claim is at its boundary where a number's truth is its limit: there a verdict either way may be wrong with the level 2.5 %,
-//! and no more than that by more than three standard errors of the simulation.
+//! A claim is at its boundary where a number's truth is its limit: there a verdict either way may
+//! be wrong with the level 2.5 %, and no more than that by more than three standard errors of the
+//! simulation.
 
 use super::*;
 use crate::claim::decision::{Cells, Says, Verdict, decide};
@@ -30,7 +32,8 @@ const FAIL: Says = Says {
     fail: 0.0,
 };
 
-/// One kind of number with its sampling distribution: draws a study of one cell whose truth is `truth`.
+/// One kind of number with its sampling distribution: draws a study of one cell whose truth is
+/// `truth`.
 trait Law {
     fn test(&self) -> ClaimTest;
     /// Normal numbers that a draw takes.
@@ -156,7 +159,8 @@ impl Law for Median {
     }
 }
 
-/// What `cells` draws of a law say, the `number`-th of all. Every law and size has numbers of its own.
+/// What `cells` draws of a law say, the `number`-th of all. Every law and size has numbers of its
+/// own.
 fn says(law: &dyn Law, truth: f64, number: u64, cells: usize) -> Vec<Says> {
     let mut z = vec![0.0; law.width() * cells];
     let seed = (law.limit() * 1000.0) as u64 + law.trials();
@@ -202,8 +206,8 @@ fn rates(mut of: impl FnMut(u64) -> Verdict) -> [f64; 2] {
     counts.map(|count| count as f64 / REPETITIONS as f64)
 }
 
-/// At the boundary, in 1, 24 and 76 cells, wherever the claim holds: neither verdict is more frequent than the level. `exact`: with
-/// one cell both are as frequent.
+/// At the boundary, in 1, 24 and 76 cells, wherever the claim holds: neither verdict is more
+/// frequent than the level. `exact`: with one cell both are as frequent.
 fn keeps_its_level(name: &str, law: &dyn Law, exact: bool) {
     let most = LEVEL + three(LEVEL);
     let drawn: Vec<Vec<Says>> = (0..REPETITIONS)
@@ -264,8 +268,8 @@ fn a_counterexample_of_five_standard_errors_is_found() {
     assert!(refuted > 0.9, "{refuted}");
 }
 
-/// The trials that the engine asks for where every one of m cells is found with the value `truth` and where its error is
-/// exactly that of the law.
+/// The trials that the engine asks for where every one of m cells is found with the value `truth`
+/// and where its error is exactly that of the law.
 fn asked_for(law: &dyn Law, draw: impl Fn(&mut CellSummary), holds: Holds, m: usize) -> u64 {
     let mut results = summary(vec![cell(0, 10.0, law.trials())]);
     draw(&mut results.cells[0]);
@@ -287,7 +291,8 @@ fn asked_for(law: &dyn Law, draw: impl Fn(&mut CellSummary), holds: Holds, m: us
     }
 }
 
-/// A planted effect that few trials leave open: with the trials that are asked for it is decided in 80 %, in 1 and in 12 cells.
+/// A planted effect that few trials leave open: with the trials that are asked for it is decided in
+/// 80 %, in 1 and in 12 cells.
 #[test]
 fn the_stated_number_of_trials_decides_in_four_of_five() {
     // In standard deviations; as many trials as leave either effect open in most studies.
@@ -356,7 +361,8 @@ fn the_stated_number_of_trials_decides_shares() {
 fn the_stated_number_of_trials_decides_medians() {
     for (truth, expected) in [(1.75, 0), (2.3, 1)] {
         let few = Median(100);
-        // The median of n numbers has the error 1 / (2 f sqrt n), with the density f = 1 / (1.5 truth sqrt(2 pi)) there.
+        // The median of n numbers has the error 1 / (2 f sqrt n), with the density f = 1 / (1.5
+        // truth sqrt(2 pi)) there.
         let error = 1.5 * truth * (std::f64::consts::TAU / 100.0).sqrt() / 2.0;
         let set = |cell: &mut CellSummary| {
             cell.e_a().q50 = Quantile {
@@ -380,8 +386,8 @@ fn the_stated_number_of_trials_decides_medians() {
     }
 }
 
-/// A rule that looks at 20, 40, ..., 1,280 trials of a claim at its boundary, each time at a seventh of the level, and stops
-/// at the first verdict.
+/// A rule that looks at 20, 40, ..., 1,280 trials of a claim at its boundary, each time at a
+/// seventh of the level, and stops at the first verdict.
 #[test]
 fn seven_looks_keep_the_level() {
     let sizes: Vec<usize> = (0..7).map(|look| 20 << look).collect();

@@ -7,8 +7,9 @@ use crate::claim::{Judged, Needed, Verdict, judge};
 use crate::study::file::ExperimentFile;
 use crate::study::{BoundSummary, OutputShare};
 
-/// Three cells with the noise levels 10, 20 and 30, of 1,000 trials each, in which the RMSE ratio of "new" to "old" is as given, with
-/// an error of a hundredth of it, and so many trials of "new" fail.
+/// Three cells with the noise levels 10, 20 and 30, of 1,000 trials each, in which the RMSE ratio
+/// of "new" to "old" is as given, with an error of a hundredth of it, and so many trials of "new"
+/// fail.
 fn three(ratios: [f64; 3], failures: [u64; 3]) -> Summary {
     let cells = ratios.into_iter().zip(failures).enumerate();
     summary(
@@ -219,8 +220,8 @@ fn populations_are_named() {
     }
 }
 
-/// A median among lost trials: 600 of 1,000 are lost, so no value is below any limit in more than 400; the binomial tail of
-/// 400 or fewer of 1,000 at one half says how certain that is.
+/// A median among lost trials: 600 of 1,000 are lost, so no value is below any limit in more than
+/// 400; the binomial tail of 400 or fewer of 1,000 at one half says how certain that is.
 #[test]
 fn a_median_among_lost_trials_is_judged_by_their_count() {
     let mut results = three([0.5; 3], [600; 3]);
@@ -245,7 +246,8 @@ fn a_median_among_lost_trials_is_judged_by_their_count() {
     );
 }
 
-/// Of ranks alone: 100 values of which 30 are 0, 50 are 1 and 20 are 2, so that the median has no error.
+/// Of ranks alone: 100 values of which 30 are 0, 50 are 1 and 20 are 2, so that the median has no
+/// error.
 #[test]
 fn ties_are_judged_by_ranks() {
     let values: Vec<f64> = [(0.0, 30), (1.0, 50), (2.0, 20)]
@@ -278,8 +280,8 @@ fn ties_are_judged_by_ranks() {
     near(ranks.inside(closed), binomial_at_least(80, 100, 0.5));
 }
 
-/// A range with two ends, by hand with normal tails: 1.0(1) in 0.9 to 1.05 is 1 and 0.5 errors inside, 1.2(1) is 1.5 outside and 3 from the
-/// other end.
+/// A range with two ends, by hand with normal tails: 1.0(1) in 0.9 to 1.05 is 1 and 0.5 errors
+/// inside, 1.2(1) is 1.5 outside and 3 from the other end.
 #[test]
 fn ranges_with_two_ends_by_hand() {
     let known = |value: f64| Known::Estimate {
@@ -365,7 +367,8 @@ fn pairs_and_families_of_cells_are_found() {
     );
 }
 
-/// Times: a ratio of medians with the spread of one repetition for its error; more trials do not help.
+/// Times: a ratio of medians with the spread of one repetition for its error; more trials do not
+/// help.
 #[test]
 fn times_are_judged_by_their_quartiles() {
     let time = |method: &str, median: f64, spread: f64| crate::study::MethodTime {

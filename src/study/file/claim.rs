@@ -70,13 +70,15 @@ pub struct ClaimTable {
     /// Who claims it: "own", or the words and the place of a paper.
     #[serde(default = "own")]
     pub source: String,
-    /// "everywhere" (in every cell of `where`), "typically" (in more than half of them) or "somewhere" (in at least one).
+    /// "everywhere" (in every cell of `where`), "typically" (in more than half of them) or
+    /// "somewhere" (in at least one).
     #[serde(default)]
     pub holds: Holds,
     /// The one-sided error rate of either verdict, above 0 and below 0.5.
     #[serde(default = "level")]
     pub level: f64,
-    /// The cells that it speaks of: those with one of the given values of every given setting; all cells where absent.
+    /// The cells that it speaks of: those with one of the given values of every given setting; all
+    /// cells where absent.
     #[serde(default, rename = "where", skip_serializing_if = "BTreeMap::is_empty")]
     pub cells: BTreeMap<Key, Axis>,
     /// A condition on results: only cells in which this test certainly passes are judged.
@@ -119,16 +121,18 @@ impl ClaimTable {
     }
 }
 
-/// A test of one cell. Exactly one of `share`, `value`, `ratio`, `cells`, `slope` and `time` says its kind, exactly one of `below`,
-/// `above`, `between` and `within` its limit.
+/// A test of one cell. Exactly one of `share`, `value`, `ratio`, `cells`, `slope` and `time` says
+/// its kind, exactly one of `below`, `above`, `between` and `within` its limit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TestTable {
-    /// Share of the trials of `of`: "failed", "unstable" or "lost" (either), or a measure: the trials whose measure is below
-    /// `bound` or `rounding`, or in which `of` is better in it than `to`.
+    /// Share of the trials of `of`: "failed", "unstable" or "lost" (either), or a measure: the
+    /// trials whose measure is below `bound` or `rounding`, or in which `of` is better in it than
+    /// `to`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<String>,
-    /// A statistic of a measure of `of`, or the bias of "parameters" (every coefficient), "a_1", "h_2", ...
+    /// A statistic of a measure of `of`, or the bias of "parameters" (every coefficient), "a_1",
+    /// "h_2", ...
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
     /// A measure of `of` over that of `to`.
@@ -146,15 +150,15 @@ pub struct TestTable {
     /// The output, such as "iv(4)"; of `time` the method.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of: Option<String>,
-    /// The output or method that it is compared with; of `cells` the value of `axis`, or a list (every other value where
-    /// absent).
+    /// The output or method that it is compared with; of `cells` the value of `axis`, or a list
+    /// (every other value where absent).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<Axis>,
     /// ratio: the measure of `to` where it is another one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measure_of_to: Option<Figure>,
-    /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; ratio: "paired-median" (default), "median" (of two
-    /// medians), "rms"; slope: "median" (default), "rms".
+    /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; ratio: "paired-median"
+    /// (default), "median" (of two medians), "rms"; slope: "median" (default), "rms".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub statistic: Option<ClaimStatistic>,
     /// share: the measure must be below this.
@@ -166,7 +170,8 @@ pub struct TestTable {
     /// cells: the setting in which the two cells differ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis: Option<Key>,
-    /// cells: the value of `axis` that the others are compared with; slope: the first value of `over` that is taken.
+    /// cells: the value of `axis` that the others are compared with; slope: the first value of
+    /// `over` that is taken.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<Scalar>,
     /// slope: the setting.
@@ -303,7 +308,8 @@ fn push<T: PartialEq>(list: &mut Vec<T>, known: &[T], item: T) {
 }
 
 impl ExperimentFile {
-    /// What the claims need of a run beside what a resolved file asks for itself. Tests that are wrong need nothing.
+    /// What the claims need of a run beside what a resolved file asks for itself. Tests that are
+    /// wrong need nothing.
     pub fn needs(&self) -> Needs {
         let mut needs = Needs::default();
         for (_, table) in self.claims.iter().flat_map(ClaimTable::tests) {
@@ -316,7 +322,8 @@ impl ExperimentFile {
     }
 }
 
-/// The list `claims`: tables, or the names of claims that are not judged, as files had before there were tests.
+/// The list `claims`: tables, or the names of claims that are not judged, as files had before there
+/// were tests.
 pub(super) mod list {
     use super::{
         ClaimTable, Deserialize, Deserializer, Error, MapAccess, MapAccessDeserializer, Serialize,

@@ -1,4 +1,5 @@
-//! The tests of claims: what a table of an experiment file says, in one of the kinds that there are.
+//! The tests of claims: what a table of an experiment file says, in one of the kinds that there
+//! are.
 
 use super::super::row::Figure;
 use super::claim::{ClaimStatistic as Statistic, TestTable, TimeOf};
@@ -105,7 +106,8 @@ pub struct ClaimTest {
     pub limit: Limit,
 }
 
-/// What a test is about: a cell, two cells, or a family of cells. Tests of one claim must be about the same.
+/// What a test is about: a cell, two cells, or a family of cells. Tests of one claim must be about
+/// the same.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TestUnit {
     /// One cell.
@@ -405,7 +407,8 @@ impl ClaimTest {
 }
 
 impl TestUnit {
-    /// The values (from, to) of the setting in which two cells differ, of all pairs that a file has.
+    /// The values (from, to) of the setting in which two cells differ, of all pairs that a file
+    /// has.
     pub fn steps(&self, file: &ExperimentFile) -> Vec<(Scalar, Scalar)> {
         let Self::Pair(axis, from, to) = self else {
             return Vec::new();
