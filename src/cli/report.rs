@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let files = report(&studies, &claims, &mut |step| steps.show(step));
     steps.show("writing");
     write_report(&out, &files).map_err(failed)?;
-    steps.clear();
+    drop(steps);
     let mut text = String::new();
     for claim in claims.iter().filter(|claim| claim.is_judged()) {
         text.push_str(&format!(
