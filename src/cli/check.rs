@@ -111,8 +111,7 @@ fn estimates(
     let (least, most) = rule.extent();
     let cost = Cost::measure(experiment, most).map_err(failed)?;
     let (done, room) = (done(folder, experiment), Room::of(folder));
-    let cells = experiment.cells.len() as f64;
-    let mut text = String::new();
+    let need = Need::of(experiment, most, threads, cost.row(), done);
     let seconds = |trials: u64| {
         let missing = (total(experiment, trials) - done.trials as f64) / (cells * trials as f64);
         duration(setup + cost.seconds(trials, missing.max(0.0), threads))
@@ -122,44 +121,20 @@ fn estimates(
         span((seconds(least), seconds(most)))
     );
     if experiment.file.timing {
-        let more = timing::duration(experiment, cost.seconds_per_trial());
+        let more = duration(timing::duration(experiment, cost.seconds_per_trial()));
         // Writing to a string does not fail.
         let _ = write!(
             time,
-            ", then about {} for the times of the methods, on one",
-            duration(more)
+            ", then about {more} for the times of the methods, on one"
         );
     }
-    line(&mut text, "time", &time);
-    let need = Need::of(experiment, most, threads, cost.row(), done);
-    let memory = span((
-        amount(memory_of(experiment, least, threads)),
-        amount(need.memory),
-    ));
-    let free = |free: Option<f64>| {
-        free.map_or_else(String::new, |free| format!(", {} are free", amount(free)))
-    };
-    line(
-        &mut text,
-        "memory",
-        &format!("about {memory}{}", free(room.memory)),
-    );
+    let memory = [least, most].map(|trials| amount(memory_of(experiment, trials, threads)));
+    let memory = format!("about {}{}", span(memory.into()), free(room.memory));
     let disk = [least, most].map(|trials| disk_of(experiment, trials, cost.row()));
-    let of = |part: fn(&Disk) -> f64| span((amount(part(&disk[0])), amount(part(&disk[1]))));
-    let trials = if disk[1].trials > 0.0 {
-        format!(", {} in trials.parquet", of(|disk| disk.trials))
-    } else {
-        String::new()
-    };
-    let disk = format!(
-        "about {}: {} in blocks/{trials}, {} of summaries; a report of it {}{}",
-        of(Disk::of_run),
-        of(|disk| disk.blocks),
-        of(|disk| disk.summary),
-        of(|disk| disk.report),
-        free(room.disk),
-    );
-    line(&mut text, "disk", &disk);
+    let mut text = String::new();
+    line(&mut text, "time", &time);
+    line(&mut text, "memory", &memory);
+    line(&mut text, "disk", &(room_taken(disk) + &free(room.disk)));
     if done.trials > 0 {
         let there = format!("{} trials, {}", done.trials, amount(done.bytes as f64));
         line(&mut text, "there", &there);
@@ -168,6 +143,28 @@ fn estimates(
         line(&mut text, "warning", &beyond);
     }
     Ok(text)
+}
+
+/// What there is of something, where that is known.
+fn free(free: Option<f64>) -> String {
+    free.map_or_else(String::new, |free| format!(", {} are free", amount(free)))
+}
+
+/// What the fewest and the most trials take on disk, and which files do.
+fn room_taken(disk: [Disk; 2]) -> String {
+    let of = |part: fn(&Disk) -> f64| span(disk.each_ref().map(|of| amount(part(of))).into());
+    let trials = if disk[1].trials > 0.0 {
+        format!(", {} in trials.parquet", of(|disk| disk.trials))
+    } else {
+        String::new()
+    };
+    format!(
+        "about {}: {} in blocks/{trials}, {} of summaries; a report of it {}",
+        of(Disk::of_run),
+        of(|disk| disk.blocks),
+        of(|disk| disk.summary),
+        of(|disk| disk.report),
+    )
 }
 
 /// The axes with their lengths, zipped ones as one.

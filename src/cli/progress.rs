@@ -128,8 +128,10 @@ impl Steps {
             note(step);
         }
     }
+}
 
-    pub(super) fn clear(&self) {
+impl Drop for Steps {
+    fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
 }

@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             failed(error)
         }
     })?;
-    steps.clear();
+    drop(steps);
     let mut text = String::new();
     for claim in claims.iter().filter(|claim| claim.is_judged()) {
         text.push_str(&format!(

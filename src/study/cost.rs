@@ -2,7 +2,8 @@
 
 use super::curves::Curves;
 use super::file::Store;
-use super::store::cost_of_row;
+use super::need::row_of;
+use super::store::size_of_rows;
 use super::summary::SlopeStatistics;
 use super::tally::{CellTally, Trials};
 use super::{Cell, CellSummary, Experiment, Row, Source, Worker, WorkerError, block_size};
@@ -14,6 +15,10 @@ use xxhash_rust::xxh3::xxh3_128;
 const CELLS: usize = 40;
 /// Time given to the trials of a cell, unless one trial takes longer.
 const BUDGET: Duration = Duration::from_millis(30);
+/// How often the rest is timed.
+const REPETITIONS: usize = 5;
+/// Rows of trials.parquet that are timed.
+const TIMED_ROWS: usize = 256;
 /// Seconds until a block file is safely on the disk, about.
 const DISK: f64 = 3e-4;
 /// A figure of an output in summary.parquet, seconds.
@@ -142,11 +147,47 @@ fn sampled(experiment: &Experiment) -> Vec<(usize, f64)> {
         .collect()
 }
 
-/// What takes how long, and what came out.
-fn clocked<T>(work: impl FnOnce() -> T) -> (f64, T) {
+/// How long something takes, and what came out: the shortest of a few times, since what else the machine does only
+/// adds.
+fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
+    let mut once = || {
+        let begin = Instant::now();
+        let result = work();
+        (begin.elapsed().as_secs_f64(), result)
+    };
+    let mut shortest = f64::INFINITY;
+    for _ in 1..REPETITIONS {
+        shortest = shortest.min(once().0);
+    }
+    let (seconds, result) = once();
+    (shortest.min(seconds), result)
+}
+
+/// Runs trials as long as there is time; gives their number, and the median of what one of them takes.
+fn run_trials(worker: &mut Worker<'_>, to: &mut Trials) -> (u64, f64) {
     let begin = Instant::now();
-    let result = work();
-    (begin.elapsed().as_secs_f64(), result)
+    let (mut count, mut times) = (0, Vec::new());
+    while count == 0 || begin.elapsed() < BUDGET {
+        let (next, start) = (count + worker.stride(), Instant::now());
+        worker.run_into(count..next, to);
+        times.push(start.elapsed().as_secs_f64() / (next - count) as f64);
+        count = next;
+    }
+    times.sort_by(f64::total_cmp);
+    (count, times[times.len() / 2])
+}
+
+/// Bytes of a row in trials.parquet, and seconds of writing it: what more rows take more.
+fn cost_of_row(experiment: &Experiment, cell: usize, rows: &[Row]) -> [f64; 2] {
+    let cost = |rows: &[Row]| {
+        let (seconds, bytes) = clocked(|| size_of_rows(experiment, cell, rows));
+        [bytes.map_or(f64::NAN, |bytes| bytes as f64), seconds]
+    };
+    let most = rows.len().min(TIMED_ROWS);
+    let (few, many, all) = (cost(&rows[..most / 4]), cost(&rows[..most]), cost(rows));
+    let row = (many[1] - few[1]) / (most - most / 4).max(1) as f64;
+    let bytes = (all[0] - few[0]) / (rows.len() - most / 4).max(1) as f64;
+    [bytes.min(row_of(experiment)), row.max(0.0)]
 }
 
 fn time_cell(
@@ -160,25 +201,19 @@ fn time_cell(
         curves: file.curves.then(|| Curves::new(cell.horizon)),
         ..Trials::default()
     };
-    let (setup, worker) = clocked(|| -> Result<_, WorkerError> {
-        let mut worker = Worker::new(experiment, cell)?;
-        worker.run_into(0..worker.stride(), &mut Trials::default());
-        Ok(worker)
-    });
+    let (setup, worker) = clocked(|| Worker::new(experiment, cell));
     let mut worker = worker?;
-    let begin = Instant::now();
-    let mut count = 0;
-    while count == 0 || begin.elapsed() < BUDGET {
-        let next = count + worker.stride();
-        worker.run_into(count..next, &mut found);
-        count = next;
-    }
-    let trial = begin.elapsed().as_secs_f64() / count as f64;
+    worker.run_into(0..worker.stride(), &mut Trials::default());
+    let (count, trial) = run_trials(&mut worker, &mut found);
     let block = block_size(experiment, index);
     let sampled = count.min(block).min(trials);
     let outputs = experiment.output_count();
     found.rows.truncate(sampled as usize * outputs);
-    let (tally_time, tally) = clocked(|| CellTally::of(experiment, cell, &mut found));
+    let curves = found.curves.take();
+    let (tally_time, tally) = clocked(|| {
+        found.curves.clone_from(&curves);
+        CellTally::of(experiment, cell, &mut found)
+    });
     let kept = file.store == Store::Trials;
     let rows = kept.then_some(&found.rows);
     let (encode, encoded) = clocked(|| {
@@ -215,7 +250,7 @@ fn time_cell(
         cells,
         block,
         sampled,
-        setup: (setup - trial * worker.stride() as f64).max(0.0),
+        setup,
         trial,
         tally: tally_time,
         encode,

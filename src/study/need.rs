@@ -13,7 +13,7 @@ use crate::metric::{
 use crate::real::MOST_LANES;
 
 /// The program with its libraries.
-const PROGRAM: f64 = 30e6;
+const PROGRAM: f64 = 38e6;
 /// A cell's settings.
 const SETTINGS: f64 = 2.5e3;
 /// A cell's process, and what draws from it.
@@ -31,16 +31,18 @@ const PAIRED_STORED: f64 = 420.0;
 const ROW_STORED: f64 = 7.0;
 /// A row in trials.parquet beside its figures.
 const ROW_AT_MOST: f64 = 2.0;
-/// Rows in a group of trials.parquet, with the columns that are made of them and their compressed pages.
-const GROUP: f64 = 3.0 * 65_536.0;
+/// Rows in a group of trials.parquet, and how many times they are in memory: as rows, as columns, and compressed.
+const GROUP: f64 = 65_536.0;
+const COPIES: f64 = 3.0;
 /// In summary.json and summary.parquet: a cell's settings, a figure of an output, a share; of a curve a quantile.
 const SETTINGS_STORED: f64 = 900.0;
 const STATISTICS_STORED: f64 = 720.0 + 145.0;
 const SHARE_STORED: f64 = 120.0;
 const QUANTILE_STORED: f64 = 13.0;
-/// A line of a report's results.csv, and its page with the figures.
+/// Of a report: a line of its results.csv, one of its other tables, its page with the figures.
 const LINE: f64 = 240.0;
-const PAGES: f64 = 4e5;
+const SHORT_LINE: f64 = 90.0;
+const PAGES: f64 = 2.5e5;
 /// A file takes whole blocks of the disk: half of one is lost in each.
 const CLUSTER: f64 = 2048.0;
 
@@ -190,6 +192,13 @@ impl<'e> Counts<'e> {
             + shares * SHARE_STORED
             + curves as f64 * QUANTILE_STORED
     }
+
+    /// Its lines in the tables of a report.
+    fn report(&self, cell: &Cell) -> f64 {
+        let bounds = self.experiment.file.bounds.len() as f64;
+        let pairs = 2.0 * self.pairs * self.measures as f64;
+        self.outputs * self.figures(cell) * LINE + (bounds * self.outputs + pairs) * SHORT_LINE
+    }
 }
 
 /// Bytes of memory that a run of an experiment with so many trials of each cell needs at most on so many threads.
@@ -213,7 +222,8 @@ pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
         cells += SETTINGS + PROCESS + counts.summary(cell);
     }
     if counts.kept {
-        merging += GROUP * size_of::<Row>() as f64;
+        let rows = experiment.cells.len() as f64 * counts.trials * counts.outputs;
+        merging += COPIES * rows.min(GROUP) * size_of::<Row>() as f64;
     }
     PROGRAM + cells + computing.max(merging)
 }
@@ -244,7 +254,7 @@ pub fn disk_of(experiment: &Experiment, trials: u64, row: f64) -> Disk {
             disk.trials += trials * counts.outputs * row;
         }
         disk.summary += counts.summary_stored(cell);
-        disk.report += counts.outputs * counts.figures(cell) * LINE;
+        disk.report += counts.report(cell);
     }
     disk
 }

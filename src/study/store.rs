@@ -14,7 +14,6 @@ use polars::prelude::{
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 /// Rows in a row group, at least; groups end with a trial. No figure depends on it.
 const GROUP_ROWS: usize = 1 << 16;
@@ -176,25 +175,20 @@ fn frame(
     DataFrame::new(rows.len(), columns)
 }
 
-/// Bytes that each of these rows of a cell takes in trials.parquet, and seconds.
-pub(super) fn cost_of_row(experiment: &Experiment, cell: usize, rows: &[Row]) -> [f64; 2] {
+/// The size of these rows of a cell as a file of their own, like trials.parquet.
+pub(super) fn size_of_rows(
+    experiment: &Experiment,
+    cell: usize,
+    rows: &[Row],
+) -> PolarsResult<usize> {
+    let waiting: Vec<Waiting> = rows.iter().map(|row| (cell, *row)).collect();
     let (settings, outputs) = (settings(experiment), experiment.outputs());
-    let cost = |rows: &[Row]| -> PolarsResult<[f64; 2]> {
-        let begin = Instant::now();
-        let waiting: Vec<Waiting> = rows.iter().map(|row| (cell, *row)).collect();
-        let mut bytes = Vec::new();
-        ParquetWriter::new(&mut bytes)
-            .with_compression(ParquetCompression::Zstd(None))
-            .set_parallel(false)
-            .finish(&mut frame(experiment, &settings, &outputs, &waiting)?)?;
-        Ok([bytes.len() as f64, begin.elapsed().as_secs_f64()])
-    };
-    match (cost(&[]), cost(rows)) {
-        (Ok(empty), Ok(whole)) => {
-            [0, 1].map(|i| (whole[i] - empty[i]).max(0.0) / rows.len().max(1) as f64)
-        }
-        _ => [super::row_of(experiment), 0.0],
-    }
+    let mut bytes = Vec::new();
+    ParquetWriter::new(&mut bytes)
+        .with_compression(ParquetCompression::Zstd(None))
+        .set_parallel(false)
+        .finish(&mut frame(experiment, &settings, &outputs, &waiting)?)?;
+    Ok(bytes.len())
 }
 
 /// A setting that varies, and whether all of its values are numbers.

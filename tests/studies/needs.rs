@@ -28,11 +28,11 @@ fn amounts(line: &str) -> Vec<f64> {
     words.windows(2).filter_map(amount).collect()
 }
 
-/// Bytes of all files in a folder and below it.
+/// What all files in a folder and below it take on a disk with blocks of 4 kB.
 fn bytes(path: &Path) -> f64 {
     let of = fs::metadata(path).expect("a file");
     if !of.is_dir() {
-        return of.len() as f64;
+        return 4096.0 * of.len().div_ceil(4096) as f64;
     }
     let entries = fs::read_dir(path).expect("a folder");
     entries
