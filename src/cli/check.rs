@@ -113,7 +113,8 @@ fn estimates(
     let (done, room) = (done(folder, experiment), Room::of(folder));
     let need = Need::of(experiment, most, threads, cost.row(), done);
     let seconds = |trials: u64| {
-        let missing = (total(experiment, trials) - done.trials as f64) / (cells * trials as f64);
+        let missing = (total(experiment, trials) - done.trials as f64)
+            / (experiment.cells.len() as f64 * trials as f64);
         duration(setup + cost.seconds(trials, missing.max(0.0), threads))
     };
     let mut time = format!(
