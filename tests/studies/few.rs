@@ -78,16 +78,7 @@ fn one_trial_has_values_and_no_errors() {
     assert!(found.len() > 100 && found.iter().all(Value::is_null));
     let file = std::fs::File::open(place.path("one/summary.parquet")).expect("a file");
     let table = ParquetReader::new(file).finish().expect("a table");
-    for name in [
-        "mean",
-        "sd",
-        "mse",
-        "rmse",
-        "trimmed",
-        "q05",
-        "q50",
-        "q95",
-    ] {
+    for name in ["mean", "sd", "mse", "rmse", "trimmed", "q05", "q50", "q95"] {
         let column = table.column(&format!("{name}_mcse")).expect("a column");
         assert_eq!(column.null_count(), table.height(), "{name}");
     }
