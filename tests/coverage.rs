@@ -26,7 +26,8 @@ enum Expected {
     MostFlagged,
     /// The same, shown only.
     SomeFlagged,
-    /// With the fewest trials that have a standard error: 88 % or more.
+    /// With the fewest trials that have a standard error. 40,000 studies by another program covered 90.2 % (mean) to
+    /// 96.6 % (median); accepted within 4 standard errors of 2,000 studies of these.
     Fewest,
 }
 
@@ -59,7 +60,7 @@ impl Row {
             Expected::TooLow => share < 0.93,
             Expected::MostFlagged => share > 0.5,
             Expected::SomeFlagged => true,
-            Expected::Fewest => (0.88..=0.97).contains(&share),
+            Expected::Fewest => (0.875..=0.982).contains(&share),
         }
     }
 
@@ -71,7 +72,7 @@ impl Row {
             Expected::TooLow => "below 93 (tail)".to_owned(),
             Expected::MostFlagged => "flagged in most".to_owned(),
             Expected::SomeFlagged => "flagged in some".to_owned(),
-            Expected::Fewest => "88 to 97".to_owned(),
+            Expected::Fewest => "87.5 to 98.2".to_owned(),
         };
         format!(
             "{:<19} {:<17} {:>5}  {:>6.2} +- {:.2}  {}",

@@ -2,7 +2,7 @@
 //!
 //! A statistic of M trials has a standard error from the M on at which its formula means something; before, it is
 //! NaN (in files null). For moments that is where `value -+ 1.96 MCSE` covers 90 % of normal figures instead of the
-//! 95 % that it says, and from there on it tends to 95 % (`tests/coverage.rs` shows 88 to 96 % at these M):
+//! 95 % that it says, and from there on it tends to 95 % (`tests/coverage.rs` has the intervals at these M):
 //!
 //! | statistic | from M | because |
 //! |---|---|---|

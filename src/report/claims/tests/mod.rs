@@ -134,6 +134,27 @@ fn paired(first: &str, second: &str, ratio: f64) -> ComparisonSummary {
     }
 }
 
+/// A number of too few trials has no standard error: its ratio is told, and says nothing.
+#[test]
+fn a_ratio_without_error_is_open() {
+    let bare = |value: f64| Quantile {
+        value,
+        mcse: f64::NAN,
+    };
+    for value in [0.1, 1.0, 7.0] {
+        let ratios = [
+            Ratio::paired(bare(value)),
+            Ratio::of(bare(value), quantile(1.0)),
+            Ratio::of(quantile(value), bare(1.0)),
+        ];
+        for ratio in ratios {
+            let ratio = ratio.expect("a value");
+            assert_eq!((ratio.value, ratio.standing()), (value, Standing::Open));
+            assert!(!ratio.text().contains('('), "{}", ratio.text());
+        }
+    }
+}
+
 #[test]
 fn what_was_not_run_is_undecided_and_says_so() {
     let all = claims(&[]);

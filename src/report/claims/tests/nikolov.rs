@@ -121,6 +121,11 @@ fn a_rate_is_that_of_the_error_or_of_its_square() {
             "Neither",
         ),
         (
+            [(-0.5, f64::NAN), (-1.0, f64::NAN)],
+            Verdict::Undecided,
+            "more than one rate",
+        ),
+        (
             [(-0.75, 0.3), (-0.8, 0.3)],
             Verdict::Undecided,
             "more than one rate",

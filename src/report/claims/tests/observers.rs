@@ -105,6 +105,9 @@ fn nothing_beats_the_kalman_filter() {
         (0.95, 0.01, Verdict::DoesNotHold),
         // Equal to the digits that are stored.
         (1.0 - 1e-9, 1e-18, Verdict::Holds),
+        // Too few trials for a standard error.
+        (1.2, f64::NAN, Verdict::Undecided),
+        (0.9, f64::NAN, Verdict::Undecided),
     ] {
         let mut study = study("observer-comparison", file);
         for (i, cell) in study.summary.cells.iter_mut().enumerate() {
