@@ -129,8 +129,9 @@ fn estimates(
             ", then about {more} for the times of the methods, on one"
         );
     }
-    let memory = [least, most].map(|trials| amount(memory_of(experiment, trials, threads)));
-    let memory = format!("about {}{}", span(memory.into()), free(room.memory));
+    let memory = |trials: u64| amount(memory_of(experiment, trials, threads));
+    let memory = span((memory(least), memory(most)));
+    let memory = format!("about {memory}{}", free(room.memory));
     let disk = [least, most].map(|trials| disk_of(experiment, trials, cost.row()));
     let mut text = String::new();
     line(&mut text, "time", &time);
@@ -153,7 +154,7 @@ fn free(free: Option<f64>) -> String {
 
 /// What the fewest and the most trials take on disk, and which files do.
 fn room_taken(disk: [Disk; 2]) -> String {
-    let of = |part: fn(&Disk) -> f64| span(disk.each_ref().map(|of| amount(part(of))).into());
+    let of = |part: fn(&Disk) -> f64| span((amount(part(&disk[0])), amount(part(&disk[1]))));
     let trials = if disk[1].trials > 0.0 {
         format!(", {} in trials.parquet", of(|disk| disk.trials))
     } else {
