@@ -963,6 +963,7 @@ fn an_interrupted_run_leaves_nothing() {
             "nikolov",
             "--trials",
             "100000000",
+            "--anyway",
             "--out",
             &out,
         ])

@@ -58,10 +58,12 @@ impl Freedom {
     /// two order statistics, k = 2 * 1.96 sqrt(n q (1 - q)) ranks apart. Near a quantile W is a sum
     /// of k spacings that are nearly independent and exponential, so its relative variance is 1/k
     /// and that of W^2 is 4/k. That of a mean square with nu degrees of freedom is 2/nu; hence nu =
-    /// k/2 = 1.96 sqrt(n q (1 - q)).
+    /// k/2 = 1.96 sqrt(n q (1 - q)). Half of that is taken: far in the tails, where many cells are
+    /// judged, the changing density between the two ranks counts too, and a test finds the level
+    /// exceeded without it.
     pub(super) fn of_quantile(q: f64, trials: u64) -> Self {
         Self {
-            now: (Z * (trials as f64 * q * (1.0 - q)).sqrt()).max(1.0),
+            now: (0.5 * Z * (trials as f64 * q * (1.0 - q)).sqrt()).max(1.0),
             grows: Some(0.5),
         }
     }
@@ -375,7 +377,7 @@ impl Known {
 fn level_of_an_end(width: f64, nu: f64, level: f64) -> f64 {
     let (mut low, mut high) = (level / 2.0, level);
     for _ in 0..20 {
-        let middle = (low + high) / 2.0;
+        let middle = f64::midpoint(low, high);
         let t = student_point(normal_point(middle), nu);
         if middle + student_above(t + width, nu) > level {
             high = middle;

@@ -1,5 +1,7 @@
 //! A verdict in one plain sentence of at most two numbers with errors.
 
+#![allow(clippy::format_push_string, reason = "a few lines")]
+
 use super::condition::condition;
 use super::decision::Verdict;
 use super::evidence::{Evidence, Part};
@@ -180,7 +182,7 @@ impl Told<'_> {
         };
         match self.holds {
             Holds::Everywhere => {
-                let others = self.passing.iter().copied().collect::<Vec<usize>>();
+                let others = self.passing.to_vec();
                 let counter = told(self.nearest(self.failing)).unwrap_or_default();
                 let count = match self.failing.len() {
                     1 => format!("one certain counterexample in {m} cells"),

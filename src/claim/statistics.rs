@@ -299,14 +299,21 @@ fn value(
     statistic: ClaimStatistic,
 ) -> Result<Number, Missing> {
     let of = statistics(output, measure)?;
+    // Quantiles of summaries are over the trials that have the measure.
+    let survivors = |known: Known| {
+        Ok(Number {
+            kept: kept(of.count, cell.trials),
+            ..known.into()
+        })
+    };
     match statistic {
         ClaimStatistic::Mean => moment(cell, of, of.mean, measure),
         ClaimStatistic::Rms => moment(cell, of, of.rmse, measure),
-        ClaimStatistic::Q05 => Ok(quantile(cell, of, 0.05, of.q05, measure).into()),
-        ClaimStatistic::Q25 => Ok(quantile(cell, of, 0.25, of.q25, measure).into()),
-        ClaimStatistic::Q75 => Ok(quantile(cell, of, 0.75, of.q75, measure).into()),
-        ClaimStatistic::Q95 => Ok(quantile(cell, of, 0.95, of.q95, measure).into()),
-        _ => Ok(quantile(cell, of, 0.5, of.q50, measure).into()),
+        ClaimStatistic::Q05 => survivors(quantile(cell, of, 0.05, of.q05, measure)),
+        ClaimStatistic::Q25 => survivors(quantile(cell, of, 0.25, of.q25, measure)),
+        ClaimStatistic::Q75 => survivors(quantile(cell, of, 0.75, of.q75, measure)),
+        ClaimStatistic::Q95 => survivors(quantile(cell, of, 0.95, of.q95, measure)),
+        _ => survivors(quantile(cell, of, 0.5, of.q50, measure)),
     }
 }
 
@@ -432,7 +439,10 @@ fn ratio(
             ..known(ratio, Freedom::of_mean(pair.both), true)?.into()
         });
     }
-    Ok(paired_median(pair, all).into())
+    Ok(Number {
+        kept: kept(pair.both, all),
+        ..paired_median(pair, all).into()
+    })
 }
 
 /// The median ratio of two outputs, or of two cells, over all trials.

@@ -35,14 +35,14 @@ pub(super) fn normal_above(z: f64) -> f64 {
 pub(super) fn normal_point(p: f64) -> f64 {
     let (mut low, mut high) = (-40.0, 40.0);
     for _ in 0..60 {
-        let middle = (low + high) / 2.0;
+        let middle = f64::midpoint(low, high);
         if normal_above(middle) > p {
             low = middle;
         } else {
             high = middle;
         }
     }
-    (low + high) / 2.0
+    f64::midpoint(low, high)
 }
 
 /// P(T > t) of Student's law with nu degrees of freedom, which need not be whole; of the normal law

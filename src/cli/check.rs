@@ -24,12 +24,12 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let begin = Instant::now();
-    let (experiment, rule) = arguments.study.experiment()?;
+    let folder = arguments.study.folder(arguments.out.as_deref());
+    let (experiment, rule) = arguments.study.experiment(&folder)?;
     let setup = begin.elapsed().as_secs_f64();
     // The size comes first: the estimate takes some seconds where trials are long.
     print(&size(arguments, &experiment, &rule))?;
     memory::fits(&experiment, 0..experiment.cells.len(), 1)?;
-    let folder = arguments.study.folder(arguments.out.as_deref());
     print(&estimates(&experiment, &rule, &folder, setup)?)?;
     Ok(ExitCode::SUCCESS)
 }

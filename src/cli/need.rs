@@ -85,7 +85,12 @@ pub(super) fn ask(
     let Some(beyond) = need.beyond(&Room::of(folder)) else {
         return Ok(());
     };
-    let refused = || Error::Input(format!("the run {beyond}; --anyway starts it all the same"));
+    let refused = || {
+        let folder = folder.display();
+        Error::Input(format!(
+            "--out {folder}: the run {beyond}; --anyway starts it all the same"
+        ))
+    };
     if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
         return Err(refused());
     }

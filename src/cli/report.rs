@@ -73,6 +73,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             visible(&claim.experiment)
         ));
     }
+    for claim in studies.iter().flat_map(|study| &study.judged) {
+        text.push_str(&format!("{}\n", visible(&claim.line)));
+    }
     let page = out.join("report.html");
     text.push_str(&format!(
         "{} files; the page is {}\n",

@@ -4,10 +4,11 @@ use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::{memory, need, note, print, progress, timing};
 use crate::files;
-use crate::study::file::{ExperimentFile, FileError, TRIAL_LIMIT, TrialRule};
+use crate::report::Study;
+use crate::study::file::{ExperimentFile, FileError, Needs, TRIAL_LIMIT, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
-    RunOptions, Summary,
+    RunOptions, Summary, stored_design,
 };
 use crate::text::{shell_word, visible};
 use std::path::{Path, PathBuf};
@@ -58,8 +59,8 @@ pub(super) struct StudyArguments {
 }
 
 impl StudyArguments {
-    /// The study, and how many trials it is to have.
-    pub(super) fn experiment(&self) -> Result<(Experiment, TrialRule), Error> {
+    /// The study, and how many trials it is to have. Claims that were edited ask nothing new of the run in `folder`.
+    pub(super) fn experiment(&self, folder: &Path) -> Result<(Experiment, TrialRule), Error> {
         let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
         let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
         let mut file = ExperimentFile::read(&self.file).map_err(|e| input(&e))?;
@@ -83,7 +84,8 @@ impl StudyArguments {
             file.trials = TrialRule::Fixed(trials);
         }
         let rule = file.trials.clone();
-        let experiment = Experiment::new(file).map_err(in_file)?;
+        let there = as_stored(&file, folder);
+        let experiment = there.map_or_else(|| Experiment::new(file).map_err(in_file), Ok)?;
         Ok((experiment, rule))
     }
 
@@ -101,13 +103,29 @@ impl StudyArguments {
     }
 }
 
+/// The study with what its claims needed when the results in a folder were begun, if these are results of it: then
+/// editing a claim asks for no other run.
+fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
+    let stored = stored_design(folder)?;
+    let needed = match stored.get("needed") {
+        Some(needed) => serde_json::from_value(needed.clone()).ok()?,
+        None => Needs::default(),
+    };
+    let file = ExperimentFile {
+        needed: Some(needed),
+        ..file.clone()
+    };
+    let experiment = Experiment::new(file).ok()?;
+    (experiment.design() == stored).then_some(experiment)
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let (experiment, rule) = arguments.study.experiment()?;
     if arguments.out.is_none() && arguments.study.name() == "-" {
         let message = "--out: expected a folder where the experiment comes from standard input";
         return Err(Error::Input(message.to_owned()));
     }
     let path = arguments.study.folder(arguments.out.as_deref());
+    let (experiment, rule) = arguments.study.experiment(&path)?;
     let options = RunOptions {
         threads: threads(arguments.threads),
         block: arguments.block,
@@ -145,14 +163,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         some => format!("lanes that were solved again with pivots: {some}\n"),
     };
     let (folder, word) = (visible(path.display()), shell_word(path.display()));
+    let verdicts = verdicts(&path)?;
     print(&format!(
         "{cells} cells, {trials} trials, {failed} estimates failed (typed in summary.json)\n\
-         {fallbacks}\
+         {fallbacks}{verdicts}\
          results in {folder}\n\
          a report of them: asobench report {}\n",
         visible(word)
     ))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A line for every claim of the results in a folder.
+fn verdicts(folder: &Path) -> Result<String, Error> {
+    let study = Study::read(folder).map_err(failed)?;
+    let judged = study.judged.iter();
+    Ok(judged.map(|claim| visible(&claim.line) + "\n").collect())
 }
 
 /// The number of threads.

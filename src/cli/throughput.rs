@@ -225,9 +225,12 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
     }
     text.push_str("\nengine  threads     trials  median e_a      median e_b      median max e_x\n");
     for of in timings {
-        let figures = of.figures().map(|[value, mcse]| match mcse.is_finite() {
-            true => format!("{value:.5} \u{b1} {mcse:.5}"),
-            false => format!("{value:.5}"),
+        let figures = of.figures().map(|[value, mcse]| {
+            if mcse.is_finite() {
+                format!("{value:.5} \u{b1} {mcse:.5}")
+            } else {
+                format!("{value:.5}")
+            }
         });
         let [e_a, e_b, e_x_max] = figures;
         writeln!(

@@ -5,7 +5,7 @@
 mod table;
 mod verdict;
 
-pub use table::{CellText, Column, Table};
+pub use table::{CellText, Column, Table, markdown_text};
 pub use verdict::Verdict;
 
 use super::markup::{address, escape};

@@ -4,6 +4,8 @@
 //! `ASOBENCH_MUTATIONS=100000 cargo test --release --lib forged -- --nocapture` makes so many and counts what came of
 //! them.
 
+#![expect(clippy::print_stdout, reason = "the counts that were found")]
+
 use super::{Study, claims, report};
 use crate::study::file::ExperimentFile;
 use crate::study::{

@@ -2,6 +2,7 @@
 
 use super::index::Index;
 use super::shipped::Shipped;
+use crate::claim::{Judged, judge};
 use crate::estimator::IvOptions;
 use crate::files::{self, Kind, PathError};
 use crate::metric::{Quantile, Statistics};
@@ -63,6 +64,8 @@ pub struct Study {
     pub summary: Summary,
     /// Times, where they were measured.
     pub times: Vec<Time>,
+    /// What they say of the claims of the experiment file.
+    pub judged: Vec<Judged>,
     /// What is looked up in the summary.
     pub(super) index: Index,
 }
@@ -135,6 +138,7 @@ impl Study {
             version: text("version").unwrap_or_default(),
             revision: text("git_revision"),
             index: Index::of(&summary, file.continuous.is_some()),
+            judged: judge(&file, &summary, &times),
             file,
             summary,
             times,

@@ -341,6 +341,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::too_many_lines, reason = "a table")]
     fn mistakes_are_named_with_their_place() {
         let ratio = |rest: &str| {
             claim(&format!(

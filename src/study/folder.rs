@@ -104,6 +104,17 @@ pub(crate) fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, Folder
     .map_err(|reason| FolderError::Manifest { path, reason })
 }
 
+/// The design of the results or blocks in a folder, where it can be read.
+pub fn stored_design(folder: &Path) -> Option<Value> {
+    let manifest = read_manifest(folder).ok().flatten();
+    let stored = manifest.or_else(|| {
+        let path = files::subfolder(folder, BLOCKS).ok()??.join(DESIGN);
+        let text = files::read_own(&path, Kind::Design).ok()??;
+        serde_json::from_slice(&text).ok()
+    });
+    Some(design_of(&stored?["experiment"]))
+}
+
 /// A result file in a folder, if there is one.
 fn result_file(folder: &Path) -> Option<&'static str> {
     let mut names = RESULTS.into_iter().map(|(name, _)| name);

@@ -45,7 +45,7 @@ pub use experiment::{
 };
 #[cfg(test)]
 pub(crate) use folder::parse_manifest;
-pub use folder::{FolderError, ResultsFolder, read_manifest};
+pub use folder::{FolderError, ResultsFolder, read_manifest, stored_design};
 pub use need::{Disk, disk_of, memory_of, row_of};
 pub use pack::PackTrial;
 pub use peak::fma_peak;

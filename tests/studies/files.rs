@@ -202,6 +202,7 @@ fn lists_and_grids() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn settings_that_cannot_be() {
     let place = Place::new();
     for (text, parts) in [

@@ -1,5 +1,6 @@
 //! Studies from outside: experiment files, folders that can be gone on with, and the bits in them.
 
+mod claims;
 mod commands;
 mod continuous;
 mod damage;

@@ -5,6 +5,8 @@
 //! be wrong with the level 2.5 %, and no more than that by more than three standard errors of the
 //! simulation.
 
+#![expect(clippy::print_stdout, reason = "the rates that were found")]
+
 use super::*;
 use crate::claim::decision::{Cells, Says, Verdict, decide};
 use crate::claim::evidence::Evidence;

@@ -330,7 +330,7 @@ fn useful(study: &Study, option: &str) -> String {
                 .any(|(key, _)| key == option)
         }) {
             let cells = study.summary.cells.iter();
-            let found = cells.filter_map(|cell| Some(statistics(cell, &label, Figure::Ea)?.min));
+            let found = cells.filter_map(|cell| Some(statistics(cell, label, Figure::Ea)?.min));
             least = found.filter(|min| min.is_finite()).fold(least, f64::min);
         }
     }

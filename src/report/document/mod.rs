@@ -4,6 +4,7 @@ mod answer;
 mod courses;
 mod extremes;
 mod figures;
+mod judged;
 mod layout;
 mod map;
 mod tables;
@@ -12,7 +13,7 @@ mod tests;
 mod traces;
 
 use super::claims::Claim;
-use super::html::{CellText, Column, Page, Section, Table, Verdict};
+use super::html::{CellText, Column, Page, Section, Table, Verdict, markdown_text};
 use super::results::{Study, shown};
 use super::shipped::Shipped;
 use crate::study::Figure;
@@ -110,11 +111,13 @@ pub fn report(studies: &[Study], claims: &[Claim], on_step: &mut dyn FnMut(&str)
     let mut page =
         Page::new("asobench report: what is claimed, and what a typical realisation shows");
     page.introduction(|section| introduction(section, studies));
-    if claims.iter().any(Claim::is_judged) {
+    let own = studies.iter().any(|study| !study.judged.is_empty());
+    if own || claims.iter().any(Claim::is_judged) {
         page.section("verdicts", "Verdicts", |section| {
+            judged::overview(section, studies);
             verdicts(section, claims, studies, &mut files);
         });
-        files.push(("claims.md".to_owned(), markdown(claims)));
+        files.push(("claims.md".to_owned(), markdown(claims, studies)));
     }
     let mut order: Vec<&Study> = studies.iter().collect();
     order.sort_by_key(|study| Shipped::place(study.shipped));
@@ -288,6 +291,7 @@ fn experiment(
             &format!("{}: {} {}", claim.id, claim.text, claim.because),
         );
     }
+    judged::verdicts(section, study);
     section.paragraph(&answer::in_numbers(study));
     on_step(&format!("figures of {}", study.name));
     let drawn = figures::figures(study);
@@ -353,7 +357,9 @@ fn numbers(
             section.table(&table);
         } else {
             section.details(&format!("{title}: {count} rows"), |section| {
-                note.iter().for_each(|note| section.paragraph(note));
+                if let Some(note) = &note {
+                    section.paragraph(note);
+                }
                 section.table(&table);
             });
         }
@@ -444,7 +450,7 @@ fn method(name: &str, table: &impl serde::Serialize) -> String {
 }
 
 /// The verdict table and the sentence behind each, for documents.
-fn markdown(claims: &[Claim]) -> String {
+fn markdown(claims: &[Claim], studies: &[Study]) -> String {
     let columns = ["claim", "what it says", "verdict", "experiment"]
         .map(Column::text)
         .to_vec();
@@ -467,6 +473,10 @@ fn markdown(claims: &[Claim]) -> String {
             "No experiment in this report speaks to {}.\n",
             ids.join(", ")
         );
+    }
+    for claim in studies.iter().flat_map(|study| &study.judged) {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{}\n", markdown_text(&claim.line));
     }
     for claim in judged {
         let verdict: Verdict = claim.verdict;

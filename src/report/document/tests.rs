@@ -44,6 +44,7 @@ fn study(toml: &str) -> Study {
     let cells = (0..experiment.cells.len()).map(summary_of).collect();
     let summary = Summary::of(&experiment, cells, &[]);
     Study {
+        judged: Vec::new(),
         name: "many".to_owned(),
         shipped: None,
         folder: PathBuf::from("many"),

@@ -205,11 +205,11 @@ impl Table {
     pub fn markdown(&self) -> String {
         let mut text = String::new();
         if !self.caption.is_empty() {
-            for part in ["**", &markdown(&self.caption), "**\n\n"] {
+            for part in ["**", &markdown_text(&self.caption), "**\n\n"] {
                 text.push_str(part);
             }
         }
-        let headings = self.columns.iter().map(|c| markdown(&c.heading()));
+        let headings = self.columns.iter().map(|c| markdown_text(&c.heading()));
         text.push_str(&markdown_line(headings));
         let rules = self.columns.iter().map(|column| {
             let rule = if column.numeric { "--:" } else { ":--" };
@@ -219,7 +219,7 @@ impl Table {
         for row in &self.rows {
             let cells = self.cells(row).map(|(_, cell)| {
                 let text = cell.map_or("", |cell| cell.text.as_str());
-                markdown(text)
+                markdown_text(text)
             });
             text.push_str(&markdown_line(cells));
         }
@@ -244,7 +244,7 @@ fn head(column: &Column) -> String {
 }
 
 /// A text inside a table of Markdown: nothing in it is markup, and it stays on one line.
-fn markdown(text: &str) -> String {
+pub fn markdown_text(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     let line = text.lines().collect::<Vec<_>>().join(" ");
     for character in text::visible(line).chars() {

@@ -5,6 +5,8 @@
 pub enum Verdict {
     /// It holds.
     Holds,
+    /// It holds in some cells, of a claim that is not about all of them.
+    HoldsInPart,
     /// It holds under a condition that the claim does not state.
     HoldsOnlyIf,
     /// It does not hold.
@@ -18,6 +20,7 @@ impl Verdict {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Holds => "holds",
+            Self::HoldsInPart => "holds in part",
             Self::HoldsOnlyIf => "holds only if",
             Self::DoesNotHold => "does not hold",
             Self::Undecided => "undecided",
@@ -28,7 +31,7 @@ impl Verdict {
     pub const fn sign(self) -> &'static str {
         match self {
             Self::Holds => "\u{2713}",
-            Self::HoldsOnlyIf => "\u{25d0}",
+            Self::HoldsInPart | Self::HoldsOnlyIf => "\u{25d0}",
             Self::DoesNotHold => "\u{2717}",
             Self::Undecided => "?",
         }
@@ -37,7 +40,7 @@ impl Verdict {
     const fn class(self) -> &'static str {
         match self {
             Self::Holds => "holds",
-            Self::HoldsOnlyIf => "partly",
+            Self::HoldsInPart | Self::HoldsOnlyIf => "partly",
             Self::DoesNotHold => "refuted",
             Self::Undecided => "open",
         }

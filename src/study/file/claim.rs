@@ -300,6 +300,15 @@ impl Needs {
     }
 }
 
+/// Adds what is not in the list yet.
+fn extend<T: Clone + PartialEq>(list: &mut Vec<T>, items: &[T]) {
+    for item in items {
+        if !list.contains(item) {
+            list.push(item.clone());
+        }
+    }
+}
+
 /// Adds what is in neither list.
 fn push<T: PartialEq>(list: &mut Vec<T>, known: &[T], item: T) {
     if !known.contains(&item) && !list.contains(&item) {
@@ -319,6 +328,18 @@ impl ExperimentFile {
         }
         needs.measures.sort_unstable();
         needs
+    }
+
+    /// Adds what the claims need; where `needed` is given already, that and nothing more.
+    pub(super) fn add_needs(&mut self) {
+        let needs = self.needed.take().unwrap_or_else(|| self.needs());
+        extend(&mut self.measures, &needs.measures);
+        extend(&mut self.compare, &needs.compare);
+        extend(&mut self.bounds, &needs.bounds);
+        extend(&mut self.slopes, &needs.slopes);
+        self.parameters |= needs.parameters;
+        self.timing |= needs.timing;
+        self.needed = Some(needs).filter(|needs| !needs.is_empty());
     }
 }
 

@@ -60,6 +60,9 @@ pub struct ExperimentFile {
     #[serde(with = "claim::list")]
     #[schemars(schema_with = "claim::list::schema")]
     pub claims: Vec<ClaimTable>,
+    /// In a resolved file: what the claims have added to the lists of measures, comparisons, bounds and slopes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub needed: Option<Needs>,
     /// How long it takes on two cores, in words.
     pub expected_time: String,
     /// Names the random streams.
@@ -122,6 +125,7 @@ impl Default for ExperimentFile {
             question: String::new(),
             hypothesis: String::new(),
             claims: Vec::new(),
+            needed: None,
             expected_time: String::new(),
             seed: 2023,
             trials: TrialRule::Fixed(1000),
@@ -298,6 +302,7 @@ impl ExperimentFile {
             methods.map(|(i, method)| method.expand(i)).collect();
         self.methods = expanded?.concat();
         self.check_lengths()?;
+        self.add_needs();
         self.measures.sort_unstable();
         self.measures.dedup();
         self.quick = None;

@@ -59,6 +59,7 @@ fn study(name: &str, toml: &str) -> Study {
     }
     let summary = Summary::of(&experiment, cells, &[]);
     Study {
+        judged: Vec::new(),
         name: name.to_owned(),
         shipped: Shipped::named(name),
         folder: PathBuf::from(name),
