@@ -21,7 +21,7 @@ pub(super) fn curve(of: &CurveQuantiles) -> Vec<Point> {
 /// A constant from k = N to K - 1: the estimate is made once.
 fn constant(of: &Statistics, cell: &CellSummary) -> Vec<Point> {
     let point = |k: usize| Point::interval(k as f64, of.q50.value, of.q05.value, of.q95.value);
-    let ends = [cell.window, cell.horizon - 1]
+    let ends = [cell.window, cell.horizon.saturating_sub(1)]
         .into_iter()
         .filter(|_| of.count > 0);
     ends.map(point).collect()
