@@ -47,7 +47,7 @@ peers *ARGS:
     cargo build --release
     benches/peers/compare.py {{ARGS}}
 
-# The README's table of solvers, from fresh benchmarks.
+# The table of solvers in docs/methods.md, from fresh benchmarks.
 solver-table:
     cargo bench --bench kernels
     cargo run --release --example solver_table

@@ -1,4 +1,4 @@
-//! Prints the README's table of solvers from criterion's stored estimates (run `cargo bench --bench kernels`
+//! Prints the table of solvers in docs/methods.md from criterion's stored estimates (run `cargo bench --bench kernels`
 //! first) and from the golden files: time of one solve, digits of the result.
 //!
 //! `cargo run --release --example solver_table`

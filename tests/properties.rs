@@ -197,7 +197,7 @@ proptest! {
             fast.instruments(case.window(), Instruments::new(&yhat));
             plain.by_product(case.window(), Instruments::new(&yhat));
             prop_assert!(agree(&fast, &plain), "growth {growth}");
-            // Another signal in the place of u.
+            // Another signal instead of u.
             let r: Vec<f64> = case.u.iter().zip(&case.y).map(|(u, y)| u + 0.5 * y).collect();
             let instruments = Instruments { output: &yhat, input: Some(&r) };
             fast.instruments(case.window(), instruments);

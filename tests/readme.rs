@@ -1,4 +1,4 @@
-//! The README shows what the program prints.
+//! README and docs show what the program prints, and their links lead somewhere.
 
 use std::path::Path;
 
@@ -6,35 +6,54 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).expect("a file")
 }
 
-/// The verdict table of the README is the committed one, to the letter.
+/// The verdict table of docs/reproduce.md is the committed one, to the letter.
 #[test]
 fn the_verdict_table_is_the_committed_one() {
     let verdict = read("results/nikolov2023/verdict.txt");
-    assert!(read("README.md").contains(verdict.trim_end()));
+    assert!(read("docs/reproduce.md").contains(verdict.trim_end()));
 }
 
 /// So is the table of claims.
 #[test]
 fn the_table_of_claims_is_the_committed_one() {
-    let (readme, claims) = (read("README.md"), read("results/report/claims.md"));
+    let (findings, claims) = (read("docs/findings.md"), read("results/report/claims.md"));
     let rows: Vec<&str> = claims
         .lines()
         .filter(|line| line.starts_with('|'))
         .collect();
     assert!(rows.len() > 10);
-    assert!(readme.contains(&rows.join("\n")));
+    assert!(findings.contains(&rows.join("\n")));
 }
 
-/// Every file that the README links to is there.
+/// README stays a front page.
+#[test]
+fn the_front_page_is_short() {
+    assert!(read("README.md").lines().count() <= 150);
+}
+
+/// Every file that README, docs and indices link to is there.
 #[test]
 fn links_lead_somewhere() {
-    let readme = read("README.md");
-    let links = readme
-        .split("](")
-        .skip(1)
-        .filter_map(|rest| rest.split(')').next());
-    for link in links.filter(|link| !link.starts_with("http")) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(link);
-        assert!(path.exists(), "{link}");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let docs = std::fs::read_dir(root.join("docs")).expect("a folder");
+    let docs = docs.map(|file| file.expect("a file").path());
+    let mut pages: Vec<std::path::PathBuf> = docs.collect();
+    for page in [
+        "README.md",
+        "CONTRIBUTING.md",
+        "experiments/README.md",
+        "results/README.md",
+    ] {
+        pages.push(root.join(page));
+    }
+    assert!(pages.len() > 10);
+    for page in pages {
+        let text = std::fs::read_to_string(&page).expect("a page");
+        let links = text.split("](").skip(1);
+        let links = links.filter_map(|rest| rest.split([')', '#']).next());
+        for link in links.filter(|link| !link.is_empty() && !link.starts_with("http")) {
+            let path = page.parent().expect("a folder").join(link);
+            assert!(path.exists(), "{}: {link}", page.display());
+        }
     }
 }

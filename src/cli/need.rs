@@ -114,7 +114,8 @@ fn free_disk(folder: &Path) -> Option<f64> {
     let folder = std::path::absolute(folder).ok()?;
     let there = folder.ancestors().find(|path| path.is_dir())?;
     let disk = rustix::fs::statvfs(there).ok()?;
-    Some(disk.f_bavail as f64 * disk.f_frsize as f64)
+    // A file system without blocks, such as /proc, tells nothing.
+    (disk.f_blocks > 0).then_some(disk.f_bavail as f64 * disk.f_frsize as f64)
 }
 
 #[cfg(not(unix))]

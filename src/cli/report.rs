@@ -5,6 +5,7 @@
 use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::{print, progress};
+use crate::files;
 use crate::report::{Study, claims, prepare_report, report, write_report};
 use crate::text::{alike, folded, visible};
 use std::path::PathBuf;
@@ -46,7 +47,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         (None, [folder]) => folder.clone(),
         (None, _) => PathBuf::from("report"),
     };
-    prepare_report(&out).map_err(|e| cannot_write(&e))?;
+    if files::is_there(&out) {
+        prepare_report(&out).map_err(|e| cannot_write(&e))?;
+    }
     steps.show("verdicts");
     let claims = claims(&studies);
     let files = report(&studies, &claims, &mut |step| steps.show(step));
@@ -56,6 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         )));
     }
     steps.show("writing");
+    prepare_report(&out).map_err(|e| cannot_write(&e))?;
     write_report(&out, &files).map_err(|error| {
         if error.foreign {
             cannot_write(&error)

@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Run an experiment file. A run that was stopped or killed goes on with the same command; more --trials
+/// Run an experiment file. A run that was stopped or killed resumes with the same command; more --trials
 /// extend it.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -44,7 +44,7 @@ pub(super) struct Arguments {
 pub(super) struct StudyArguments {
     /// Experiment file, such as experiments/window.toml, or - for standard input
     file: PathBuf,
-    /// Trials in each cell, in the place of the file's
+    /// Trials in each cell instead of the file's
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
     trials: Option<u64>,
     /// Set a key, such as eta=5 or methods.0.solver=lu; may be repeated
@@ -53,7 +53,7 @@ pub(super) struct StudyArguments {
     /// The file's quick variant, of a minute or less
     #[arg(long)]
     quick: bool,
-    /// What computes the trials, in the place of the file's: auto, lanes or faer
+    /// What computes the trials instead of the file's: auto, lanes or faer
     #[arg(long, value_name = "ENGINE")]
     engine: Option<Engine>,
 }

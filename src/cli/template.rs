@@ -190,7 +190,7 @@ mod tests {
             assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
             seen += 1;
         }
-        // Three are given, and l is in the place of one.
+        // Three are given, and l is instead of one.
         let all = Key::ALL.iter().filter(|key| key.is_of(false)).count();
         assert_eq!(seen, all - 4);
     }

@@ -40,7 +40,7 @@ impl AuxiliaryModel {
         self.run_driven(a, b, x0, window, window.u)
     }
 
-    /// The same, driven by `input` in the place of u.
+    /// The same, driven by `input` instead of u.
     ///
     /// # Errors
     /// As for [`Self::run`].

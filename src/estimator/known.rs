@@ -1,4 +1,4 @@
-//! The true plant in the place of an estimate: what observers achieve that know it.
+//! The true plant instead of an estimate: what observers achieve that know it.
 
 use super::{Estimator, Failure, Pass, Stage, Window};
 use crate::plant::StateSpace;

@@ -1,7 +1,7 @@
 //! The data matrices of stages 1 and 8, row by row.
 //!
 //! `phi(k) = (-y(k-1) ... -y(k-n), u(k-1) ... u(k-n))` for k = n ... N-1 are the rows of Phi; the
-//! instruments Z have yhat in the place of y. The two halves of stage 1 stack to these rows, so the
+//! instruments Z have yhat instead of y. The two halves of stage 1 stack to these rows, so the
 //! sums over the halves are sums over all rows.
 
 use faer::MatMut;

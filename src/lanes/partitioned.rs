@@ -1,7 +1,7 @@
 //! Stages 3 and 10 in lock step: p by elimination in blocks, without pivoting; lanes where that is not safe are solved
 //! again with pivots, one by one ([`inverses`]).
 //!
-//! Eliminating one block, then the Schur complement that is left in the place of the other, is the partitioned inverse
+//! Eliminating one block, then the Schur complement that is left instead of the other, is the partitioned inverse
 //! without forming an inverse: r goes along, and p follows from the triangles. The block that goes first is G22: it is
 //! made of u alone, so it is well conditioned, positive definite, and with G21 and r2 the same in every pass of a record.
 //! Inverses are formed where the condition number is asked for.

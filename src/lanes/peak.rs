@@ -1,4 +1,4 @@
-//! Fused multiply-adds on registers alone, for who measures the machine's peak.
+//! Fused multiply-adds on registers alone, for measuring the machine's peak.
 
 use super::{Call, Isa, LARGEST_ORDER};
 use crate::real::Real;

@@ -194,7 +194,7 @@ impl<R: Real, const N: usize> Record<R, N> {
         self.measure(source);
     }
 
-    /// The window's noise-free output, in the place of the measured one.
+    /// The window's noise-free output instead of the measured one.
     fn simulate(&mut self) {
         let (u, y0) = (&self.u[..self.window], &mut self.y[..self.window]);
         let (a, b) = (&self.a, &self.b);

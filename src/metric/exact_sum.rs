@@ -151,7 +151,7 @@ fn parts(x: f64) -> (i64, usize) {
 }
 
 /// Numbers on their way into an [`ExactSum`]: the mantissas of each exponent are summed first, one addition for each
-/// number in the place of three (Neal's large superaccumulator).
+/// number instead of three (Neal's large superaccumulator).
 pub(super) struct Buckets {
     /// By exponent.
     sums: Box<[i64; 2048]>,

@@ -2,7 +2,7 @@
 
 use super::{Gain, GainError};
 
-/// An observer of a method's own, in the place of the setting's gain. All are one-step predictors: xhat(k) is made of
+/// An observer of a method's own instead of the setting's gain. All are one-step predictors: xhat(k) is made of
 /// data up to k - 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObserverKind {

@@ -212,6 +212,9 @@ impl Forger {
             -1.0,
             1e160,
         ];
+        if bytes.len() <= from {
+            return;
+        }
         let at = from + self.below(bytes.len() - from);
         let end = |at: usize, count: usize, bytes: &[u8]| (at + count).min(bytes.len());
         match self.below(9) {

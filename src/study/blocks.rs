@@ -290,7 +290,7 @@ impl<'e> BlockFolder<'e> {
         Ok(whole)
     }
 
-    /// Puts one block in the place of blocks without rows that follow each other.
+    /// Puts one block instead of blocks without rows that follow each other.
     ///
     /// # Errors
     /// If a file cannot be read, written or removed.

@@ -315,7 +315,7 @@ mod tests {
             let methods = "\n[[methods]]\n[[methods]]\nname = 'iv2'\nsolver = 'lu'";
             let experiment = checked(&format!("{}{methods}", claim(&test)), GRID);
             let experiment = experiment.unwrap_or_else(|error| panic!("{test}: {error}"));
-            assert_eq!(experiment.file.needs(), needs, "{test}");
+            assert_eq!(experiment.file.needed.unwrap_or_default(), needs, "{test}");
         }
         let test = "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', within = 1.05 }";
         let [series] = &checked(&claim(test), GRID).unwrap().file.needs().series[..] else {
@@ -326,18 +326,16 @@ mod tests {
             ("ar".into(), "white".into())
         );
         let bound = "{ share = 'e_a', of = 'ls', rounding = 100, above = 0.5 }";
-        let needs = checked(&claim(bound), GRID).unwrap().file.needs();
+        let needs = checked(&claim(bound), GRID)
+            .unwrap()
+            .file
+            .needed
+            .unwrap_or_default();
         assert_eq!(needs.bounds.len(), 1);
         // What the file has is not needed once more.
         let file = format!("compare = [['iv(4)', 'ls']]\n{GRID}");
         let test = "{ ratio = 'e_a', of = 'iv(4)', to = 'ls', below = 1 }";
-        assert!(
-            checked(&claim(test), &file)
-                .unwrap()
-                .file
-                .needs()
-                .is_empty()
-        );
+        assert!(checked(&claim(test), &file).unwrap().file.needed.is_none());
     }
 
     #[test]
@@ -501,9 +499,7 @@ mod tests {
     fn claims_are_no_part_of_the_design() {
         let of = |claims: &str| checked(claims, &format!("seed = 1\n{GRID}")).unwrap();
         let none = of("");
-        let table = of(&claim(
-            "{ ratio = 'e_a', of = 'iv(4)', to = 'ls', below = 1 }",
-        ));
+        let table = of(&claim("{ share = 'failed', of = 'iv(4)', below = 0.5 }"));
         let names =
             Experiment::new(ExperimentFile::parse("claims = ['C4', 'W1']").unwrap()).unwrap();
         assert_eq!(none.fingerprint(), table.fingerprint());
@@ -517,6 +513,6 @@ mod tests {
         let claims = claim("{ slope = 'e_a', of = 'ls', over = 'window', below = 0 }");
         let file = ExperimentFile::parse(&format!("{GRID}{claims}")).unwrap();
         let one = Experiment::new(file.set("window=98").unwrap()).unwrap();
-        assert!(one.file.needs().is_empty());
+        assert!(one.file.needed.is_none());
     }
 }

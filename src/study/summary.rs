@@ -303,7 +303,7 @@ fn bounds(
         .collect()
 }
 
-/// What the slopes need of a cell, for every slope of the file and every output: few numbers in the place of tallies.
+/// What the slopes need of a cell, for every slope of the file and every output: few numbers instead of tallies.
 #[derive(Clone, Debug)]
 pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
 

@@ -187,7 +187,7 @@ fn records(cases: &mut Vec<Case>) {
             "nominal measured",
             "eta_over = \"nominal\"\neta_of = \"measured\"",
         ),
-        ("level that cannot be", "eta_of = \"measured\"\neta = 100.0"),
+        ("nearly all noise", "eta_of = \"measured\"\neta = 99.0"),
         ("a start at rest", "x0 = 0.0"),
     ] {
         let eta = if more.contains("eta =") {

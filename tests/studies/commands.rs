@@ -184,7 +184,7 @@ fn replays_equal_what_is_stored() {
     place.refuses(&["replay", "out", "0"], &["CELL:TRIAL"]);
     place.refuses(&["replay", "out", "0:-1"], &["CELL:TRIAL"]);
     place.refuses(&["replay", "nowhere", "0:0"], &["nowhere", "no results"]);
-    // One changed number is seen: another study's trials in the place of these.
+    // One changed number is seen: another study's trials instead of these.
     place.write(
         "other.toml",
         METHODS.replace("a = [-0.7", "a = [-0.6").as_bytes(),

@@ -172,6 +172,7 @@ fn long_spans_are_left_between_trials() {
         "4000000",
         "--block",
         "4000000",
+        "--anyway",
         "--out",
         "out",
     ];

@@ -88,9 +88,9 @@ pub trait SolveLeastSquares: Send {
 /// What the instruments Z hold in the places of y and u, as long as the window.
 #[derive(Clone, Copy, Debug)]
 pub struct Instruments<'a> {
-    /// yhat, in the place of y.
+    /// yhat, instead of y.
     pub output: &'a [f64],
-    /// What stands in the place of u, such as r; `None` where u itself stays (stage 9: "G21, G22 unchanged").
+    /// What stands instead of u, such as r; `None` where u itself stays (stage 9: "G21, G22 unchanged").
     pub input: Option<&'a [f64]>,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Instruments<'a> {
         }
     }
 
-    /// The signal in the place of u on a window.
+    /// The signal instead of u on a window.
     pub fn input(self, window: Window<'a>) -> &'a [f64] {
         self.input.unwrap_or(window.u)
     }

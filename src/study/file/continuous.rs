@@ -156,10 +156,10 @@ pub struct ObserverTable {
     /// luenberger: L, n numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain: Option<Vec<f64>>,
-    /// luenberger, in the place of L: the n poles of A - L C', such as "-1+2i,-1-2i".
+    /// luenberger, instead of L: the n poles of A - L C', such as "-1+2i,-1-2i".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poles: Option<String>,
-    /// luenberger, in the place of L: all n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
+    /// luenberger, instead of L: all n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<f64>,
     /// gradient, proposed: adaptation gains, one for each component of theta, or one for all.

@@ -147,7 +147,7 @@ impl Key {
             Self::EtaOf => "reading E7: sigma_y of the \"noise-free\" or the \"measured\" output",
             Self::Eta => "noise level 100 sigma_f / sigma_y, per cent",
             Self::Order => "order n of the estimators; \"auto\": the plant's",
-            Self::L => "l >= 0 where the window is N = 3n + 2l, in the place of window",
+            Self::L => "l >= 0 where the window is N = 3n + 2l, instead of window",
             Self::Window => "the window N, samples, at least 3n",
             Self::Horizon => "the record's length K, samples; \"auto\": max(400, N + 200)",
             Self::Gain => "reading E8: \"dead-beat\", \"scaled:RHO\" or \"poles:LIST\"",
@@ -172,7 +172,7 @@ impl Key {
         }
     }
 
-    /// The value where a file says nothing; `None` for `l`, which stands in the place of `window`.
+    /// The value where a file says nothing; `None` for `l`, which stands instead of `window`.
     pub fn default(self) -> Option<Scalar> {
         let text = |text: &str| Some(Scalar::Text(text.to_owned()));
         let number = |x: f64| Some(Scalar::Number(x));

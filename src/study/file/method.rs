@@ -74,7 +74,7 @@ pub struct MethodTable {
     /// Stage 6: estimate, or zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     initial_state: Option<OneOrMany>,
-    /// The observer of this method's outputs, in the place of the setting `gain`: dead-beat, scaled:RHO, poles:LIST;
+    /// The observer of this method's outputs instead of the setting `gain`: dead-beat, scaled:RHO, poles:LIST;
     /// kalman (steady state; its noise known with "known", else identified on the window); with "known" also
     /// kalman-varying (from the covariance of x(0)).
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -187,7 +187,7 @@ fn toml_value(text: &str) -> Value {
     parsed.map_or_else(|_| Value::String(text.to_owned()), |line| line.v)
 }
 
-/// Whether there is a null, which JSON has in the place of NaN and the infinities.
+/// Whether there is a null, which JSON has instead of NaN and the infinities.
 fn holds_null(value: &Value) -> bool {
     match value {
         Value::Null => true,

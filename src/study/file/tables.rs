@@ -17,7 +17,7 @@ pub struct PlantTable {
     /// Input vector b.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub b: Option<Vec<f64>>,
-    /// Numerator h of W(z), in the place of b.
+    /// Numerator h of W(z), instead of b.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub h: Option<Vec<f64>>,
     /// Initial state, taken where the setting x0 is "plant".
@@ -60,7 +60,7 @@ pub struct FeedbackTable {
     /// State feedback: samples of the open loop from which the observer's model is identified.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identify: Option<usize>,
-    /// The reference's amplitude in the place of the setting `amplitude`; 0 is r = 0, with state feedback once the
+    /// The reference's amplitude instead of the setting `amplitude`; 0 is r = 0, with state feedback once the
     /// loop is closed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
@@ -152,7 +152,7 @@ impl BoundTable {
 pub struct QuickTable {
     /// Trials in each cell.
     pub trials: u64,
-    /// Settings in the place of the file's.
+    /// Settings instead of the file's.
     #[serde(default)]
     pub settings: BTreeMap<Key, Axis>,
 }
