@@ -3,7 +3,7 @@
 use asobench::estimator::information::Information;
 use asobench::estimator::{Estimator, Failure, Method, Output, Pass, Stage, Window};
 use asobench::metric::quantile;
-use asobench::study::{Experiment, Figure, run};
+use asobench::study::{Experiment, Measure, run};
 use faer::linalg::solvers::Solve;
 use std::sync::atomic::AtomicBool;
 
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut errors = vec![Vec::new(); experiment.cells.len() * outputs.len()];
     run(&experiment, 2000, 2, &AtomicBool::new(false), |block| {
         for row in block.rows.iter().filter(|row| row.failure.is_none()) {
-            errors[block.span.cell * outputs.len() + row.output].push(row[Figure::Ea]);
+            errors[block.span.cell * outputs.len() + row.output].push(row[Measure::Ea]);
         }
         Ok::<(), std::io::Error>(())
     })?;

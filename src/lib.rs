@@ -46,13 +46,13 @@
 //!
 //! ```
 //! use asobench::estimator::{Estimator, IvOptions, InstrumentalVariables, Pass, Shape, Window};
-//! use asobench::study::{Experiment, Figure, Trial};
+//! use asobench::study::{Experiment, Measure, Trial};
 //!
 //! // One trial of the paper's experiment: cell C2, trial 0.
 //! let experiment = Experiment::nikolov2023(2023);
 //! let mut trial = Trial::new(&experiment, &experiment.cells[1])?;
 //! let rows = trial.run(0);
-//! assert!(rows[4][Figure::Ea] < 1.0);
+//! assert!(rows[4][Measure::Ea] < 1.0);
 //!
 //! // The same estimator on that record.
 //! let record = trial.record().realisation;

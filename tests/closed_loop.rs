@@ -338,7 +338,7 @@ fn a_failed_pilot_identification_fails_every_output() {
             (failure.kind, failure.stage),
             (FailureKind::Singular, Stage::Data)
         );
-        assert!(row[asobench::study::Figure::Ea].is_nan());
+        assert!(row[asobench::study::Measure::Ea].is_nan());
     }
     assert!(trial.record().realisation.y.iter().all(|y| y.is_nan()));
 }

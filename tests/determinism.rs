@@ -2,7 +2,7 @@
 
 use asobench::estimator::{Estimator, Method, Output, Pass, Window};
 use asobench::study::{
-    Cell, CellTally, Engine, Experiment, Figure, Row, Trial, TrialWriter, Trials, Worker, run,
+    Cell, CellTally, Engine, Experiment, Measure, Row, Trial, TrialWriter, Trials, Worker, run,
     stored_alike,
 };
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
@@ -105,7 +105,7 @@ fn check_threads(experiment: &Experiment) {
         assert_eq!(rows.len(), outputs);
         for row in &rows {
             let index = (cell * TRIALS as usize + trial as usize) * outputs + row.output;
-            let expected = Some(row[Figure::Ea]).filter(|value| !value.is_nan());
+            let expected = Some(row[Measure::Ea]).filter(|value| !value.is_nan());
             assert_eq!(values[index].map(f64::to_bits), expected.map(f64::to_bits));
         }
         let alike = stored_alike(&path, experiment, cell, &trials, &rows).expect("a table");
@@ -116,7 +116,7 @@ fn check_threads(experiment: &Experiment) {
             .zip(&other)
             .map(|(row, other)| {
                 let mut wrong = *row;
-                wrong[Figure::Eb] = other[Figure::Eb];
+                wrong[Measure::Eb] = other[Measure::Eb];
                 wrong
             })
             .collect();
@@ -167,11 +167,11 @@ fn cells_share_their_random_numbers() {
         let (short, long) = (rows(0), rows(1));
         for (short, long) in short.iter().zip(&long) {
             for figure in [
-                Figure::Ea,
-                Figure::Eb,
-                Figure::Eh,
-                Figure::Ex0,
-                Figure::Condition,
+                Measure::Ea,
+                Measure::Eb,
+                Measure::Eh,
+                Measure::Ex0,
+                Measure::Condition,
             ] {
                 assert_eq!(short[figure].to_bits(), long[figure].to_bits());
             }
@@ -272,6 +272,6 @@ fn nothing_is_carried_from_trial_to_trial() {
     };
     experiment.methods = vec![Method::new(vec![output], |_| Ok(Box::new(OnlyEven(0))))];
     let mut trial = Trial::new(&experiment, &experiment.cells[1]).expect("a valid cell");
-    assert!(!trial.run(0)[0][Figure::Ea].is_nan());
-    assert!(trial.run(1)[0][Figure::Ea].is_nan());
+    assert!(!trial.run(0)[0][Measure::Ea].is_nan());
+    assert!(trial.run(1)[0][Measure::Ea].is_nan());
 }

@@ -9,7 +9,7 @@ use asobench::plant::StateSpace;
 use asobench::signal::{Input, InputLaw, LevelOver, LevelReading, Sequence};
 use asobench::study::file::{ExperimentFile, Key};
 use asobench::study::{
-    Cell, CellSummary, CellTally, Engine, Experiment, Figure, Trial, Trials, Worker,
+    Cell, CellSummary, CellTally, Engine, Experiment, Measure, Trial, Trials, Worker,
 };
 
 const SEED: u64 = 2023;
@@ -168,7 +168,7 @@ fn rmse_ratio(cell: &CellSummary, first: &str, second: &str) -> Estimate {
         .comparisons
         .iter()
         .find(|pair| (pair.first.as_str(), pair.second.as_str()) == (first, second));
-    pair.unwrap().figures[&Figure::RmsState].rmse_ratio
+    pair.unwrap().measures[&Measure::RmsState].rmse_ratio
 }
 
 /// Two computations of one gain differ by rounding.
@@ -238,7 +238,7 @@ fn the_errors_of_the_filter_are_those_of_the_riccati_equation() {
         let found = summary(&experiment, index, 60);
         let expected = stated_error(cell);
         for label in [BEST, "known observer=kalman"] {
-            let rms = found.output(label).unwrap().figures[&Figure::RmsState].rmse;
+            let rms = found.output(label).unwrap().measures[&Measure::RmsState].rmse;
             let z = (rms.value - expected) / rms.mcse;
             assert!(
                 z.abs() < 4.0,
@@ -259,7 +259,7 @@ fn without_process_noise_the_steady_filter_is_the_model_alone() {
         let outputs = experiment.outputs();
         let rms = |label: &str| {
             let at = outputs.iter().position(|output| output.label() == label);
-            rows[at.unwrap()][Figure::RmsState]
+            rows[at.unwrap()][Measure::RmsState]
         };
         let (steady, alone) = (rms("known observer=kalman"), rms("known observer=scaled:1"));
         assert!((steady / alone - 1.0).abs() < 1e-9, "{steady} {alone}");
@@ -363,6 +363,6 @@ fn no_filter_is_a_failure_of_the_row() {
     let failure = rows[0].failure.unwrap();
     assert_eq!(failure.kind, FailureKind::NoFilter);
     assert_eq!(failure.stage, Stage::Observer);
-    assert!(rows[0][Figure::RmsState].is_nan());
-    assert!(rows[1].failure.is_none() && rows[1][Figure::RmsState] < 1.0);
+    assert!(rows[0][Measure::RmsState].is_nan());
+    assert!(rows[1].failure.is_none() && rows[1][Measure::RmsState] < 1.0);
 }

@@ -2,7 +2,7 @@
 
 use asobench::estimator::{FailureKind, IvOptions, LsOptions, Method, Solver, Stage10};
 use asobench::metric::{Share, quantile};
-use asobench::study::{Experiment, Figure, Row, run};
+use asobench::study::{Experiment, Measure, Row, run};
 use std::sync::atomic::AtomicBool;
 
 /// All rows of one output of one cell, by trial.
@@ -56,18 +56,18 @@ fn noise_free_errors_are_rounding_and_the_rest_is_typed() {
             assert_eq!(failure.kind, FailureKind::RankDeficient);
             assert!(
                 [
-                    Figure::Ea,
-                    Figure::Eb,
-                    Figure::ExMax,
-                    Figure::SpectralRadius
+                    Measure::Ea,
+                    Measure::Eb,
+                    Measure::ExMax,
+                    Measure::SpectralRadius
                 ]
                 .iter()
                 .all(|figure| row[*figure].is_nan())
             );
         } else {
-            let unit = f64::EPSILON * row[Figure::Condition];
-            assert!(row[Figure::Ea] < 100.0 * unit && row[Figure::Eb] < 100.0 * unit);
-            assert!(row[Figure::ExMax] < 100.0 * unit, "trial {}", row.trial);
+            let unit = f64::EPSILON * row[Measure::Condition];
+            assert!(row[Measure::Ea] < 100.0 * unit && row[Measure::Eb] < 100.0 * unit);
+            assert!(row[Measure::ExMax] < 100.0 * unit, "trial {}", row.trial);
         }
     }
 }
@@ -80,11 +80,11 @@ fn medians_agree_with_an_independent_simulation() {
     const TRIALS: u64 = 8000;
     let experiment = only("C2");
     for (output, figure, expected, digit) in [
-        (0, Figure::Ea, 0.0879, 1e-4),
-        (4, Figure::Ea, 0.119, 1e-3),
-        (0, Figure::Eb, 0.0222, 1e-4),
-        (4, Figure::Eb, 0.0222, 1e-4),
-        (4, Figure::ExMax, 0.645, 1e-3),
+        (0, Measure::Ea, 0.0879, 1e-4),
+        (4, Measure::Ea, 0.119, 1e-3),
+        (0, Measure::Eb, 0.0222, 1e-4),
+        (4, Measure::Eb, 0.0222, 1e-4),
+        (4, Measure::ExMax, 0.645, 1e-3),
     ] {
         let mut values: Vec<f64> = rows(&experiment, TRIALS, 0, output)
             .iter()
@@ -116,7 +116,7 @@ fn as_printed_stage_ten_does_not_estimate() {
             };
             experiment.methods = vec![Method::instrumental_variables(options)];
             let rows = rows(&experiment, 3000, 0, 4);
-            let met = rows.iter().filter(|row| row[Figure::Ea] < 1.0).count();
+            let met = rows.iter().filter(|row| row[Measure::Ea] < 1.0).count();
             println!("{stage10} {claim}: {met} of 3000 with e_a < 1");
             assert!(
                 Share::new(met as u64, 3000).high < 0.01,

@@ -11,7 +11,7 @@ use crate::number::{listed, uncertain};
 use crate::study::file::{
     ClaimStatistic as Statistic, ClaimTest, Holds, Limit, Outcome, TestKind, ValueOf,
 };
-use crate::study::place::{Place, figure_name};
+use crate::study::place::{Place, measure_name};
 
 /// What a sentence is made of.
 pub(super) struct Told<'a> {
@@ -343,7 +343,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
         }
         TestKind::Outcome(outcome) => format!("the share of {outcome} trials of {of}"),
         TestKind::Bound(bound) => {
-            let measure = figure_name(bound.figure);
+            let measure = measure_name(bound.measure);
             format!(
                 "the share of trials of {of} with {measure} {}",
                 bound.text()
@@ -351,14 +351,14 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
         }
         TestKind::Wins { measure, to } => format!(
             "the share of trials in which {of} is better than {to} in {}",
-            figure_name(*measure)
+            measure_name(*measure)
         ),
         TestKind::Value { what, statistic } => match what {
             ValueOf::Measure(measure) => {
                 format!(
                     "{} {} of {of}",
                     statistic_name(*statistic),
-                    figure_name(*measure)
+                    measure_name(*measure)
                 )
             }
             ValueOf::Parameter(name) => bias(name, of),
@@ -370,7 +370,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             measure_of_to,
             statistic,
         } => {
-            let (first, second) = (figure_name(*measure), figure_name(*measure_of_to));
+            let (first, second) = (measure_name(*measure), measure_name(*measure_of_to));
             match statistic {
                 Statistic::Median if measure != measure_of_to => {
                     format!(
@@ -397,7 +397,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             };
             format!(
                 "the median ratio of {} of {of}, {to} over {from},",
-                figure_name(*measure)
+                measure_name(*measure)
             )
         }
         TestKind::Slope(slope) => {
@@ -407,7 +407,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             };
             let over = crate::study::place::axis_label(slope.over);
             let over = over.split(',').next().unwrap_or_default();
-            let measure = figure_name(slope.figure);
+            let measure = measure_name(slope.measure);
             format!("the log-log slope of the {statistic} {measure} of {of} over {over}")
         }
         TestKind::Time { to } => format!("the time of {of} over that of {to}"),

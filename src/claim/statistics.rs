@@ -9,7 +9,7 @@ use crate::metric::{Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, Stat
 use crate::study::file::{
     BoundTable, ClaimStatistic, ClaimTest, Outcome, SlopeTable, TestKind, ValueOf,
 };
-use crate::study::{CellSummary, Figure, MethodTime, OutputSummary, Summary};
+use crate::study::{CellSummary, Measure, MethodTime, OutputSummary, Summary};
 
 /// A number of a cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,7 +87,7 @@ impl Results<'_> {
         _from: &CellSummary,
         _to: &CellSummary,
         output: &str,
-        measure: Figure,
+        measure: Measure,
     ) -> Result<Known, Missing> {
         Err(not_kept(&format!(
             "pairs of cells in {measure} of '{output}'"
@@ -98,7 +98,7 @@ impl Results<'_> {
         let mut slopes = self.summary.slopes.iter();
         let found =
             slopes.find(|slope| slope.of == *of && slope.output == output && slope.cells == cells);
-        let what = || format!("slope of {} over {} of '{output}'", of.figure, of.over);
+        let what = || format!("slope of {} over {} of '{output}'", of.measure, of.over);
         let found = found.ok_or_else(|| not_kept(&what()))?;
         let undefined = || {
             format!(
@@ -149,8 +149,8 @@ fn is_deterministic(_cell: &CellSummary) -> bool {
 }
 
 /// Whether a larger value of a measure is the better one: lost trials are then the smallest.
-fn larger_is_better(measure: Figure) -> bool {
-    measure == Figure::FreshFit
+fn larger_is_better(measure: Measure) -> bool {
+    measure == Measure::FreshFit
 }
 
 fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
@@ -243,14 +243,14 @@ fn count_of(count: u64, of: u64) -> Result<Known, Missing> {
 
 fn bound_count(cell: &CellSummary, label: &str, bound: &BoundTable) -> Result<Known, Missing> {
     let same = |of: &BoundTable| {
-        (of.figure, of.below, of.rounding) == (bound.figure, bound.below, bound.rounding)
+        (of.measure, of.below, of.rounding) == (bound.measure, bound.below, bound.rounding)
     };
     let found = cell.bounds.iter().find(|of| same(&of.bound));
     let output = found.and_then(|of| of.outputs.iter().find(|output| output.output == label));
     let what = || {
         not_kept(&format!(
             "the share of trials with {} {}",
-            bound.figure,
+            bound.measure,
             bound.text()
         ))
     };
@@ -262,11 +262,11 @@ fn compared<'a>(
     cell: &'a CellSummary,
     of: &str,
     to: &str,
-    measure: Figure,
+    measure: Measure,
 ) -> Result<&'a PairedStatistics, Missing> {
     let mut pairs = cell.comparisons.iter();
     let pair = pairs.find(|pair| pair.first == of && pair.second == to);
-    let found = pair.and_then(|pair| pair.figures.get(&measure));
+    let found = pair.and_then(|pair| pair.measures.get(&measure));
     found.ok_or_else(|| {
         not_kept(&format!(
             "the comparison of '{of}' with '{to}' in {measure}"
@@ -274,7 +274,7 @@ fn compared<'a>(
     })
 }
 
-fn wins(cell: &CellSummary, of: &str, to: &str, measure: Figure) -> Result<Known, Missing> {
+fn wins(cell: &CellSummary, of: &str, to: &str, measure: Measure) -> Result<Known, Missing> {
     let smaller = compared(cell, of, to, measure)?.share_smaller;
     let count = if larger_is_better(measure) {
         smaller.of - smaller.count
@@ -287,15 +287,15 @@ fn wins(cell: &CellSummary, of: &str, to: &str, measure: Figure) -> Result<Known
     count_of(count, smaller.of)
 }
 
-fn statistics(output: &OutputSummary, measure: Figure) -> Result<&Statistics, Missing> {
-    let found = output.figures.get(&measure);
+fn statistics(output: &OutputSummary, measure: Measure) -> Result<&Statistics, Missing> {
+    let found = output.measures.get(&measure);
     found.ok_or_else(|| not_kept(&format!("the measure {measure}")))
 }
 
 fn value(
     cell: &CellSummary,
     output: &OutputSummary,
-    measure: Figure,
+    measure: Measure,
     statistic: ClaimStatistic,
 ) -> Result<Number, Missing> {
     let of = statistics(output, measure)?;
@@ -322,7 +322,7 @@ fn moment(
     cell: &CellSummary,
     of: &Statistics,
     estimate: Estimate,
-    measure: Figure,
+    measure: Measure,
 ) -> Result<Number, Missing> {
     if of.dominated {
         return Err(format!(
@@ -346,7 +346,7 @@ fn quantile(
     of: &Statistics,
     q: f64,
     quantile: Quantile,
-    measure: Figure,
+    measure: Measure,
 ) -> Known {
     let n = cell.trials;
     let lost = n.saturating_sub(of.count);
@@ -422,7 +422,7 @@ fn ratio(
     cell: &CellSummary,
     of: &str,
     to: &str,
-    measure: Figure,
+    measure: Measure,
     statistic: ClaimStatistic,
 ) -> Result<Number, Missing> {
     let pair = compared(cell, of, to, measure)?;
@@ -462,7 +462,7 @@ fn paired_median(pair: &PairedStatistics, all: u64) -> Known {
 
 /// The ratio of two medians. Outputs that share their trials are taken as independent: nearly
 /// always they rise and fall together, and the error is then too large rather than too small.
-fn ratio_of_medians(cell: &CellSummary, of: [(&str, Figure); 2]) -> Result<Known, Missing> {
+fn ratio_of_medians(cell: &CellSummary, of: [(&str, Measure); 2]) -> Result<Known, Missing> {
     let mut medians = [Quantile::UNDEFINED; 2];
     for (median, (label, measure)) in medians.iter_mut().zip(of) {
         let output = cell.output(label);

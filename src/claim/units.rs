@@ -49,7 +49,7 @@ pub(super) fn units(
             if found.is_empty() {
                 return Err(format!(
                     "the run did not keep the slope of {} over {over} of '{}'; a new run of the file keeps what its claims need",
-                    slope.figure, test.of
+                    slope.measure, test.of
                 ));
             }
             Ok(found

@@ -14,7 +14,7 @@ use crate::files::{self, Kind};
 use crate::observer::Observer;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
-    Cell, Experiment, Figure, ObserverStart, Row, Source, Trial, TrialRecord, Trials, Worker,
+    Cell, Experiment, Measure, ObserverStart, Row, Source, Trial, TrialRecord, Trials, Worker,
     design_of, read_manifest, stored_alike,
 };
 use crate::text::{folded, number, shell_word, visible};
@@ -348,7 +348,7 @@ impl<'a> Replay<'a> {
                 Source::Continuous(_) => output.label(),
             };
             writeln!(text, "  {}: {status}", visible(name)).map_err(failed)?;
-            for &figure in Figure::ALL {
+            for &figure in Measure::ALL {
                 if !row[figure].is_nan() {
                     writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure])
                         .map_err(failed)?;
@@ -416,7 +416,7 @@ impl<'a> Replay<'a> {
         object.insert("pass".to_owned(), json!(output.pass));
         object.insert("status".to_owned(), json!(row.status()));
         object.insert("unstable".to_owned(), json!(row.unstable));
-        for &figure in Figure::ALL {
+        for &figure in Measure::ALL {
             object.insert(figure.name().to_owned(), json!(row[figure]));
         }
         Value::Object(object)

@@ -156,22 +156,22 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Summary>, Error>
 /// Every bound with what its first and last output make of it.
 fn json(summary: &Summary) -> Vec<Value> {
     let of_cell = |cell: &CellSummary| -> Vec<Value> {
-        let output = |share: &OutputShare, figure| {
+        let output = |share: &OutputShare, measure| {
             let output = cell.output(&share.output)?;
             Some(json!({
                 "estimator": output.estimator,
                 "pass": output.pass,
-                "quantiles": output.figures.get(&figure),
+                "quantiles": output.measures.get(&measure),
                 "met": share.met,
             }))
         };
         let bounds = cell.bounds.iter().map(|summary| {
             let bound = &summary.bound;
             let ends = [summary.outputs.first(), summary.outputs.last()];
-            let ends = ends.map(|share| share.and_then(|share| output(share, bound.figure)));
+            let ends = ends.map(|share| share.and_then(|share| output(share, bound.measure)));
             json!({
                 "claim": cell.claim,
-                "figure": bound.figure,
+                "figure": bound.measure,
                 "label": bound.label(),
                 "bound": bound.text(),
                 "value": bound.below,
@@ -194,7 +194,7 @@ fn report(arguments: &Arguments, summary: &Summary, folder: &Path) -> String {
          typical: the lower end of the 95 % Wilson interval of IV(4)'s share is above\n\
          1/2; not typical: its upper end is below 1/2. Digits in parentheses and after \u{b1}\n\
          are Monte-Carlo standard errors. Quantiles are over the trials that have the\n\
-         figure, shares over all trials (a failed one meets no bound).\n\
+         measure, shares over all trials (a failed one meets no bound).\n\
          \"= 0\": below 100 eps times the condition number. e_a, e_b: relative errors of a\n\
          and b (state-space form); e_x: of the state, k >= N, dead-beat observer.\n\
          rms e_x < 0.01 stands for the paper's \"e_x(k) = 0.01\".\n\n\

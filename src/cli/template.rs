@@ -57,11 +57,11 @@ iterations = 4
 # report = [0, 4]            # only these passes
 
 # [[slopes]]
-# figure = "e_a"
+# measure = "e_a"
 # over = "window"
 
 # [[bounds]]
-# figure = "e_a"
+# measure = "e_a"
 # below = 0.033
 
 # A claim with the test that decides it: share, value, ratio, cells, slope or time; below, above, between or within.

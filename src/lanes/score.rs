@@ -404,8 +404,8 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                 for i in 0..4 {
                     finite = finite & !infinite.at_most(*all[i]);
                 }
-                for figure in all {
-                    *figure = R::select(finite, *figure, R::splat(f64::NAN));
+                for measure in all {
+                    *measure = R::select(finite, *measure, R::splat(f64::NAN));
                 }
                 finite
             },

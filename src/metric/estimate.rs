@@ -1,4 +1,4 @@
-//! A figure with its Monte-Carlo standard error.
+//! A measure with its Monte-Carlo standard error.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub const FEWEST_FOR_MEANS: u64 = 7;
 
 /// Fewest trials from which a statistic of squares has a standard error, which is of their fourth powers: that of a
-/// standard deviation, the slowest to tend to 95 %, then covers 90 % of normal figures.
+/// standard deviation, the slowest to tend to 95 %, then covers 90 % of normal numbers.
 pub const FEWEST_FOR_SQUARES: u64 = 40;
 
 /// The standard normal 97.5 % point.

@@ -1,7 +1,7 @@
-//! One figure over trials: moments and quantiles, each with its Monte-Carlo standard error.
+//! One measure over trials: moments and quantiles, each with its Monte-Carlo standard error.
 //!
 //! The formulas are those of Morris, White and Crowther (2019), table 6, where they have one: mean (bias),
-//! standard deviation (empirical standard error), mean square. What they state for normal figures is
+//! standard deviation (empirical standard error), mean square. What they state for normal numbers is
 //! stated here by the fourth moment, and square roots by the delta method.
 
 use super::dd::{Dd, powers};
@@ -19,7 +19,7 @@ pub const DOMINANT_SHARE: f64 = 0.1;
 /// Share of the trials that the trimmed mean leaves out on either side.
 pub const TRIM: f64 = 0.05;
 
-/// A figure over trials, gathered so that nothing depends on the order of trials, on blocks or on merges.
+/// A measure over trials, gathered so that nothing depends on the order of trials, on blocks or on merges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     count: u64,
@@ -36,7 +36,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Gathers the figure of some trials. NaN is no figure: it is counted and left out.
+    /// Gathers the measure of some trials. NaN is no measure: it is counted and left out.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sample = Self::default();
         let mut defined = Vec::new();
@@ -115,7 +115,7 @@ impl Sample {
         };
     }
 
-    /// Whether this can be the figure of so many trials: what of a stored sample is checked before it is used.
+    /// Whether this can be the measure of so many trials: what of a stored sample is checked before it is used.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let extremes_fit = match (self.extremes, self.sketch.ends()) {
             (None, None) => true,
@@ -134,12 +134,12 @@ impl Sample {
                 .all(|(power, sum)| sum_fits(self.count, power, self.largest(), sum))
     }
 
-    /// Trials with a figure.
+    /// Trials with a measure.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Trials whose figure was NaN. They enter nothing else.
+    /// Trials whose measure was NaN. They enter nothing else.
     pub fn undefined(&self) -> u64 {
         self.undefined
     }
@@ -314,7 +314,7 @@ impl Sample {
         largest_share(self.count, self.largest(), &self.squares)
     }
 
-    /// Everything that is reported of a figure.
+    /// Everything that is reported of a measure.
     pub fn statistics(&self) -> Statistics {
         let (min, max) = self.extremes.unwrap_or((f64::NAN, f64::NAN));
         let largest_share = self.largest_share();
@@ -371,12 +371,12 @@ pub(super) fn finite((high, low): (f64, f64)) -> bool {
     high.is_finite() && low.is_finite()
 }
 
-/// What is reported of a figure over trials. Undefined numbers are NaN, in files null.
+/// What is reported of a measure over trials. Undefined numbers are NaN, in files null.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
-    /// Trials with a figure: M.
+    /// Trials with a measure: M.
     pub count: u64,
-    /// Trials whose figure is NaN; they enter nothing else.
+    /// Trials whose measure is NaN; they enter nothing else.
     pub undefined: u64,
     /// Trials whose figure's fourth power is beyond the range of doubles.
     pub overflowed: u64,
@@ -384,7 +384,7 @@ pub struct Statistics {
     pub mean: Estimate,
     /// Standard deviation, divisor M - 1.
     pub sd: Estimate,
-    /// Mean square, about 0: the mean square error where the figure is an error.
+    /// Mean square, about 0: the mean square error where the measure is an error.
     pub mse: Estimate,
     /// Its root.
     pub rmse: Estimate,
@@ -407,7 +407,7 @@ pub struct Statistics {
     #[serde(with = "nan_is_null")]
     pub max: f64,
     /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out of
-    /// range. Then the figure has a heavy tail (or there are fewer than some ten trials): mean, sd, MSE and
+    /// range. Then the measure has a heavy tail (or there are fewer than some ten trials): mean, sd, MSE and
     /// RMSE say little, and their standard errors, which rest on fourth moments, even less. Read the
     /// quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 % are flagged; their 95 %
     /// intervals of the RMSE hold the truth in some 60 % (`tests/coverage.rs`). The reverse does not hold: of

@@ -7,11 +7,11 @@ use super::{ExactSum, Quantile, Sample, Share, Sketch};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
 
-/// One figure of two methods over the same trials, gathered independently of order, as [`Sample`] is.
+/// One measure of two methods over the same trials, gathered independently of order, as [`Sample`] is.
 ///
-/// The rule for trials without figure: differences, ratios and both RMSEs are over the trials where both
-/// methods have the figure; the other trials are counted beside them, and where a method fails often the
-/// comparison must be read with those counts. NaN is no figure.
+/// The rule for trials without measure: differences, ratios and both RMSEs are over the trials where both
+/// methods have the measure; the other trials are counted beside them, and where a method fails often the
+/// comparison must be read with those counts. NaN is no measure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Paired {
     both: u64,
@@ -66,7 +66,7 @@ impl Powers {
 }
 
 impl Paired {
-    /// Gathers the figures (first, second) of some trials, None or NaN where a method has none.
+    /// Gathers the measures (first, second) of some trials, None or NaN where a method has none.
     pub fn of(pairs: impl IntoIterator<Item = (Option<f64>, Option<f64>)>) -> Self {
         let mut paired = Self::default();
         let mut both = Vec::new();
@@ -205,7 +205,7 @@ impl Paired {
 /// What is reported of two methods on the same trials. Undefined numbers are NaN, in files null.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairedStatistics {
-    /// Trials where both methods have the figure; all that follows is over these.
+    /// Trials where both methods have the measure; all that follows is over these.
     pub both: u64,
     /// Trials where only the first has it.
     pub only_first: u64,

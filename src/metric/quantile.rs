@@ -1,4 +1,4 @@
-//! Quantiles of figures over trials.
+//! Quantiles of measures over trials.
 
 use super::estimate::{Z, nan_is_null};
 use serde::{Deserialize, Serialize};

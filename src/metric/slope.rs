@@ -28,7 +28,7 @@ pub struct Slope {
     #[serde(with = "nan_is_null")]
     pub value: f64,
     /// The jackknife's standard error, from G = [`JACKKNIFE_GROUPS`] groups; NaN of medians where a group has a single
-    /// figure. Leaving one value out moves a median by a single gap, whatever the distribution.
+    /// measure. Leaving one value out moves a median by a single gap, whatever the distribution.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Cells.
@@ -67,7 +67,7 @@ pub enum NoSlope {
     #[error("abscissas must be positive, finite and not all equal")]
     Abscissa,
     /// A cell does not have [`JACKKNIFE_GROUPS`] groups, each with a trial.
-    #[error("cell {cell}: needs 20 groups with a figure in each")]
+    #[error("cell {cell}: needs 20 groups with a measure in each")]
     Groups {
         /// Index of the cell.
         cell: usize,
@@ -82,7 +82,7 @@ pub enum NoSlope {
 
 /// The slope of log(statistic) on log(x) by ordinary least squares over cells, with its standard error.
 ///
-/// `cells[i]` has the figure of x\[i\] in [`JACKKNIFE_GROUPS`] samples, one per group of trials. Cells that
+/// `cells[i]` has the measure of x\[i\] in [`JACKKNIFE_GROUPS`] samples, one per group of trials. Cells that
 /// share their random numbers are dependent, so the residuals of the line say nothing of its error. The
 /// same group is left out of all cells at once: `MCSE^2 = (G - 1)/G sum_g (b_(g) - mean b)^2` (Efron and
 /// Stein 1981). This is the error of the slope of the line that fits these cells best; whether a line fits
@@ -142,7 +142,7 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
 }
 
 impl Jackknife {
-    /// The statistics of a cell's groups; `None` where there are not [`JACKKNIFE_GROUPS`], each with a figure.
+    /// The statistics of a cell's groups; `None` where there are not [`JACKKNIFE_GROUPS`], each with a measure.
     pub fn of(groups: &[Sample], statistic: SlopeOf) -> Option<Self> {
         if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
             return None;

@@ -1,7 +1,7 @@
 //! The example of Bobtsov et al. (2023) as a table: theta and the state of every observer.
 
 use super::number::uncertain;
-use crate::study::{CellSummary, Figure, OutputTrace, Summary, Traces};
+use crate::study::{CellSummary, Measure, OutputTrace, Summary, Traces};
 use std::fmt::{self, Write};
 
 /// The table of a study of one trial in continuous time whose course was kept, 80 columns wide.
@@ -46,10 +46,10 @@ fn write_table(text: &mut String, summary: &Summary, scored_from: f64) -> fmt::R
         format!("{:<12} {}", "true", theta.join(" ")).trim_end()
     )?;
     for (output, of) in cell.outputs.iter().zip(&traces.outputs) {
-        let rms = [Figure::RmsState1, Figure::RmsState2].map(|figure| {
+        let rms = [Measure::RmsState1, Measure::RmsState2].map(|measure| {
             let value = output
-                .figures
-                .get(&figure)
+                .measures
+                .get(&measure)
                 .map_or(f64::NAN, |of| of.mean.value);
             digits(value)
         });
@@ -103,20 +103,20 @@ pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
             .filter_map(|of| Some(format!("{:.8}", of.last()?)))
             .collect();
         let output = &cell.outputs[place];
-        let figure = |figure| {
+        let measure = |measure| {
             output
-                .figures
-                .get(&figure)
+                .measures
+                .get(&measure)
                 .map_or(f64::NAN, |of| of.mean.value)
         };
         Some(format!(
             "step {:<9} theta_hat(T) = ({}), order {},\n{:26}frozen from {:.1} s, largest |dbar| {}",
             format!("{} s:", cell.setting(crate::study::file::Key::Step)),
             ends.join(", "),
-            uncertain(figure(Figure::StepOrder), f64::NAN),
+            uncertain(measure(Measure::StepOrder), f64::NAN),
             "",
-            figure(Figure::Frozen),
-            uncertain(figure(Figure::MixedDisturbance), f64::NAN),
+            measure(Measure::Frozen),
+            uncertain(measure(Measure::MixedDisturbance), f64::NAN),
         ))
     };
     summary.cells.iter().filter_map(line).collect()

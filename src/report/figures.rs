@@ -4,7 +4,7 @@
 use super::plot::{Axis, Course, Plot, Point, Series, Sharing, Style, small_multiples};
 use super::results::shown;
 use crate::metric::Statistics;
-use crate::study::{CellSummary, CurveQuantiles, Figure};
+use crate::study::{CellSummary, CurveQuantiles, Measure};
 
 /// The quantiles of a curve over k, undefined where they are not there.
 pub(super) fn curve(of: &CurveQuantiles) -> Vec<Point> {
@@ -28,15 +28,15 @@ fn constant(of: &Statistics, cell: &CellSummary) -> Vec<Point> {
 }
 
 /// One of the three plots: the first output and the last, and the paper's bound.
-fn panel(cell: &CellSummary, figure: Figure, name: &str, label: &str) -> Plot {
+fn panel(cell: &CellSummary, measure: Measure, name: &str, label: &str) -> Plot {
     let x = Axis::linear("k, samples").range(0.0, cell.horizon as f64);
     let mut plot = Plot::new("", x, Axis::log(label));
     let outputs = [cell.outputs.first(), cell.outputs.last()];
     for (i, output) in outputs.into_iter().enumerate() {
         let Some(output) = output else { continue };
-        let points = match (figure, &cell.curves) {
-            (Figure::ExMax, curves) => curves.as_ref().map(|curves| curve(&curves[i])),
-            _ => output.figures.get(&figure).map(|of| constant(of, cell)),
+        let points = match (measure, &cell.curves) {
+            (Measure::ExMax, curves) => curves.as_ref().map(|curves| curve(&curves[i])),
+            _ => output.measures.get(&measure).map(|of| constant(of, cell)),
         };
         let label = format!("{}: median, 5-95 %", shown(&output.label()));
         plot = plot.series(Series::new(label, Style::Band, points.unwrap_or_default()).slot(i));
@@ -44,9 +44,9 @@ fn panel(cell: &CellSummary, figure: Figure, name: &str, label: &str) -> Plot {
     let bound = cell
         .bounds
         .iter()
-        .find(|bound| bound.bound.figure == figure);
+        .find(|bound| bound.bound.measure == measure);
     if let Some(bound) = bound.map(|bound| &bound.bound) {
-        let every = if figure == Figure::ExMax {
+        let every = if measure == Measure::ExMax {
             " on every k >= N"
         } else {
             ""
@@ -69,9 +69,14 @@ pub fn draw(cell: &CellSummary) -> String {
     let (claim, window, trials) = (&cell.claim, cell.window, cell.trials);
     let title = format!("{claim}: {noise}, N = {window}, {trials} trials");
     let panels = [
-        panel(cell, Figure::ExMax, "e_x", "e_x(k), relative (bins of 6 %)"),
-        panel(cell, Figure::Ea, "e_a", "e_a, relative"),
-        panel(cell, Figure::Eb, "e_b", "e_b, relative"),
+        panel(
+            cell,
+            Measure::ExMax,
+            "e_x",
+            "e_x(k), relative (bins of 6 %)",
+        ),
+        panel(cell, Measure::Ea, "e_a", "e_a, relative"),
+        panel(cell, Measure::Eb, "e_b", "e_b, relative"),
     ];
     let what = "Medians of e_x(k), e_a and e_b over k, bands hold the middle 90 % of the trials.";
     small_multiples(&title, what, &panels, 1, Sharing { x: true, y: false })

@@ -8,8 +8,8 @@ use crate::files::{self, Kind, PathError};
 use crate::metric::{Quantile, Statistics};
 pub use crate::study::MethodTime as Time;
 use crate::study::file::{ExperimentFile, Key, TrialRule};
-pub use crate::study::place::{axis_label, figure_name, is_error, value_name, words};
-use crate::study::{CellSummary, Figure, OutputSummary, Summary, read_manifest};
+pub use crate::study::place::{axis_label, is_error, measure_name, value_name, words};
+use crate::study::{CellSummary, Measure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
 use serde::Deserialize;
 use serde_json::Value;
@@ -189,14 +189,14 @@ impl Study {
         cell.outputs.get(self.index.output(label)?)
     }
 
-    /// Statistics of a figure of an output of a cell.
+    /// Statistics of a measure of an output of a cell.
     pub fn statistics<'a>(
         &self,
         cell: &'a CellSummary,
         label: &str,
-        figure: Figure,
+        measure: Measure,
     ) -> Option<&'a Statistics> {
-        self.output(cell, label)?.figures.get(&figure)
+        self.output(cell, label)?.measures.get(&measure)
     }
 
     /// Whether a cell has no noise where others have.
@@ -299,18 +299,18 @@ fn name(folder: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Statistics of a figure of an output of a cell.
+/// Statistics of a measure of an output of a cell.
 pub fn statistics<'a>(
     cell: &'a CellSummary,
     label: &str,
-    figure: Figure,
+    measure: Measure,
 ) -> Option<&'a Statistics> {
-    cell.output(label)?.figures.get(&figure)
+    cell.output(label)?.measures.get(&measure)
 }
 
-/// The median of a figure of an output of a cell; undefined where there is none.
-pub fn median(cell: &CellSummary, label: &str, figure: Figure) -> Quantile {
-    statistics(cell, label, figure).map_or(Quantile::UNDEFINED, |of| of.q50)
+/// The median of a measure of an output of a cell; undefined where there is none.
+pub fn median(cell: &CellSummary, label: &str, measure: Measure) -> Quantile {
+    statistics(cell, label, measure).map_or(Quantile::UNDEFINED, |of| of.q50)
 }
 
 /// The values of some settings of a cell in words.

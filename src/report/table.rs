@@ -79,7 +79,9 @@ fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> f
         let Some(OutputShare { output, met }) = output else {
             continue;
         };
-        let statistics = cell.output(output).and_then(|o| o.figures.get(&of.figure));
+        let statistics = cell
+            .output(output)
+            .and_then(|o| o.measures.get(&of.measure));
         let (label, spread, share) = (
             shown(output),
             statistics.map_or_else(String::new, spread),

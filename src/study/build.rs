@@ -308,14 +308,14 @@ impl Build<'_> {
     }
 }
 
-/// Checks that a figure of the state has a sample to be taken of.
+/// Checks that a measure of the state has a sample to be taken of.
 fn is_scored(cell: &Cell, file: &ExperimentFile) -> Result<(), FileError> {
     let mut measures = file.measures.iter();
-    let figure = measures.find(|figure| figure.is_of_state());
-    match figure {
-        Some(figure) if cell.horizon <= cell.first_scored() => {
+    let measure = measures.find(|measure| measure.is_of_state());
+    match measure {
+        Some(measure) if cell.horizon <= cell.first_scored() => {
             let message = format!(
-                "the record of K = {} samples ends with the window, so '{figure}' has no sample k >= N; expected \
+                "the record of K = {} samples ends with the window, so '{measure}' has no sample k >= N; expected \
                  more samples, scored_from = \"start\", or measures without it",
                 cell.horizon
             );

@@ -225,7 +225,7 @@ impl<'e> Campaign<'e> {
         (0..self.stored.len()).map(first).collect()
     }
 
-    /// Doubles the trials of every cell whose figure is not known well enough; false where none is left.
+    /// Doubles the trials of every cell whose measure is not known well enough; false where none is left.
     fn raise_targets(&self, targets: &mut [u64], stop: &AtomicBool) -> Result<bool, CampaignError> {
         let TrialRule::Until(until) = &self.rule else {
             return Ok(false);
@@ -243,9 +243,9 @@ impl<'e> Campaign<'e> {
     }
 
     fn is_known(&self, cell: usize, until: &Until) -> Result<bool, CampaignError> {
-        let (output, figure) = self.experiment.target(until)?;
+        let (output, measure) = self.experiment.target(until)?;
         let tally = self.blocks.tally(&self.stored[cell])?;
-        let sample = &tally.outputs[output].samples[figure];
+        let sample = &tally.outputs[output].samples[measure];
         let (value, mcse) = match until.statistic {
             UntilStatistic::Median => {
                 let quantile = sample.quantile(0.5);

@@ -232,7 +232,7 @@ fn check_unit(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::Figure;
+    use crate::study::Measure;
     use crate::study::file::{Needs, SlopeTable};
 
     const GRID: &str = "[settings]\nnoise = ['ar', 'white']\nwindow = [98, 218]\n";
@@ -254,7 +254,7 @@ mod tests {
         let both = |a: &str, b: &str| [a.to_owned(), b.to_owned()];
         let pair = || vec![both("iv(4)", "ls")];
         let slope = |statistic| SlopeTable {
-            figure: Figure::Ea,
+            measure: Measure::Ea,
             over: Key::Window,
             statistic,
             from: 0.0,
@@ -268,7 +268,7 @@ mod tests {
             (
                 format!("{{ share = 'e_g', {iv}, above = 0.5 }}"),
                 Needs {
-                    measures: vec![Figure::ImpulseResponse],
+                    measures: vec![Measure::ImpulseResponse],
                     compare: pair(),
                     ..Needs::default()
                 },

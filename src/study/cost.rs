@@ -21,7 +21,7 @@ const REPETITIONS: usize = 5;
 const TIMED_ROWS: usize = 256;
 /// Seconds until a block file is safely on the disk, about.
 const DISK: f64 = 3e-4;
-/// A figure of an output in summary.parquet, seconds.
+/// A measure of an output in summary.parquet, seconds.
 const TABLE: f64 = 4e-6;
 
 /// Seconds on one thread.
@@ -228,7 +228,7 @@ fn time_cell(
         }
         xxh3_128(&encoded.1)
     });
-    let (summary, figures) = clocked(|| {
+    let (summary, values) = clocked(|| {
         let summary = CellSummary::of(experiment, index, &tally);
         let _ = SlopeStatistics::of(experiment, &tally);
         let json = serde_json::to_value(&summary).map(|mut json| {
@@ -239,7 +239,7 @@ fn time_cell(
             summary
                 .outputs
                 .iter()
-                .map(|of| of.figures.len() + of.parameters.len())
+                .map(|of| of.measures.len() + of.parameters.len())
                 .sum()
         })
     });
@@ -257,7 +257,7 @@ fn time_cell(
         tally: tally_time,
         encode,
         decode,
-        summary: summary + TABLE * figures as f64,
+        summary: summary + TABLE * values as f64,
         row,
         write_row,
     })

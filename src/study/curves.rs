@@ -64,7 +64,7 @@ impl TryFrom<Sparse> for Curves {
     }
 }
 
-/// Quantiles of e_x(k), k = 0 ... K-1, of one output; `None` (null) where no trial has the figure.
+/// Quantiles of e_x(k), k = 0 ... K-1, of one output; `None` (null) where no trial has the measure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveQuantiles {
     /// 5 % quantiles.

@@ -9,7 +9,7 @@ use super::file::{
 };
 use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
-use super::row::Figure;
+use super::row::Measure;
 use crate::data::Process;
 use crate::estimator::{
     Estimator, InstrumentSource, KnownModel, Method, MethodOptions, Output, SetupError, Shape,
@@ -378,12 +378,12 @@ impl Experiment {
             self.target(until)?;
         }
         for slope in &self.file.slopes {
-            self.measure("slopes", slope.figure)?;
+            self.measure("slopes", slope.measure)?;
             let checked = slope.check(&self.file);
             checked.map_err(|message| FileError::key("slopes.over", message))?;
         }
         for bound in &self.file.bounds {
-            self.measure("bounds", bound.figure)?;
+            self.measure("bounds", bound.measure)?;
             if bound.below.is_some() == bound.rounding.is_some() {
                 return Err(FileError::key(
                     "bounds",
@@ -485,20 +485,20 @@ impl Experiment {
         Ok(())
     }
 
-    /// The indices of the output and of the figure that a rule looks at.
+    /// The indices of the output and of the measure that a rule looks at.
     ///
     /// # Errors
-    /// If there is no such output or figure.
+    /// If there is no such output or measure.
     pub fn target(&self, until: &Until) -> Result<(usize, usize), FileError> {
         let output = self.output("trials.output", &until.output)?;
         Ok((output, self.measure("trials.until", until.until)?))
     }
 
-    /// The index of a figure among the measures.
-    fn measure(&self, key: &str, figure: Figure) -> Result<usize, FileError> {
+    /// The index of a measure among the measures.
+    fn measure(&self, key: &str, measure: Measure) -> Result<usize, FileError> {
         let mut measures = self.file.measures.iter();
-        let found = measures.position(|measure| *measure == figure);
-        found.ok_or_else(|| FileError::key(key, format!("'{figure}' is not among the measures")))
+        let found = measures.position(|of| *of == measure);
+        found.ok_or_else(|| FileError::key(key, format!("'{measure}' is not among the measures")))
     }
 }
 

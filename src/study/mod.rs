@@ -50,7 +50,7 @@ pub use need::{Disk, disk_of, memory_of, row_of};
 pub use pack::PackTrial;
 pub use peak::fma_peak;
 pub use plan::Plan;
-pub use row::{Figure, Row};
+pub use row::{Measure, Row};
 pub use runner::{Block, RunError, Span, block_size, run, run_spans};
 pub use state_feedback::StateFeedback;
 pub use store::{StoreError, TrialWriter, stored_alike};

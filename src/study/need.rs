@@ -5,7 +5,7 @@
 
 use super::curves::Curves;
 use super::file::Store;
-use super::row::{Figure, Row};
+use super::row::{Measure, Row};
 use super::{Cell, Engine, Experiment, block_size};
 use crate::metric::{
     JACKKNIFE_GROUPS, Jackknife, Paired, PairedStatistics, Sample, Statistics, expected_bins,
@@ -27,19 +27,19 @@ const BIN: [f64; 2] = [16.0, 2.7];
 /// In a file without their bins: a sample (counts, extremes and four exact sums), a comparison.
 const SAMPLE_STORED: f64 = 135.0;
 const PAIRED_STORED: f64 = 420.0;
-/// A row in a block file beside its figures.
+/// A row in a block file beside its values.
 const ROW_STORED: f64 = 7.0;
-/// A row in trials.parquet beside its figures.
+/// A row in trials.parquet beside its values.
 const ROW_AT_MOST: f64 = 2.0;
 /// Rows in a group of trials.parquet, and how many times they are in memory: as rows, as columns, and compressed.
 const GROUP: f64 = 65_536.0;
 const COPIES: f64 = 3.0;
-/// In summary.json and summary.parquet: a cell's settings, a figure of an output, a share; of a curve a quantile.
+/// In summary.json and summary.parquet: a cell's settings, a measure of an output, a share; of a curve a quantile.
 const SETTINGS_STORED: f64 = 900.0;
 const STATISTICS_STORED: f64 = 720.0 + 145.0;
 const SHARE_STORED: f64 = 120.0;
 const QUANTILE_STORED: f64 = 13.0;
-/// Of a report: a line of its results.csv, one of its other tables, its page with the figures.
+/// Of a report: a line of its results.csv, one of its other tables, its page with the values.
 const LINE: f64 = 240.0;
 const SHORT_LINE: f64 = 90.0;
 const PAGES: f64 = 2.5e5;
@@ -93,7 +93,7 @@ impl<'e> Counts<'e> {
     }
 
     /// Figures of an output in a cell: measures, and signed errors of a and h.
-    fn figures(&self, cell: &Cell) -> f64 {
+    fn values(&self, cell: &Cell) -> f64 {
         self.measures as f64 + self.parameters(cell)
     }
 
@@ -112,7 +112,7 @@ impl<'e> Counts<'e> {
 
     /// What is counted of so many trials of a cell: bytes in memory, and in a file.
     fn tally(&self, cell: &Cell, trials: f64) -> [f64; 2] {
-        let samples = self.outputs * self.figures(cell);
+        let samples = self.outputs * self.values(cell);
         let groups = self.slopes * self.outputs * JACKKNIFE_GROUPS as f64;
         let pairs = self.pairs * self.measures as f64;
         let (all, part) = (
@@ -146,9 +146,9 @@ impl<'e> Counts<'e> {
 
     /// Rows of trials in block files, where they are kept.
     fn rows_stored(&self, trials: f64) -> f64 {
-        let figures = size_of::<[f64; Figure::ALL.len()]>() as f64;
+        let values = size_of::<[f64; Measure::ALL.len()]>() as f64;
         if self.kept {
-            trials * self.outputs * (figures + ROW_STORED)
+            trials * self.outputs * (values + ROW_STORED)
         } else {
             0.0
         }
@@ -184,11 +184,11 @@ impl<'e> Counts<'e> {
     /// The same in summary.json and summary.parquet.
     fn summary_stored(&self, cell: &Cell) -> f64 {
         let file = &self.experiment.file;
-        let figures = self.outputs * self.figures(cell) + self.pairs * self.measures as f64;
+        let values = self.outputs * self.values(cell) + self.pairs * self.measures as f64;
         let shares = file.bounds.len() as f64 * self.outputs + self.slopes * self.outputs;
         let curves = if file.curves { 6 * cell.horizon } else { 0 };
         SETTINGS_STORED
-            + figures * STATISTICS_STORED
+            + values * STATISTICS_STORED
             + shares * SHARE_STORED
             + curves as f64 * QUANTILE_STORED
     }
@@ -197,7 +197,7 @@ impl<'e> Counts<'e> {
     fn report(&self, cell: &Cell) -> f64 {
         let bounds = self.experiment.file.bounds.len() as f64;
         let pairs = 2.0 * self.pairs * self.measures as f64;
-        self.outputs * self.figures(cell) * LINE + (bounds * self.outputs + pairs) * SHORT_LINE
+        self.outputs * self.values(cell) * LINE + (bounds * self.outputs + pairs) * SHORT_LINE
     }
 }
 

@@ -1,7 +1,7 @@
 //! A pack of trials of one cell: draw, estimate, measure; rows as [`super::Trial`] leaves them.
 
 use super::plan::Plan;
-use super::{Figure, Row, Trials};
+use super::{Measure, Row, Trials};
 use crate::estimator::{Failure, FailureKind, Stage};
 use crate::lanes::passes::Passes;
 use crate::lanes::record::Record;
@@ -31,8 +31,8 @@ pub(super) struct Pack<'e, R: Real, const N: usize> {
 struct Output {
     method: usize,
     pass: usize,
-    /// Every figure, every lane.
-    figures: [[f64; MOST_LANES]; Figure::ALL.len()],
+    /// Every measure, every lane.
+    values: [[f64; MOST_LANES]; Measure::ALL.len()],
     /// Lanes with an observer.
     observed: u8,
 }
@@ -58,7 +58,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             of.reported.iter().map(move |&pass| Output {
                 method,
                 pass,
-                figures: [[f64::NAN; MOST_LANES]; Figure::ALL.len()],
+                values: [[f64::NAN; MOST_LANES]; Measure::ALL.len()],
                 observed: 0,
             })
         });
@@ -130,7 +130,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         let Output {
             method,
             pass: number,
-            figures: to,
+            values: to,
             observed,
         } = &mut self.outputs[output];
         let passes = &self.methods[*method].done;
@@ -148,31 +148,34 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         R::run(
             #[inline(always)]
             || {
-                let mut put = |figure: Figure, value: R| value.store(&mut to[figure as usize]);
+                let mut put = |measure: Measure, value: R| value.store(&mut to[measure as usize]);
                 let Errors {
                     relative: [e_a, e_b, e_h, e_x0],
                     as_printed: [a_printed, b_printed, h_printed, x0_printed],
                     state: [maximum, rms],
                     state_as_printed: [maximum_printed, rms_printed],
                 } = errors;
-                put(Figure::Ea, e_a);
-                put(Figure::Eb, e_b);
-                put(Figure::Eh, e_h);
-                put(Figure::Ex0, e_x0);
-                put(Figure::EaPrinted, a_printed);
-                put(Figure::EbPrinted, b_printed);
-                put(Figure::EhPrinted, h_printed);
-                put(Figure::Ex0Printed, x0_printed);
-                put(Figure::ExMax, maximum);
-                put(Figure::ExRms, rms);
-                put(Figure::ExMaxPrinted, maximum_printed);
-                put(Figure::ExRmsPrinted, rms_printed);
-                put(Figure::Condition, pass.condition);
+                put(Measure::Ea, e_a);
+                put(Measure::Eb, e_b);
+                put(Measure::Eh, e_h);
+                put(Measure::Ex0, e_x0);
+                put(Measure::EaPrinted, a_printed);
+                put(Measure::EbPrinted, b_printed);
+                put(Measure::EhPrinted, h_printed);
+                put(Measure::Ex0Printed, x0_printed);
+                put(Measure::ExMax, maximum);
+                put(Measure::ExRms, rms);
+                put(Measure::ExMaxPrinted, maximum_printed);
+                put(Measure::ExRmsPrinted, rms_printed);
+                put(Measure::Condition, pass.condition);
                 if let Some(before) = before {
                     let n = order::<N>(n);
                     let change = relative_error(&before.a[..n], &pass.a[..n]);
                     let known = before.parameters & pass.parameters;
-                    put(Figure::Change, R::select(known, change, R::splat(f64::NAN)));
+                    put(
+                        Measure::Change,
+                        R::select(known, change, R::splat(f64::NAN)),
+                    );
                 }
             },
         );
@@ -194,8 +197,8 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             let known = pass.parameters.lane(lane_index);
             let observed = output.observed >> lane_index & 1 == 1;
             let mut row = Row::new(trial, index);
-            for (&figure, lanes) in Figure::ALL.iter().zip(&output.figures) {
-                row[figure] = lanes[lane_index];
+            for (&measure, lanes) in Measure::ALL.iter().zip(&output.values) {
+                row[measure] = lanes[lane_index];
             }
             row.failure = pass.failures[lane_index];
             if pass.state.lane(lane_index) && plan.wanted_states && !observed {
@@ -209,7 +212,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
                 row.unstable = Some(pass.unstable.lane(lane_index));
                 if plan.wanted_radius {
                     let a: [f64; N] = lane(&pass.a, lane_index);
-                    row[Figure::SpectralRadius] = self.poles.spectral_radius(&a[..n]);
+                    row[Measure::SpectralRadius] = self.poles.spectral_radius(&a[..n]);
                 }
             }
             to.rows.push(row);

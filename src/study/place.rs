@@ -1,7 +1,7 @@
 //! Which settings tell cells apart, and where a cell is, in words.
 
 use super::file::Key;
-use super::row::Figure;
+use super::row::Measure;
 use super::summary::CellSummary;
 use std::collections::{BTreeMap, HashSet};
 
@@ -187,30 +187,30 @@ pub fn axis_label(key: Key) -> String {
 }
 
 /// A figure's name as texts show it.
-pub fn figure_name(figure: Figure) -> String {
-    match figure {
-        Figure::ExMax => "max e_x".to_owned(),
-        Figure::ExRms => "rms e_x".to_owned(),
-        Figure::ExMaxPrinted => "max e_x as printed".to_owned(),
-        Figure::ExRmsPrinted => "rms e_x as printed".to_owned(),
-        Figure::FreshFit => "FIT".to_owned(),
-        Figure::SpectralRadius => "spectral radius".to_owned(),
-        Figure::Condition => "condition number".to_owned(),
-        Figure::RmsState => "rms of the state's error".to_owned(),
-        Figure::RmsState1 => "rms error of x_1".to_owned(),
-        Figure::RmsState2 => "rms error of x_2".to_owned(),
-        Figure::ThetaRms => "rms e_theta".to_owned(),
-        Figure::Reaching => "time to come within 10 %, s".to_owned(),
-        Figure::Settling => "time to stay within 10 %, s".to_owned(),
-        Figure::Frozen => "frozen from, s".to_owned(),
-        Figure::MixedDisturbance => "largest |dbar|".to_owned(),
-        Figure::StepError => "error by step halving".to_owned(),
-        Figure::StepOrder => "order of the integration".to_owned(),
-        _ => figure.name().replace("_as_printed", " as printed"),
+pub fn measure_name(measure: Measure) -> String {
+    match measure {
+        Measure::ExMax => "max e_x".to_owned(),
+        Measure::ExRms => "rms e_x".to_owned(),
+        Measure::ExMaxPrinted => "max e_x as printed".to_owned(),
+        Measure::ExRmsPrinted => "rms e_x as printed".to_owned(),
+        Measure::FreshFit => "FIT".to_owned(),
+        Measure::SpectralRadius => "spectral radius".to_owned(),
+        Measure::Condition => "condition number".to_owned(),
+        Measure::RmsState => "rms of the state's error".to_owned(),
+        Measure::RmsState1 => "rms error of x_1".to_owned(),
+        Measure::RmsState2 => "rms error of x_2".to_owned(),
+        Measure::ThetaRms => "rms e_theta".to_owned(),
+        Measure::Reaching => "time to come within 10 %, s".to_owned(),
+        Measure::Settling => "time to stay within 10 %, s".to_owned(),
+        Measure::Frozen => "frozen from, s".to_owned(),
+        Measure::MixedDisturbance => "largest |dbar|".to_owned(),
+        Measure::StepError => "error by step halving".to_owned(),
+        Measure::StepOrder => "order of the integration".to_owned(),
+        _ => measure.name().replace("_as_printed", " as printed"),
     }
 }
 
-/// Whether a smaller value of the figure is the better one.
-pub fn is_error(figure: Figure) -> bool {
-    figure.name().starts_with("e_") || figure.name().starts_with("rms_")
+/// Whether a smaller value of the measure is the better one.
+pub fn is_error(measure: Measure) -> bool {
+    measure.name().starts_with("e_") || measure.name().starts_with("rms_")
 }

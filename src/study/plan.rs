@@ -2,7 +2,7 @@
 
 use super::file::ExperimentFile;
 use super::pack::{Pack, PackTrial};
-use super::{Cell, Experiment, Figure, ObserverStart, ScoredFrom};
+use super::{Cell, Experiment, Measure, ObserverStart, ScoredFrom};
 use crate::data::{Process, Truth};
 use crate::estimator::{
     Drive, InstrumentSource, IvOptions, MethodOptions, Solver, Stabilise, Stage10,
@@ -28,7 +28,7 @@ pub(super) struct PlannedMethod<'e> {
 ///
 /// Covered are open loops with one plant for all trials, of an order up to [`LARGEST_ORDER`] that is also the
 /// estimator's; inputs without measurement noise; least squares and IV by the partitioned inverse, stage 10 corrected,
-/// with every reading of E4 and E11, every gain, and all figures but responses to fresh data.
+/// with every reading of E4 and E11, every gain, and all measures but responses to fresh data.
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 pub struct Plan<'e> {
     pub(super) cell: &'e Cell,
@@ -49,10 +49,10 @@ impl<'e> Plan<'e> {
     /// # Errors
     /// What is not covered, in words.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, String> {
-        use Figure as F;
+        use Measure as F;
         let (process, (plant, noise, variances)) = covered(experiment, cell)?;
         let file = &experiment.file;
-        let any = |figures: &[F]| asks_for(file, figures);
+        let any = |measures: &[F]| asks_for(file, measures);
         let methods = experiment.methods.iter().filter_map(|method| {
             Some(PlannedMethod {
                 options: iv_options(method.options()?)?,
@@ -109,13 +109,13 @@ impl<'e> Call for Plan<'e> {
     }
 }
 
-/// Whether a measure or a bound is of one of the figures.
-fn asks_for(file: &ExperimentFile, figures: &[Figure]) -> bool {
+/// Whether a measure or a bound is of one of the measures.
+fn asks_for(file: &ExperimentFile, measures: &[Measure]) -> bool {
     let measured = file.measures.iter();
-    let bounded = file.bounds.iter().map(|bound| &bound.figure);
+    let bounded = file.bounds.iter().map(|bound| &bound.measure);
     measured
         .chain(bounded)
-        .any(|figure| figures.contains(figure))
+        .any(|measure| measures.contains(measure))
 }
 
 /// Least squares as IV without iterations; `None` for what lanes do not cover.
@@ -161,12 +161,12 @@ pub(super) fn covered<'e>(
     if cell.horizon > LONGEST_HORIZON {
         return Err(format!("records of more than {LONGEST_HORIZON} samples"));
     }
-    let responses = [Figure::ImpulseResponse, Figure::FreshFit];
+    let responses = [Measure::ImpulseResponse, Measure::FreshFit];
     if asks_for(&experiment.file, &responses) {
         return Err("responses to fresh data".to_owned());
     }
-    if asks_for(&experiment.file, &[Figure::RmsState]) {
-        return Err("the figure rms_x".to_owned());
+    if asks_for(&experiment.file, &[Measure::RmsState]) {
+        return Err("the measure rms_x".to_owned());
     }
     for method in &experiment.methods {
         if method.observer().is_some() {

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use std::ops::{Index, IndexMut};
 
 named_enum! {
-    /// A figure of a row. NaN, stored as null, where it is undefined.
-    Figure, "figure" {
+    /// A measure of a row. NaN, stored as null, where it is undefined.
+    Measure, "measure" {
         /// Relative error of a.
         Ea = "e_a",
         /// Relative error of b.
@@ -44,7 +44,7 @@ named_enum! {
         Change = "change",
         /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`, in the states' units, over the same k as e_x; in continuous time over the scored time. Its root mean square
         /// over trials is that of the state's error over trials and samples, and the ratio of two outputs' (RMSE ratio of
-        /// a comparison) that of the two observers: the figure in which no observer of the same information is better
+        /// a comparison) that of the two observers: the measure in which no observer of the same information is better
         /// than the Kalman filter.
         RmsState = "rms_x",
         /// Continuous time: of x_1 - xhat_1.
@@ -77,8 +77,8 @@ named_enum! {
     }
 }
 
-impl Figure {
-    /// Whether the figure is of the state's error, over the samples that are scored.
+impl Measure {
+    /// Whether the measure is of the state's error, over the samples that are scored.
     pub(super) fn is_of_state(self) -> bool {
         let relative = [
             Self::ExMax,
@@ -89,7 +89,7 @@ impl Figure {
         self == Self::RmsState || relative.contains(&self)
     }
 
-    /// Whether a study in continuous time, or in discrete time, has the figure.
+    /// Whether a study in continuous time, or in discrete time, has the measure.
     pub fn is_of(self, continuous: bool) -> bool {
         self == Self::RmsState || (self > Self::RmsState) == continuous
     }
@@ -106,18 +106,18 @@ pub struct Row {
     pub failure: Option<Failure>,
     /// Whether A-hat has a pole on or outside the unit circle; `None` where there is no A-hat.
     pub unstable: Option<bool>,
-    figures: [f64; Figure::ALL.len()],
+    values: [f64; Measure::ALL.len()],
 }
 
 impl Row {
-    /// A row without figures.
+    /// A row without values.
     pub fn new(trial: u64, output: usize) -> Self {
         Self {
             trial,
             output,
             failure: None,
             unstable: None,
-            figures: [f64::NAN; Figure::ALL.len()],
+            values: [f64::NAN; Measure::ALL.len()],
         }
     }
 
@@ -128,23 +128,23 @@ impl Row {
 
     /// Whether two rows are equal bit for bit.
     pub fn same_bits(&self, other: &Self) -> bool {
-        let bits = |row: &Self| row.figures.map(f64::to_bits);
+        let bits = |row: &Self| row.values.map(f64::to_bits);
         (self.trial, self.output, self.failure, self.unstable)
             == (other.trial, other.output, other.failure, other.unstable)
             && bits(self) == bits(other)
     }
 }
 
-impl Index<Figure> for Row {
+impl Index<Measure> for Row {
     type Output = f64;
 
-    fn index(&self, figure: Figure) -> &f64 {
-        &self.figures[figure as usize]
+    fn index(&self, measure: Measure) -> &f64 {
+        &self.values[measure as usize]
     }
 }
 
-impl IndexMut<Figure> for Row {
-    fn index_mut(&mut self, figure: Figure) -> &mut f64 {
-        &mut self.figures[figure as usize]
+impl IndexMut<Measure> for Row {
+    fn index_mut(&mut self, measure: Measure) -> &mut f64 {
+        &mut self.values[measure as usize]
     }
 }

@@ -2,7 +2,7 @@
 
 use super::experiment::ObserverStart;
 use super::observers::CellObserver;
-use super::row::{Figure, Row};
+use super::row::{Measure, Row};
 use super::{Cell, Experiment};
 use crate::data::{Process, Realisation, Truth};
 use crate::estimator::{Failure, FailureKind, Pass, Progress, SetupError, Stage};
@@ -11,7 +11,7 @@ use crate::observer::ObservedModel;
 use crate::plant::PoleFinder;
 use crate::signal::Input;
 
-/// Markov parameters over which [`Figure::ImpulseResponse`] is taken, and samples of [`Figure::FreshFit`].
+/// Markov parameters over which [`Measure::ImpulseResponse`] is taken, and samples of [`Measure::FreshFit`].
 const RESPONSE_SAMPLES: usize = 200;
 
 /// Measures passes of one cell, with buffers of its own.
@@ -47,9 +47,9 @@ impl Scorer {
         cell: &Cell,
         process: &Process,
     ) -> Result<Self, SetupError> {
-        use Figure as F;
+        use Measure as F;
         let measures = &experiment.file.measures;
-        let any = |figures: &[Figure]| figures.iter().any(|figure| measures.contains(figure));
+        let any = |values: &[Measure]| values.iter().any(|measure| measures.contains(measure));
         // States of another order cannot be compared.
         let comparable = process.order() == cell.order;
         let methods = experiment.methods.iter();
@@ -107,27 +107,27 @@ impl Scorer {
     ) {
         row.failure = pass.failure;
         let truth = &record.truth;
-        row[Figure::Condition] = pass.condition;
+        row[Measure::Condition] = pass.condition;
         self.curve.fill(f64::NAN);
         if pass.progress < Progress::Parameters {
             return;
         }
         row.unstable = Some(pass.unstable);
         if self.wanted.radius {
-            row[Figure::SpectralRadius] = self.poles.spectral_radius(&pass.a);
+            row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a);
         }
         if self.wanted.response {
             let Pass { a, b, .. } = pass;
-            row[Figure::ImpulseResponse] = self.response.impulse_response_error(System { a, b });
-            row[Figure::FreshFit] = self.response.fresh_fit(System { a, b });
+            row[Measure::ImpulseResponse] = self.response.impulse_response_error(System { a, b });
+            row[Measure::FreshFit] = self.response.fresh_fit(System { a, b });
         }
         if truth.a.len() != pass.a.len() {
             return;
         }
         for (truth, found, relative, printed) in [
-            (&truth.a, &pass.a, Figure::Ea, Figure::EaPrinted),
-            (&truth.b, &pass.b, Figure::Eb, Figure::EbPrinted),
-            (&truth.h, &pass.h, Figure::Eh, Figure::EhPrinted),
+            (&truth.a, &pass.a, Measure::Ea, Measure::EaPrinted),
+            (&truth.b, &pass.b, Measure::Eb, Measure::EbPrinted),
+            (&truth.h, &pass.h, Measure::Eh, Measure::EhPrinted),
         ] {
             row[relative] = relative_error(truth, found);
             row[printed] = relative_error_as_printed(truth, found);
@@ -135,8 +135,8 @@ impl Scorer {
         let Some(mut model) = pass.observed() else {
             return;
         };
-        row[Figure::Ex0] = relative_error(&truth.x0, model.x0);
-        row[Figure::Ex0Printed] = relative_error_as_printed(&truth.x0, model.x0);
+        row[Measure::Ex0] = relative_error(&truth.x0, model.x0);
+        row[Measure::Ex0Printed] = relative_error_as_printed(&truth.x0, model.x0);
         if !self.wanted.states {
             return;
         }
@@ -184,21 +184,21 @@ impl Scorer {
                 }
             },
         )?;
-        let figures = [
-            (Figure::ExMax, errors.maximum()),
-            (Figure::ExRms, errors.rms()),
-            (Figure::ExMaxPrinted, errors.maximum_as_printed()),
-            (Figure::ExRmsPrinted, errors.rms_as_printed()),
+        let values = [
+            (Measure::ExMax, errors.maximum()),
+            (Measure::ExRms, errors.rms()),
+            (Measure::ExMaxPrinted, errors.maximum_as_printed()),
+            (Measure::ExRmsPrinted, errors.rms_as_printed()),
         ];
         let absolute = Some(errors.absolute_rms()).filter(|_| self.wanted.absolute);
-        let figures = figures
+        let values = values
             .into_iter()
-            .chain(absolute.map(|rms| (Figure::RmsState, rms)));
-        if figures.clone().any(|(_, value)| value.is_infinite()) {
+            .chain(absolute.map(|rms| (Measure::RmsState, rms)));
+        if values.clone().any(|(_, value)| value.is_infinite()) {
             return Err(FailureKind::NonFinite);
         }
-        for (figure, value) in figures {
-            row[figure] = value;
+        for (measure, value) in values {
+            row[measure] = value;
         }
         Ok(())
     }

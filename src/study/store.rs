@@ -15,7 +15,7 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-/// Rows in a row group, at least; groups end with a trial. No figure depends on it.
+/// Rows in a row group, at least; groups end with a trial. No measure depends on it.
 const GROUP_ROWS: usize = 1 << 16;
 
 /// Why trials could not be written or read.
@@ -169,8 +169,8 @@ fn frame(
         }),
         column(rows, "unstable", |row| row.1.unstable),
     ]);
-    for &figure in &experiment.file.measures {
-        columns.push(column(rows, figure.name(), |row| defined(row.1[figure])));
+    for &measure in &experiment.file.measures {
+        columns.push(column(rows, measure.name(), |row| defined(row.1[measure])));
     }
     DataFrame::new(rows.len(), columns)
 }
@@ -239,7 +239,7 @@ fn defined(x: f64) -> Option<f64> {
     Some(x).filter(|x| !x.is_nan())
 }
 
-/// Writes the summary as a table to a new file: a row for every cell, output and figure.
+/// Writes the summary as a table to a new file: a row for every cell, output and measure.
 ///
 /// # Errors
 /// If the file cannot be written.
@@ -273,7 +273,7 @@ fn group_cells(summary: &Summary) -> usize {
     let rows = |cell: &CellSummary| -> usize {
         let outputs = cell.outputs.iter();
         outputs
-            .map(|of| of.figures.len() + of.parameters.len())
+            .map(|of| of.measures.len() + of.parameters.len())
             .sum()
     };
     let most = summary.cells.iter().map(rows).max().unwrap_or(0);
@@ -288,16 +288,16 @@ fn summary_frame(
     let mut rows: Vec<SummaryRow<'_>> = Vec::new();
     for cell in cells {
         for output in &cell.outputs {
-            let figures = output
-                .figures
+            let measures = output
+                .measures
                 .iter()
-                .map(|(figure, of)| (figure.to_string(), of));
+                .map(|(measure, of)| (measure.to_string(), of));
             let parameters = output
                 .parameters
                 .iter()
                 .map(|(name, of)| (format!("error of {name}"), of));
             rows.extend(
-                figures
+                measures
                     .chain(parameters)
                     .map(|(name, of)| (cell.cell, output, name, of)),
             );

@@ -5,7 +5,7 @@ use super::continuous::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
 use super::file::{BoundTable, Key, Scalar, Settings, SlopeTable, TRIAL_LIMIT};
-use super::row::Figure;
+use super::row::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
 use crate::metric::{
@@ -31,7 +31,8 @@ pub struct OutputSummary {
     /// The share of trials with an unstable A-hat.
     pub unstable: Share,
     /// Statistics of every measure.
-    pub figures: BTreeMap<Figure, Statistics>,
+    #[serde(rename = "figures")]
+    pub measures: BTreeMap<Measure, Statistics>,
     /// Statistics of the signed errors of a_1 ... a_n, h_1 ... h_n: bias (mean), SD, RMSE.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<(String, Statistics)>,
@@ -42,7 +43,7 @@ impl OutputSummary {
         let Outcomes {
             trials, unstable, ..
         } = tally.outcomes;
-        let figures = experiment.file.measures.iter().copied();
+        let measures = experiment.file.measures.iter().copied();
         let name = |i: usize| {
             let (letter, i) = if i < order {
                 ('a', i)
@@ -58,7 +59,7 @@ impl OutputSummary {
             outcomes: tally.outcomes.clone(),
             failed: Share::new(tally.outcomes.failed(), trials),
             unstable: Share::new(unstable, trials),
-            figures: figures
+            measures: measures
                 .zip(tally.samples.iter().map(Sample::statistics))
                 .collect(),
             parameters: parameters
@@ -85,7 +86,8 @@ pub struct ComparisonSummary {
     /// The second's.
     pub second: String,
     /// Differences and ratios of every measure.
-    pub figures: BTreeMap<Figure, PairedStatistics>,
+    #[serde(rename = "figures")]
+    pub measures: BTreeMap<Measure, PairedStatistics>,
 }
 
 /// How one output fares with a bound.
@@ -184,7 +186,7 @@ impl CellSummary {
                 .map(|([first, second], pairs)| ComparisonSummary {
                     first: labels[*first].clone(),
                     second: labels[*second].clone(),
-                    figures: compared
+                    measures: compared
                         .clone()
                         .zip(pairs.iter().map(Paired::statistics))
                         .collect(),
@@ -215,14 +217,14 @@ impl CellSummary {
                 && of.unstable.count == of.outcomes.unstable
                 && [0, 2 * n].contains(&of.parameters.len())
                 && of
-                    .figures
+                    .measures
                     .values()
                     .chain(parameters)
                     .all(|of| of.are_of(trials))
         };
         let pair = |pair: &ComparisonSummary| {
             let known = labels.contains(&pair.first) && labels.contains(&pair.second);
-            known && pair.figures.values().all(|of| of.are_of(trials))
+            known && pair.measures.values().all(|of| of.are_of(trials))
         };
         let share = |of: &OutputShare| labels.contains(&of.output) && of.met.is_of(trials);
         let bound = |of: &BoundSummary| of.outputs.iter().all(share);

@@ -3,7 +3,7 @@
 use super::continuous::Traces;
 use super::curves::Curves;
 use super::experiment::Source;
-use super::row::{Figure, Row};
+use super::row::{Measure, Row};
 use super::{Cell, Experiment};
 use crate::estimator::FailureKind;
 use crate::metric::{JACKKNIFE_GROUPS, Paired, Sample};
@@ -115,32 +115,32 @@ impl CellTally {
         let trials = &*trials;
         let count = experiment.output_count();
         let rows = |output: usize| trials.rows.iter().skip(output).step_by(count);
-        let value = |output: usize, figure: Figure| rows(output).map(move |row| row[figure]);
+        let value = |output: usize, measure: Measure| rows(output).map(move |row| row[measure]);
         let measures = &experiment.file.measures;
         let outputs = (0..count).map(|output| OutputTally {
             outcomes: outcomes(rows(output)),
             samples: measures
                 .iter()
-                .map(|figure| Sample::of(value(output, *figure)))
+                .map(|measure| Sample::of(value(output, *measure)))
                 .collect(),
             parameters: parameters(trials, cell, output, count),
             met: met(experiment, cell, rows(output)),
         });
         let defined = |x: f64| Some(x).filter(|x| !x.is_nan());
-        let pair = |[first, second]: [usize; 2], figure: Figure| {
-            let pairs = value(first, figure).zip(value(second, figure));
+        let pair = |[first, second]: [usize; 2], measure: Measure| {
+            let pairs = value(first, measure).zip(value(second, measure));
             Paired::of(pairs.map(|(x, y)| (defined(x), defined(y))))
         };
         let pairs = experiment.compare.iter();
-        let pairs = pairs.map(|of| measures.iter().map(|figure| pair(*of, *figure)).collect());
-        let group = |output: usize, figure: Figure, group: usize| {
+        let pairs = pairs.map(|of| measures.iter().map(|measure| pair(*of, *measure)).collect());
+        let group = |output: usize, measure: Measure, group: usize| {
             let of_group = move |row: &&Row| row.trial as usize % JACKKNIFE_GROUPS == group;
-            Sample::of(rows(output).filter(of_group).map(move |row| row[figure]))
+            Sample::of(rows(output).filter(of_group).map(move |row| row[measure]))
         };
-        let groups_of = |figure: Figure| -> Vec<Vec<Sample>> {
+        let groups_of = |measure: Measure| -> Vec<Vec<Sample>> {
             let of_output = |output| {
                 (0..JACKKNIFE_GROUPS)
-                    .map(|g| group(output, figure, g))
+                    .map(|g| group(output, measure, g))
                     .collect()
             };
             (0..count).map(of_output).collect()
@@ -154,7 +154,7 @@ impl CellTally {
                 .file
                 .slopes
                 .iter()
-                .map(|slope| groups_of(slope.figure))
+                .map(|slope| groups_of(slope.measure))
                 .collect(),
             curves,
             traces,
@@ -306,7 +306,7 @@ fn met<'a>(experiment: &Experiment, cell: &Cell, rows: impl Iterator<Item = &'a 
     let mut counts = vec![0; bounds.len()];
     for row in rows {
         for (count, bound) in counts.iter_mut().zip(bounds) {
-            let met = bound.is_met(row[bound.figure], row[Figure::Condition]);
+            let met = bound.is_met(row[bound.measure], row[Measure::Condition]);
             *count += u64::from(asked(&bound.claim) && met);
         }
     }

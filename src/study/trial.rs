@@ -1,6 +1,6 @@
 //! One trial: draw a record, run every method on it, measure every pass.
 
-use super::row::{Figure, Row};
+use super::row::{Measure, Row};
 use super::score::{self, Scorer};
 use super::tally::Trials;
 use super::{Cell, Experiment};
@@ -108,7 +108,7 @@ impl<'e> Trial<'e> {
                 let pass = &passes[number];
                 let mut row = Row::new(trial, output);
                 if let Some(before) = number.checked_sub(1) {
-                    row[Figure::Change] = change(&passes[before], pass);
+                    row[Measure::Change] = change(&passes[before], pass);
                 }
                 let pass_number = self.outputs[output].pass;
                 self.scorer

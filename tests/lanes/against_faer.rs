@@ -3,7 +3,7 @@
 use super::{Case, cases, empty, small, tested};
 use asobench::data::PlantSource;
 use asobench::metric::Sample;
-use asobench::study::{CURVE_BIN_ERROR, Experiment, Figure, Plan, Row, Trial, Trials};
+use asobench::study::{CURVE_BIN_ERROR, Experiment, Measure, Plan, Row, Trial, Trials};
 
 fn by_faer(experiment: &Experiment, count: u64) -> Trials {
     let mut trial = Trial::new(experiment, &experiment.cells[0]).expect("a valid cell");
@@ -69,18 +69,18 @@ impl Pair<'_> {
 
 /// Figures that are undefined on one side only.
 fn undefined_differ(pair: &Pair<'_>) -> Vec<&'static str> {
-    let differs = |figure: &&Figure| pair.faer[**figure].is_nan() != pair.lanes[**figure].is_nan();
-    let differ = Figure::ALL.iter().filter(differs);
+    let differs = |figure: &&Measure| pair.faer[**figure].is_nan() != pair.lanes[**figure].is_nan();
+    let differ = Measure::ALL.iter().filter(differs);
     differ.map(|figure| figure.name()).collect()
 }
 
-const FIGURES: [Figure; 6] = [
-    Figure::Ea,
-    Figure::Eb,
-    Figure::Eh,
-    Figure::Ex0,
-    Figure::ExMax,
-    Figure::ExRms,
+const FIGURES: [Measure; 6] = [
+    Measure::Ea,
+    Measure::Eb,
+    Measure::Eh,
+    Measure::Ex0,
+    Measure::ExMax,
+    Measure::ExRms,
 ];
 
 fn compare(case: &Case, count: u64) -> Found {
@@ -149,8 +149,8 @@ impl Before {
     fn account(&mut self, pair: &Pair<'_>, window: usize) {
         for row in [pair.faer, pair.lanes] {
             // f64::max leaves NaN out.
-            self.condition = self.condition.max(row[Figure::Condition]);
-            let radius = row[Figure::SpectralRadius].max(1.0);
+            self.condition = self.condition.max(row[Measure::Condition]);
+            let radius = row[Measure::SpectralRadius].max(1.0);
             self.growth = self.growth.max(radius.powi(window as i32));
         }
     }
@@ -170,7 +170,7 @@ impl Found {
             // Rounding, grown by simulations of unstable models, has reached the estimates' size; or a pole lies on the
             // circle to rounding.
             let chaotic = before.wild && !(lost * before.growth < 1e-3);
-            let on_circle = |row: &Row| (row[Figure::SpectralRadius] - 1.0).abs() < 1e-6;
+            let on_circle = |row: &Row| (row[Measure::SpectralRadius] - 1.0).abs() < 1e-6;
             let flips = faer.failure == lanes.failure && on_circle(faer) && on_circle(lanes);
             if chaotic || flips || !(lost < 1.0) {
                 self.explained += 1;
@@ -184,8 +184,8 @@ impl Found {
                     before.condition,
                     before.growth,
                     before.difference,
-                    lanes[Figure::ExMax],
-                    faer[Figure::ExMax],
+                    lanes[Measure::ExMax],
+                    faer[Measure::ExMax],
                 ));
             }
             return;
@@ -336,7 +336,7 @@ fn distributions_are_those_of_faer() {
         let (faer, lanes) = (by_faer(&experiment, count), by_lanes(&experiment, count));
         let outputs = experiment.outputs().len();
         for output in 0..outputs {
-            let sample = |trials: &Trials, figure: Figure| {
+            let sample = |trials: &Trials, figure: Measure| {
                 let rows = trials.rows.iter().skip(output).step_by(outputs);
                 Sample::of(rows.map(|row| row[figure])).quantile(0.5)
             };

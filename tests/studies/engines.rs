@@ -24,10 +24,10 @@ b = [1.0, 0.5]
 estimator = "iv"
 iterations = 2
 [[slopes]]
-figure = "e_a"
+measure = "e_a"
 over = "window"
 [[bounds]]
-figure = "e_b"
+measure = "e_b"
 rounding = 100
 "#;
 

@@ -51,8 +51,8 @@ fn unknown_keys_have_line_column_and_the_nearest_name() {
             ["line 2, column 1", "'identfy'", "'identify'"],
         ),
         (
-            "[[slopes]]\nfigur = \"e_a\"",
-            ["line 2, column 1", "'figur'", "'figure'"],
+            "[[slopes]]\nmeasur = \"e_a\"",
+            ["line 2, column 1", "'measur'", "'measure'"],
         ),
         (
             "[[bounds]]\nbelo = 1",
@@ -466,43 +466,43 @@ fn comparisons_slopes_and_bounds() {
             ["compare", "'ls' with itself"],
         ),
         (
-            "[[slopes]]\nfigure = \"e_a\"\nover = \"eta\"",
+            "[[slopes]]\nmeasure = \"e_a\"\nover = \"eta\"",
             ["slopes.over", "no list"],
         ),
         (
-            "[[slopes]]\nfigure = \"e_g\"\nover = \"eta\"\n[settings]\neta = [1, 2]",
+            "[[slopes]]\nmeasure = \"e_g\"\nover = \"eta\"\n[settings]\neta = [1, 2]",
             ["slopes", "not among the measures"],
         ),
         (
-            "[[slopes]]\nfigure = \"e_a\"\nover = \"noise\"\n[settings]\nnoise = [\"ar\", \"white\"]",
+            "[[slopes]]\nmeasure = \"e_a\"\nover = \"noise\"\n[settings]\nnoise = [\"ar\", \"white\"]",
             ["slopes.over: 'noise'", "numbers above 0"],
         ),
         (
-            "[[slopes]]\nfigure = \"e_a\"\nover = \"eta\"\nfrom = 2\n[settings]\neta = [1, 2]",
+            "[[slopes]]\nmeasure = \"e_a\"\nover = \"eta\"\nfrom = 2\n[settings]\neta = [1, 2]",
             ["slopes.over: 'eta'", "at least two values"],
         ),
         (
-            "[[slopes]]\nfigure = \"e_a\"\nover = \"eta\"\nfrom = nan\n[settings]\neta = [1, 2]",
+            "[[slopes]]\nmeasure = \"e_a\"\nover = \"eta\"\nfrom = nan\n[settings]\neta = [1, 2]",
             ["slopes.over: 'eta'", "at least two values"],
         ),
         (
-            "[[slopes]]\nfigure = \"e_a\"\nover = \"eta\"\n[settings]\neta = [0, 1, 2]",
+            "[[slopes]]\nmeasure = \"e_a\"\nover = \"eta\"\n[settings]\neta = [0, 1, 2]",
             ["slopes.over: 'eta'", "above 0"],
         ),
         (
-            "[[bounds]]\nfigure = \"e_a\"",
+            "[[bounds]]\nmeasure = \"e_a\"",
             ["bounds", "either 'below' or 'rounding'"],
         ),
         (
-            "[[bounds]]\nfigure = \"e_a\"\nbelow = 1\nrounding = 2",
+            "[[bounds]]\nmeasure = \"e_a\"\nbelow = 1\nrounding = 2",
             ["bounds", "either 'below' or 'rounding'"],
         ),
         (
-            "[[bounds]]\nfigure = \"e_a\"\nbelow = nan",
+            "[[bounds]]\nmeasure = \"e_a\"\nbelow = nan",
             ["bounds", "finite"],
         ),
         (
-            "[[bounds]]\nfigure = \"e_g\"\nbelow = 1",
+            "[[bounds]]\nmeasure = \"e_g\"\nbelow = 1",
             ["bounds", "not among the measures"],
         ),
     ] {
@@ -534,7 +534,7 @@ fn numbers_of_trials() {
         ),
         (
             &format!("trials = {{ until = \"e_c\", {until}"),
-            ["line 1", "unknown figure 'e_c'"],
+            ["line 1", "unknown measure 'e_c'"],
         ),
         (
             &format!(

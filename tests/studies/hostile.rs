@@ -69,7 +69,7 @@ fn study() -> String {
          trials = 20\nmeasures = [\"e_a\"]\ncompare = [[\"x=1\", \"y=1\"], [\"+1\", \"-2+3\"]]\n\
          [settings]\nclaim = [{}]\nplant = \"=p;=q\"\nnoise = \"@n\"\nhorizon = 110\n\
          [plants.\"=p;=q\"]\na = [-0.7, 1.5]\nb = [1.0, 0.5]\n[noises.\"@n\"]\nnumerator = [1.0]\n\
-         {methods}[[bounds]]\nfigure = \"e_a\"\nlabel = \"=b\"\nbelow = 0.1\n",
+         {methods}[[bounds]]\nmeasure = \"e_a\"\nlabel = \"=b\"\nbelow = 0.1\n",
         claims.join(", ")
     )
 }
@@ -271,7 +271,7 @@ fn names_that_cannot_be_told_apart_are_refused() {
                 "feedbacks: '",
             ),
             (
-                format!("[[bounds]]\nfigure = \"e_a\"\nbelow = 1\nlabel = \"{name}\""),
+                format!("[[bounds]]\nmeasure = \"e_a\"\nbelow = 1\nlabel = \"{name}\""),
                 "bounds[0].label: '",
             ),
         ] {
@@ -349,11 +349,11 @@ fn words_and_lists_have_an_end() {
             ["compare: 1001 entries", "at most 1000"],
         ),
         (
-            many("[[slopes]]\nfigure = \"e_a\"\nover = \"eta\"\n"),
+            many("[[slopes]]\nmeasure = \"e_a\"\nover = \"eta\"\n"),
             ["slopes: 1001 entries", "at most 1000"],
         ),
         (
-            many("[[bounds]]\nfigure = \"e_a\"\nbelow = 1\n"),
+            many("[[bounds]]\nmeasure = \"e_a\"\nbelow = 1\n"),
             ["bounds: 1001 entries", "at most 1000"],
         ),
         (
@@ -453,7 +453,7 @@ fn a_replay_needs_one_cell() {
 fn numbers_are_short() {
     let place = Place::new();
     let text = "trials = 2\nmeasures = [\"e_a\"]\n[settings]\nx0 = [-1e300, 1e-300, 1]\nhorizon = 110\n\
-                [[bounds]]\nfigure = \"e_a\"\nbelow = 1e300\n";
+                [[bounds]]\nmeasure = \"e_a\"\nbelow = 1e300\n";
     place.write("large.toml", text.as_bytes());
     succeeds(&place.run(&["run", "large.toml", "--out", "out"]));
     succeeds(&place.run(&["report", "out"]));

@@ -56,15 +56,15 @@ estimator = "ls"
 solver = "svd"
 
 [[slopes]]
-figure = "e_a"
+measure = "e_a"
 over = "window"
 
 [[bounds]]
-figure = "e_a"
+measure = "e_a"
 below = 0.1
 
 [[bounds]]
-figure = "e_b"
+measure = "e_b"
 rounding = 100
 "#;
 

@@ -21,7 +21,7 @@ fn what_means_nothing_is_refused() {
             ["exclude[0]", "no cell of the grid"],
         ),
         (
-            "[settings]\nclaim = [\"C2\", \"C3\"]\n[[bounds]]\nclaim = \"C4\"\nfigure = \"e_a\"\nbelow = 1",
+            "[settings]\nclaim = [\"C2\", \"C3\"]\n[[bounds]]\nclaim = \"C4\"\nmeasure = \"e_a\"\nbelow = 1",
             ["bounds[0].claim", "the claim 'C4'"],
         ),
         (

@@ -8,10 +8,10 @@ use crate::study::{
 use asobench::estimator::FailureKind;
 use asobench::plant::StateSpace;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{CellSummary, CellTally, Experiment, Figure, SlopeStatistics, Summary};
+use asobench::study::{CellSummary, CellTally, Experiment, Measure, SlopeStatistics, Summary};
 use faer::Mat;
 
-const PARTS: [(Figure, usize); 3] = [(Figure::Ea, 0), (Figure::Eh, 1), (Figure::Eb, 2)];
+const PARTS: [(Measure, usize); 3] = [(Measure::Ea, 0), (Measure::Eh, 1), (Measure::Eb, 2)];
 
 /// C3's cell with a longer window: both estimators under the paper's own noise. 3000 trials.
 pub fn the_papers_experiment() -> Vec<Check> {
@@ -64,7 +64,7 @@ pub fn noise_levels() -> Vec<Check> {
         let theory = open("ar", eta);
         let covariance = theory.least_squares_covariance();
         let text = format!("ls RMSE of e_a, N = 5000, eta = {eta}");
-        let value = rmse(&found.figure(0, Figure::Ea));
+        let value = rmse(&found.figure(0, Measure::Ea));
         checks.push(check(
             "noise-level",
             text,
@@ -75,7 +75,7 @@ pub fn noise_levels() -> Vec<Check> {
     }
     let square = |i: usize| -> Vec<f64> {
         found[i]
-            .figure(0, Figure::Ea)
+            .figure(0, Measure::Ea)
             .iter()
             .map(|e| e * e)
             .collect()
@@ -96,12 +96,12 @@ pub fn noise_levels() -> Vec<Check> {
 
     const FEW: u64 = 4000;
     for (window, eta, figure, bound, half_digit) in [
-        (98, 2.8, Figure::Ea, 0.033, 0.05),
-        (218, 2.3, Figure::Ea, 0.017, 0.05),
-        (98, 4.5, Figure::Eb, 0.01, 0.05),
-        (218, 4.0, Figure::Eb, 0.0057, 0.5),
-        (98, 1.0, Figure::ExMax, 0.065, 0.05),
-        (218, 0.45, Figure::ExMax, 0.024, 0.005),
+        (98, 2.8, Measure::Ea, 0.033, 0.05),
+        (218, 2.3, Measure::Ea, 0.017, 0.05),
+        (98, 4.5, Measure::Eb, 0.01, 0.05),
+        (218, 4.0, Measure::Eb, 0.0057, 0.5),
+        (98, 1.0, Measure::ExMax, 0.065, 0.05),
+        (218, 0.45, Measure::ExMax, 0.024, 0.005),
     ] {
         let set = [
             format!("eta={eta}"),
@@ -167,7 +167,7 @@ pub fn windows() -> Vec<Check> {
         if noise == "ar" && slope.output != "iv(2)" || slope.output == "iv(4)" {
             let text = format!(
                 "{} slope of the {} of {}, {noise}",
-                slope.output, slope.of.statistic, slope.of.figure
+                slope.output, slope.of.statistic, slope.of.measure
             );
             let value = slope.slope.unwrap();
             checks.push(check(
@@ -188,7 +188,7 @@ pub fn windows() -> Vec<Check> {
         &bias(&limit("white", 10.0, 0.0), &theory.theta),
     ));
     let covariance = theory.instruments_covariance();
-    for (figure, part) in [(Figure::Ea, 0), (Figure::Eb, 2)] {
+    for (figure, part) in [(Measure::Ea, 0), (Measure::Eb, 2)] {
         let values = found[5].figure(3, figure);
         let text = format!("iv(4) RMSE of {figure}, N = 10000, white");
         checks.push(check(
@@ -231,7 +231,7 @@ pub fn colours() -> Vec<Check> {
             &expect,
         ));
         let text = format!("iv(4) RMSE of e_a, N = 10000, {colour}");
-        let value = rmse(&found[1].figure(2, Figure::Ea));
+        let value = rmse(&found[1].figure(2, Measure::Ea));
         checks.push(check(
             "noise-colour",
             text,
@@ -254,8 +254,8 @@ pub fn convergence() -> Vec<Check> {
     let found = [run(&experiment, 0, TRIALS), run(&experiment, 1, TRIALS)];
     let theory = open("white", 10.0);
     let errors = extrapolate(&found[0].errors(1), &found[1].errors(1));
-    let value = rmse(&found[1].figure(1, Figure::Ea));
-    let least_squares = mean(&found[1].figure(0, Figure::Ea));
+    let value = rmse(&found[1].figure(1, Measure::Ea));
+    let least_squares = mean(&found[1].figure(0, Measure::Ea));
     vec![
         vector(
             "convergence",
@@ -306,7 +306,7 @@ pub fn errata() -> Vec<Check> {
     assert!(asobench::metric::relative_error(&truth, &of_limit) < 1e-9);
     let squares = |cell: usize| -> Vec<f64> {
         found[cell]
-            .figure(literal, Figure::Eb)
+            .figure(literal, Measure::Eb)
             .iter()
             .map(|e| e * e)
             .collect()
@@ -316,7 +316,7 @@ pub fn errata() -> Vec<Check> {
     let mixed = StateSpace::new(plant().a().to_vec(), of_limit).unwrap();
     let p = [&theory.theta[..6], &mixed.h()].concat();
     let errors = extrapolate(&found[0].errors(frozen), &found[1].errors(frozen));
-    let spread = rmse(&found[1].figure(frozen, Figure::Ea));
+    let spread = rmse(&found[1].figure(frozen, Measure::Ea));
     let rate = Theory::Value((9994.0_f64 / 4994.0).sqrt());
     vec![
         check(
@@ -371,7 +371,7 @@ pub fn orders() -> Vec<Check> {
             ],
         );
         let error = |cell: usize| -> Vec<Vec<f64>> {
-            let values = run(&experiment, cell, TRIALS).figure(0, Figure::ImpulseResponse);
+            let values = run(&experiment, cell, TRIALS).figure(0, Measure::ImpulseResponse);
             values.into_iter().map(|e| vec![e]).collect()
         };
         let found: Vec<f64> = extrapolate(&error(0), &error(1)).concat();

@@ -2,7 +2,7 @@
 
 use crate::cells::check;
 use crate::study::{Check, Found, Theory, cut, median, run};
-use asobench::study::Figure;
+use asobench::study::Measure;
 
 const TRIALS: u64 = 8000;
 
@@ -64,12 +64,12 @@ pub fn printed_shares() -> Vec<Check> {
             values.iter().filter(|e| **e < bound).count() as f64 / TRIALS as f64
         };
         let figures = [
-            (Figure::Ea, &dead_beat),
-            (Figure::Eb, &dead_beat),
-            (Figure::ExMax, &none),
+            (Measure::Ea, &dead_beat),
+            (Measure::Eb, &dead_beat),
+            (Measure::ExMax, &none),
         ];
         for ((figure, found), (bound, share, digit)) in figures.into_iter().zip(of) {
-            let gain = if figure == Figure::ExMax {
+            let gain = if figure == Measure::ExMax {
                 ", no feedback"
             } else {
                 ""
@@ -78,7 +78,7 @@ pub fn printed_shares() -> Vec<Check> {
             // The standard errors of both are those of the printed share.
             let error = (share * (1.0 - share) / TRIALS as f64).sqrt();
             let value = (met(found, figure, bound), error);
-            let theory = if (claim, figure) == ("C3", Figure::ExMax) {
+            let theory = if (claim, figure) == ("C3", Measure::ExMax) {
                 // The specification prints one share for both windows. It is that of C2: here 56 of 40,000 met it,
                 // and in C3 1 of 40,000.
                 Theory::AtMost(share)
@@ -87,7 +87,7 @@ pub fn printed_shares() -> Vec<Check> {
             };
             checks.push(check("c2-c3", text, TRIALS, value, theory));
         }
-        let value = (met(&dead_beat, Figure::ExMax, of[2].0), 0.0);
+        let value = (met(&dead_beat, Measure::ExMax, of[2].0), 0.0);
         // None of 20,000: below 3/20,000 with 95 % confidence; two of our 8000 would still be no contradiction.
         checks.push(check(
             "c2-c3",
@@ -114,10 +114,10 @@ pub fn printed_medians() -> Vec<Check> {
     );
     let found = run(&experiment, 0, TRIALS);
     for (output, label, figure, theory, digit) in [
-        (0, "ls", Figure::Ea, 0.0879, 0.00005),
-        (1, "iv(4)", Figure::Ea, 0.119, 0.0005),
-        (1, "iv(4)", Figure::Eb, 0.0222, 0.00005),
-        (1, "iv(4)", Figure::ExMax, 0.645, 0.0005),
+        (0, "ls", Measure::Ea, 0.0879, 0.00005),
+        (1, "iv(4)", Measure::Ea, 0.119, 0.0005),
+        (1, "iv(4)", Measure::Eb, 0.0222, 0.00005),
+        (1, "iv(4)", Measure::ExMax, 0.645, 0.0005),
     ] {
         let value = median(found.figure(output, figure));
         let text = format!("{label} median of {figure}, N = 98");

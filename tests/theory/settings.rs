@@ -9,7 +9,7 @@ use crate::study::{
 };
 use asobench::estimator::Output;
 use asobench::observer::Gain;
-use asobench::study::{Figure, Row};
+use asobench::study::{Measure, Row};
 
 /// C6: a backward stable solver's error is within a small multiple of eps times its condition number; that of `dual`,
 /// which is regularised by 2^-26, of 2^-26 times the condition number of `Z'Phi` (here of `lu`). 10 trials in each of 22
@@ -33,13 +33,13 @@ pub fn solvers() -> Vec<Check> {
         for trial in rows.chunks_exact(labels.len()) {
             for row in trial.iter().filter(|row| row.failure.is_none()) {
                 let unit = match square_of[row.output] {
-                    None => f64::EPSILON * row[Figure::Condition],
-                    Some(square) => f64::EPSILON.sqrt() * trial[square][Figure::Condition],
+                    None => f64::EPSILON * row[Measure::Condition],
+                    Some(square) => f64::EPSILON.sqrt() * trial[square][Measure::Condition],
                 };
                 // f64::max leaves NaN out: the condition number of an `lu` that failed.
                 largest[row.output] = largest[row.output]
-                    .max(row[Figure::Ea] / unit)
-                    .max(row[Figure::Eh] / unit);
+                    .max(row[Measure::Ea] / unit)
+                    .max(row[Measure::Eh] / unit);
             }
         }
     }
@@ -100,7 +100,7 @@ pub fn initial_states() -> Vec<Check> {
     ));
     for (figure, text) in [(2, "estimated"), (4, "zero")] {
         let theory = open("white", 10.0);
-        let value = rmse(&found[1].figure(figure, Figure::Ea));
+        let value = rmse(&found[1].figure(figure, Measure::Ea));
         let text = format!("x0 = 0, {text}: iv(4) RMSE of e_a, N = 20000, white");
         checks.push(check(
             "initial-state",
@@ -123,7 +123,7 @@ pub fn initial_states() -> Vec<Check> {
                 "measures=[\"e_x0\"]",
             ],
         );
-        let value = rmse(&run(&experiment, 0, MORE).figure(2, Figure::Ex0));
+        let value = rmse(&run(&experiment, 0, MORE).figure(2, Measure::Ex0));
         let square = open(noise, 10.0).initial_state_error(&plant()) / 6.0;
         let text = format!("iv(4) RMSE of e_x0, N = 10000, {noise}");
         checks.push(check(
@@ -274,7 +274,7 @@ pub fn observers() -> Vec<Check> {
                 &[&[set[0].as_str(), &set[1]], &rest[..]].concat(),
             );
             let squares = |cell: usize| -> Vec<Vec<f64>> {
-                let values = run(&experiment, cell, TRIALS).figure(1, Figure::ExRms);
+                let values = run(&experiment, cell, TRIALS).figure(1, Measure::ExRms);
                 values.into_iter().map(|e| vec![e * e]).collect()
             };
             let (found, error) = mean(&extrapolate(&squares(0), &squares(1)).concat());

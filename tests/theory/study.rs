@@ -2,7 +2,7 @@
 
 use asobench::metric::quantile;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{Experiment, Figure, Trials, Worker};
+use asobench::study::{Experiment, Measure, Trials, Worker};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -53,7 +53,7 @@ pub fn run(experiment: &Experiment, cell: usize, trials: u64) -> Found {
 }
 
 impl Found {
-    pub fn figure(&self, output: usize, figure: Figure) -> Vec<f64> {
+    pub fn figure(&self, output: usize, figure: Measure) -> Vec<f64> {
         self.trials
             .iter()
             .map(|trial| trial.rows[output][figure])

@@ -6,7 +6,7 @@ mod words;
 use super::statistics::{Members, Results};
 use crate::metric::{Estimate, Paired, Quantile, Sample, Share, Statistics};
 use crate::study::file::{ClaimTest, Key, Scalar, TestTable};
-use crate::study::{CellSummary, ComparisonSummary, Figure, Outcomes, OutputSummary, Summary};
+use crate::study::{CellSummary, ComparisonSummary, Measure, Outcomes, OutputSummary, Summary};
 use std::collections::BTreeMap;
 
 /// The test of a line of TOML.
@@ -26,7 +26,7 @@ fn output(label: &str, trials: u64) -> OutputSummary {
         },
         failed: Share::new(0, trials),
         unstable: Share::new(0, trials),
-        figures: BTreeMap::from([(Figure::Ea, ones(trials))]),
+        measures: BTreeMap::from([(Measure::Ea, ones(trials))]),
         parameters: Vec::new(),
     }
 }
@@ -58,7 +58,7 @@ fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
         comparisons: vec![ComparisonSummary {
             first: "new".to_owned(),
             second: "old".to_owned(),
-            figures: BTreeMap::from([(Figure::Ea, pair)]),
+            measures: BTreeMap::from([(Measure::Ea, pair)]),
         }],
         bounds: Vec::new(),
         curves: None,
@@ -83,6 +83,6 @@ fn summary(cells: Vec<CellSummary>) -> Summary {
 
 impl CellSummary {
     fn e_a(&mut self) -> &mut Statistics {
-        self.outputs[0].figures.get_mut(&Figure::Ea).unwrap()
+        self.outputs[0].measures.get_mut(&Measure::Ea).unwrap()
     }
 }

@@ -93,7 +93,7 @@ impl Law for Ratio {
     fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
         let (value, mcse) = mean(z);
         let ratio = truth * value.exp();
-        let pair = cell.comparisons[0].figures.get_mut(&Figure::Ea).unwrap();
+        let pair = cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap();
         pair.rmse_ratio = Estimate {
             value: ratio,
             mcse: ratio * mcse,

@@ -16,7 +16,7 @@ fn three(ratios: [f64; 3], failures: [u64; 3]) -> Summary {
         cells
             .map(|(index, (ratio, failures))| {
                 let mut cell = cell(index, 10.0 * (index + 1) as f64, 1000);
-                let pair = cell.comparisons[0].figures.get_mut(&Figure::Ea).unwrap();
+                let pair = cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap();
                 pair.rmse_ratio = Estimate {
                     value: ratio,
                     mcse: ratio / 100.0,
@@ -186,7 +186,7 @@ fn populations_are_named() {
             }],
             verdict: crate::metric::Verdict::Typical,
         });
-        let pair = cell.comparisons[0].figures.get_mut(&Figure::Ea).unwrap();
+        let pair = cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap();
         pair.share_smaller = Share::new(300, 900);
         cell.e_a().count = 800;
         cell.e_a().mean = Estimate {

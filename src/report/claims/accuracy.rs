@@ -6,25 +6,25 @@ use super::{Finding, Number, Studies, count_of, listed};
 use crate::metric::{Quantile, Share, Verdict as Typical, verdict};
 use crate::report::html::Verdict;
 use crate::report::number::uncertain;
-use crate::report::results::{Study, figure_name, is_default, median, shown, words};
+use crate::report::results::{Study, is_default, measure_name, median, shown, words};
 use crate::report::table::share;
 use crate::study::file::Key;
-use crate::study::{CellSummary, Figure};
+use crate::study::{CellSummary, Measure};
 
 /// The share of the last output that meets each bound, as "e_a < 0.033".
 struct Met {
     name: String,
-    figure: Figure,
+    measure: Measure,
     share: Share,
 }
 
 fn met(cell: &CellSummary, output: &str) -> Vec<Met> {
     let of = cell.bounds.iter().filter_map(|bound| {
         let found = bound.outputs.iter().find(|share| share.output == output)?;
-        let figure = bound.bound.figure;
+        let measure = bound.bound.measure;
         Some(Met {
-            name: format!("{} {}", figure_name(figure), bound.bound.text()),
-            figure,
+            name: format!("{} {}", measure_name(measure), bound.bound.text()),
+            measure,
             share: found.met,
         })
     });
@@ -88,7 +88,7 @@ pub(super) fn bounds(studies: Studies<'_>, id: &str) -> Finding {
         .part("noise-level", &levels(studies, cell))
 }
 
-const RELATIVE: [Figure; 3] = [Figure::Ea, Figure::Eb, Figure::ExMax];
+const RELATIVE: [Measure; 3] = [Measure::Ea, Measure::Eb, Measure::ExMax];
 
 /// What the best combination of readings reaches, and whether one makes all bounds typical.
 fn readings(studies: Studies<'_>, id: &str) -> Option<(String, bool, Vec<Number>)> {
@@ -102,7 +102,7 @@ fn readings(studies: Studies<'_>, id: &str) -> Option<(String, bool, Vec<Number>
             let label = output.label();
             let (plain, printed): (Vec<Met>, Vec<Met>) = met(cell, &label)
                 .into_iter()
-                .partition(|of| RELATIVE.contains(&of.figure));
+                .partition(|of| RELATIVE.contains(&of.measure));
             for group in [plain, printed]
                 .into_iter()
                 .filter(|group| !group.is_empty())
@@ -128,7 +128,7 @@ fn readings(studies: Studies<'_>, id: &str) -> Option<(String, bool, Vec<Number>
         |(of, name): &(Met, String)| format!("{} in {} with {name}", of.name, share(of.share));
     let (relative, printed): (Vec<_>, Vec<_>) = best
         .iter()
-        .partition(|(of, _)| RELATIVE.contains(&of.figure));
+        .partition(|(of, _)| RELATIVE.contains(&of.measure));
     let largest: Vec<String> = [relative.first(), printed.first()]
         .into_iter()
         .flatten()
@@ -159,7 +159,10 @@ fn readings(studies: Studies<'_>, id: &str) -> Option<(String, bool, Vec<Number>
 }
 
 fn improve(best: &mut Vec<(Met, String)>, of: Met, name: &str) {
-    match best.iter_mut().find(|(known, _)| known.figure == of.figure) {
+    match best
+        .iter_mut()
+        .find(|(known, _)| known.measure == of.measure)
+    {
         Some(known) if known.0.share.share < of.share.share => *known = (of, name.to_owned()),
         Some(_) => {}
         None => best.push((of, name.to_owned())),
@@ -192,15 +195,15 @@ fn levels(studies: Studies<'_>, of: &CellSummary) -> String {
     let bounds = of
         .bounds
         .iter()
-        .filter(|bound| RELATIVE.contains(&bound.bound.figure));
+        .filter(|bound| RELATIVE.contains(&bound.bound.measure));
     let texts: Vec<String> = bounds
         .filter_map(|bound| {
-            let (figure, limit) = (bound.bound.figure, bound.bound.below?);
-            let level = crossing(&cells, &output, figure, limit)?;
+            let (measure, limit) = (bound.bound.measure, bound.bound.below?);
+            let level = crossing(&cells, &output, measure, limit)?;
             Some(format!(
                 "{} % ({})",
                 uncertain(level.value, level.mcse),
-                figure_name(figure)
+                measure_name(measure)
             ))
         })
         .collect();
@@ -218,12 +221,12 @@ fn levels(studies: Studies<'_>, of: &CellSummary) -> String {
 pub(super) fn crossing(
     cells: &[&CellSummary],
     output: &str,
-    figure: Figure,
+    measure: Measure,
     limit: f64,
 ) -> Option<Quantile> {
     let mut points: Vec<(f64, Quantile)> = cells
         .iter()
-        .map(|cell| (cell.eta, median(cell, output, figure)))
+        .map(|cell| (cell.eta, median(cell, output, measure)))
         .collect();
     points.retain(|(eta, of)| *eta > 0.0 && of.value > 0.0);
     points.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -12,7 +12,7 @@ use crate::report::html::Verdict;
 use crate::report::number::uncertain;
 use crate::report::results::{Study, median, shown, words};
 use crate::study::file::Key;
-use crate::study::{CellSummary, Figure, OutputSummary};
+use crate::study::{CellSummary, Measure, OutputSummary};
 
 /// Standard errors, and standard deviations, beyond which a coefficient is biased.
 const ERRORS: f64 = 3.0;
@@ -209,7 +209,7 @@ fn lost(cells: &[&CellSummary]) -> String {
                 .collect();
             let medians = of
                 .iter()
-                .map(|cell| median(cell, "iv(4)", Figure::Ea).value);
+                .map(|cell| median(cell, "iv(4)", Measure::Ea).value);
             let (low, high) = medians
                 .filter(|x| x.is_finite())
                 .fold((f64::INFINITY, 0.0_f64), |(low, high), x| {

@@ -8,28 +8,28 @@ use super::{Finding, Ratio, Standing, Studies, count_of, listed, settle};
 use crate::estimator::IvOptions;
 use crate::report::html::Verdict;
 use crate::report::results::{
-    Study, apart, figure_name, is_default, median, place, statistics, words,
+    Study, apart, is_default, measure_name, median, place, statistics, words,
 };
 use crate::study::file::Key;
-use crate::study::{CellSummary, Figure, OutputSummary};
+use crate::study::{CellSummary, Measure, OutputSummary};
 
 /// Ratios under one reading.
 struct Cost {
     reading: String,
-    figure: Figure,
+    measure: Measure,
     place: String,
     ratio: Ratio,
 }
 
 impl Cost {
     fn case(&self) -> String {
-        format!("{}, {}", figure_name(self.figure), self.place)
+        format!("{}, {}", measure_name(self.measure), self.place)
             .trim_end_matches([',', ' '])
             .to_owned()
     }
 }
 
-const FIGURES: [Figure; 3] = [Figure::Ea, Figure::Eb, Figure::ExMax];
+const FIGURES: [Measure; 3] = [Measure::Ea, Measure::Eb, Measure::ExMax];
 
 /// What is asked of a reading.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -131,15 +131,15 @@ fn finding(study: &Study, costs: &[Cost], failing: &[String], asked: Asked, what
 
 /// The cases where a reading does as well: the figures with the cells in which they do.
 fn cases(held: &[&Cost]) -> String {
-    let mut cells: Vec<((&str, &str), Vec<Figure>)> = Vec::new();
+    let mut cells: Vec<((&str, &str), Vec<Measure>)> = Vec::new();
     for cost in held {
         let cell = (cost.reading.as_str(), cost.place.as_str());
         match cells.iter_mut().find(|(known, _)| *known == cell) {
-            Some((_, figures)) => figures.push(cost.figure),
-            None => cells.push((cell, vec![cost.figure])),
+            Some((_, figures)) => figures.push(cost.measure),
+            None => cells.push((cell, vec![cost.measure])),
         }
     }
-    let mut groups: Vec<(Vec<Figure>, Vec<String>)> = Vec::new();
+    let mut groups: Vec<(Vec<Measure>, Vec<String>)> = Vec::new();
     let several = held.iter().any(|cost| cost.reading != held[0].reading);
     for ((reading, place), figures) in cells {
         let place = if several {
@@ -152,8 +152,11 @@ fn cases(held: &[&Cost]) -> String {
             None => groups.push((figures, vec![place])),
         }
     }
-    let text = |(figures, places): &(Vec<Figure>, Vec<String>)| {
-        let names: Vec<String> = figures.iter().map(|figure| figure_name(*figure)).collect();
+    let text = |(figures, places): &(Vec<Measure>, Vec<String>)| {
+        let names: Vec<String> = figures
+            .iter()
+            .map(|measure| measure_name(*measure))
+            .collect();
         format!("{} ({})", listed(&names), places.join("; "))
     };
     let texts: Vec<String> = groups.iter().map(text).collect();
@@ -239,11 +242,14 @@ fn costs_of(study: &Study, cell: &CellSummary, key: Key, output: &str) -> Vec<Co
         .into_iter()
         .filter(|k| !READINGS.contains(k))
         .collect();
-    let cost = |figure: &Figure| {
-        let ratio = Ratio::of(median(cell, output, *figure), median(base, output, *figure))?;
+    let cost = |measure: &Measure| {
+        let ratio = Ratio::of(
+            median(cell, output, *measure),
+            median(base, output, *measure),
+        )?;
         Some(Cost {
             reading: words(key, &value),
-            figure: *figure,
+            measure: *measure,
             place: place(cell, &keys),
             ratio,
         })
@@ -316,7 +322,7 @@ fn failures(study: &Study, label: &str, reading: &str) -> Option<String> {
     })
 }
 
-/// How often stage 10 as printed gives a figure at all that is below 1.
+/// How often stage 10 as printed gives a measure at all that is below 1.
 fn useful(study: &Study, option: &str) -> String {
     let default = IvOptions::default();
     let mut least = f64::INFINITY;
@@ -330,7 +336,7 @@ fn useful(study: &Study, option: &str) -> String {
                 .any(|(key, _)| key == option)
         }) {
             let cells = study.summary.cells.iter();
-            let found = cells.filter_map(|cell| Some(statistics(cell, label, Figure::Ea)?.min));
+            let found = cells.filter_map(|cell| Some(statistics(cell, label, Measure::Ea)?.min));
             least = found.filter(|min| min.is_finite()).fold(least, f64::min);
         }
     }
@@ -370,14 +376,14 @@ fn against(study: &Study, label: &str, base: &str, reading: &str) -> Vec<Cost> {
             .comparisons
             .iter()
             .find(|pair| pair.first == label && pair.second == base);
-        for figure in FIGURES {
+        for measure in FIGURES {
             let paired =
-                pair.and_then(|pair| Ratio::paired(pair.figures.get(&figure)?.median_ratio));
+                pair.and_then(|pair| Ratio::paired(pair.measures.get(&measure)?.median_ratio));
             let ratio = paired
-                .or_else(|| Ratio::of(median(cell, label, figure), median(cell, base, figure)));
+                .or_else(|| Ratio::of(median(cell, label, measure), median(cell, base, measure)));
             costs.extend(ratio.map(|ratio| Cost {
                 reading: reading.to_owned(),
-                figure,
+                measure,
                 place: place(cell, &keys),
                 ratio,
             }));
@@ -419,10 +425,10 @@ fn five(study: &Study, label: &str) -> bool {
 
 /// E3: figures as printed against relative ones, of the same trials.
 pub(super) fn printed_errors(studies: Studies<'_>) -> Finding {
-    const PAIRS: [(Figure, Figure); 3] = [
-        (Figure::Ea, Figure::EaPrinted),
-        (Figure::Eb, Figure::EbPrinted),
-        (Figure::ExMax, Figure::ExMaxPrinted),
+    const PAIRS: [(Measure, Measure); 3] = [
+        (Measure::Ea, Measure::EaPrinted),
+        (Measure::Eb, Measure::EbPrinted),
+        (Measure::ExMax, Measure::ExMaxPrinted),
     ];
     let names = ["nikolov2023", "c2-c3"];
     let Some(study) = names.iter().find_map(|name| studies.named(name)) else {
@@ -456,7 +462,7 @@ pub(super) fn printed_errors(studies: Studies<'_>) -> Finding {
             );
             costs.extend(ratio.map(|ratio| Cost {
                 reading: "as printed".to_owned(),
-                figure: relative,
+                measure: relative,
                 place: place(cell, &[Key::Claim]),
                 ratio,
             }));
@@ -476,7 +482,7 @@ pub(super) fn printed_errors(studies: Studies<'_>) -> Finding {
 /// Where figures as printed are undefined, in per cent of the trials.
 fn undefined(study: &Study, output: &str) -> Vec<String> {
     let text = |cell: &CellSummary| {
-        let of = statistics(cell, output, Figure::ExMaxPrinted)?;
+        let of = statistics(cell, output, Measure::ExMaxPrinted)?;
         let share = 100.0 * of.undefined as f64 / (of.undefined + of.count).max(1) as f64;
         (of.undefined > 0 && cell.eta > 0.0 && !cell.claim.is_empty())
             .then(|| format!("{share:.1} % ({}, max e_x)", cell.claim))

@@ -5,7 +5,7 @@ use crate::metric::{Share, Z};
 use crate::report::number::uncertain;
 use crate::report::results::{Study, median, place, statistics};
 use crate::study::file::Key;
-use crate::study::{CellSummary, ComparisonSummary, Figure, OutputSummary};
+use crate::study::{CellSummary, ComparisonSummary, Measure, OutputSummary};
 
 const PROPOSED: &str = "proposed";
 
@@ -16,9 +16,9 @@ fn against<'a>(cell: &'a CellSummary, other: &str) -> Option<&'a ComparisonSumma
         .find(|pair| pair.first == PROPOSED && pair.second == other)
 }
 
-/// The median over the trials of a figure of the proposed estimator over that of another output.
-fn ratio(cell: &CellSummary, other: &str, figure: Figure) -> Option<Ratio> {
-    Ratio::paired(against(cell, other)?.figures.get(&figure)?.median_ratio)
+/// The median over the trials of a measure of the proposed estimator over that of another output.
+fn ratio(cell: &CellSummary, other: &str, measure: Measure) -> Option<Ratio> {
+    Ratio::paired(against(cell, other)?.measures.get(&measure)?.median_ratio)
 }
 
 /// How much less often the proposed estimator may come near theta and still do so as often: a share of the trials.
@@ -29,7 +29,9 @@ const LESS_OFTEN: f64 = 0.05;
 /// paired trials, by the normal approximation with half a trial added to each of the four counts (Agresti and Min
 /// 2005), so that a few trials that agree leave it open.
 fn as_fast(cell: &CellSummary) -> Says {
-    let of = against(cell, "gradient")?.figures.get(&Figure::Reaching)?;
+    let of = against(cell, "gradient")?
+        .measures
+        .get(&Measure::Reaching)?;
     let all = cell.trials as f64 + 2.0;
     let [first, second] = [of.only_first, of.only_second].map(|count| (count as f64 + 0.5) / all);
     let difference = first - second;
@@ -104,15 +106,15 @@ fn judge(
         .led_by(&condition(study, &holds, &fails))
 }
 
-/// Ratios of a figure over the cells, as numbers and as the range that they span.
-fn ratios(study: &Study, other: &str, figure: Figure) -> (Vec<Number>, String) {
+/// Ratios of a measure over the cells, as numbers and as the range that they span.
+fn ratios(study: &Study, other: &str, measure: Measure) -> (Vec<Number>, String) {
     let cells = study.summary.cells.iter();
     let mut found: Vec<(&CellSummary, Ratio)> = cells
-        .filter_map(|cell| Some((cell, ratio(cell, other, figure)?)))
+        .filter_map(|cell| Some((cell, ratio(cell, other, measure)?)))
         .collect();
     let name = |cell: &CellSummary| {
         format!(
-            "{figure}, proposed over {other}: {}",
+            "{measure}, proposed over {other}: {}",
             place(cell, &study.varying())
         )
     };
@@ -133,7 +135,7 @@ fn ratios(study: &Study, other: &str, figure: Figure) -> (Vec<Number>, String) {
 }
 
 /// What the paper's own example shows at its shortest step, where it was run.
-fn example(studies: Studies<'_>, figure: Figure, what: &str) -> String {
+fn example(studies: Studies<'_>, measure: Measure, what: &str) -> String {
     let step = |cell: &&CellSummary| cell.setting(Key::Step).parse().unwrap_or(f64::INFINITY);
     let study = studies.named("gpebo-figures");
     let cells = study.map_or(&[][..], |study| &study.summary.cells);
@@ -144,7 +146,7 @@ fn example(studies: Studies<'_>, figure: Figure, what: &str) -> String {
         return String::new();
     };
     let told = |label: &str| {
-        let value = statistics(cell, label, figure)?.mean.value;
+        let value = statistics(cell, label, measure)?.mean.value;
         value
             .is_finite()
             .then(|| format!("{label} {}", uncertain(value, f64::NAN)))
@@ -176,10 +178,10 @@ pub(super) fn parameters(studies: Studies<'_>) -> Finding {
     let Some(study) = studies.named("gpebo-noise") else {
         return Finding::not_run("gpebo-noise");
     };
-    let exact = |cell: &CellSummary| below(ratio(cell, "gradient", Figure::ThetaRms));
+    let exact = |cell: &CellSummary| below(ratio(cell, "gradient", Measure::ThetaRms));
     let told = tell(study, |cell| both(exact(cell), as_fast(cell)));
-    let (mut numbers, range) = ratios(study, "gradient", Figure::ThetaRms);
-    let (times, later) = ratios(study, "gradient", Figure::Reaching);
+    let (mut numbers, range) = ratios(study, "gradient", Measure::ThetaRms);
+    let (times, later) = ratios(study, "gradient", Measure::Reaching);
     numbers.extend(times);
     let because = format!(
         "The proposed estimate of theta is more exact than the gradient's (rms error from 8 s on, more than 5 %) in {} cells, and comes within 10 % of theta as often and as fast in {} (time over the gradient's, where both do: {later}). Its error over the gradient's, median of the trials: {range}.{}",
@@ -189,7 +191,7 @@ pub(super) fn parameters(studies: Studies<'_>) -> Finding {
     );
     let shown = example(
         studies,
-        Figure::ThetaRms,
+        Measure::ThetaRms,
         "the relative rms errors of theta are:",
     );
     judge(study, &told, because, numbers).part("gpebo-figures", &shown)
@@ -201,15 +203,15 @@ pub(super) fn state(studies: Studies<'_>) -> Finding {
         return Finding::not_run("gpebo-noise");
     };
     let better = |cell: &CellSummary, other: &str| {
-        let of = |figure| below(ratio(cell, other, figure));
-        both(of(Figure::RmsState1), of(Figure::RmsState2))
+        let of = |measure| below(ratio(cell, other, measure));
+        both(of(Measure::RmsState1), of(Measure::RmsState2))
     };
     let than = |other| tell(study, move |cell| better(cell, other));
     let told = tell(study, |cell| {
         both(better(cell, "gradient"), better(cell, "luenberger"))
     });
-    let (mut numbers, gradient) = ratios(study, "gradient", Figure::RmsState);
-    let (others, luenberger) = ratios(study, "luenberger", Figure::RmsState);
+    let (mut numbers, gradient) = ratios(study, "gradient", Measure::RmsState);
+    let (others, luenberger) = ratios(study, "luenberger", Measure::RmsState);
     numbers.extend(others);
     let because = format!(
         "Both states are better than with the gradient in {} cells (rms of the whole error over its: {gradient}), and than with the full-order observer of the paper's gain in {} ({luenberger}).{}",
@@ -219,7 +221,7 @@ pub(super) fn state(studies: Studies<'_>) -> Finding {
     );
     let shown = example(
         studies,
-        Figure::RmsState,
+        Measure::RmsState,
         "the rms errors of the state are:",
     );
     judge(study, &told, because, numbers).part("gpebo-figures", &shown)
@@ -227,7 +229,7 @@ pub(super) fn state(studies: Studies<'_>) -> Finding {
 
 /// Whether the mixed disturbance is what the paper assumes in a typical trial: |dbar_i| < 1.
 fn is_small(cell: &CellSummary) -> bool {
-    median(cell, PROPOSED, Figure::MixedDisturbance).value < 1.0
+    median(cell, PROPOSED, Measure::MixedDisturbance).value < 1.0
 }
 
 /// The share of the proposed estimator's trials that meet a bound of the file.

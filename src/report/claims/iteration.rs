@@ -8,7 +8,7 @@ use super::{Finding, Number, Ratio, Standing, Studies, condition, count_of, sett
 use crate::metric::Share;
 use crate::report::results::{Study, median, place};
 use crate::report::table::share;
-use crate::study::{CellSummary, Figure, OutputSummary};
+use crate::study::{CellSummary, Measure, OutputSummary};
 
 /// The largest share of failed or unstable trials of an iteration that converges.
 const LOST: f64 = 0.01;
@@ -106,11 +106,11 @@ fn judge<'a>(cell: &'a CellSummary, last: &str) -> Option<Judged<'a>> {
         .comparisons
         .iter()
         .find(|pair| pair.first == "iv(4)" && pair.second == last);
-    let paired = pair.and_then(|pair| Ratio::paired(pair.figures.get(&Figure::Ea)?.median_ratio));
+    let paired = pair.and_then(|pair| Ratio::paired(pair.measures.get(&Measure::Ea)?.median_ratio));
     let ratio = paired.or_else(|| {
         Ratio::of(
-            median(cell, "iv(4)", Figure::Ea),
-            median(cell, last, Figure::Ea),
+            median(cell, "iv(4)", Measure::Ea),
+            median(cell, last, Measure::Ea),
         )
     });
     let standing = ratio.map(Ratio::standing);
@@ -135,7 +135,7 @@ fn judge<'a>(cell: &'a CellSummary, last: &str) -> Option<Judged<'a>> {
 fn settled(study: &Study, label: &str) -> String {
     let of_cell = |cell: &CellSummary| {
         let bounds = cell.bounds.iter();
-        let mut of_change = bounds.filter(|of| of.bound.figure == Figure::Change);
+        let mut of_change = bounds.filter(|of| of.bound.measure == Measure::Change);
         let bound = of_change.find(|of| of.bound.below.is_some())?;
         let output = bound.outputs.iter().find(|of| of.output == label)?;
         Some((
@@ -205,7 +205,7 @@ fn rescued(study: &Study, last: usize) -> String {
             pair.first == format!("iv-reflect({last})") && pair.second == format!("iv({last})")
         });
         let ratio = pair
-            .and_then(|pair| pair.figures.get(&Figure::Ea))
+            .and_then(|pair| pair.measures.get(&Measure::Ea))
             .map(|of| of.median_ratio.value);
         ratios.extend(ratio.filter(|ratio| ratio.is_finite()));
     }

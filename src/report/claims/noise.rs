@@ -6,9 +6,9 @@
 use super::{Finding, Number, Ratio, Standing, Studies, count_of, listed};
 use crate::report::html::Verdict;
 use crate::report::number::uncertain;
-use crate::report::results::{Study, figure_name, median, shown, words};
+use crate::report::results::{Study, measure_name, median, shown, words};
 use crate::study::file::Key;
-use crate::study::{CellSummary, Figure, SlopeSummary};
+use crate::study::{CellSummary, Measure, SlopeSummary};
 
 /// How far a slope may be from the theory's.
 const SLOPE_MARGIN: f64 = 0.05;
@@ -39,7 +39,7 @@ fn slopes<'a>(study: &'a Study, output: &str) -> Vec<&'a SlopeSummary> {
         let of = &slope.of;
         slope.output == output
             && of.over == Key::Window
-            && of.figure == Figure::Ea
+            && of.measure == Measure::Ea
             && of.statistic == crate::metric::SlopeOf::Median
             && slope.slope.is_some()
     };
@@ -141,8 +141,8 @@ fn floor(study: &Study) -> String {
         return ".".to_owned();
     };
     let (a, b) = (
-        median(before, "ls", Figure::Ea),
-        median(last, "ls", Figure::Ea),
+        median(before, "ls", Measure::Ea),
+        median(last, "ls", Measure::Ea),
     );
     match Ratio::of(b, a).map(Ratio::standing) {
         Some(Standing::Same) => format!(
@@ -161,13 +161,13 @@ fn floor(study: &Study) -> String {
 
 /// Where IV beats least squares on the same trials, by noise.
 fn beaten(study: &Study) -> String {
-    let figure = Figure::Ea;
+    let measure = Measure::Ea;
     let better = |cell: &CellSummary| {
         let pair = cell
             .comparisons
             .iter()
             .find(|pair| pair.first == "iv(4)" && pair.second == "ls");
-        let ratio = Ratio::paired(pair?.figures.get(&figure)?.median_ratio)?;
+        let ratio = Ratio::paired(pair?.measures.get(&measure)?.median_ratio)?;
         ratio.high.is_finite().then_some(ratio.high < 1.0)
     };
     let etas = match study.values(Key::Eta).len() {
@@ -204,7 +204,7 @@ fn beaten(study: &Study) -> String {
     let texts: Vec<String> = texts.into_iter().map(|(_, text)| text).collect();
     format!(
         " On the same trials {} of IV(4) is smaller than that of its iteration 0 {}.",
-        figure_name(figure),
+        measure_name(measure),
         listed(&texts)
     )
 }

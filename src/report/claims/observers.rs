@@ -6,7 +6,7 @@ use crate::report::html::Verdict;
 use crate::report::number::uncertain;
 use crate::report::results::{Study, place};
 use crate::study::file::Key;
-use crate::study::{CellSummary, ComparisonSummary, Figure};
+use crate::study::{CellSummary, ComparisonSummary, Measure};
 
 /// The best that knows plant and noise.
 const FILTER: &str = "known observer=kalman-varying";
@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-8;
 
 /// The root mean square of an observer's error over that of the filter, on the same trials.
 fn ratio(pair: &ComparisonSummary) -> Option<(f64, f64)> {
-    let of = pair.figures.get(&Figure::RmsState)?.rmse_ratio;
+    let of = pair.measures.get(&Measure::RmsState)?.rmse_ratio;
     of.value.is_finite().then_some((of.value, of.mcse))
 }
 
@@ -38,7 +38,7 @@ fn price(study: &Study, first: &str, second: &str) -> (String, Vec<Number>) {
             .comparisons
             .iter()
             .find(|of| of.first == first && of.second == second);
-        let of = pair.and_then(|pair| pair.figures.get(&Figure::RmsState));
+        let of = pair.and_then(|pair| pair.measures.get(&Measure::RmsState));
         found.extend(of.map(|of| (cell, of.median_ratio)));
     }
     found.retain(|(_, of)| of.value.is_finite());

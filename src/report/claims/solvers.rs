@@ -4,7 +4,7 @@
 
 use super::{Finding, Number, Studies, count_of, listed, settle};
 use crate::report::results::{Study, Time, median};
-use crate::study::{CellSummary, Figure};
+use crate::study::{CellSummary, Measure};
 use std::collections::BTreeMap;
 
 /// Solvers that work on (N-n) x (N-n) matrices or larger.
@@ -162,9 +162,9 @@ fn races(study: &Study) -> BTreeMap<String, Race> {
     races
 }
 
-/// The figure whose logarithm counts the digits: e_a, of rounding alone where there is no noise.
+/// The measure whose logarithm counts the digits: e_a, of rounding alone where there is no noise.
 fn digits_of(cell: &CellSummary, label: &str) -> Option<f64> {
-    let error = median(cell, label, Figure::Ea).value;
+    let error = median(cell, label, Measure::Ea).value;
     (cell.eta == 0.0 && error > 0.0).then(|| -error.log10())
 }
 

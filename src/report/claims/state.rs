@@ -5,7 +5,7 @@ use crate::metric::Quantile;
 use crate::report::number::uncertain;
 use crate::report::results::{Study, distinct, median, place, statistics, words};
 use crate::study::file::Key;
-use crate::study::{CellSummary, Figure};
+use crate::study::{CellSummary, Measure};
 
 /// The cell with the same settings but for one.
 fn twin<'a>(
@@ -36,15 +36,16 @@ pub(super) fn initial_state(studies: Studies<'_>) -> Finding {
         .filter(|cell| cell.setting(Key::X0) != "0");
     let (mut level, mut needed) = (Vec::new(), Vec::new());
     for cell in others {
-        let here = median(cell, "iv(4)", Figure::Ea);
+        let here = median(cell, "iv(4)", Measure::Ea);
         let zero = cell
             .comparisons
             .iter()
             .find(|pair| pair.first == "iv-zero(4)" && pair.second == "iv(4)");
-        let zero = zero.and_then(|pair| Ratio::paired(pair.figures.get(&Figure::Ea)?.median_ratio));
-        let zero = zero.or_else(|| Ratio::of(median(cell, "iv-zero(4)", Figure::Ea), here));
+        let zero =
+            zero.and_then(|pair| Ratio::paired(pair.measures.get(&Measure::Ea)?.median_ratio));
+        let zero = zero.or_else(|| Ratio::of(median(cell, "iv-zero(4)", Measure::Ea), here));
         needed.extend(zero.map(|zero| (cell, zero)));
-        let rest = twin(study, cell, Key::X0, "0").map(|rest| median(rest, "iv(4)", Figure::Ea));
+        let rest = twin(study, cell, Key::X0, "0").map(|rest| median(rest, "iv(4)", Measure::Ea));
         level.extend(
             rest.and_then(|rest| Ratio::of(here, rest))
                 .map(|ratio| (cell, ratio)),
@@ -115,7 +116,7 @@ pub(super) fn poles(studies: Studies<'_>) -> Finding {
     let Some(study) = studies.named("observer-poles") else {
         return Finding::not_run("observer-poles");
     };
-    let figure = Figure::ExMax;
+    let measure = Measure::ExMax;
     let cells: Vec<&CellSummary> = study.summary.cells.iter().collect();
     let gains = distinct(&cells, Key::Gain);
     let Some(output) = study
@@ -136,8 +137,8 @@ pub(super) fn poles(studies: Studies<'_>) -> Finding {
             let alone = twin(study, cell, Key::Gain, "scaled:1");
             let ratio = alone.and_then(|alone| {
                 Ratio::of(
-                    median(cell, &output, figure),
-                    median(alone, &output, figure),
+                    median(cell, &output, measure),
+                    median(alone, &output, measure),
                 )
             });
             let Some(ratio) = ratio else {
@@ -197,7 +198,7 @@ fn levels(study: &Study, output: &str, gains: &[String]) -> String {
         let of = study.cells(&[(Key::Gain, gain.as_str())]);
         let medians = of
             .into_iter()
-            .map(|cell| median(cell, output, Figure::ExMax));
+            .map(|cell| median(cell, output, Measure::ExMax));
         let mut medians: Vec<Quantile> = medians.filter(|of| of.value.is_finite()).collect();
         medians.sort_by(|a, b| a.value.total_cmp(&b.value));
         let (low, high) = (medians.first()?, medians.last()?);
@@ -221,7 +222,7 @@ fn levels(study: &Study, output: &str, gains: &[String]) -> String {
 
 /// What feedback does where more than 5 % of the models are unstable, so that one of them makes the 95 % quantile.
 fn tails(study: &Study, output: &str) -> String {
-    let upper = |cell: &CellSummary| statistics(cell, output, Figure::ExMax).map(|of| of.q95);
+    let upper = |cell: &CellSummary| statistics(cell, output, Measure::ExMax).map(|of| of.q95);
     let unstable = |cell: &&CellSummary| {
         let alone = cell.setting(Key::Gain) == "scaled:1";
         alone && cell.output(output).is_some_and(|of| of.unstable.low > 0.05)

@@ -4,20 +4,20 @@ use super::layout::x_key;
 use super::{lead_figures, shown};
 use crate::metric::Quantile;
 use crate::report::number::uncertain;
-use crate::report::results::{Study, figure_name, is_error, place, words};
+use crate::report::results::{Study, is_error, measure_name, place, words};
 use crate::study::file::Key;
-use crate::study::{CellSummary, Figure};
+use crate::study::{CellSummary, Measure};
 use std::collections::BTreeMap;
 
 /// The sentences.
 pub(super) fn in_numbers(study: &Study) -> String {
-    let (Some(figure), Some(output)) = (lead_figures(study).first().copied(), study.main_output())
+    let (Some(measure), Some(output)) = (lead_figures(study).first().copied(), study.main_output())
     else {
-        return "No output has a figure in any cell.".to_owned();
+        return "No output has a measure in any cell.".to_owned();
     };
-    let mut text = format!("In numbers: {}", extremes(study, figure, &output));
-    text.push_str(&best(study, figure, &output));
-    text.push_str(&paired(study, figure));
+    let mut text = format!("In numbers: {}", extremes(study, measure, &output));
+    text.push_str(&best(study, measure, &output));
+    text.push_str(&paired(study, measure));
     text.push_str(&lost(study));
     text
 }
@@ -27,17 +27,17 @@ fn text(of: Quantile) -> String {
 }
 
 /// Least and greatest median over the cells.
-fn extremes(study: &Study, figure: Figure, output: &str) -> String {
+fn extremes(study: &Study, measure: Measure, output: &str) -> String {
     let keys = study.varying();
     let mut cells: Vec<(&CellSummary, Quantile)> = study
         .summary
         .cells
         .iter()
-        .filter_map(|cell| Some((cell, study.statistics(cell, output, figure)?.q50)))
+        .filter_map(|cell| Some((cell, study.statistics(cell, output, measure)?.q50)))
         .collect();
     cells.retain(|(_, of)| of.value.is_finite());
     cells.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-    let name = figure_name(figure);
+    let name = measure_name(measure);
     let output = shown(output);
     match cells.as_slice() {
         [] => format!("{output} has no {name} in any cell."),
@@ -52,8 +52,8 @@ fn extremes(study: &Study, figure: Figure, output: &str) -> String {
     }
 }
 
-/// At which value along the main axis the figure is best, over the combinations of the other settings.
-fn best(study: &Study, figure: Figure, output: &str) -> String {
+/// At which value along the main axis the measure is best, over the combinations of the other settings.
+fn best(study: &Study, measure: Measure, output: &str) -> String {
     let Some(key) = x_key(study).filter(|key| *key != Key::Claim && study.values(*key).len() > 2)
     else {
         return String::new();
@@ -73,12 +73,12 @@ fn best(study: &Study, figure: Figure, output: &str) -> String {
         let defined = cells
             .iter()
             .filter_map(|cell| {
-                let of = study.statistics(cell, output, figure)?;
+                let of = study.statistics(cell, output, measure)?;
                 Some((cell, of.q50.value))
             })
             .filter(|(_, x)| x.is_finite());
         let compared = |a: f64, b: f64| {
-            if is_error(figure) {
+            if is_error(measure) {
                 a.total_cmp(&b)
             } else {
                 b.total_cmp(&a)
@@ -103,7 +103,7 @@ fn best(study: &Study, figure: Figure, output: &str) -> String {
 }
 
 /// What the comparisons on the same trials say.
-fn paired(study: &Study, figure: Figure) -> String {
+fn paired(study: &Study, measure: Measure) -> String {
     let mut text = String::new();
     for [first, second] in study.file.compare.iter().take(3) {
         let pairs = study
@@ -113,7 +113,7 @@ fn paired(study: &Study, figure: Figure) -> String {
             .flat_map(|cell| &cell.comparisons);
         let of = pairs.filter(|pair| pair.first == *first && pair.second == *second);
         let ratios: Vec<Quantile> = of
-            .filter_map(|pair| Some(pair.figures.get(&figure)?.median_ratio))
+            .filter_map(|pair| Some(pair.measures.get(&measure)?.median_ratio))
             .filter(|of| of.value.is_finite())
             .collect();
         let (better, worse) = ratios.iter().fold((0, 0), |(better, worse), ratio| {
@@ -126,7 +126,7 @@ fn paired(study: &Study, figure: Figure) -> String {
         if !ratios.is_empty() {
             text.push_str(&format!(
                 " On the same trials the {} of {} is smaller than that of {} in {better} of {} cells and larger in {worse}, by the 95 % interval of the median ratio.",
-                figure_name(figure),
+                measure_name(measure),
                 shown(first),
                 shown(second),
                 ratios.len()

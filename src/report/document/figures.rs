@@ -4,12 +4,12 @@ use super::layout::{Layout, panel_title, sheet, x_of};
 use super::{lead_figures, lead_outputs, shown};
 use crate::metric::{Quantile, Statistics, Z};
 use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
-use crate::report::results::{Study, figure_name};
+use crate::report::results::{Study, measure_name};
 use crate::study::file::Key;
-use crate::study::{CellSummary, Figure};
+use crate::study::{CellSummary, Measure};
 use crate::text::number;
 
-/// A figure with the name of its file.
+/// A picture with the name of its file.
 #[derive(Clone, Debug)]
 pub(super) struct Drawn {
     /// The file's name without folder and extension.
@@ -33,21 +33,21 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     let map = super::map::map(study);
     let all = [
         map.clone(),
-        first.and_then(|figure| medians(study, figure)),
+        first.and_then(|measure| medians(study, measure)),
         super::traces::passes(study),
         super::traces::lost(study),
         super::traces::times(study),
         map.is_none()
             .then(|| super::traces::shares(study))
             .flatten(),
-        first.and_then(|figure| ratios(study, figure)),
+        first.and_then(|measure| ratios(study, measure)),
         super::traces::coefficients(study),
         super::traces::curves(study),
     ];
     let rest = lead
         .iter()
         .skip(1)
-        .filter_map(|figure| medians(study, *figure));
+        .filter_map(|measure| medians(study, *measure));
     let courses = super::courses::courses(&study.summary).into_iter();
     let mut drawn: Vec<Drawn> = courses
         .chain(all.into_iter().flatten())
@@ -61,17 +61,17 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
 pub(super) fn quantile_note(study: &Study) -> String {
     let percent = 100.0 * study.summary.quantile_relative_error;
     format!(
-        "Quantiles are of the trials that have the figure, from bins of relative error below {percent:.2} %."
+        "Quantiles are of the trials that have the measure, from bins of relative error below {percent:.2} %."
     )
 }
 
-/// The y axis of a figure.
-pub(super) fn y_axis(figure: Figure) -> Axis {
-    let name = figure_name(figure);
-    match figure {
-        Figure::FreshFit => Axis::linear(format!("{name} on fresh data, %")).range(-20.0, 100.0),
-        Figure::SpectralRadius => Axis::linear(name),
-        _ if figure.name().starts_with("e_") => Axis::log(format!("{name}, relative")),
+/// The y axis of a measure.
+pub(super) fn y_axis(measure: Measure) -> Axis {
+    let name = measure_name(measure);
+    match measure {
+        Measure::FreshFit => Axis::linear(format!("{name} on fresh data, %")).range(-20.0, 100.0),
+        Measure::SpectralRadius => Axis::linear(name),
+        _ if measure.name().starts_with("e_") => Axis::log(format!("{name}, relative")),
         _ => Axis::log(name),
     }
 }
@@ -82,8 +82,8 @@ fn quantiles(at: f64, of: &Statistics) -> Point {
 }
 
 /// A value with its 95 % interval, which is one of the logarithm where the axis is logarithmic.
-fn estimate(at: f64, of: Quantile, figure: Figure) -> Point {
-    if y_axis(figure).scale == Scale::Log && of.value > 0.0 {
+fn estimate(at: f64, of: Quantile, measure: Measure) -> Point {
+    if y_axis(measure).scale == Scale::Log && of.value > 0.0 {
         let factor = (Z * of.mcse / of.value).exp();
         Point::interval(at, of.value, of.value / factor, of.value * factor)
     } else {
@@ -91,14 +91,14 @@ fn estimate(at: f64, of: Quantile, figure: Figure) -> Point {
     }
 }
 
-/// Whether a figure shows an output of a cell: not where most trials fail, so that its median is that of a few, and
+/// Whether a picture shows an output of a cell: not where most trials fail, so that its median is that of a few, and
 /// not without noise where other cells have noise, which would stretch every axis to errors of rounding.
 pub(super) fn told(study: &Study, cell: &CellSummary, label: &str) -> bool {
     let output = study.output(cell, label);
     !study.is_quiet(cell) && output.is_some_and(|of| of.failed.low <= 0.5)
 }
 
-/// What a figure leaves out, as part of a caption.
+/// What a picture leaves out, as part of a caption.
 fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     let cells = || study.summary.cells.iter();
     let failing = |cell: &&CellSummary| {
@@ -134,13 +134,13 @@ fn at_one_place(plots: &[Plot]) -> bool {
     places.len() < 2 && !plots.iter().any(names)
 }
 
-/// Medians of a figure over the axis, with the spread of the trials where few outputs leave room for it.
-pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
-    let layout = Layout::new(study, x_of(study, figure), &[]);
+/// Medians of a measure over the axis, with the spread of the trials where few outputs leave room for it.
+pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
+    let layout = Layout::new(study, x_of(study, measure), &[]);
     let outputs = lead_outputs(study);
     let style = match (layout.has_names, outputs.len()) {
         (true, ..=4) => Style::Boxes,
-        (false, ..=3) if figure != Figure::FreshFit => Style::Band,
+        (false, ..=3) if measure != Measure::FreshFit => Style::Band,
         _ => Style::ErrorBars,
     };
     let few = study.summary.cells.iter().all(|cell| cell.trials < FEW);
@@ -149,7 +149,7 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
         if style == Style::ErrorBars && few {
             Point::interval(at, of.q50.value, of.q25.value, of.q75.value)
         } else if style == Style::ErrorBars {
-            estimate(at, of.q50, figure)
+            estimate(at, of.q50, measure)
         } else {
             quantiles(at, of)
         }
@@ -159,23 +159,23 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
         let mut plot = Plot::new(
             panel_title(panel, &cells),
             layout.axis(study),
-            y_axis(figure),
+            y_axis(measure),
         );
         for (slot, label) in &outputs {
             let points = cells
                 .iter()
                 .filter(|cell| told(study, cell, label))
-                .filter_map(|cell| Some(point(cell, study.statistics(cell, label, figure)?)));
+                .filter_map(|cell| Some(point(cell, study.statistics(cell, label, measure)?)));
             let points: Vec<Point> = points.filter(|point| point.y.is_finite()).collect();
             plot = plot.series(Series::new(shown(label), style, points).slot(*slot));
         }
-        references(study, &layout, figure, &cells, plot)
+        references(study, &layout, measure, &cells, plot)
     };
     let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
     if layout.x.is_some() && at_one_place(&plots) {
         return None;
     }
-    let name = figure_name(figure);
+    let name = measure_name(measure);
     let what = match style {
         Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
         Style::Boxes => {
@@ -193,17 +193,17 @@ pub(super) fn medians(study: &Study, figure: Figure) -> Option<Drawn> {
         quantile_note(study)
     );
     Some(Drawn {
-        name: figure.name().to_owned(),
+        name: measure.name().to_owned(),
         svg,
         caption,
     })
 }
 
-/// Bounds of the figure, and the slope -1/2 where slopes over this axis were asked for.
+/// Bounds of the measure, and the slope -1/2 where slopes over this axis were asked for.
 fn references(
     study: &Study,
     layout: &Layout,
-    figure: Figure,
+    measure: Measure,
     cells: &[&CellSummary],
     mut plot: Plot,
 ) -> Plot {
@@ -211,7 +211,7 @@ fn references(
         let bounds = cells
             .iter()
             .flat_map(|cell| &cell.bounds)
-            .filter(|bound| bound.bound.figure == figure);
+            .filter(|bound| bound.bound.measure == measure);
         let mut limits: Vec<(f64, String)> = bounds
             .filter_map(|bound| {
                 let claim = bound.bound.claim.as_deref().unwrap_or_default();
@@ -230,11 +230,11 @@ fn references(
         .file
         .slopes
         .iter()
-        .any(|slope| Some(slope.over) == layout.x && slope.figure == figure);
+        .any(|slope| Some(slope.over) == layout.x && slope.measure == measure);
     let output = lead_outputs(study).pop();
     if let (true, Some((_, label))) = (sloped, output) {
         let mut points = cells.iter().map(|cell| {
-            let of = study.statistics(cell, &label, figure);
+            let of = study.statistics(cell, &label, measure);
             let median = of.map_or(f64::NAN, |of| of.q50.value);
             (layout.at(study, cell), median)
         });
@@ -253,7 +253,7 @@ fn references(
 }
 
 /// Ratios on the same trials, of the pairs that the file compares.
-fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
+fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
     let pairs: Vec<(String, String)> = study
         .file
         .compare
@@ -261,8 +261,8 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
         .take(6)
         .map(|[a, b]| (a.clone(), b.clone()))
         .collect();
-    let layout = Layout::new(study, x_of(study, figure), &[]);
-    let name = figure_name(figure);
+    let layout = Layout::new(study, x_of(study, measure), &[]);
+    let name = measure_name(measure);
     let told = |cell: &CellSummary, label: &str| told(study, cell, label);
     let draw = |panel: &super::layout::Choice| {
         let mut cells = layout.along(study, panel);
@@ -275,9 +275,9 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
                     .comparisons
                     .iter()
                     .find(|of| of.first == *first && of.second == *second)?;
-                let ratio = of.figures.get(&figure)?.median_ratio;
+                let ratio = of.measures.get(&measure)?.median_ratio;
                 let shown = ratio.value > 0.0 && told(cell, first) && told(cell, second);
-                shown.then(|| estimate(layout.at(study, cell), ratio, Figure::Ea))
+                shown.then(|| estimate(layout.at(study, cell), ratio, Measure::Ea))
             };
             let points: Vec<Point> = cells.iter().filter_map(point).collect();
             let label = format!("{} over {}", shown(first), shown(second));
@@ -291,7 +291,7 @@ fn ratios(study: &Study, figure: Figure) -> Option<Drawn> {
     let what = "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals; below 1 the first is better.";
     let (svg, note) = sheet(&title, what, plots)?;
     Some(Drawn {
-        name: format!("ratio-{}", figure.name()),
+        name: format!("ratio-{}", measure.name()),
         svg,
         caption: format!(
             "{what} Trials where either fails are left out, and pairs of which one fails in more than half of them.{note}{}",

@@ -4,7 +4,7 @@ use super::extremes::{crowded, extremes};
 use crate::report::plot::{Axis, Course, Plot, Scale, Sharing, Style, small_multiples};
 use crate::report::results::{Study, axis_label, place, value_name, words};
 use crate::study::file::Key;
-use crate::study::{CellSummary, Figure};
+use crate::study::{CellSummary, Measure};
 
 /// Settings of a panel, or held settings.
 pub(super) type Choice = Vec<(Key, String)>;
@@ -41,15 +41,15 @@ pub(super) fn x_key(study: &Study) -> Option<Key> {
 }
 
 /// The setting along x of a figure of merit: what the observer is like changes no parameter.
-pub(super) fn x_of(study: &Study, figure: Figure) -> Option<Key> {
+pub(super) fn x_of(study: &Study, figure: Measure) -> Option<Key> {
     const OF_THE_OBSERVER: [Key; 2] = [Key::Gain, Key::ObserverStart];
     let of_states = matches!(
         figure,
-        Figure::ExMax
-            | Figure::ExRms
-            | Figure::ExMaxPrinted
-            | Figure::ExRmsPrinted
-            | Figure::RmsState
+        Measure::ExMax
+            | Measure::ExRms
+            | Measure::ExMaxPrinted
+            | Measure::ExRmsPrinted
+            | Measure::RmsState
     );
     let usual = x_key(study);
     if of_states || usual.is_none_or(|key| !OF_THE_OBSERVER.contains(&key)) {

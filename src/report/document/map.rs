@@ -18,7 +18,7 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
     let [narrow, wide] = study.file.bounds.as_slice() else {
         return None;
     };
-    let nested = narrow.figure == wide.figure && narrow.claim.is_none() && wide.claim.is_none();
+    let nested = narrow.measure == wide.measure && narrow.claim.is_none() && wide.claim.is_none();
     let few = study.summary.cells.len() <= MOST_CELLS;
     let x = x_key(study).filter(|_| few && nested && narrow.below < wide.below)?;
     let others: Vec<Key> = study
@@ -30,7 +30,7 @@ pub(super) fn map(study: &Study) -> Option<Drawn> {
     let what = format!(
         "Per cent of the trials of {output}, from above: {} ({} {}); {} ({}) only; neither.",
         narrow.label(),
-        narrow.figure,
+        narrow.measure,
         narrow.text(),
         wide.label(),
         wide.text()

@@ -16,7 +16,7 @@ use super::claims::Claim;
 use super::html::{CellText, Column, Page, Section, Table, Verdict, markdown_text};
 use super::results::{Study, shown};
 use super::shipped::Shipped;
-use crate::study::Figure;
+use crate::study::Measure;
 use crate::study::file::Key;
 use crate::text::visible;
 pub use courses::course_figures;
@@ -28,7 +28,7 @@ use std::fmt::Write;
 /// The files of a report: name relative to its folder, content.
 pub type Files = Vec<(String, String)>;
 
-/// Most outputs that a figure shows.
+/// Most outputs that a picture shows.
 const OUTPUTS: usize = 8;
 
 /// The outputs that figures and the page's tables show, with their place in the palette: all if they are few, else
@@ -55,52 +55,52 @@ fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
 }
 
 /// The figures of merit that the study is about, at most three: those that most cells have, errors of a first.
-fn lead_figures(study: &Study) -> Vec<Figure> {
-    const ORDER: [Figure; 11] = [
-        Figure::Ea,
-        Figure::Eb,
-        Figure::ExMax,
-        Figure::ImpulseResponse,
-        Figure::FreshFit,
-        Figure::Eh,
-        Figure::ExRms,
-        Figure::Ex0,
-        Figure::RmsState,
-        Figure::ThetaRms,
-        Figure::Theta,
+fn lead_figures(study: &Study) -> Vec<Measure> {
+    const ORDER: [Measure; 11] = [
+        Measure::Ea,
+        Measure::Eb,
+        Measure::ExMax,
+        Measure::ImpulseResponse,
+        Measure::FreshFit,
+        Measure::Eh,
+        Measure::ExRms,
+        Measure::Ex0,
+        Measure::RmsState,
+        Measure::ThetaRms,
+        Measure::Theta,
     ];
     let outputs = lead_outputs(study);
-    let defined = |figure: Figure| {
+    let defined = |measure: Measure| {
         let cells = study.summary.cells.iter();
         let of = cells.flat_map(|cell| {
             let outputs = outputs.iter();
-            outputs.filter_map(move |(_, label)| study.statistics(cell, label, figure))
+            outputs.filter_map(move |(_, label)| study.statistics(cell, label, measure))
         });
         of.filter(|of| of.q50.value.is_finite()).count()
     };
-    let mut found: Vec<(usize, Figure)> = Vec::new();
+    let mut found: Vec<(usize, Measure)> = Vec::new();
     let others = study
         .file
         .measures
         .iter()
         .copied()
-        .filter(|figure| !ORDER.contains(figure));
-    for figure in ORDER
+        .filter(|measure| !ORDER.contains(measure));
+    for measure in ORDER
         .into_iter()
-        .filter(|figure| study.file.measures.contains(figure))
+        .filter(|measure| study.file.measures.contains(measure))
         .chain(others)
     {
-        let count = defined(figure);
+        let count = defined(measure);
         if count > 0 {
-            found.push((count, figure));
+            found.push((count, measure));
         }
     }
     let most = found.iter().map(|(count, _)| *count).max().unwrap_or(0);
-    // A figure that half of the cells lack stands behind the others.
+    // A measure that half of the cells lack stands behind the others.
     found.sort_by_key(|(count, _)| 2 * count < most);
     found
         .into_iter()
-        .map(|(_, figure)| figure)
+        .map(|(_, measure)| measure)
         .take(3)
         .collect()
 }

@@ -5,7 +5,7 @@ use super::{lead_figures, lead_outputs, shown};
 use crate::metric::{Estimate, Quantile, Share, Statistics};
 use crate::report::html::{CellText, Column};
 use crate::report::number::uncertain;
-use crate::report::results::{Study, figure_name};
+use crate::report::results::{Study, measure_name};
 use crate::study::file::{Key, Scalar};
 use crate::study::{CellSummary, OutputSummary};
 
@@ -66,11 +66,11 @@ fn rmse(of: &Statistics) -> CellText {
 pub(super) fn overview(study: &Study) -> LongTable {
     let keys = study.varying();
     let (figures, outputs) = (lead_figures(study), lead_outputs(study));
-    let first = figures.first().map(|figure| figure_name(*figure));
+    let first = figures.first().map(|measure| measure_name(*measure));
     let mut all = columns(study, &keys);
     all.push(Column::text("output"));
-    for figure in &figures {
-        let name = figure_name(*figure);
+    for measure in &figures {
+        let name = measure_name(*measure);
         all.push(Column::number(format!("median {name}"), ""));
         all.push(Column::number(format!("RMSE {name}"), ""));
     }
@@ -91,8 +91,8 @@ pub(super) fn overview(study: &Study) -> LongTable {
             };
             let mut row = settings.clone();
             row.push(CellText::text(shown(label)));
-            for figure in &figures {
-                let of = output.figures.get(figure);
+            for measure in &figures {
+                let of = output.measures.get(measure);
                 row.push(of.map_or_else(CellText::default, |of| quantile(of.q50)));
                 row.push(of.map_or_else(CellText::default, rmse));
             }
@@ -145,9 +145,9 @@ pub(super) fn everything(study: &Study) -> LongTable {
                 .iter()
                 .map(|(name, of)| (format!("error of {name}"), of));
             let figures = output
-                .figures
+                .measures
                 .iter()
-                .map(|(figure, of)| (figure.to_string(), of));
+                .map(|(measure, of)| (measure.to_string(), of));
             for (name, of) in figures.chain(parameters) {
                 let mut row = settings.clone();
                 row.extend([CellText::text(&label), CellText::text(name)]);
@@ -212,20 +212,20 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, unit));
     }
     let mut table = LongTable::new(
-        "First over second on the same trials; both must have the figure. \"tail\": one trial dominates.",
+        "First over second on the same trials; both must have the measure. \"tail\": one trial dominates.",
         all,
         "median ratio",
     );
     for cell in &study.summary.cells {
         let settings = settings(cell, &keys);
         for pair in &cell.comparisons {
-            for (figure, of) in &pair.figures {
+            for (measure, of) in &pair.measures {
                 let mut row = settings.clone();
                 row.extend(
                     [
                         shown(&pair.first),
                         shown(&pair.second),
-                        figure_name(*figure),
+                        measure_name(*measure),
                     ]
                     .map(CellText::text),
                 );
@@ -278,7 +278,7 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
         let mut row: Vec<CellText> = keys.iter().map(text).collect();
         row.extend(
             [
-                figure_name(of.figure),
+                measure_name(of.measure),
                 of.statistic.to_string(),
                 crate::report::results::axis_label(of.over),
                 shown(&slope.output),
@@ -291,7 +291,7 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
                 .iter()
                 .filter_map(|cell| study.summary.cells.get(*cell))
                 .any(|cell| {
-                    let of = study.statistics(cell, &slope.output, of.figure);
+                    let of = study.statistics(cell, &slope.output, of.measure);
                     of.is_some_and(|of| of.dominated)
                 });
         match slope.slope {
@@ -333,7 +333,11 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
     for cell in &study.summary.cells {
         let settings = settings(cell, &keys);
         for bound in &cell.bounds {
-            let name = format!("{} {}", figure_name(bound.bound.figure), bound.bound.text());
+            let name = format!(
+                "{} {}",
+                measure_name(bound.bound.measure),
+                bound.bound.text()
+            );
             for of in &bound.outputs {
                 let mut row = settings.clone();
                 row.extend([name.clone(), shown(&of.output)].map(CellText::text));

@@ -27,7 +27,7 @@ fn study(toml: &str) -> Study {
             },
             failed: Share::new(0, 3),
             unstable: Share::new(0, 3),
-            figures: measures.iter().map(|of| (*of, statistics)).collect(),
+            measures: measures.iter().map(|of| (*of, statistics)).collect(),
             parameters: Vec::new(),
         };
         cell.outputs = experiment.outputs().iter().map(output).collect();
@@ -36,7 +36,7 @@ fn study(toml: &str) -> Study {
             .map(|[first, second]| ComparisonSummary {
                 first,
                 second,
-                figures: Default::default(),
+                measures: Default::default(),
             })
             .collect();
         cell

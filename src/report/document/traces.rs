@@ -5,7 +5,7 @@ use super::layout::{Choice, Layout, panel_title, sheet, x_key};
 use super::{OUTPUTS, lead_figures, lead_outputs, shown};
 use crate::report::figures::curve;
 use crate::report::plot::{Axis, Course, Plot, Point, Series, Style};
-use crate::report::results::{Study, Time, figure_name, words};
+use crate::report::results::{Study, Time, measure_name, words};
 use crate::report::table::share;
 use crate::study::file::Key;
 use crate::study::{CellSummary, OutputSummary};
@@ -70,18 +70,18 @@ fn over_passes(
 
 /// The error over passes.
 pub(super) fn passes(study: &Study) -> Option<Drawn> {
-    let figure = lead_figures(study).first().copied()?;
+    let measure = lead_figures(study).first().copied()?;
     if iterated(study).is_empty() {
         return None;
     }
     let layout = Layout::new(study, None, &[]);
     let point = |output: &OutputSummary| {
-        let of = output.figures.get(&figure)?;
+        let of = output.measures.get(&measure)?;
         let point = Point::interval(output.pass as f64, of.q50.value, of.q05.value, of.q95.value);
         of.q50.value.is_finite().then_some(point)
     };
-    let plots = over_passes(study, &layout, &y_axis(figure), Style::Band, point);
-    let name = figure_name(figure);
+    let plots = over_passes(study, &layout, &y_axis(measure), Style::Band, point);
+    let name = measure_name(measure);
     let what = "Medians over the passes, bands hold the middle 90 % of the trials; pass 0 is least squares.";
     let (svg, note) = sheet(
         &format!("{}: {name} over the passes", study.title()),
@@ -100,7 +100,7 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
     })
 }
 
-/// Shares of lost trials below this, in per cent, are not worth a figure.
+/// Shares of lost trials below this, in per cent, are not worth a picture.
 const LEAST: f64 = 0.5;
 
 /// Shares of trials that fail or leave an unstable model, where there are any to speak of.
@@ -226,7 +226,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
             let name = format!(
                 "{}: {} {}",
                 cell.claim,
-                figure_name(bound.bound.figure),
+                measure_name(bound.bound.measure),
                 bound.bound.text()
             );
             let name = name.trim_start_matches(": ").to_owned();

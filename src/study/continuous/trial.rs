@@ -6,7 +6,7 @@ use crate::estimator::{Failure, FailureKind, Stage};
 use crate::observer::gpebo::{
     Cascade, CascadeError, Convergence, ObserverSpec, ObserverSummary, Outcome, Sample, halve,
 };
-use crate::study::{Experiment, Figure, Row, Trials};
+use crate::study::{Experiment, Measure, Row, Trials};
 
 /// Runs trials of one cell: one value per worker.
 pub struct ContinuousTrial<'e> {
@@ -74,8 +74,8 @@ impl<'e> ContinuousTrial<'e> {
             .fold(0.0, |most: f64, x| most.max(*x));
         for output in rows {
             let mut row = Row::new(trial, output);
-            row[Figure::MixedDisturbance] = dbar;
-            row[Figure::Excitation] = found.summary.smallest_eigenvalue.unwrap_or(f64::NAN);
+            row[Measure::MixedDisturbance] = dbar;
+            row[Measure::Excitation] = found.summary.smallest_eigenvalue.unwrap_or(f64::NAN);
             let (of, step) = (&found.summary.observers[output], found.observers[output]);
             to.rows.push(self.row(row, of, step));
         }
@@ -100,8 +100,8 @@ impl<'e> ContinuousTrial<'e> {
             return failed(row, FailureKind::NonFinite);
         }
         let relative = step.relative();
-        row[Figure::StepError] = relative;
-        row[Figure::StepOrder] = step.state.order.unwrap_or(f64::NAN);
+        row[Measure::StepError] = relative;
+        row[Measure::StepOrder] = step.state.order.unwrap_or(f64::NAN);
         // A NaN is no small error.
         if !(relative <= self.cell.error_limit) {
             return failed(row, FailureKind::StepTooLong);
@@ -111,13 +111,13 @@ impl<'e> ContinuousTrial<'e> {
             return failed(row, FailureKind::NonFinite);
         }
         let [x, x1, x2, theta] = accuracy.rms;
-        row[Figure::RmsState] = x;
-        row[Figure::RmsState1] = x1;
-        row[Figure::RmsState2] = x2;
-        row[Figure::ThetaRms] = theta;
-        row[Figure::Theta] = accuracy.theta;
-        row[Figure::Reaching] = accuracy.reached.unwrap_or(f64::NAN);
-        row[Figure::Settling] = accuracy.settled.unwrap_or(f64::NAN);
+        row[Measure::RmsState] = x;
+        row[Measure::RmsState1] = x1;
+        row[Measure::RmsState2] = x2;
+        row[Measure::ThetaRms] = theta;
+        row[Measure::Theta] = accuracy.theta;
+        row[Measure::Reaching] = accuracy.reached.unwrap_or(f64::NAN);
+        row[Measure::Settling] = accuracy.settled.unwrap_or(f64::NAN);
         let gains: &[f64] = match &self.cell.observers[row.output] {
             ObserverSpec::Gradient { gains } | ObserverSpec::Proposed { gains, .. } => gains,
             ObserverSpec::Luenberger { .. } | ObserverSpec::KalmanBucy { .. } => &[],
@@ -126,17 +126,17 @@ impl<'e> ContinuousTrial<'e> {
             .iter()
             .zip(&of.excitation.integral)
             .map(|(gain, of)| gain * of);
-        row[Figure::Adaptation] = learnt.fold(f64::NAN, f64::min);
+        row[Measure::Adaptation] = learnt.fold(f64::NAN, f64::min);
         let frozen = of.excitation.frozen_at.iter().copied();
         // All components: the estimate as a whole is frozen when the last one is.
         let last = frozen.collect::<Option<Vec<f64>>>();
         let last = last.map_or(f64::NAN, |of| of.into_iter().fold(f64::NAN, f64::max));
-        row[Figure::Frozen] = last;
+        row[Measure::Frozen] = last;
         row
     }
 }
 
-/// A row that has no figure of merit.
+/// A row that has no measure of merit.
 fn failed(mut row: Row, kind: FailureKind) -> Row {
     row.failure = Some(Failure {
         kind,

@@ -1,6 +1,6 @@
 //! Claims: what a study's results are to show, and the tests that decide it.
 
-use super::super::row::Figure;
+use super::super::row::Measure;
 use super::claim_test::{ClaimTest, TestKind, ValueOf};
 use super::{Axis, BoundTable, ExperimentFile, Key, Scalar, SlopeTable};
 use crate::names::named_enum;
@@ -137,13 +137,13 @@ pub struct TestTable {
     pub value: Option<String>,
     /// A measure of `of` over that of `to`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ratio: Option<Figure>,
+    pub ratio: Option<Measure>,
     /// A measure of `of` in the cell with `axis` at `to` over that at `from`, on the same trials.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub cells: Option<Figure>,
+    pub cells: Option<Measure>,
     /// The log-log slope of a measure of `of` over a setting.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub slope: Option<Figure>,
+    pub slope: Option<Measure>,
     /// "estimate": the median time of method `of` over that of `to`; it needs timing = true.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<TimeOf>,
@@ -156,7 +156,7 @@ pub struct TestTable {
     pub to: Option<Axis>,
     /// ratio: the measure of `to` where it is another one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub measure_of_to: Option<Figure>,
+    pub measure_of_to: Option<Measure>,
     /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; ratio: "paired-median"
     /// (default), "median" (of two medians), "rms"; slope: "median" (default), "rms".
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -204,7 +204,8 @@ named_enum! {
 #[serde(deny_unknown_fields)]
 pub struct SeriesTable {
     /// The measure.
-    pub figure: Figure,
+    #[serde(rename(serialize = "figure"), alias = "figure")]
+    pub measure: Measure,
     /// The output.
     pub output: String,
     /// The setting.
@@ -221,7 +222,7 @@ pub struct SeriesTable {
 pub struct Needs {
     /// Measures.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub measures: Vec<Figure>,
+    pub measures: Vec<Measure>,
     /// The signed errors of every coefficient.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub parameters: bool,
@@ -253,7 +254,7 @@ impl Needs {
         match &test.kind {
             TestKind::Outcome(_) => {}
             TestKind::Bound(bound) => {
-                push(&mut self.measures, &file.measures, bound.figure);
+                push(&mut self.measures, &file.measures, bound.measure);
                 push(&mut self.bounds, &file.bounds, bound.clone());
             }
             TestKind::Wins { measure, to } => {
@@ -280,7 +281,7 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 for (from, to) in test.unit().steps(file) {
                     let series = SeriesTable {
-                        figure: *measure,
+                        measure: *measure,
                         output: of(),
                         axis: *axis,
                         from,
@@ -290,7 +291,7 @@ impl Needs {
                 }
             }
             TestKind::Slope(slope) => {
-                push(&mut self.measures, &file.measures, slope.figure);
+                push(&mut self.measures, &file.measures, slope.measure);
                 if slope.check(file).is_ok() {
                     push(&mut self.slopes, &file.slopes, slope.clone());
                 }

@@ -1,7 +1,7 @@
 //! The tests of claims: what a table of an experiment file says, in one of the kinds that there
 //! are.
 
-use super::super::row::Figure;
+use super::super::row::Measure;
 use super::claim::{ClaimStatistic as Statistic, TestTable, TimeOf};
 use super::{Axis, BoundTable, ExperimentFile, FileError, Key, Scalar, SlopeTable};
 use crate::metric::SlopeOf;
@@ -23,7 +23,7 @@ named_enum! {
 #[derive(Clone, Debug, PartialEq)]
 pub enum ValueOf {
     /// A measure.
-    Measure(Figure),
+    Measure(Measure),
     /// Every coefficient of a and h.
     Parameters,
     /// One of them, such as "a_1".
@@ -53,7 +53,7 @@ pub enum TestKind {
     /// The share of trials in which the output is better in a measure than another one.
     Wins {
         /// The measure.
-        measure: Figure,
+        measure: Measure,
         /// The other output.
         to: String,
     },
@@ -67,18 +67,18 @@ pub enum TestKind {
     /// A ratio to another output.
     Ratio {
         /// The measure.
-        measure: Figure,
+        measure: Measure,
         /// The other output.
         to: String,
         /// The measure of the other output.
-        measure_of_to: Figure,
+        measure_of_to: Measure,
         /// Which ratio: [`Statistic::PairedMedian`], [`Statistic::Median`] or [`Statistic::Rms`].
         statistic: Statistic,
     },
     /// The median ratio of two cells.
     Cells {
         /// The measure.
-        measure: Figure,
+        measure: Measure,
         /// The setting in which they differ.
         axis: Key,
         /// Its value in the cell that others are compared with.
@@ -242,7 +242,7 @@ impl TestTable {
         }
         Ok(TestKind::Bound(BoundTable {
             claim: None,
-            figure: measure,
+            measure: measure,
             label: None,
             below: self.bound,
             rounding: self.rounding,
@@ -263,7 +263,7 @@ impl TestTable {
         Ok(TestKind::Value { what, statistic })
     }
 
-    fn ratio_kind(&self, measure: Figure) -> Result<TestKind, FileError> {
+    fn ratio_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
         let known = [Statistic::PairedMedian, Statistic::Median, Statistic::Rms];
         let statistic = self.statistic_of(&known)?;
         if self.measure_of_to.is_some() && statistic != Statistic::Median {
@@ -279,7 +279,7 @@ impl TestTable {
         })
     }
 
-    fn cells_kind(&self, measure: Figure) -> Result<TestKind, FileError> {
+    fn cells_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
         let axis = self.axis.ok_or_else(|| missing("axis", "a setting"))?;
         let from = self.from.clone();
         let to = self.to.as_ref().map(|to| to.values(axis.is_count()));
@@ -291,7 +291,7 @@ impl TestTable {
         })
     }
 
-    fn slope_kind(&self, figure: Figure) -> Result<TestKind, FileError> {
+    fn slope_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
         let from = match self.from {
             None => 0.0,
             Some(Scalar::Number(from)) => from,
@@ -302,7 +302,7 @@ impl TestTable {
             _ => SlopeOf::Median,
         };
         Ok(TestKind::Slope(SlopeTable {
-            figure,
+            measure,
             over: self.over.ok_or_else(|| missing("over", "a setting"))?,
             statistic,
             from,
@@ -386,10 +386,10 @@ impl ClaimTest {
     }
 
     /// The measures that it looks at.
-    pub fn measures(&self) -> Vec<Figure> {
+    pub fn measures(&self) -> Vec<Measure> {
         match &self.kind {
-            TestKind::Bound(bound) => vec![bound.figure],
-            TestKind::Slope(slope) => vec![slope.figure],
+            TestKind::Bound(bound) => vec![bound.measure],
+            TestKind::Slope(slope) => vec![slope.measure],
             TestKind::Value {
                 what: ValueOf::Measure(measure),
                 ..
@@ -463,9 +463,9 @@ fn measure<'a>(
     key: &str,
     name: &str,
     others: impl IntoIterator<Item = &'a str>,
-) -> Result<Figure, FileError> {
-    name.parse::<Figure>().map_err(|_| {
-        let names = Figure::ALL.iter().map(|figure| figure.name());
+) -> Result<Measure, FileError> {
+    name.parse::<Measure>().map_err(|_| {
+        let names = Measure::ALL.iter().map(|measure| measure.name());
         let names: Vec<&str> = others.into_iter().chain(names).collect();
         FileError::key(key, UnknownName::new(key_of(key), name, &names).to_string())
     })

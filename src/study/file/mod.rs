@@ -30,7 +30,7 @@ pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilStatistic};
 pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
 
 use super::engine::Engine;
-use super::row::Figure;
+use super::row::Measure;
 use crate::names::named_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -39,7 +39,7 @@ use std::collections::BTreeMap;
 named_enum! {
     /// What a study keeps.
     Store, "store" {
-        /// Exact sums, counts and quantile sketches of every figure (the default).
+        /// Exact sums, counts and quantile sketches of every measure (the default).
         Summaries = "summaries",
         /// Every trial's rows too, in one trials.parquet.
         Trials = "trials",
@@ -74,8 +74,8 @@ pub struct ExperimentFile {
     pub engine: Engine,
     /// What is kept: "summaries" or "trials".
     pub store: Store,
-    /// The figures that are computed and summarised.
-    pub measures: Vec<Figure>,
+    /// The measures that are computed and summarised.
+    pub measures: Vec<Measure>,
     /// Whether the signed error of every coefficient of a and h is summarised too: bias, SD, RMSE.
     pub parameters: bool,
     /// Whether quantiles of e_x(k) for every k are kept, for the first and the last output.
@@ -132,14 +132,14 @@ impl Default for ExperimentFile {
             engine: Engine::default(),
             store: Store::default(),
             measures: vec![
-                Figure::Ea,
-                Figure::Eb,
-                Figure::Eh,
-                Figure::Ex0,
-                Figure::ExMax,
-                Figure::ExRms,
-                Figure::SpectralRadius,
-                Figure::Condition,
+                Measure::Ea,
+                Measure::Eb,
+                Measure::Eh,
+                Measure::Ex0,
+                Measure::ExMax,
+                Measure::ExRms,
+                Measure::SpectralRadius,
+                Measure::Condition,
             ],
             parameters: false,
             curves: false,
@@ -228,9 +228,9 @@ impl ExperimentFile {
         let measured = self
             .measures
             .iter()
-            .find(|figure| !figure.is_of(continuous));
-        if let Some(figure) = measured.filter(|_| self.measures != default.measures) {
-            return wrong(&format!("measures: '{figure}'"));
+            .find(|measure| !measure.is_of(continuous));
+        if let Some(measure) = measured.filter(|_| self.measures != default.measures) {
+            return wrong(&format!("measures: '{measure}'"));
         }
         let given = [
             (
@@ -272,10 +272,10 @@ impl ExperimentFile {
             self.methods.clear();
             if self.measures == Self::default().measures {
                 self.measures = vec![
-                    Figure::RmsState,
-                    Figure::Theta,
-                    Figure::ThetaRms,
-                    Figure::StepError,
+                    Measure::RmsState,
+                    Measure::Theta,
+                    Measure::ThetaRms,
+                    Measure::StepError,
                 ];
             }
         }

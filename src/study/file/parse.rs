@@ -254,7 +254,7 @@ mod tests {
             ("trials = -3", ["line 1, column 10", "expected at least 1"]),
             (
                 "measures = [\"e_c\"]",
-                ["line 1", "unknown figure 'e_c', did you mean"],
+                ["line 1", "unknown measure 'e_c', did you mean"],
             ),
             ("seed = = 1", ["line 1", ""]),
             ("trials = { until = \"e_a\" }", ["line 1", "missing field"]),

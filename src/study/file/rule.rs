@@ -1,6 +1,6 @@
-//! How many trials: a number, or until a figure is known well enough.
+//! How many trials: a number, or until a measure is known well enough.
 
-use super::super::row::Figure;
+use super::super::row::Measure;
 use crate::names::named_enum;
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
@@ -20,13 +20,13 @@ named_enum! {
     }
 }
 
-/// Trials until the Monte-Carlo standard error of a figure is small enough in a cell. The number is
+/// Trials until the Monte-Carlo standard error of a measure is small enough in a cell. The number is
 /// `minimum`, doubled until the target is met or `maximum` reached, so that it does not depend on the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Until {
-    /// The figure.
-    pub until: Figure,
+    /// The measure.
+    pub until: Measure,
     /// The output, such as "iv(4)".
     pub output: String,
     /// The statistic.

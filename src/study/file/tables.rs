@@ -1,6 +1,6 @@
 //! The smaller tables of an experiment file.
 
-use super::super::row::Figure;
+use super::super::row::Measure;
 use super::{Axis, ExperimentFile, Key, Scalar};
 use crate::metric::SlopeOf;
 use crate::text::number;
@@ -66,12 +66,13 @@ pub struct FeedbackTable {
     pub reference: Option<f64>,
 }
 
-/// A log-log slope: of a statistic of a figure over an axis, for every output and every value of the other axes.
+/// A log-log slope: of a statistic of a measure over an axis, for every output and every value of the other axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SlopeTable {
-    /// The figure.
-    pub figure: Figure,
+    /// The measure.
+    #[serde(rename(serialize = "figure"), alias = "figure")]
+    pub measure: Measure,
     /// The axis.
     pub over: Key,
     /// "median" or "rmse".
@@ -111,12 +112,13 @@ pub struct BoundTable {
     /// The cells' claim; all cells where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub claim: Option<String>,
-    /// The figure.
-    pub figure: Figure,
+    /// The measure.
+    #[serde(rename(serialize = "figure"), alias = "figure")]
+    pub measure: Measure,
     /// The figure's name in a table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
-    /// The figure must be below this.
+    /// The measure must be below this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
     /// Or below this multiple of eps times the condition number: "zero".
@@ -125,7 +127,7 @@ pub struct BoundTable {
 }
 
 impl BoundTable {
-    /// Whether a row's figure meets the bound; a figure that is undefined (NaN) does not.
+    /// Whether a row's measure meets the bound; a measure that is undefined (NaN) does not.
     pub fn is_met(&self, value: f64, condition: f64) -> bool {
         match (self.below, self.rounding) {
             (Some(limit), _) => value < limit,
@@ -142,7 +144,7 @@ impl BoundTable {
 
     /// The figure's name in a table.
     pub fn label(&self) -> &str {
-        self.label.as_deref().unwrap_or(self.figure.name())
+        self.label.as_deref().unwrap_or(self.measure.name())
     }
 }
 

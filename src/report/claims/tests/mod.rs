@@ -11,12 +11,12 @@ use crate::report::results::Time;
 use crate::report::shipped::Shipped;
 use crate::study::file::{ExperimentFile, Key, Scalar, Settings, SlopeTable};
 use crate::study::{
-    CellSummary, ComparisonSummary, Experiment, Figure, OutputShare, OutputSummary, SlopeSummary,
+    CellSummary, ComparisonSummary, Experiment, Measure, OutputShare, OutputSummary, SlopeSummary,
     Summary,
 };
 use std::path::PathBuf;
 
-/// A study of a file with made-up results: every figure of every output of every cell is 1(0.001).
+/// A study of a file with made-up results: every measure of every output of every cell is 1(0.001).
 fn study(name: &str, toml: &str) -> Study {
     let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
     let tallies = vec![crate::study::CellTally::default(); experiment.cells.len()];
@@ -39,11 +39,11 @@ fn study(name: &str, toml: &str) -> Study {
                 },
                 failed: Share::new(0, 1000),
                 unstable: Share::new(0, 1000),
-                figures: experiment
+                measures: experiment
                     .file
                     .measures
                     .iter()
-                    .map(|figure| (*figure, statistics(1.0)))
+                    .map(|measure| (*measure, statistics(1.0)))
                     .collect(),
                 parameters: Vec::new(),
             })
@@ -95,7 +95,7 @@ fn statistics(median: f64) -> Statistics {
     }
 }
 
-fn set(study: &mut Study, wanted: &[(Key, &str)], label: &str, figure: Figure, median: f64) {
+fn set(study: &mut Study, wanted: &[(Key, &str)], label: &str, measure: Measure, median: f64) {
     for cell in &mut study.summary.cells {
         if wanted
             .iter()
@@ -103,7 +103,7 @@ fn set(study: &mut Study, wanted: &[(Key, &str)], label: &str, figure: Figure, m
         {
             for output in &mut cell.outputs {
                 if output.label() == label {
-                    output.figures.insert(figure, statistics(median));
+                    output.measures.insert(measure, statistics(median));
                 }
             }
         }
@@ -124,8 +124,8 @@ fn paired(first: &str, second: &str, ratio: f64) -> ComparisonSummary {
     ComparisonSummary {
         first: first.to_owned(),
         second: second.to_owned(),
-        figures: [(
-            Figure::Ea,
+        measures: [(
+            Measure::Ea,
             PairedStatistics {
                 median_ratio: quantile(ratio),
                 ..of

@@ -64,12 +64,18 @@ fn the_level_at_which_a_bound_is_the_median() {
     );
     for eta in ["1", "2", "4", "8"] {
         let median = 0.011 * eta.parse::<f64>().unwrap();
-        set(&mut levels, &[(Key::Eta, eta)], "iv(4)", Figure::Ea, median);
+        set(
+            &mut levels,
+            &[(Key::Eta, eta)],
+            "iv(4)",
+            Measure::Ea,
+            median,
+        );
     }
     let cells = levels.cells(&[(Key::Window, "98")]);
-    let level = accuracy::crossing(&cells, "iv(4)", Figure::Ea, 0.033).unwrap();
+    let level = accuracy::crossing(&cells, "iv(4)", Measure::Ea, 0.033).unwrap();
     assert!((level.value - 3.0).abs() < 1e-12 && (level.mcse - 0.003).abs() < 1e-12);
-    assert_eq!(accuracy::crossing(&cells, "iv(4)", Figure::Ea, 33.0), None);
+    assert_eq!(accuracy::crossing(&cells, "iv(4)", Measure::Ea, 33.0), None);
     let (_, because) = verdict_of(&[nikolov(30), levels], "C2");
     assert!(
         because.contains("medians at eta = 3.000(3) % (e_a)"),
@@ -157,13 +163,13 @@ fn the_iteration_converges_or_not() {
         &mut good,
         &[(Key::Noise, "white")],
         "iv(4)",
-        Figure::Ea,
+        Measure::Ea,
         1.2,
     );
     let (found, because) = verdict_of(&[good.clone()], "C5");
     assert_eq!(found, Verdict::HoldsOnlyIf, "{because}");
     assert!(because.contains("It holds with 1/A noise."), "{because}");
-    set(&mut good, &[(Key::Noise, "ar")], "iv(20)", Figure::Ea, 1.2);
+    set(&mut good, &[(Key::Noise, "ar")], "iv(20)", Measure::Ea, 1.2);
     assert_eq!(verdict_of(&[good.clone()], "C5").0, Verdict::DoesNotHold);
     let last = good.summary.cells[0]
         .outputs
@@ -281,14 +287,14 @@ fn the_initial_state_and_the_poles() {
             &mut study,
             &[(Key::Gain, "dead-beat")],
             "iv(4)",
-            Figure::ExMax,
+            Measure::ExMax,
             dead_beat,
         );
         set(
             &mut study,
             &[(Key::Gain, "scaled:0.5")],
             "iv(4)",
-            Figure::ExMax,
+            Measure::ExMax,
             half,
         );
         let (found, because) = verdict_of(&[study], "C9");
@@ -308,20 +314,20 @@ fn readings_cost_something_or_nothing() {
     for id in ["E1", "E2", "E4"] {
         assert_eq!(verdict_of(&[errata.clone()], id).0, Verdict::Holds, "{id}");
     }
-    for figure in [Figure::Ea, Figure::Eb, Figure::ExMax] {
-        set(&mut errata, &[], "iv-frozen(4)", figure, 1.5);
+    for measure in [Measure::Ea, Measure::Eb, Measure::ExMax] {
+        set(&mut errata, &[], "iv-frozen(4)", measure, 1.5);
         set(
             &mut errata,
             &[(Key::Numerator, "transfer-function")],
             "iv(4)",
-            figure,
+            measure,
             0.5,
         );
     }
     let (found, because) = verdict_of(&[errata.clone()], "E4");
     assert_eq!(found, Verdict::DoesNotHold, "{because}");
     assert!(because.contains("frozen 1.500(2)"), "{because}");
-    // Half the error is another figure, too.
+    // Half the error is another measure, too.
     assert_eq!(verdict_of(&[errata.clone()], "E1").0, Verdict::DoesNotHold);
     // What fails is no ratio.
     for cell in &mut errata.summary.cells {

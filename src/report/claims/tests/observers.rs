@@ -13,17 +13,17 @@ fn gpebo(ratios: &[f64], more: i64) -> Study {
         let ratio = ratios.get(i).copied().unwrap_or(0.5);
         for other in ["gradient", "luenberger"] {
             let mut pair = paired("proposed", other, ratio);
-            let of = pair.figures[&Figure::Ea];
-            for figure in [
-                Figure::ThetaRms,
-                Figure::RmsState,
-                Figure::RmsState1,
-                Figure::RmsState2,
-                Figure::Reaching,
+            let of = pair.measures[&Measure::Ea];
+            for measure in [
+                Measure::ThetaRms,
+                Measure::RmsState,
+                Measure::RmsState1,
+                Measure::RmsState2,
+                Measure::Reaching,
             ] {
-                pair.figures.insert(figure, of);
+                pair.measures.insert(measure, of);
             }
-            let reaching = pair.figures.get_mut(&Figure::Reaching).unwrap();
+            let reaching = pair.measures.get_mut(&Measure::Reaching).unwrap();
             reaching.only_first = more.max(0) as u64;
             reaching.only_second = (-more).max(0) as u64;
             cell.comparisons.push(pair);
@@ -64,12 +64,12 @@ fn the_map_of_amplitudes() {
     ] {
         let mut study = study("gpebo-amplitude", file);
         // A disturbance that is not small decides nothing.
-        set(&mut study, &[], "proposed", Figure::MixedDisturbance, 0.9);
+        set(&mut study, &[], "proposed", Measure::MixedDisturbance, 0.9);
         set(
             &mut study,
             &[(Key::Level, "1")],
             "proposed",
-            Figure::MixedDisturbance,
+            Measure::MixedDisturbance,
             1.1,
         );
         for (i, cell) in study.summary.cells.iter_mut().enumerate() {
@@ -113,13 +113,13 @@ fn nothing_beats_the_kalman_filter() {
         for (i, cell) in study.summary.cells.iter_mut().enumerate() {
             for first in ["known observer=dead-beat", "iv observer=dead-beat(4)"] {
                 let mut pair = paired(first, "known observer=kalman-varying", 1.5);
-                let mut of = pair.figures[&Figure::Ea];
+                let mut of = pair.measures[&Measure::Ea];
                 // What does not know the plant decides nothing, however good it is.
                 let known = first.starts_with("known");
                 of.rmse_ratio.value = if known && i == 3 { value } else { 1.5 };
                 of.rmse_ratio.value = if known { of.rmse_ratio.value } else { 0.1 };
                 of.rmse_ratio.mcse = mcse;
-                pair.figures.insert(Figure::RmsState, of);
+                pair.measures.insert(Measure::RmsState, of);
                 cell.comparisons.push(pair);
             }
         }
