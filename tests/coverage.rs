@@ -2,7 +2,7 @@
 //! known. `cargo test --release --test coverage -- --nocapture` prints the table.
 
 use asobench::metric::{
-    Estimate, JACKKNIFE_GROUPS, Paired, Quantile, Sample, Share, SlopeOf, Statistics, slope,
+    Estimate, JACKKNIFE_GROUPS, Paired, Quantile, Sample, Share, SlopeOf, Statistics, Worse, slope,
 };
 use asobench::signal::normal::fill_standard_normal;
 use asobench::signal::{Purpose, stream};
@@ -137,7 +137,7 @@ fn exponential(a: f64, b: f64) -> f64 {
 /// 1 + 2 z.
 fn normal(trials: usize) -> Vec<Row> {
     repeat("normal(1, 2)", trials, 1, |z| {
-        let found = Sample::of(z.iter().map(|z| 1.0 + 2.0 * z)).statistics();
+        let found = Sample::of(z.iter().map(|z| 1.0 + 2.0 * z)).statistics(Worse::Larger);
         vec![
             of("mean", found.mean, 1.0),
             of("sd", found.sd, 2.0),
@@ -161,7 +161,7 @@ fn exponential_law(trials: usize) -> Vec<Row> {
             .0
             .iter()
             .map(|[a, b]| exponential(*a, *b));
-        let found = Sample::of(x).statistics();
+        let found = Sample::of(x).statistics(Worse::Larger);
         vec![
             of("mean", found.mean, 1.0),
             of("trimmed mean", found.trimmed, trimmed),
@@ -227,7 +227,7 @@ fn differences(trials: usize) -> Vec<Row> {
             let [s, a, b] = [0, 2, 4].map(|i| exponential(z[i], z[i + 1]));
             (Some(0.3 + s + a), Some(s + b))
         });
-        let found = Paired::of(pairs).statistics();
+        let found = Paired::of(pairs).statistics(Worse::Larger);
         let share = found.share_smaller;
         let p = 0.5 * (-0.3_f64).exp();
         vec![
@@ -250,7 +250,7 @@ fn ratios(trials: usize) -> Vec<Row> {
             let [s, a, b] = [0, 2, 4].map(|i| exponential(z[i], z[i + 1]));
             (Some(1.2 * (s + a)), Some(s + b))
         });
-        let found = Paired::of(pairs).statistics();
+        let found = Paired::of(pairs).statistics(Worse::Larger);
         vec![
             at("median ratio", found.median_ratio, 1.2),
             of("rmse ratio", found.rmse_ratio, 1.2),
@@ -322,7 +322,7 @@ fn heavy(trials: usize) -> Vec<Row> {
             let square: f64 = z[1..].iter().map(|z| z * z).sum();
             z[0] / (square / 4.0).sqrt()
         });
-        let found = Sample::of(x).statistics();
+        let found = Sample::of(x).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
             ("rmse", rmse, 2.0_f64.sqrt(), Expected::TooLow),
@@ -332,7 +332,7 @@ fn heavy(trials: usize) -> Vec<Row> {
         ]
     });
     rows.extend(repeat("lognormal(1.5)", trials, 1, |z| {
-        let found = Sample::of(z.iter().map(|z| libm::exp(1.5 * z))).statistics();
+        let found = Sample::of(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
             ("rmse", rmse, libm::exp(2.25), Expected::TooLow),
@@ -348,7 +348,7 @@ fn fewest() -> Vec<Row> {
     /// Name, trials, numbers for each, interval, truth.
     type Statistic = (&'static str, usize, usize, fn(&[f64]) -> (f64, f64), f64);
     fn of(z: &[f64]) -> Statistics {
-        Sample::of(z.iter().copied()).statistics()
+        Sample::of(z.iter().copied()).statistics(Worse::Larger)
     }
     fn pairs(z: &[f64]) -> Estimate {
         let (first, second) = z.split_at(z.len() / 2);

@@ -21,13 +21,13 @@ pub use condition::condition;
 pub use decision::Verdict;
 pub use power::Needed;
 
-use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, FileError};
+use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile};
 use crate::study::place::{Place, varying};
 use crate::study::{MethodTime, Summary};
 use decision::{Cells, Says, certain_count, decide};
 use evidence::Evidence;
 use power::Undecided;
-use sentence::Told;
+use sentence::{Told, ToldUnit};
 use serde::Serialize;
 use statistics::Results;
 use units::{Unit, units};
@@ -109,20 +109,17 @@ pub fn judge_at(
     summary: &Summary,
     times: &[MethodTime],
 ) -> Judged {
-    let tests: Result<Vec<ClaimTest>, FileError> = claim.test.iter().map(ClaimTest::of).collect();
-    let given: Result<Option<ClaimTest>, FileError> =
-        claim.given.as_ref().map(ClaimTest::of).transpose();
-    match (tests, given) {
-        (Ok(tests), Ok(given)) => {
+    let given = claim.given.as_ref().map(ClaimTest::of).transpose();
+    match (claim.cases(), given) {
+        (Ok(cases), Ok(given)) => {
             let results = Results { summary, times };
-            let (tests, given) = (tests.as_slice(), given.as_ref());
-            Judge {
+            let judge = Judge {
                 claim,
-                tests,
-                given,
+                cases: &cases,
+                given: given.as_ref(),
                 level,
-            }
-            .judge(results, units(claim, &tests[0], file, summary))
+            };
+            judge.judge(results, file)
         }
         (Err(error), _) | (_, Err(error)) => undecided(claim, level, &error.to_string()),
     }
@@ -143,16 +140,17 @@ fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
     }
 }
 
-/// A claim with its tests.
+/// A claim with its tests, for every output that it lists.
 struct Judge<'a> {
     claim: &'a ClaimTable,
-    tests: &'a [ClaimTest],
+    cases: &'a [Vec<ClaimTest>],
     given: Option<&'a ClaimTest>,
     level: f64,
 }
 
 /// What is found in one unit.
-struct Found {
+struct Found<'a> {
+    tests: &'a [ClaimTest],
     unit: Unit,
     evidence: Evidence,
     /// With the claim's condition: p-values of "condition and test".
@@ -160,9 +158,9 @@ struct Found {
     judged: bool,
 }
 
-impl Judge<'_> {
-    fn find(&self, results: Results<'_>, unit: Unit) -> Found {
-        let evidence = Evidence::of(results, self.tests, &unit.members);
+impl<'a> Judge<'a> {
+    fn find(&self, results: Results<'_>, tests: &'a [ClaimTest], unit: Unit) -> Found<'a> {
+        let evidence = Evidence::of(results, tests, &unit.members);
         let mut says = evidence.says();
         let mut judged = true;
         if let Some(given) = self.given {
@@ -174,6 +172,7 @@ impl Judge<'_> {
             };
         }
         Found {
+            tests,
             unit,
             evidence,
             says,
@@ -181,16 +180,24 @@ impl Judge<'_> {
         }
     }
 
-    fn judge(&self, results: Results<'_>, units: Result<Vec<Unit>, String>) -> Judged {
-        let units = match units {
-            Ok(units) => units,
+    /// Every unit of every case.
+    fn found(&self, results: Results<'_>, file: &ExperimentFile) -> Result<Vec<Found<'a>>, String> {
+        let mut found = Vec::new();
+        for tests in self.cases {
+            let Some(first) = tests.first() else { continue };
+            for unit in units(self.claim, first, file, results.summary)? {
+                found.push(self.find(results, tests, unit));
+            }
+        }
+        Ok(found)
+    }
+
+    fn judge(&self, results: Results<'_>, file: &ExperimentFile) -> Judged {
+        let found = match self.found(results, file) {
+            Ok(found) => found,
             Err(why) => return undecided(self.claim, self.level, &why),
         };
-        let among = units.len();
-        let found: Vec<Found> = units
-            .into_iter()
-            .map(|unit| self.find(results, unit))
-            .collect();
+        let among = found.len();
         let kept: Vec<&Found> = found.iter().filter(|found| found.judged).collect();
         let says: Vec<Says> = kept.iter().map(|found| found.says).collect();
         let holds = self.claim.holds;
@@ -214,14 +221,19 @@ impl Judge<'_> {
         });
         let [passing, failing] = judged.certain(holds, self.level);
         let (pass, fail): (Vec<f64>, Vec<f64>) = says.iter().map(|of| (of.pass, of.fail)).unzip();
-        let places: Vec<Place> = kept.iter().map(|found| found.unit.place.clone()).collect();
-        let evidence: Vec<&Evidence> = kept.iter().map(|found| &found.evidence).collect();
+        let units: Vec<ToldUnit> = kept
+            .iter()
+            .map(|found| ToldUnit {
+                tests: found.tests,
+                place: found.unit.place.clone(),
+                evidence: &found.evidence,
+            })
+            .collect();
         let told = Told {
             holds,
-            tests: self.tests,
+            cases: self.cases,
             given: self.given,
-            places: &places,
-            evidence: &evidence,
+            units: &units,
             left_out: among - kept.len(),
             passing: &passing,
             failing: &failing,
@@ -234,7 +246,8 @@ impl Judge<'_> {
         judged.verdict = verdict;
         judged.line = format!("{}  {verdict}{sentence}", self.claim.id);
         judged.needed = needed;
-        judged.timed = self.tests.iter().chain(self.given).any(ClaimTest::is_timed);
+        let mut tests = self.cases.iter().flatten().chain(self.given);
+        judged.timed = tests.any(ClaimTest::is_timed);
         judged.cells = self.cells(&found, &passing, &failing);
         judged
     }
@@ -247,6 +260,7 @@ impl Judge<'_> {
         let cell = |found: &Found| {
             let index = judged;
             judged += usize::from(found.judged);
+            let parts = found.evidence.parts.iter();
             JudgedCell {
                 cells: found.unit.members.cells(),
                 place: found.unit.place.words(&keys),
@@ -258,27 +272,22 @@ impl Judge<'_> {
                 },
                 p_pass: found.says.pass,
                 p_fail: found.says.fail,
-                numbers: found
-                    .evidence
-                    .parts
-                    .iter()
-                    .map(|part| self.number(part))
-                    .collect(),
+                numbers: parts.map(|part| number(found.tests, part)).collect(),
                 missing: found.evidence.missing.clone(),
             }
         };
         found.iter().map(cell).collect()
     }
+}
 
-    fn number(&self, part: &evidence::Part) -> JudgedNumber {
-        let test = &self.tests[part.test];
-        let (value, error) = part.number.known.shown();
-        JudgedNumber {
-            what: sentence::noun(test, part.number.name.as_deref()),
-            must: sentence::must(test),
-            value,
-            error,
-            kept: part.number.kept,
-        }
+fn number(tests: &[ClaimTest], part: &evidence::Part) -> JudgedNumber {
+    let test = &tests[part.test];
+    let (value, error) = part.number.known.shown();
+    JudgedNumber {
+        what: sentence::noun(test, part.number.name.as_deref()),
+        must: sentence::must(test),
+        value,
+        error,
+        kept: part.number.kept,
     }
 }

@@ -16,11 +16,11 @@ use crate::study::place::{Place, measure_name};
 /// What a sentence is made of.
 pub(super) struct Told<'a> {
     pub(super) holds: Holds,
-    pub(super) tests: &'a [ClaimTest],
+    /// The tests, for every output that the claim lists.
+    pub(super) cases: &'a [Vec<ClaimTest>],
     pub(super) given: Option<&'a ClaimTest>,
-    /// The places of the judged cells, and what each says.
-    pub(super) places: &'a [Place],
-    pub(super) evidence: &'a [&'a Evidence],
+    /// What is judged, and what each says.
+    pub(super) units: &'a [ToldUnit<'a>],
     /// Cells in which the condition is not certain, or no cell is judged.
     pub(super) left_out: usize,
     /// The judged cells that certainly pass or fail, as indices.
@@ -32,17 +32,64 @@ pub(super) struct Told<'a> {
     pub(super) needed: Option<Needed>,
 }
 
+/// A cell, or what else is judged by itself, with one of the outputs that the claim lists.
+pub(super) struct ToldUnit<'a> {
+    pub(super) tests: &'a [ClaimTest],
+    pub(super) place: Place,
+    pub(super) evidence: &'a Evidence,
+}
+
+impl ToldUnit<'_> {
+    /// How far it is inside the limit.
+    fn margin(&self) -> f64 {
+        self.evidence.decisive().map_or(f64::INFINITY, Part::margin)
+    }
+}
+
 impl Told<'_> {
+    fn places(&self) -> Vec<Place> {
+        self.units.iter().map(|unit| unit.place.clone()).collect()
+    }
+
+    /// "cells", or "cases" where each is a cell with one of several outputs.
+    fn cells(&self) -> &'static str {
+        if self.cases.len() > 1 {
+            "cases"
+        } else {
+            "cells"
+        }
+    }
+
+    /// Where it certainly holds: settings, or outputs where the claim lists several.
+    fn holds_where(&self) -> Option<String> {
+        if self.cases.len() == 1 {
+            return condition(&self.places(), self.passing, self.failing);
+        }
+        let all_pass = |case: &&Vec<ClaimTest>| {
+            let mut units = (0..self.units.len())
+                .filter(|unit| std::ptr::eq(self.units[*unit].tests, case.as_slice()))
+                .peekable();
+            units.peek().is_some() && units.all(|unit| self.passing.contains(&unit))
+        };
+        let held = self.cases.iter().filter(all_pass);
+        let names: Vec<String> = held
+            .filter_map(|case| Some(of_and_to(case.first()?)))
+            .collect();
+        (1..=6)
+            .contains(&names.len())
+            .then(|| format!("of {}", listed(&names)))
+    }
+
     /// What follows the verdict's word.
     pub(super) fn sentence(&self) -> String {
         let mut sentence = match self.verdict {
             Verdict::Undecided => self.undecided(),
-            _ if self.places.len() == 1 => self.of_one(),
+            _ if self.units.len() == 1 => self.of_one(),
             Verdict::Holds => self.holding(),
             Verdict::DoesNotHold => self.failing(),
             Verdict::HoldsInPart => self.in_part(),
         };
-        if self.left_out > 0 && !self.places.is_empty() {
+        if self.left_out > 0 && !self.units.is_empty() {
             let given = self
                 .given
                 .map(|test| format!("{} is certainly {}", noun(test, None), must(test)));
@@ -62,10 +109,7 @@ impl Told<'_> {
 
     /// The judged cell that is nearest to failing, or fails most.
     fn nearest(&self, among: &[usize]) -> Option<usize> {
-        let margin = |cell: &usize| {
-            let part = self.evidence[*cell].decisive();
-            part.map_or(f64::INFINITY, Part::margin)
-        };
+        let margin = |cell: &usize| self.units[*cell].margin();
         let mut cells = among.iter().copied();
         let first = cells.next()?;
         Some(cells.fold(first, |best, cell| {
@@ -78,16 +122,12 @@ impl Told<'_> {
     }
 
     fn all(&self) -> Vec<usize> {
-        (0..self.places.len()).collect()
+        (0..self.units.len()).collect()
     }
 
     /// The middle cell by how far its number is inside the limit.
     fn middle(&self) -> Option<usize> {
-        let margin = |cell: &usize| {
-            self.evidence[*cell]
-                .decisive()
-                .map_or(f64::INFINITY, Part::margin)
-        };
+        let margin = |cell: &usize| self.units[*cell].margin();
         let mut all = self.all();
         all.sort_by(|a, b| margin(a).total_cmp(&margin(b)));
         all.get(all.len() / 2).copied()
@@ -95,7 +135,8 @@ impl Told<'_> {
 
     /// " at N = 98", or nothing where there is but one cell.
     fn at(&self, cell: usize) -> String {
-        let words = self.places[cell].words(&crate::study::place::varying(self.places));
+        let keys = crate::study::place::varying(&self.places());
+        let words = self.units[cell].place.words(&keys);
         if words.is_empty() {
             words
         } else {
@@ -106,8 +147,9 @@ impl Told<'_> {
     /// "the median e_a of iv(4)" of the cell's decisive number, with the number itself and what it
     /// must be.
     fn of(&self, cell: usize) -> Option<(String, String, String)> {
-        let part = self.evidence[cell].decisive()?;
-        let test = &self.tests[part.test];
+        let unit = &self.units[cell];
+        let part = unit.evidence.decisive()?;
+        let test = &unit.tests[part.test];
         let mut value = value(test, part);
         if let Some(kept) = part.number.kept {
             value.push_str(&format!(
@@ -120,14 +162,25 @@ impl Told<'_> {
 
     /// "the share of lost trials of ls is below 1 %", or that all tests pass.
     fn claim(&self, verb: &str) -> String {
-        match self.tests {
-            [one] => format!("{} {verb} {}", noun(one, None), must(one)),
+        match self.cases[0].as_slice() {
+            [one] => format!("{} {verb} {}", noun(&self.any(one), None), must(one)),
             tests => format!(
                 "all {} tests {}",
                 tests.len(),
                 if verb == "is" { "pass" } else { "do not pass" }
             ),
         }
+    }
+
+    /// A test with all of the outputs that the claim lists.
+    fn any(&self, test: &ClaimTest) -> ClaimTest {
+        let mut any = test.clone();
+        let firsts = || self.cases.iter().filter_map(|case| case.first());
+        any.of = each_of(firsts().map(|test| test.of.clone()));
+        if let Some(to) = any.kind.other_mut() {
+            *to = each_of(firsts().filter_map(|test| test.kind.other().cloned()));
+        }
+        any
     }
 
     fn of_one(&self) -> String {
@@ -143,10 +196,10 @@ impl Told<'_> {
     }
 
     fn holding(&self) -> String {
-        let m = self.places.len();
+        let m = self.units.len();
         let number = |cell: Option<usize>, word: &str| {
             let told = cell.and_then(|cell| Some((self.of(cell)?, self.at(cell))));
-            let several = self.tests.len() > 1;
+            let several = self.cases.len() > 1 || self.cases[0].len() > 1;
             told.map_or_else(String::new, |((noun, value, must), at)| {
                 if several {
                     format!("; {word}{at}, where {noun} is {value} and must be {must}")
@@ -157,13 +210,15 @@ impl Told<'_> {
         };
         match self.holds {
             Holds::Everywhere => format!(
-                ": in all {m} cells {}{}.",
+                ": in all {m} {} {}{}.",
+                self.cells(),
                 self.claim("is"),
                 number(self.nearest(&self.all()), "nearest to the limit:")
             ),
             Holds::Typically => format!(
-                ": in at least {} of {m} cells {}{}.",
+                ": in at least {} of {m} {} {}{}.",
                 self.at_least[0],
+                self.cells(),
                 self.claim("is"),
                 number(self.middle(), "in the middle one:")
             ),
@@ -175,40 +230,40 @@ impl Told<'_> {
     }
 
     fn failing(&self) -> String {
-        let m = self.places.len();
+        let m = self.units.len();
         let told = |cell: Option<usize>| {
             let (noun, value, must) = self.of(cell?)?;
             Some(format!("{noun} is {value}{}, not {must}", self.at(cell?)))
         };
         match self.holds {
             Holds::Everywhere => {
-                let others = self.passing.to_vec();
+                let cells = self.cells();
                 let counter = told(self.nearest(self.failing)).unwrap_or_default();
                 let count = match self.failing.len() {
-                    1 => format!("one certain counterexample in {m} cells"),
-                    count => format!("{count} certain counterexamples in {m} cells"),
+                    1 => format!("one certain counterexample in {m} {cells}"),
+                    count => format!("{count} certain counterexamples in {m} {cells}"),
                 };
-                let place = condition(self.places, &others, self.failing);
+                let place = self.holds_where();
                 let place = place.map(|place| format!(" It certainly holds {place}."));
                 format!(": {counter}; {count}.{}", place.unwrap_or_default())
             }
             Holds::Typically => format!(
-                ": in at least {} of {m} cells {}; in the middle one {}.",
+                ": in at least {} of {m} {} {}; in the middle one {}.",
                 self.at_least[1],
+                self.cells(),
                 self.claim("is not"),
                 told(self.middle()).unwrap_or_default()
             ),
             Holds::Somewhere => {
-                let best = self.all().into_iter().max_by(|a, b| {
-                    let margin = |cell: &usize| {
-                        self.evidence[*cell]
-                            .decisive()
-                            .map_or(f64::NEG_INFINITY, Part::margin)
-                    };
-                    margin(a).total_cmp(&margin(b))
-                });
+                let margin = |cell: &usize| {
+                    let decisive = self.units[*cell].evidence.decisive();
+                    decisive.map_or(f64::NEG_INFINITY, Part::margin)
+                };
+                let all = self.all().into_iter();
+                let best = all.max_by(|a, b| margin(a).total_cmp(&margin(b)));
                 format!(
-                    ": in none of {m} cells; at best {}.",
+                    ": in none of {m} {}; at best {}.",
+                    self.cells(),
                     told(best).unwrap_or_default()
                 )
             }
@@ -216,41 +271,39 @@ impl Told<'_> {
     }
 
     fn in_part(&self) -> String {
-        let place = condition(self.places, self.passing, self.failing);
+        let place = self.holds_where();
         let place = place.map_or_else(String::new, |place| format!(" It certainly holds {place}."));
         format!(
-            ": {} in {} of {} cells for certain, certainly not in {}.{place}",
+            ": {} in {} of {} {} for certain, certainly not in {}.{place}",
             self.claim("is"),
             self.passing.len(),
-            self.places.len(),
+            self.units.len(),
+            self.cells(),
             self.failing.len()
         )
     }
 
     fn undecided(&self) -> String {
-        if self.places.is_empty() && self.left_out == 0 {
+        if self.units.is_empty() && self.left_out == 0 {
             return ": no cell of the results is one that it speaks of.".to_owned();
         }
-        if self.places.is_empty() {
+        if self.units.is_empty() {
             return ": its condition is certain in no cell.".to_owned();
         }
-        let m = self.places.len();
+        let m = self.units.len();
         let mut reasons: Vec<String> = Vec::new();
-        for why in self.evidence.iter().flat_map(|evidence| &evidence.missing) {
+        for why in self.units.iter().flat_map(|unit| &unit.evidence.missing) {
             if !reasons.contains(why) {
                 reasons.push(why.clone());
             }
         }
-        let silent = self
-            .evidence
-            .iter()
-            .filter(|of| !of.missing.is_empty())
-            .count();
+        let is_silent = |unit: &&ToldUnit| !unit.evidence.missing.is_empty();
+        let silent = self.units.iter().filter(is_silent).count();
         let open = m - self.passing.len() - self.failing.len();
         let open = match self.of(0).filter(|_| m == 1) {
             Some((noun, value, must)) => format!("{noun} is {value}, not certainly {must} or not"),
             None if m == 1 => "nothing is known of the cell".to_owned(),
-            None => format!("{open} of {m} cells leave it open"),
+            None => format!("{open} of {m} {} leave it open", self.cells()),
         };
         let trials = match self.needed {
             _ if silent == m => String::new(),
@@ -274,6 +327,28 @@ impl Told<'_> {
             format!("{cells}: {}", listed(&reasons))
         };
         format!(": {open}{why}{trials}.")
+    }
+}
+
+/// "iv(4)", or "each of iv(4) and ls".
+fn each_of(names: impl Iterator<Item = String>) -> String {
+    let mut all: Vec<String> = Vec::new();
+    for name in names {
+        if !all.contains(&name) {
+            all.push(name);
+        }
+    }
+    match all.as_slice() {
+        [one] => one.clone(),
+        all => format!("each of {}", listed(all)),
+    }
+}
+
+/// "iv(4)", or "iv(4) over ls".
+pub(super) fn of_and_to(test: &ClaimTest) -> String {
+    match test.kind.other() {
+        Some(to) => format!("{} over {to}", test.of),
+        None => test.of.clone(),
     }
 }
 

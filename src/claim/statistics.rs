@@ -1,11 +1,13 @@
 //! The numbers of a study's summary that tests look at: the only part of the engine that knows
 //! where they stand.
 //!
-//! Populations: shares and quantiles are over all trials, lost ones last; means, root mean squares
-//! and biases are over the trials that have the measure, and say so ([`Number::kept`]).
+//! Populations: shares, quantiles and paired ratios are over all trials, lost ones last; means, root
+//! mean squares and biases are over the trials that have the measure, and say so ([`Number::kept`]).
 
 use super::known::{Freedom, Known};
-use crate::metric::{Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, Statistics};
+use crate::metric::{
+    Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, SlopeOf, Statistics, Worse,
+};
 use crate::study::file::{
     BoundTable, ClaimStatistic, ClaimTest, Outcome, SlopeTable, TestKind, ValueOf,
 };
@@ -59,11 +61,13 @@ impl Results<'_> {
         };
         match (&test.kind, of) {
             (TestKind::Cells { measure, .. }, Members::Pair(from, to)) => {
-                one(self.pair(cell(*from)?, cell(*to)?, &test.of, *measure))
+                let known = self.pair([*from, *to], &test.of, *measure);
+                let sure = cell(*from)?.deterministic && cell(*to)?.deterministic;
+                one(known).map(|numbers| if sure { exact(numbers) } else { numbers })
             }
-            (TestKind::Slope(slope), Members::Family(cells)) => {
-                one(self.slope(slope, &test.of, cells))
-            }
+            (TestKind::Slope(slope), Members::Family(cells)) => self
+                .slope(slope, &test.of, cells)
+                .map(|number| vec![number]),
             (TestKind::Time { to }, Members::Cell(index)) => one(self.time(*index, &test.of, to)),
             (_, Members::Cell(index)) => in_cell(cell(*index)?, test),
             _ => Err("the test is about other cells".to_owned()),
@@ -81,20 +85,22 @@ impl Results<'_> {
     }
 
     /// A measure of an output in one cell over that in another, on the same trials.
-    #[expect(clippy::unused_self, reason = "results hold no pairs of cells yet")]
     fn pair(
         self,
-        _from: &CellSummary,
-        _to: &CellSummary,
+        [from, to]: [usize; 2],
         output: &str,
         measure: Measure,
     ) -> Result<Known, Missing> {
-        Err(not_kept(&format!(
-            "pairs of cells in {measure} of '{output}'"
-        )))
+        let mut pairs = self.summary.cell_pairs.iter();
+        let found = pairs.find(|pair| {
+            let cells = (pair.from, pair.to) == (from, to);
+            cells && pair.of.measure == measure && pair.of.output == output
+        });
+        let what = || not_kept(&format!("pairs of cells in {measure} of '{output}'"));
+        Ok(paired_median(&found.ok_or_else(what)?.ratio, measure))
     }
 
-    fn slope(self, of: &SlopeTable, output: &str, cells: &[usize]) -> Result<Known, Missing> {
+    fn slope(self, of: &SlopeTable, output: &str, cells: &[usize]) -> Result<Number, Missing> {
         let mut slopes = self.summary.slopes.iter();
         let found =
             slopes.find(|slope| slope.of == *of && slope.output == output && slope.cells == cells);
@@ -109,11 +115,26 @@ impl Results<'_> {
         };
         let slope = found.slope.ok_or_else(undefined)?;
         let estimate = (slope.value, slope.mcse);
-        known(
-            estimate,
-            Freedom::constant((JACKKNIFE_GROUPS - 1) as f64),
-            false,
-        )
+        let freedom = Freedom::constant((JACKKNIFE_GROUPS - 1) as f64);
+        Ok(Number {
+            kept: match of.statistic {
+                SlopeOf::Rmse => self.least_kept(cells, output, of.measure),
+                SlopeOf::Median => None,
+            },
+            ..known(estimate, freedom, false)?.into()
+        })
+    }
+
+    /// The least share of trials that have a measure, over some cells.
+    fn least_kept(self, cells: &[usize], output: &str, measure: Measure) -> Option<f64> {
+        let cells = cells
+            .iter()
+            .filter_map(|cell| self.summary.cells.get(*cell));
+        let shares = cells.filter_map(|cell| {
+            let of = cell.output(output)?.measures.get(&measure)?;
+            kept(of.count, cell.trials)
+        });
+        shares.reduce(f64::min)
     }
 
     /// A time is a median over repetitions, of which quartiles are known. Repetitions share the
@@ -143,20 +164,23 @@ fn not_kept(what: &str) -> Missing {
     format!("the run did not keep {what}; a new run of the file keeps what its claims need")
 }
 
-/// Whether one trial stands for all: nothing in the cell is random.
-fn is_deterministic(_cell: &CellSummary) -> bool {
-    false
+/// Numbers of cells in which nothing is random: one trial stands for all.
+fn exact(mut numbers: Vec<Number>) -> Vec<Number> {
+    for number in &mut numbers {
+        number.known = Known::Exact(number.known.shown().0);
+    }
+    numbers
 }
 
-/// Whether a larger value of a measure is the better one: lost trials are then the smallest.
-fn larger_is_better(measure: Measure) -> bool {
-    measure == Measure::FreshFit
+/// An estimate's value and error: none where nothing is random.
+fn estimated(cell: &CellSummary, of: Estimate) -> (f64, f64) {
+    (of.value, if cell.deterministic { 0.0 } else { of.mcse })
 }
 
 fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
     let output = cell.output(&test.of);
     let output = output.ok_or_else(|| format!("the results have no output '{}'", test.of))?;
-    let mut numbers = match &test.kind {
+    let numbers = match &test.kind {
         TestKind::Outcome(outcome) => one(outcome_count(cell, output, *outcome)),
         TestKind::Bound(bound) => one(bound_count(cell, &test.of, bound)),
         TestKind::Wins { measure, to } => one(wins(cell, &test.of, to, *measure)),
@@ -186,12 +210,11 @@ fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing>
         },
         TestKind::Cells { .. } | TestKind::Slope(_) | TestKind::Time { .. } => Ok(Vec::new()),
     }?;
-    if is_deterministic(cell) {
-        for number in &mut numbers {
-            number.known = Known::Exact(number.known.shown().0);
-        }
-    }
-    Ok(numbers)
+    Ok(if cell.deterministic {
+        exact(numbers)
+    } else {
+        numbers
+    })
 }
 
 /// An estimate with its standard error; without error it is exact.
@@ -221,14 +244,10 @@ fn outcome_count(
     output: &OutputSummary,
     outcome: Outcome,
 ) -> Result<Known, Missing> {
-    let (failed, unstable) = (output.outcomes.failed(), output.outcomes.unstable);
     let count = match outcome {
-        Outcome::Failed => failed,
-        Outcome::Unstable => unstable,
-        Outcome::Lost if failed == 0 || unstable == 0 => failed + unstable,
-        Outcome::Lost => {
-            return Err(not_kept("how many trials are both failed and unstable"));
-        }
+        Outcome::Failed => output.outcomes.failed(),
+        Outcome::Unstable => output.outcomes.unstable,
+        Outcome::Lost => output.outcomes.lost,
     };
     count_of(count, cell.trials)
 }
@@ -276,10 +295,9 @@ fn compared<'a>(
 
 fn wins(cell: &CellSummary, of: &str, to: &str, measure: Measure) -> Result<Known, Missing> {
     let smaller = compared(cell, of, to, measure)?.share_smaller;
-    let count = if larger_is_better(measure) {
-        smaller.of - smaller.count
-    } else {
-        smaller.count
+    let count = match measure.worse() {
+        Worse::Larger => smaller.count,
+        Worse::Smaller => smaller.of - smaller.count,
     };
     if smaller.of == 0 {
         return Err("all trials are ties".to_owned());
@@ -299,21 +317,15 @@ fn value(
     statistic: ClaimStatistic,
 ) -> Result<Number, Missing> {
     let of = statistics(output, measure)?;
-    // Quantiles of summaries are over the trials that have the measure.
-    let survivors = |known: Known| {
-        Ok(Number {
-            kept: kept(of.count, cell.trials),
-            ..known.into()
-        })
-    };
+    let quantile = |q: f64, of_q: Quantile| Ok(quantile(of, q, of_q, measure).into());
     match statistic {
         ClaimStatistic::Mean => moment(cell, of, of.mean, measure),
         ClaimStatistic::Rms => moment(cell, of, of.rmse, measure),
-        ClaimStatistic::Q05 => survivors(quantile(cell, of, 0.05, of.q05, measure)),
-        ClaimStatistic::Q25 => survivors(quantile(cell, of, 0.25, of.q25, measure)),
-        ClaimStatistic::Q75 => survivors(quantile(cell, of, 0.75, of.q75, measure)),
-        ClaimStatistic::Q95 => survivors(quantile(cell, of, 0.95, of.q95, measure)),
-        _ => survivors(quantile(cell, of, 0.5, of.q50, measure)),
+        ClaimStatistic::Q05 => quantile(0.05, of.q05),
+        ClaimStatistic::Q25 => quantile(0.25, of.q25),
+        ClaimStatistic::Q75 => quantile(0.75, of.q75),
+        ClaimStatistic::Q95 => quantile(0.95, of.q95),
+        _ => quantile(0.5, of.q50),
     }
 }
 
@@ -324,12 +336,12 @@ fn moment(
     estimate: Estimate,
     measure: Measure,
 ) -> Result<Number, Missing> {
-    if of.dominated {
+    if of.dominated && !cell.deterministic {
         return Err(format!(
             "a single trial makes the mean square of {measure}, so means say nothing; quantiles do"
         ));
     }
-    let estimate = (estimate.value, estimate.mcse);
+    let estimate = estimated(cell, estimate);
     Ok(Number {
         kept: kept(of.count, cell.trials),
         ..known(estimate, Freedom::of_mean(of.count), false)?.into()
@@ -341,58 +353,37 @@ fn kept(count: u64, of: u64) -> Option<f64> {
 }
 
 /// A quantile over all trials.
-fn quantile(
-    cell: &CellSummary,
-    of: &Statistics,
-    q: f64,
-    quantile: Quantile,
-    measure: Measure,
-) -> Known {
-    let n = cell.trials;
-    let lost = n.saturating_sub(of.count);
-    let is_lost = |q: f64| {
-        let share = lost as f64 / n as f64;
-        if larger_is_better(measure) {
-            q < share
-        } else {
-            q > 1.0 - share
-        }
+fn quantile(of: &Statistics, q: f64, quantile: Quantile, measure: Measure) -> Known {
+    let (n, lost) = (of.count + of.undefined, of.undefined);
+    // Lost trials below and above the others.
+    let (below, end) = match measure.worse() {
+        Worse::Larger => (0, (f64::INFINITY, of.count)),
+        Worse::Smaller => (lost, (f64::NEG_INFINITY, lost)),
     };
-    let end = if larger_is_better(measure) {
-        (f64::NEG_INFINITY, lost)
-    } else {
-        (f64::INFINITY, of.count)
-    };
-    let quantiles = [
-        (0.0, of.min),
-        (0.05, of.q05.value),
-        (0.25, of.q25.value),
-        (0.5, of.q50.value),
-        (0.75, of.q75.value),
-        (0.95, of.q95.value),
-        (1.0, of.max),
-    ];
-    let inner = quantiles.into_iter().filter(|(q, _)| !is_lost(*q));
-    let value = if is_lost(q) { end.0 } else { quantile.value };
-    let estimate = (value, quantile.mcse);
-    ranks(
-        q,
-        n,
-        estimate,
-        inner,
-        [Some(end).filter(|_| lost > 0), None],
-        false,
-    )
+    let value = if quantile.lost { end.0 } else { quantile.value };
+    let extremes = [(of.min, below + 1), (of.max, below + of.count)];
+    let quantiles = [0.05, 0.25, 0.5, 0.75, 0.95].into_iter();
+    let quantiles = quantiles.zip(of.quantiles.all().map(|of| of.value));
+    let points = at_ranks(quantiles, n).chain(extremes).chain([end]);
+    ranks(q, n, (value, quantile.mcse), points, false)
 }
 
-/// A quantile by its standard error where it has one, else by the ranks: `known` quantiles, and the
-/// `ends` that lost trials make.
+/// Quantiles of n values with their ranks: a quantile is at or between the values of the ranks j and
+/// j + 1 with j = q (n - 1) rounded down, from 0.
+fn at_ranks(
+    quantiles: impl Iterator<Item = (f64, f64)>,
+    n: u64,
+) -> impl Iterator<Item = (f64, u64)> {
+    let rank = move |q: f64| (q * n.saturating_sub(1) as f64) as u64 + 1;
+    quantiles.map(move |(q, x)| (x, rank(q)))
+}
+
+/// A quantile by its standard error where it has one, else by the ranks of known values.
 fn ranks(
     q: f64,
     of: u64,
     (value, error): (f64, f64),
-    known: impl IntoIterator<Item = (f64, f64)>,
-    ends: [Option<(f64, u64)>; 2],
+    points: impl Iterator<Item = (f64, u64)>,
     logarithmic: bool,
 ) -> Known {
     let is_near_normal = value.is_finite() && error > 0.0 && error.is_finite();
@@ -404,16 +395,11 @@ fn ranks(
             logarithmic,
         };
     }
-    // A quantile of n values is at or between those of the ranks j and j + 1 with j = q (n - 1)
-    // rounded down, from 0.
-    let rank = |q: f64| (q * of.saturating_sub(1) as f64) as u64 + 1;
-    let inner = known.into_iter().filter(|(_, x)| !x.is_nan());
-    let inner = inner.map(|(q, x)| (x, rank(q)));
     Known::Ranks {
         value,
         q,
         of,
-        points: inner.chain(ends.into_iter().flatten()).collect(),
+        points: points.filter(|(x, _)| !x.is_nan()).collect(),
     }
 }
 
@@ -426,28 +412,33 @@ fn ratio(
     statistic: ClaimStatistic,
 ) -> Result<Number, Missing> {
     let pair = compared(cell, of, to, measure)?;
-    let all = pair.both + pair.only_first + pair.only_second + pair.neither;
-    if statistic == ClaimStatistic::Rms {
-        if pair.dominated {
-            return Err(format!(
-                "a single trial makes the mean square of {measure}; statistic = \"median\" holds there"
-            ));
-        }
-        let ratio = (pair.rmse_ratio.value, pair.rmse_ratio.mcse);
-        return Ok(Number {
-            kept: kept(pair.both, all),
-            ..known(ratio, Freedom::of_mean(pair.both), true)?.into()
-        });
+    if statistic != ClaimStatistic::Rms {
+        return Ok(paired_median(pair, measure).into());
     }
+    if pair.dominated && !cell.deterministic {
+        return Err(format!(
+            "a single trial makes the mean square of {measure}; statistic = \"median\" holds there"
+        ));
+    }
+    let ratio = estimated(cell, pair.rmse_ratio);
     Ok(Number {
-        kept: kept(pair.both, all),
-        ..paired_median(pair, all).into()
+        kept: kept(pair.both, pair.trials()),
+        ..known(ratio, Freedom::of_mean(pair.both), true)?.into()
     })
 }
 
 /// The median ratio of two outputs, or of two cells, over all trials.
-fn paired_median(pair: &PairedStatistics, all: u64) -> Known {
-    let median = (pair.median_ratio.value, pair.median_ratio.mcse);
+fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
+    let all = pair.trials();
+    let (zero, infinite) = match measure.worse() {
+        Worse::Larger => (pair.only_first, pair.only_second),
+        Worse::Smaller => (pair.only_second, pair.only_first),
+    };
+    let value = match pair.median_ratio {
+        of if !of.lost => of.value,
+        _ if zero > infinite => 0.0,
+        _ => f64::INFINITY,
+    };
     let quantiles = [
         (0.05, pair.ratio_q05.value),
         (0.25, pair.ratio_q25.value),
@@ -455,25 +446,45 @@ fn paired_median(pair: &PairedStatistics, all: u64) -> Known {
         (0.75, pair.ratio_q75.value),
         (0.95, pair.ratio_q95.value),
     ];
-    let zero = (pair.only_first > 0).then_some((0.0, pair.only_first));
-    let infinite = (pair.only_second > 0).then_some((f64::INFINITY, all - pair.only_second));
-    ranks(0.5, all, median, quantiles, [zero, infinite], true)
+    let zero = (zero > 0).then_some((0.0, zero));
+    let infinite = (infinite > 0).then_some((f64::INFINITY, all - infinite));
+    let points = at_ranks(quantiles.into_iter(), all);
+    let points = points.chain(zero).chain(infinite);
+    ranks(0.5, all, (value, pair.median_ratio.mcse), points, true)
 }
 
 /// The ratio of two medians. Outputs that share their trials are taken as independent: nearly
 /// always they rise and fall together, and the error is then too large rather than too small.
+/// A median that falls among lost trials makes the ratio infinite or 0.
 fn ratio_of_medians(cell: &CellSummary, of: [(&str, Measure); 2]) -> Result<Known, Missing> {
-    let mut medians = [Quantile::UNDEFINED; 2];
-    for (median, (label, measure)) in medians.iter_mut().zip(of) {
+    let mut found = Vec::with_capacity(2);
+    for (label, measure) in of {
         let output = cell.output(label);
         let output = output.ok_or_else(|| format!("the results have no output '{label}'"))?;
-        *median = statistics(output, measure)?.q50;
+        found.push(statistics(output, measure)?);
     }
-    let [first, second] = medians;
+    let [first, second] = [found[0], found[1]];
+    let by_lost = |value: f64, point: (f64, u64)| Known::Ranks {
+        value,
+        q: 0.5,
+        of: cell.trials,
+        points: vec![point],
+    };
+    match (first.q50.lost, second.q50.lost) {
+        (true, true) => return Err("both medians are those of lost trials".to_owned()),
+        (true, false) => return Ok(by_lost(f64::INFINITY, (f64::INFINITY, first.count))),
+        (false, true) => return Ok(by_lost(0.0, (0.0, second.undefined))),
+        (false, false) => {}
+    }
+    let (first, second) = (first.q50, second.q50);
     let ratio = first.value / second.value;
     let relative = (first.mcse / first.value).hypot(second.mcse / second.value);
-    let freedom = Freedom::of_quantile(0.5, cell.trials);
-    known((ratio, ratio * relative), freedom, true)
+    let error = if cell.deterministic {
+        0.0
+    } else {
+        ratio * relative
+    };
+    known((ratio, error), Freedom::of_quantile(0.5, cell.trials), true)
 }
 
 /// The mean signed error over its standard deviation, delta = m / s, of one coefficient or of all:

@@ -2,8 +2,8 @@
 
 use super::statistics::Members;
 use crate::study::file::{
-    ClaimTable, ClaimTest, Conditions, ExperimentFile, Key, Scalar, Settings, TestKind, TestUnit,
-    conditions, matches,
+    ClaimTable, ClaimTest, Conditions, ExperimentFile, Key, Settings, TestKind, TestUnit,
+    conditions, matches, partners,
 };
 use crate::study::place::Place;
 use crate::study::{CellSummary, Summary};
@@ -79,25 +79,14 @@ fn pairs(
     file: &ExperimentFile,
     summary: &Summary,
 ) -> Vec<Unit> {
-    let group = file.zip.iter().find(|group| group.contains(&axis));
-    let moves = |key: &Key| *key == axis || group.is_some_and(|group| group.contains(key));
-    let others = |cell: &CellSummary| -> Settings {
-        let others = cell.settings.iter().filter(|(key, _)| !moves(key));
-        others.map(|(key, value)| (*key, value.clone())).collect()
-    };
-    let with = |value: &Scalar| {
-        let cells = summary.cells.iter().enumerate();
-        let value = value.clone();
-        cells.filter(move |(_, cell)| cell.settings.get(&axis) == Some(&value))
-    };
+    let settings: Vec<&Settings> = summary.cells.iter().map(|cell| &cell.settings).collect();
     let mut found = Vec::new();
     for (from, to) in test.unit().steps(file) {
-        for (index, cell) in with(&to).filter(|(_, cell)| matches(&cell.settings, wanted)) {
-            let shared = others(cell);
-            if let Some((first, _)) = with(&from).find(|(_, cell)| others(cell) == shared) {
+        for [first, second] in partners(file, &settings, axis, [&from, &to]) {
+            if matches(settings[second], wanted) {
                 found.push(Unit {
-                    members: Members::Pair(first, index),
-                    place: cell.place(),
+                    members: Members::Pair(first, second),
+                    place: summary.cells[second].place(),
                 });
             }
         }

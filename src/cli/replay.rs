@@ -416,6 +416,7 @@ impl<'a> Replay<'a> {
         object.insert("pass".to_owned(), json!(output.pass));
         object.insert("status".to_owned(), json!(row.status()));
         object.insert("unstable".to_owned(), json!(row.unstable));
+        object.insert("unstable_so_far".to_owned(), json!(row.unstable_so_far));
         for &figure in Measure::ALL {
             object.insert(figure.name().to_owned(), json!(row[figure]));
         }

@@ -3,6 +3,7 @@
 use super::error::{Error, failed};
 use super::{Format, print, print_json, progress};
 use crate::lanes::Isa;
+use crate::metric::Worse;
 use crate::study::file::ExperimentFile;
 use crate::study::kernels::W98;
 use crate::study::{CellTally, Engine, Experiment, RunError, fma_peak, run};
@@ -71,7 +72,7 @@ impl Timing {
     /// Medians of e_a, e_b and max e_x with their standard errors.
     fn figures(&self) -> [[f64; 2]; 3] {
         [0, 1, 2].map(|figure| {
-            let median = self.tally.outputs[0].samples[figure].quantile(0.5);
+            let median = self.tally.outputs[0].samples[figure].quantile(0.5, Worse::Larger);
             [median.value, median.mcse]
         })
     }

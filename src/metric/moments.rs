@@ -5,19 +5,13 @@
 //! stated here by the fourth moment, and square roots by the delta method.
 
 use super::dd::{Dd, powers};
-use super::estimate::{
-    Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, ascend, nan_is_null, not_negative,
-};
+use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
 use super::exact_sum::Buckets;
-use super::{ExactSum, Quantile, Sketch};
+use super::sketch::Others;
+use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM};
+use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
-
-/// Share of the sum of squares that a single trial may have; see [`Statistics::dominated`].
-pub const DOMINANT_SHARE: f64 = 0.1;
-
-/// Share of the trials that the trimmed mean leaves out on either side.
-pub const TRIM: f64 = 0.05;
 
 /// A measure over trials, gathered so that nothing depends on the order of trials, on blocks or on merges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -160,12 +154,39 @@ impl Sample {
             .map_or(0.0, |(low, high)| low.abs().max(high.abs()))
     }
 
-    /// The q-quantile by the sketch, within smallest and largest value.
-    pub fn quantile(&self, q: f64) -> Quantile {
-        let quantile = self.sketch.quantile(q);
+    /// The trials without a measure, at the worse end of the order.
+    fn lost(&self, worse: Worse) -> Others {
+        let mut others = Others::default();
+        match worse {
+            Worse::Larger => others.above = self.undefined,
+            Worse::Smaller => others.below = self.undefined,
+        }
+        others
+    }
+
+    fn quantile_among(&self, q: f64, others: Others) -> Quantile {
+        let quantile = self.sketch.among(others).quantile(q).ranked();
         Quantile {
             value: self.clamp(quantile.value),
             ..quantile
+        }
+    }
+
+    /// The q-quantile over all trials by the sketch, within smallest and largest value; trials without a
+    /// measure stand at the worse end.
+    pub fn quantile(&self, q: f64, worse: Worse) -> Quantile {
+        self.quantile_among(q, self.lost(worse))
+    }
+
+    /// Several quantiles over all trials, or over those with a measure.
+    fn quantiles(&self, others: Others) -> Quantiles {
+        let at = |q: f64| self.quantile_among(q, others);
+        Quantiles {
+            q05: at(0.05),
+            q25: at(0.25),
+            q50: at(0.5),
+            q75: at(0.75),
+            q95: at(0.95),
         }
     }
 
@@ -178,9 +199,14 @@ impl Sample {
         }
     }
 
-    /// The median alone.
-    pub(super) fn median_value(&self) -> f64 {
-        self.clamp(self.sketch.quantile_value(0.5))
+    /// The median over all trials alone; infinite where it falls among those without a measure.
+    pub(super) fn median_value(&self, worse: Worse) -> f64 {
+        let median = self.sketch.among(self.lost(worse)).quantile_value(0.5);
+        if median.is_finite() {
+            self.clamp(median)
+        } else {
+            median
+        }
     }
 
     /// The arithmetic mean, MCSE `s / sqrt M` from [`FEWEST_FOR_MEANS`] trials on.
@@ -315,7 +341,7 @@ impl Sample {
     }
 
     /// Everything that is reported of a measure.
-    pub fn statistics(&self) -> Statistics {
+    pub fn statistics(&self, worse: Worse) -> Statistics {
         let (min, max) = self.extremes.unwrap_or((f64::NAN, f64::NAN));
         let largest_share = self.largest_share();
         Statistics {
@@ -327,11 +353,8 @@ impl Sample {
             mse: self.mse(),
             rmse: self.rmse(),
             trimmed: self.sketch.trimmed_mean(TRIM),
-            q05: self.quantile(0.05),
-            q25: self.quantile(0.25),
-            q50: self.quantile(0.5),
-            q75: self.quantile(0.75),
-            q95: self.quantile(0.95),
+            quantiles: self.quantiles(self.lost(worse)),
+            conditional: (self.undefined > 0).then(|| self.quantiles(Others::default())),
             min,
             max,
             dominated: self.count > 0 && !(largest_share <= DOMINANT_SHARE),
@@ -371,74 +394,6 @@ pub(super) fn finite((high, low): (f64, f64)) -> bool {
     high.is_finite() && low.is_finite()
 }
 
-/// What is reported of a measure over trials. Undefined numbers are NaN, in files null.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Statistics {
-    /// Trials with a measure: M.
-    pub count: u64,
-    /// Trials whose measure is NaN; they enter nothing else.
-    pub undefined: u64,
-    /// Trials whose figure's fourth power is beyond the range of doubles.
-    pub overflowed: u64,
-    /// Arithmetic mean.
-    pub mean: Estimate,
-    /// Standard deviation, divisor M - 1.
-    pub sd: Estimate,
-    /// Mean square, about 0: the mean square error where the measure is an error.
-    pub mse: Estimate,
-    /// Its root.
-    pub rmse: Estimate,
-    /// Mean without the 5 % smallest and the 5 % largest ([`TRIM`]), by the sketch.
-    pub trimmed: Estimate,
-    /// 5 % quantile, by the sketch, as the others.
-    pub q05: Quantile,
-    /// Lower quartile.
-    pub q25: Quantile,
-    /// Median.
-    pub q50: Quantile,
-    /// Upper quartile.
-    pub q75: Quantile,
-    /// 95 % quantile.
-    pub q95: Quantile,
-    /// Smallest, as it was.
-    #[serde(with = "nan_is_null")]
-    pub min: f64,
-    /// Largest, as it was.
-    #[serde(with = "nan_is_null")]
-    pub max: f64,
-    /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out of
-    /// range. Then the measure has a heavy tail (or there are fewer than some ten trials): mean, sd, MSE and
-    /// RMSE say little, and their standard errors, which rest on fourth moments, even less. Read the
-    /// quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 % are flagged; their 95 %
-    /// intervals of the RMSE hold the truth in some 60 % (`tests/coverage.rs`). The reverse does not hold: of
-    /// studies of Student's law with 4 degrees of freedom, whose squares have no variance, 10 to 30 % are
-    /// flagged, and the intervals hold the truth in 89 %.
-    pub dominated: bool,
-    /// The largest `x^2` over the sum of `x^2`.
-    #[serde(with = "nan_is_null")]
-    pub largest_share: f64,
-}
-
-impl Statistics {
-    /// Whether stored statistics can be those of so many trials.
-    pub(crate) fn are_of(&self, trials: u64) -> bool {
-        let estimates = [self.mean, self.sd, self.mse, self.rmse, self.trimmed];
-        let quantiles = [self.q05, self.q25, self.q50, self.q75, self.q95];
-        let values = quantiles.iter().map(|of| of.value);
-        let order = [self.min].into_iter().chain(values).chain([self.max]);
-        let squares = [self.sd, self.mse, self.rmse].map(|of| of.value);
-        let mut all = order.clone().chain(estimates.iter().map(|of| of.value));
-        self.count.checked_add(self.undefined) == Some(trials)
-            && self.overflowed <= self.count
-            && (self.count > 0 || all.all(f64::is_nan))
-            && ascend(order)
-            && estimates.iter().all(Estimate::is_sound)
-            && quantiles.iter().all(Quantile::is_sound)
-            && !squares.iter().any(|x| *x < 0.0)
-            && !(self.largest_share < 0.0 || self.largest_share > 1.0 + 1e-8)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -466,7 +421,7 @@ mod tests {
     fn consecutive_integers() {
         let count = 1000;
         let m = f64::from(count);
-        let found = Sample::of((1..=count).map(f64::from)).statistics();
+        let found = Sample::of((1..=count).map(f64::from)).statistics(Worse::Larger);
         let eps = 8.0 * f64::EPSILON;
         assert_eq!(found.mean.value, 500.5);
         let variance = m * (m + 1.0) / 12.0;
@@ -511,7 +466,7 @@ mod tests {
                 near(b.mcse, a.mcse, condition.max(1e-14));
             }
         }
-        let constant = Sample::of([0.1; 50]).statistics();
+        let constant = Sample::of([0.1; 50]).statistics(Worse::Larger);
         assert_eq!((constant.sd.value, constant.sd.mcse), (0.0, 0.0));
         assert_eq!((constant.mean.value, constant.mean.mcse), (0.1, 0.0));
         assert_eq!(constant.q50.value, 0.1);
@@ -547,7 +502,7 @@ mod tests {
             ),
         ];
         for (sample, [mean, sd, mse, median], [fourth, of_square, of_median]) in laws {
-            let found = sample.statistics();
+            let found = sample.statistics(Worse::Larger);
             let root = m.sqrt();
             let of_sd = (fourth - sd.powi(4)).sqrt() / (2.0 * sd) / root;
             let of_mse = of_square.sqrt() / root;
@@ -567,27 +522,60 @@ mod tests {
         }
     }
 
+    /// 101 trials of which those with 0 ... 60 have a measure: the median is the 51st of all, 50; the
+    /// upper quartile, the 76th, is lost. Where larger is better, the 40 lost ones are the smallest: the
+    /// lower quartile, the 26th, is lost, the median is the 11th of the others, 10.
+    #[test]
+    fn quantiles_are_over_all_trials_with_lost_ones_at_the_worse_end() {
+        let values = (0..101).map(|i| if i <= 60 { f64::from(i) } else { f64::NAN });
+        let sample = Sample::of(values);
+        let found = sample.statistics(Worse::Larger);
+        assert!((found.q50.value - 50.0).abs() < 0.03, "{found:?}");
+        assert!((found.q25.value - 25.0).abs() < 0.02);
+        assert!(found.q75.lost && found.q75.value.is_nan() && found.q75.mcse.is_nan());
+        // Its interval, 51 -+ 9.9 ranks, ends at 60.9, the last but a part of one.
+        assert!(found.q50.mcse > 0.0 && !found.q50.lost);
+        let conditional = found.conditional.unwrap();
+        assert!((conditional.q50.value - 30.0).abs() < 0.02);
+        assert!((conditional.q75.value - 45.0).abs() < 0.03);
+        let better = sample.statistics(Worse::Smaller);
+        assert!(better.q25.lost && (better.q50.value - 10.0).abs() < 0.01);
+        let text = serde_json::to_string(&found).unwrap();
+        assert!(
+            text.contains(r#""q75":{"value":null,"mcse":null,"lost":true}"#),
+            "{text}"
+        );
+        let read: Statistics = serde_json::from_str(&text).unwrap();
+        assert!(read.are_of(101) && read.q75.lost);
+        assert!(
+            Sample::of([1.0, 2.0])
+                .statistics(Worse::Larger)
+                .conditional
+                .is_none()
+        );
+    }
+
     #[test]
     fn powers_that_overflow_are_counted() {
-        let fourth = Sample::of([1e80, 1.0, -1.0].repeat(20)).statistics();
+        let fourth = Sample::of([1e80, 1.0, -1.0].repeat(20)).statistics(Worse::Larger);
         assert_eq!(fourth.overflowed, 20);
         assert!(fourth.mean.mcse.is_finite() && fourth.rmse.value.is_finite());
         assert!(fourth.sd.value.is_finite() && fourth.sd.mcse.is_nan());
         assert!(fourth.mse.mcse.is_nan() && fourth.rmse.mcse.is_nan());
-        let square = Sample::of([1e200, 1.0, -1.0]).statistics();
+        let square = Sample::of([1e200, 1.0, -1.0]).statistics(Worse::Larger);
         assert!(square.mean.value.is_finite() && square.mean.mcse.is_nan());
         assert!(square.sd.value.is_nan() && square.mse.value.is_nan() && square.dominated);
         // Each power is in range, their sum is not.
-        let sum = Sample::of([1e77, -1e77, 9e76].repeat(50)).statistics();
+        let sum = Sample::of([1e77, -1e77, 9e76].repeat(50)).statistics(Worse::Larger);
         assert!(sum.overflowed == 0 && sum.mse.value.is_finite() && sum.sd.value.is_finite());
         assert!(sum.mse.mcse.is_nan() && sum.rmse.mcse.is_nan() && sum.sd.mcse.is_nan());
-        let infinite = Sample::of([f64::INFINITY, 1.0, 2.0]).statistics();
+        let infinite = Sample::of([f64::INFINITY, 1.0, 2.0]).statistics(Worse::Larger);
         assert!(infinite.mean.value.is_nan() && infinite.max == f64::INFINITY);
         assert!(infinite.overflowed == 1 && infinite.q05.value.is_finite());
-        let undefined = Sample::of([f64::NAN, 1.0]).statistics();
+        let undefined = Sample::of([f64::NAN, 1.0]).statistics(Worse::Larger);
         assert_eq!((undefined.count, undefined.undefined), (1, 1));
         assert!(undefined.mean.value == 1.0 && undefined.mean.mcse.is_nan());
-        let empty = Sample::default().statistics();
+        let empty = Sample::default().statistics(Worse::Larger);
         assert!(empty.mean.value.is_nan() && empty.min.is_nan() && !empty.dominated);
     }
 
@@ -596,7 +584,7 @@ mod tests {
     fn errors_begin_with_enough_trials() {
         let z = normals(9, 100);
         let errors = |count: usize| {
-            let of = Sample::of(z[..count].iter().copied()).statistics();
+            let of = Sample::of(z[..count].iter().copied()).statistics(Worse::Larger);
             let moments = [of.mean, of.trimmed, of.sd, of.mse, of.rmse].map(|of| of.mcse);
             let quantiles = [of.q50, of.q25, of.q05].map(|of| of.mcse);
             [&moments[..], &quantiles[..]].concat()
@@ -612,9 +600,9 @@ mod tests {
 
     #[test]
     fn stored_statistics_must_obey_what_statistics_do() {
-        let whole = Sample::of(normals(2, 50)).statistics();
+        let whole = Sample::of(normals(2, 50)).statistics(Worse::Larger);
         assert!(whole.are_of(50) && !whole.are_of(51));
-        assert!(Sample::default().statistics().are_of(0));
+        assert!(Sample::default().statistics(Worse::Larger).are_of(0));
         let altered: [fn(&mut Statistics); 8] = [
             |of| of.count = u64::MAX,
             |of| of.overflowed = 51,
@@ -634,15 +622,15 @@ mod tests {
 
     #[test]
     fn undefined_numbers_are_null_in_json_and_come_back() {
-        let found = Sample::of([f64::NAN, 1.0]).statistics();
+        let found = Sample::of([f64::NAN, 1.0]).statistics(Worse::Larger);
         let text = serde_json::to_string(&found).unwrap();
         assert!(text.contains(r#""mean":{"value":1.0,"mcse":null}"#));
         let read: Statistics = serde_json::from_str(&text).unwrap();
         assert_eq!(serde_json::to_string(&read).unwrap(), text);
         assert!(read.mean.mcse.is_nan());
-        let full = Sample::of(normals(1, 100)).statistics();
-        let bytes = postcard::to_stdvec(&full).unwrap();
-        assert_eq!(postcard::from_bytes::<Statistics>(&bytes).unwrap(), full);
+        let full = Sample::of(normals(1, 100)).statistics(Worse::Larger);
+        let text = serde_json::to_string(&full).unwrap();
+        assert_eq!(serde_json::from_str::<Statistics>(&text).unwrap(), full);
     }
 
     #[test]
@@ -698,8 +686,8 @@ mod tests {
             let read: Sample = postcard::from_bytes(&bytes).unwrap();
             prop_assert!(read.is_of(values.len() as u64));
             prop_assert_eq!(
-                postcard::to_stdvec(&read.statistics()).unwrap(),
-                postcard::to_stdvec(&merged.statistics()).unwrap()
+                format!("{:?}", read.statistics(Worse::Larger)),
+                format!("{:?}", merged.statistics(Worse::Larger))
             );
         }
     }

@@ -2,16 +2,19 @@
 
 use super::dd::{Dd, powers, product};
 use super::estimate::{Estimate, FEWEST_FOR_SQUARES, ascend, not_negative};
-use super::moments::{DOMINANT_SHARE, finite, largest_share, sum_fits};
-use super::{ExactSum, Quantile, Sample, Share, Sketch};
+use super::moments::{finite, largest_share, sum_fits};
+use super::sketch::Others;
+use super::statistics::DOMINANT_SHARE;
+use super::{ExactSum, Quantile, Sample, Share, Sketch, Worse};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
 
 /// One measure of two methods over the same trials, gathered independently of order, as [`Sample`] is.
 ///
-/// The rule for trials without measure: differences, ratios and both RMSEs are over the trials where both
-/// methods have the measure; the other trials are counted beside them, and where a method fails often the
-/// comparison must be read with those counts. NaN is no measure.
+/// The rule for trials without measure: in ratios and in the share of smaller ones a trial that only one
+/// method has is a loss of the other, and one that neither has is a tie. Differences and both RMSEs are
+/// over the trials where both methods have the measure; the others are counted beside them. NaN is no
+/// measure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Paired {
     both: u64,
@@ -24,7 +27,7 @@ pub struct Paired {
     overflowed: u64,
     /// first - second
     difference: Sample,
-    /// first / second where it is a number
+    /// first / second where it is a number and the two are not equal
     ratio: Sketch,
     first: Powers,
     second: Powers,
@@ -91,7 +94,8 @@ impl Paired {
             },
         );
         paired.difference = Sample::of(both.iter().map(|(x, y)| x - y));
-        let ratios = both.iter().map(|(x, y)| x / y);
+        let unequal = both.iter().filter(|(x, y)| x != y);
+        let ratios = unequal.map(|(x, y)| x / y);
         paired.ratio = Sketch::of(ratios.filter(|ratio| !ratio.is_nan()));
         paired
     }
@@ -117,7 +121,7 @@ impl Paired {
         sum(&all) == Some(trials)
             && sum(&[self.smaller, self.ties]).is_some_and(|told| told <= self.both)
             && self.overflowed <= self.both
-            && self.ratio.count() <= self.both
+            && self.ratio.count() <= self.both.saturating_sub(self.ties)
             && self.difference.is_of(self.both)
             && [&self.first, &self.second]
                 .iter()
@@ -145,9 +149,22 @@ impl Paired {
         &self.difference
     }
 
-    /// The distribution of the ratios first / second; 0/0 and the like are left out.
+    /// The distribution of the ratios first / second that are not 1.
     pub fn ratio(&self) -> &Sketch {
         &self.ratio
+    }
+
+    /// The trials whose ratio is in no bin: ties, and those that one method lost.
+    fn others(&self, worse: Worse) -> Others {
+        let (below, above) = match worse {
+            Worse::Larger => (self.only_first, self.only_second),
+            Worse::Smaller => (self.only_second, self.only_first),
+        };
+        Others {
+            below,
+            ones: self.ties + self.neither,
+            above,
+        }
     }
 
     /// `R = RMSE(first) / RMSE(second)` over the M pairs.
@@ -177,7 +194,10 @@ impl Paired {
     }
 
     /// Everything that is reported of a comparison.
-    pub fn statistics(&self) -> PairedStatistics {
+    pub fn statistics(&self, worse: Worse) -> PairedStatistics {
+        let others = self.others(worse);
+        let ratio = |q: f64| self.ratio.among(others).quantile(q).ranked();
+        let trials = self.both + self.only_first + self.only_second + self.neither;
         let dominated = |powers: &Powers| {
             !(largest_share(self.both, powers.largest, &powers.squares) <= DOMINANT_SHARE)
         };
@@ -187,14 +207,14 @@ impl Paired {
             only_second: self.only_second,
             neither: self.neither,
             mean_difference: self.difference.mean(),
-            median_difference: self.difference.quantile(0.5),
-            median_ratio: self.ratio.quantile(0.5),
-            ratio_q05: self.ratio.quantile(0.05),
-            ratio_q25: self.ratio.quantile(0.25),
-            ratio_q75: self.ratio.quantile(0.75),
-            ratio_q95: self.ratio.quantile(0.95),
-            share_smaller: Share::new(self.smaller, self.both - self.ties),
-            ties: self.ties,
+            median_difference: self.difference.quantile(0.5, Worse::Larger),
+            median_ratio: ratio(0.5),
+            ratio_q05: ratio(0.05),
+            ratio_q25: ratio(0.25),
+            ratio_q75: ratio(0.75),
+            ratio_q95: ratio(0.95),
+            share_smaller: Share::new(self.smaller + others.below, trials - others.ones),
+            ties: others.ones,
             rmse_ratio: self.rmse_ratio(),
             dominated: self.both > 0
                 && (self.overflowed > 0 || dominated(&self.first) || dominated(&self.second)),
@@ -205,7 +225,7 @@ impl Paired {
 /// What is reported of two methods on the same trials. Undefined numbers are NaN, in files null.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairedStatistics {
-    /// Trials where both methods have the measure; all that follows is over these.
+    /// Trials where both methods have the measure; differences and RMSEs are over these.
     pub both: u64,
     /// Trials where only the first has it.
     pub only_first: u64,
@@ -218,7 +238,8 @@ pub struct PairedStatistics {
     pub mean_difference: Estimate,
     /// Median of first - second.
     pub median_difference: Quantile,
-    /// Median of first / second.
+    /// Median of first / second over all trials: 0 or infinite, which is null and `lost`, where one method
+    /// lost the trial, 1 where both did.
     pub median_ratio: Quantile,
     /// 5 % quantile of the ratio.
     pub ratio_q05: Quantile,
@@ -228,10 +249,11 @@ pub struct PairedStatistics {
     pub ratio_q75: Quantile,
     /// 95 % quantile of the ratio.
     pub ratio_q95: Quantile,
-    /// Share of trials with first < second, Wilson's interval. Ties are left out, as in the sign test, and
-    /// counted in `ties`: of two equal methods this share is undefined, not 0.
+    /// Share of all trials with first < second, Wilson's interval; a lost trial stands at the worse end.
+    /// Ties are left out, as in the sign test, and counted in `ties`: of two equal methods this share is
+    /// undefined, not 0.
     pub share_smaller: Share,
-    /// Trials with first = second.
+    /// Trials with first = second, or that both lost.
     pub ties: u64,
     /// RMSE of first over RMSE of second.
     pub rmse_ratio: Estimate,
@@ -241,6 +263,11 @@ pub struct PairedStatistics {
 }
 
 impl PairedStatistics {
+    /// All trials.
+    pub fn trials(&self) -> u64 {
+        self.both + self.only_first + self.only_second + self.neither
+    }
+
     /// Whether stored statistics can be those of so many trials.
     pub(crate) fn are_of(&self, trials: u64) -> bool {
         let counts = [self.both, self.only_first, self.only_second, self.neither];
@@ -252,7 +279,7 @@ impl PairedStatistics {
             self.ratio_q75,
             self.ratio_q95,
         ];
-        let told = self.both.checked_sub(self.ties);
+        let told = trials.checked_sub(self.ties);
         counts.try_fold(0, |sum: u64, n| sum.checked_add(*n)) == Some(trials)
             && told.is_some_and(|told| self.share_smaller.is_of(told))
             && ascend(ratios.iter().map(|of| of.value))
@@ -307,7 +334,7 @@ mod tests {
     #[test]
     fn methods_that_hardly_differ() {
         let x = normals(2, 400);
-        let equal = Paired::of(x.iter().map(|x| (Some(*x), Some(*x)))).statistics();
+        let equal = Paired::of(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
         assert_eq!((equal.ties, equal.share_smaller.of), (400, 0));
         assert!(equal.share_smaller.share.is_nan());
         assert_eq!((equal.rmse_ratio.value, equal.rmse_ratio.mcse), (1.0, 0.0));
@@ -338,6 +365,38 @@ mod tests {
         }
     }
 
+    /// Ratios 1/2 (30 trials), exactly 1 (25 equal and 6 that both lost), 2 (20), 0 where the second
+    /// alone is lost (10), infinite where the first is (10): of 101 the median is the 51st, a tie.
+    #[test]
+    fn lost_trials_lose_and_ties_are_exactly_one() {
+        let some = |x: f64, y: f64| (Some(x), Some(y));
+        let mut all = vec![some(1.0, 2.0); 30];
+        all.extend([some(0.7, 0.7); 25]);
+        all.extend([(None, None); 6]);
+        all.extend([some(2.0, 1.0); 20]);
+        all.extend([(Some(1.0), None); 10]);
+        all.extend([(None, Some(1.0)); 10]);
+        let pair = Paired::of(all);
+        let found = pair.statistics(Worse::Larger);
+        assert_eq!(found.trials(), 101);
+        assert_eq!(
+            (found.median_ratio.value, found.median_ratio.mcse),
+            (1.0, 0.0)
+        );
+        assert!((found.ratio_q25.value - 0.5).abs() < 1e-3);
+        assert!((found.ratio_q75.value - 2.0).abs() < 2e-3);
+        assert!(found.ratio_q05.lost && found.ratio_q95.lost);
+        assert_eq!(
+            (found.share_smaller.count, found.share_smaller.of),
+            (40, 70)
+        );
+        assert_eq!(found.ties, 31);
+        assert!(found.are_of(101));
+        // Where larger is better, a lost trial is the smaller one.
+        let fit = pair.statistics(Worse::Smaller).share_smaller;
+        assert_eq!((fit.count, fit.of), (40, 70));
+    }
+
     #[test]
     fn missing_figures_are_counted() {
         let pairs = [
@@ -349,7 +408,7 @@ mod tests {
             (Some(0.0), Some(0.0)),
             (Some(6.0), Some(3.0)),
         ];
-        let found = Paired::of(pairs).statistics();
+        let found = Paired::of(pairs).statistics(Worse::Larger);
         let counts = [
             found.both,
             found.only_first,
@@ -357,15 +416,17 @@ mod tests {
             found.neither,
         ];
         assert_eq!(counts, [4, 1, 1, 1]);
-        assert_eq!(found.ties, 2);
-        assert_eq!((found.share_smaller.count, found.share_smaller.of), (1, 2));
-        // 1/2, 1, 2; 0/0 is none.
-        assert_eq!(Paired::of(pairs).ratio().count(), 3);
+        assert_eq!(found.ties, 3);
+        // 1/2 and 2, a loss of either; two ties and one that both lost.
+        assert_eq!((found.share_smaller.count, found.share_smaller.of), (2, 4));
+        // 1/2 and 2.
+        assert_eq!(Paired::of(pairs).ratio().count(), 2);
         assert!((found.median_ratio.value - 1.0).abs() < 1e-3);
         assert_eq!(found.mean_difference.value, 0.5);
-        let large = Paired::of([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))]).statistics();
+        let large = Paired::of([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))])
+            .statistics(Worse::Larger);
         assert!(large.rmse_ratio.value.is_nan() && large.dominated);
-        let none = Paired::default().statistics();
+        let none = Paired::default().statistics(Worse::Larger);
         assert!(none.rmse_ratio.value.is_nan() && !none.dominated);
     }
 

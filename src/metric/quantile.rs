@@ -14,6 +14,19 @@ pub struct Quantile {
     /// median, 16 for the quartiles, 92 for 5 and 95 %.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
+    /// Whether it falls among the trials that have no finite value; then it is NaN.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub lost: bool,
+}
+
+/// At which end of the order the trials stand that have no value: the worse one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Worse {
+    /// Smaller values are better.
+    #[default]
+    Larger,
+    /// Larger values are better.
+    Smaller,
 }
 
 impl Quantile {
@@ -21,11 +34,30 @@ impl Quantile {
     pub const UNDEFINED: Self = Self {
         value: f64::NAN,
         mcse: f64::NAN,
+        lost: false,
     };
+
+    /// A quantile over all trials; an infinite one is that of a trial without a value.
+    pub(super) fn ranked(self) -> Self {
+        if self.value.is_infinite() {
+            return Self {
+                lost: true,
+                ..Self::UNDEFINED
+            };
+        }
+        Self {
+            mcse: if self.mcse.is_finite() {
+                self.mcse
+            } else {
+                f64::NAN
+            },
+            ..self
+        }
+    }
 
     /// Whether a stored one can be a quantile: its error is not negative.
     pub(super) fn is_sound(&self) -> bool {
-        !self.value.is_infinite() && !(self.mcse < 0.0)
+        !self.value.is_infinite() && !(self.mcse < 0.0) && !(self.lost && self.value.is_finite())
     }
 
     /// The 95 % interval `value -+ 1.96 mcse`.
@@ -70,6 +102,7 @@ pub fn quantile(sorted: &[f64], q: f64) -> Quantile {
     Quantile {
         value: at(q * (sorted.len() - 1) as f64),
         mcse: ends.map_or(f64::NAN, |[low, high]| (at(high) - at(low)) / (2.0 * Z)),
+        lost: false,
     }
 }
 

@@ -161,54 +161,20 @@ impl Sketch {
         None
     }
 
-    /// The value at a fractional position between the order statistics 0 ... count-1, and the half width
-    /// of the wider of the two bins; None of an empty sketch.
-    fn at(&self, count: u64, position: f64) -> Option<OrderStatistic> {
-        let position = position.clamp(0.0, count.saturating_sub(1) as f64);
-        let rank = position.floor() as u64;
-        let low = self.order_statistic(rank)?;
-        let high = self.order_statistic(rank + 1).unwrap_or(low);
-        Some(OrderStatistic {
-            value: between(low.value, high.value, position.fract()),
-            half_width: low.half_width.max(high.half_width),
-        })
+    /// The values with others that are in no bin.
+    pub(super) fn among(&self, others: Others) -> Among<'_> {
+        Among {
+            sketch: self,
+            others,
+        }
     }
 
-    /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows them.
-    /// NaN for an empty sketch.
-    ///
-    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as [`Quantile::mcse`] says, but at
-    /// least half the width of the value's bin over 1.96: where the values are denser than the bins, the bin bounds
-    /// what is known.
+    /// The q-quantile of the values: [`Among::quantile`] without others. NaN for an empty sketch.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
     pub fn quantile(&self, q: f64) -> Quantile {
-        debug_assert!((0.0..=1.0).contains(&q));
-        let count = self.count();
-        let Some(at) = self.at(count, q * (count as f64 - 1.0)) else {
-            return Quantile::UNDEFINED;
-        };
-        let half = interval_ends(count, q).and_then(|[low, high]| {
-            let half = (self.at(count, high)?.value - self.at(count, low)?.value) / 2.0;
-            // NaN, between infinities, is kept.
-            Some(if half < at.half_width {
-                at.half_width
-            } else {
-                half
-            })
-        });
-        Quantile {
-            value: at.value,
-            mcse: half.map_or(f64::NAN, |half| half / Z),
-        }
-    }
-
-    /// The value of [`Self::quantile`] alone.
-    pub(super) fn quantile_value(&self, q: f64) -> f64 {
-        let count = self.count();
-        self.at(count, q * (count as f64 - 1.0))
-            .map_or(f64::NAN, |at| at.value)
+        self.among(Others::default()).quantile(q)
     }
 
     /// The mean without the `g = floor(gamma M)` smallest and largest of M values.
@@ -280,6 +246,105 @@ impl Sketch {
             std::cmp::Ordering::Greater => 0,
         });
         Share::new(below.sum(), self.count())
+    }
+}
+
+/// Values that are in no bin of a sketch.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Others {
+    /// Below all others.
+    pub(super) below: u64,
+    /// Exactly 1.
+    pub(super) ones: u64,
+    /// Above all others.
+    pub(super) above: u64,
+}
+
+/// The values of a sketch with others, in order.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Among<'a> {
+    sketch: &'a Sketch,
+    others: Others,
+}
+
+impl Among<'_> {
+    fn count(self) -> u64 {
+        let Others { below, ones, above } = self.others;
+        below + ones + above + self.sketch.count()
+    }
+
+    /// The order statistic of a rank in 0 ... count-1; those below and above are infinite.
+    fn order_statistic(self, rank: u64) -> Option<OrderStatistic> {
+        let exactly = |value: f64| OrderStatistic {
+            value,
+            half_width: 0.0,
+        };
+        let Others { below, ones, above } = self.others;
+        let Some(rank) = rank.checked_sub(below) else {
+            return Some(exactly(f64::NEG_INFINITY));
+        };
+        let before_one = self.sketch.bins.iter();
+        let before_one: u64 = before_one
+            .take_while(|(bin, _)| *bin < bin_of(1.0))
+            .map(|(_, count)| count)
+            .sum();
+        if (before_one..before_one + ones).contains(&rank) {
+            return Some(exactly(1.0));
+        }
+        let rank = if rank < before_one { rank } else { rank - ones };
+        let inside = self.sketch.order_statistic(rank);
+        inside.or_else(|| (rank < self.sketch.count() + above).then(|| exactly(f64::INFINITY)))
+    }
+
+    /// The value at a fractional position between the order statistics 0 ... count-1, and the half width
+    /// of the wider of the two bins; None where there is no value.
+    fn at(self, count: u64, position: f64) -> Option<OrderStatistic> {
+        let position = position.clamp(0.0, count.saturating_sub(1) as f64);
+        let rank = position.floor() as u64;
+        let low = self.order_statistic(rank)?;
+        let high = self.order_statistic(rank + 1).unwrap_or(low);
+        Some(OrderStatistic {
+            value: between(low.value, high.value, position.fract()),
+            half_width: low.half_width.max(high.half_width),
+        })
+    }
+
+    /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows them.
+    /// NaN where there is no value.
+    ///
+    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as [`Quantile::mcse`] says, but at
+    /// least half the width of the value's bin over 1.96: where the values are denser than the bins, the bin bounds
+    /// what is known.
+    ///
+    /// # Panics
+    /// In debug builds, if q is not in [0, 1].
+    pub(super) fn quantile(self, q: f64) -> Quantile {
+        debug_assert!((0.0..=1.0).contains(&q));
+        let count = self.count();
+        let Some(at) = self.at(count, q * (count as f64 - 1.0)) else {
+            return Quantile::UNDEFINED;
+        };
+        let half = interval_ends(count, q).and_then(|[low, high]| {
+            let half = (self.at(count, high)?.value - self.at(count, low)?.value) / 2.0;
+            // NaN, between infinities, is kept.
+            Some(if half < at.half_width {
+                at.half_width
+            } else {
+                half
+            })
+        });
+        Quantile {
+            value: at.value,
+            mcse: half.map_or(f64::NAN, |half| half / Z),
+            lost: false,
+        }
+    }
+
+    /// The value of [`Self::quantile`] alone.
+    pub(super) fn quantile_value(self, q: f64) -> f64 {
+        let count = self.count();
+        self.at(count, q * (count as f64 - 1.0))
+            .map_or(f64::NAN, |at| at.value)
     }
 }
 

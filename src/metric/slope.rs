@@ -1,7 +1,7 @@
 //! Rates: slopes in log-log coordinates over cells that share their random numbers.
 
-use super::Sample;
 use super::estimate::nan_is_null;
+use super::{Sample, Worse};
 use crate::names::named_enum;
 use serde::{Deserialize, Serialize};
 
@@ -95,7 +95,7 @@ pub enum NoSlope {
 pub fn slope(x: &[f64], cells: &[Vec<Sample>], statistic: SlopeOf) -> Result<Slope, NoSlope> {
     let cells: Vec<Option<Jackknife>> = cells
         .iter()
-        .map(|groups| Jackknife::of(groups, statistic))
+        .map(|groups| Jackknife::of(groups, statistic, Worse::Larger))
         .collect();
     slope_of_statistics(x, &cells)
 }
@@ -143,13 +143,13 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
 
 impl Jackknife {
     /// The statistics of a cell's groups; `None` where there are not [`JACKKNIFE_GROUPS`], each with a measure.
-    pub fn of(groups: &[Sample], statistic: SlopeOf) -> Option<Self> {
+    pub fn of(groups: &[Sample], statistic: SlopeOf, worse: Worse) -> Option<Self> {
         if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
             return None;
         }
         Some(match statistic {
             SlopeOf::Rmse => rmses(groups),
-            SlopeOf::Median => medians(groups),
+            SlopeOf::Median => medians(groups, worse),
         })
     }
 }
@@ -179,17 +179,18 @@ fn rmses(groups: &[Sample]) -> Jackknife {
     }
 }
 
-/// The median of all groups, and without each of them.
-fn medians(groups: &[Sample]) -> Jackknife {
+/// The median over all trials of all groups, and without each of them.
+fn medians(groups: &[Sample], worse: Worse) -> Jackknife {
     let merged = |samples: &mut dyn Iterator<Item = &Sample>| {
         let mut merged = Sample::default();
         samples.for_each(|sample| merged.merge(sample));
         merged
     };
-    let all = merged(&mut groups.iter()).median_value();
+    let all = merged(&mut groups.iter()).median_value(worse);
     let without = |left_out: usize| {
         let others = groups.iter().enumerate();
-        merged(&mut others.filter_map(|(g, group)| (g != left_out).then_some(group))).median_value()
+        merged(&mut others.filter_map(|(g, group)| (g != left_out).then_some(group)))
+            .median_value(worse)
     };
     Jackknife {
         all,

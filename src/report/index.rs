@@ -160,7 +160,7 @@ mod tests {
         let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
         let cells = (0..experiment.cells.len())
             .map(|cell| CellSummary::of(&experiment, cell, &CellTally::default()));
-        let summary = Summary::of(&experiment, cells.collect(), &[]);
+        let summary = Summary::of(&experiment, cells.collect(), &[], &[]);
         (Index::of(&summary, false), summary)
     }
 

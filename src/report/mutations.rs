@@ -141,7 +141,7 @@ impl Original {
             cells.push(CellSummary::of(&self.experiment, index, &tally));
             slopes.push(SlopeStatistics::of(&self.experiment, &tally));
         }
-        let summary = Summary::of(&self.experiment, cells, &slopes);
+        let summary = Summary::of(&self.experiment, cells, &slopes, &[]);
         let summary = serde_json::to_value(summary).expect("a summary is JSON");
         let taken = self.take_results(&self.manifest, &summary);
         assert!(taken, "a summary of what was taken is refused");

@@ -248,7 +248,7 @@ impl<'e> Campaign<'e> {
         let sample = &tally.outputs[output].samples[measure];
         let (value, mcse) = match until.statistic {
             UntilStatistic::Median => {
-                let quantile = sample.quantile(0.5);
+                let quantile = sample.quantile(0.5, until.until.worse());
                 (quantile.value, quantile.mcse)
             }
             UntilStatistic::Mean => (sample.mean().value, sample.mean().mcse),
@@ -335,7 +335,7 @@ impl<'e> Campaign<'e> {
             None
         };
         let mut cells = Vec::new();
-        let mut slopes = Vec::new();
+        let (mut slopes, mut series) = (Vec::new(), Vec::new());
         for (cell, blocks) in self.stored.iter().enumerate() {
             let mut tally = super::tally::CellTally::default();
             for block in blocks {
@@ -348,11 +348,12 @@ impl<'e> Campaign<'e> {
             }
             cells.push(CellSummary::of(experiment, cell, &tally));
             slopes.push(SlopeStatistics::of(experiment, &tally));
+            series.push(tally.whole_series());
         }
         if let Some(writer) = writer {
             writer.finish()?;
         }
-        let summary = Summary::of(experiment, cells, &slopes);
+        let summary = Summary::of(experiment, cells, &slopes, &series);
         let (file, path) = self.folder.stage("summary.parquet", Kind::Parquet)?;
         write_summary(&file, &path, experiment, &summary)?;
         self.folder

@@ -2,8 +2,8 @@
 
 use super::Experiment;
 use super::file::{
-    Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Scalar, Settings, TestKind,
-    TestTable, TestUnit, ValueOf, conditions, matches,
+    Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Settings, TestKind, TestUnit,
+    ValueOf, conditions, matches,
 };
 use crate::names::UnknownName;
 use std::collections::{BTreeMap, BTreeSet};
@@ -50,29 +50,30 @@ fn check_id(id: &str) -> Result<(), &'static str> {
 }
 
 fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Result<(), FileError> {
-    let mut unit: Option<TestUnit> = None;
-    for (key, table) in claim.tests() {
-        let place = format!("{place}.{key}");
-        let found = ClaimTest::of(table).and_then(|test| {
-            check_names(experiment, table, &test)?;
-            Ok(test.unit())
-        });
-        let found = found.map_err(|error| error.within(&place))?;
-        if unit.as_ref().is_some_and(|unit| *unit != found) {
-            let message = "is about other cells than the test before it; expected a claim for each";
-            return Err(FileError::key(&place, message));
+    let cases = claim.cases().map_err(|error| error.within(place))?;
+    let given = claim.given.as_ref().map(|table| {
+        let test = ClaimTest::of(table);
+        test.map_err(|error| error.within(&format!("{place}.given")))
+    });
+    let given = given.transpose()?;
+    for case in cases {
+        let mut unit: Option<TestUnit> = None;
+        for ((key, _), test) in claim.tests().zip(case.iter().chain(&given)) {
+            let place = format!("{place}.{key}");
+            check_names(experiment, test).map_err(|error| error.within(&place))?;
+            if unit.as_ref().is_some_and(|unit| *unit != test.unit()) {
+                let message =
+                    "is about other cells than the test before it; expected a claim for each";
+                return Err(FileError::key(&place, message));
+            }
+            unit = Some(test.unit());
         }
-        unit = Some(found);
     }
     Ok(())
 }
 
 /// Outputs, methods, measures and coefficients must be there.
-fn check_names(
-    experiment: &Experiment,
-    table: &TestTable,
-    test: &ClaimTest,
-) -> Result<(), FileError> {
+fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileError> {
     let continuous = experiment.file.continuous.is_some();
     let wrong = |key: &str, message: String| Err(FileError::key(key, message));
     if let Some(other) = test
@@ -114,16 +115,17 @@ fn check_names(
         TestKind::Value { what, .. } => check_coefficient(experiment, what)?,
         _ => {}
     }
-    let same = table.to == Some(Axis::One(Scalar::Text(test.of.clone())));
     let itself = match &test.kind {
         TestKind::Ratio {
             measure,
+            to,
             measure_of_to,
             ..
-        } => measure == measure_of_to,
-        kind => matches!(kind, TestKind::Wins { .. } | TestKind::Time { .. }),
+        } => *to == test.of && measure == measure_of_to,
+        TestKind::Wins { to, .. } | TestKind::Time { to } => *to == test.of,
+        _ => false,
     };
-    if same && itself {
+    if itself {
         return wrong("to", format!("'{}' with itself", test.of));
     }
     Ok(())
@@ -158,13 +160,17 @@ pub(super) fn check_cells(file: &ExperimentFile, all: &[Settings]) -> Result<(),
     for (i, claim) in file.claims.iter().enumerate() {
         let place = format!("claims[{i}]");
         check_where(&claim.cells, all).map_err(|error| error.within(&place))?;
-        for (key, table) in claim.tests() {
-            // What is wrong with a table itself is told by `check`.
-            let Ok(test) = ClaimTest::of(table) else {
-                continue;
-            };
-            let checked = check_unit(file, claim, &test);
-            checked.map_err(|error| error.within(&format!("{place}.{key}")))?;
+        // What is wrong with a table itself is told by `check`.
+        let cases = claim.cases().unwrap_or_default();
+        let given = claim
+            .given
+            .as_ref()
+            .and_then(|table| ClaimTest::of(table).ok());
+        for case in cases {
+            for ((key, _), test) in claim.tests().zip(case.iter().chain(&given)) {
+                let checked = check_unit(file, claim, test);
+                checked.map_err(|error| error.within(&format!("{place}.{key}")))?;
+            }
         }
     }
     Ok(())

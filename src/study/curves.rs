@@ -64,7 +64,8 @@ impl TryFrom<Sparse> for Curves {
     }
 }
 
-/// Quantiles of e_x(k), k = 0 ... K-1, of one output; `None` (null) where no trial has the measure.
+/// Quantiles of e_x(k), k = 0 ... K-1, of one output; `None` (null) where it falls among
+/// trials without the measure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveQuantiles {
     /// 5 % quantiles.
@@ -158,11 +159,15 @@ impl Curves {
         }
     }
 
-    /// Quantiles of the first or the last output.
-    pub fn quantiles(&self, last: bool) -> CurveQuantiles {
+    /// Quantiles of the first or the last output over so many trials, those without the measure last.
+    pub fn quantiles(&self, last: bool, trials: u64) -> CurveQuantiles {
         let from = usize::from(last) * self.horizon * BINS;
         let histograms = || self.counts[from..].chunks_exact(BINS).take(self.horizon);
-        let at = |q: f64| histograms().map(|h| histogram_quantile(h, q)).collect();
+        let at = |q: f64| {
+            histograms()
+                .map(|h| histogram_quantile(h, trials, q))
+                .collect()
+        };
         CurveQuantiles {
             q05: at(0.05),
             q50: at(0.5),
@@ -171,10 +176,10 @@ impl Curves {
     }
 }
 
-/// The middle of the bin that holds the order statistic of rank `ceil(q M)`.
-fn histogram_quantile(histogram: &[u32], q: f64) -> Option<f64> {
-    let total: u64 = histogram.iter().map(|&count| u64::from(count)).sum();
-    let rank = ((q * total as f64).ceil() as u64).max(1);
+/// The middle of the bin that holds the order statistic of rank `ceil(q M)`; None where it is a trial
+/// without the measure.
+fn histogram_quantile(histogram: &[u32], trials: u64, q: f64) -> Option<f64> {
+    let rank = ((q * trials as f64).ceil() as u64).max(1);
     let mut below = 0;
     let found = histogram.iter().position(|&count| {
         below += u64::from(count);
@@ -197,12 +202,12 @@ mod tests {
             curves.add(true, [*value]);
         }
         values.sort_by(f64::total_cmp);
-        let found = curves.quantiles(true);
+        let found = curves.quantiles(true, 9999);
         for (found, q) in [(&found.q05, 0.05), (&found.q50, 0.5), (&found.q95, 0.95)] {
             let exact = values[(q * 9999.0_f64).ceil() as usize - 1];
             assert!((found[0].unwrap() / exact - 1.0).abs() <= CURVE_BIN_ERROR);
         }
-        assert_eq!(curves.quantiles(false).q50, [None]);
+        assert_eq!(curves.quantiles(false, 9999).q50, [None]);
     }
 
     #[test]
@@ -213,7 +218,7 @@ mod tests {
         curves.add(false, [f64::NAN, 1.0]);
         let mut other = curves.clone();
         other.merge(&curves);
-        let found = other.quantiles(false);
+        let found = other.quantiles(false, 2);
         assert_eq!(found.q50, [None, Some(1.0 + 1.0 / 32.0)]);
     }
 }

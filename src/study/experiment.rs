@@ -18,6 +18,7 @@ use crate::names::named_enum;
 use crate::observer::Gain;
 use crate::real::MOST_LANES;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use xxhash_rust::xxh3::xxh3_128;
 
 named_enum! {
@@ -492,6 +493,18 @@ impl Experiment {
     pub fn target(&self, until: &Until) -> Result<(usize, usize), FileError> {
         let output = self.output("trials.output", &until.output)?;
         Ok((output, self.measure("trials.until", until.until)?))
+    }
+
+    /// What a cell keeps trial by trial, so that claims can compare it with other cells: outputs, as
+    /// indices, with a measure.
+    pub fn series_of(&self, cell: &Cell) -> impl Iterator<Item = (usize, Measure)> {
+        let tables = self.file.needed.iter().flat_map(|needed| &needed.series);
+        let value = |key| cell.settings.get(key);
+        let kept = tables.filter(|of| [Some(&of.from), Some(&of.to)].contains(&value(&of.axis)));
+        let found: BTreeSet<(usize, Measure)> = kept
+            .filter_map(|of| Some((self.output("output", &of.output).ok()?, of.measure)))
+            .collect();
+        found.into_iter()
     }
 
     /// The index of a measure among the measures.

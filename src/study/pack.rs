@@ -3,7 +3,7 @@
 use super::plan::Plan;
 use super::{Measure, Row, Trials};
 use crate::estimator::{Failure, FailureKind, Stage};
-use crate::lanes::passes::Passes;
+use crate::lanes::passes::{PassPack, Passes};
 use crate::lanes::record::Record;
 use crate::lanes::score::{Errors, Observer, Scorer};
 use crate::lanes::{lane, order};
@@ -195,8 +195,11 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         for (index, output) in self.outputs.iter().enumerate() {
             let pass = &self.methods[output.method].done[output.pass];
             let known = pass.parameters.lane(lane_index);
+            let passes = &self.methods[output.method].done[..=output.pass];
+            let is_unstable = |of: &PassPack<R, N>| (of.parameters & of.unstable).lane(lane_index);
             let observed = output.observed >> lane_index & 1 == 1;
             let mut row = Row::new(trial, index);
+            row.unstable_so_far = passes.iter().any(is_unstable);
             for (&measure, lanes) in Measure::ALL.iter().zip(&output.values) {
                 row[measure] = lanes[lane_index];
             }

@@ -1,6 +1,7 @@
 //! One line of results: one output of one method on one trial.
 
 use crate::estimator::Failure;
+use crate::metric::Worse;
 use crate::names::named_enum;
 use serde::{Deserialize, Serialize};
 use std::ops::{Index, IndexMut};
@@ -78,6 +79,15 @@ named_enum! {
 }
 
 impl Measure {
+    /// The worse end of the order, where lost trials stand.
+    pub fn worse(self) -> Worse {
+        if self == Self::FreshFit {
+            Worse::Smaller
+        } else {
+            Worse::Larger
+        }
+    }
+
     /// Whether the measure is of the state's error, over the samples that are scored.
     pub(super) fn is_of_state(self) -> bool {
         let relative = [
@@ -106,6 +116,8 @@ pub struct Row {
     pub failure: Option<Failure>,
     /// Whether A-hat has a pole on or outside the unit circle; `None` where there is no A-hat.
     pub unstable: Option<bool>,
+    /// Whether this or an earlier pass of the method had such an A-hat, reported or not.
+    pub unstable_so_far: bool,
     values: [f64; Measure::ALL.len()],
 }
 
@@ -117,6 +129,7 @@ impl Row {
             output,
             failure: None,
             unstable: None,
+            unstable_so_far: false,
             values: [f64::NAN; Measure::ALL.len()],
         }
     }
@@ -129,9 +142,24 @@ impl Row {
     /// Whether two rows are equal bit for bit.
     pub fn same_bits(&self, other: &Self) -> bool {
         let bits = |row: &Self| row.values.map(f64::to_bits);
-        (self.trial, self.output, self.failure, self.unstable)
-            == (other.trial, other.output, other.failure, other.unstable)
-            && bits(self) == bits(other)
+        let rest = |row: &Self| {
+            let unstable = (row.unstable, row.unstable_so_far);
+            (row.trial, row.output, row.failure, unstable)
+        };
+        rest(self) == rest(other) && bits(self) == bits(other)
+    }
+
+    /// A measure as statistics take it: NaN of a failed row, whatever it had got to.
+    pub fn counted(&self, measure: Measure) -> f64 {
+        match self.failure {
+            None => self[measure],
+            Some(_) => f64::NAN,
+        }
+    }
+
+    /// Whether the trial failed or left an unstable A-hat.
+    pub fn is_lost(&self) -> bool {
+        self.failure.is_some() || self.unstable == Some(true)
     }
 }
 

@@ -168,6 +168,7 @@ fn frame(
             failure(row).map(|f| f.stage as u32)
         }),
         column(rows, "unstable", |row| row.1.unstable),
+        column(rows, "unstable_so_far", |row| row.1.unstable_so_far),
     ]);
     for &measure in &experiment.file.measures {
         columns.push(column(rows, measure.name(), |row| defined(row.1[measure])));

@@ -4,12 +4,14 @@ use super::build::LARGEST_COUNT;
 use super::continuous::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
-use super::file::{BoundTable, Key, Scalar, Settings, SlopeTable, TRIAL_LIMIT};
+use super::file::{
+    BoundTable, Key, Scalar, SeriesTable, Settings, SlopeTable, TRIAL_LIMIT, partners,
+};
 use super::row::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
 use crate::metric::{
-    Jackknife, Paired, PairedStatistics, SKETCH_ERROR, Sample, Share, Slope, Statistics, Verdict,
+    Jackknife, Paired, PairedStatistics, SKETCH_ERROR, Share, Slope, Statistics, Verdict, Worse,
     slope_of_statistics, verdict,
 };
 use crate::plant::ORDER_LIMIT;
@@ -60,10 +62,11 @@ impl OutputSummary {
             failed: Share::new(tally.outcomes.failed(), trials),
             unstable: Share::new(unstable, trials),
             measures: measures
-                .zip(tally.samples.iter().map(Sample::statistics))
+                .zip(&tally.samples)
+                .map(|(measure, of)| (measure, of.statistics(measure.worse())))
                 .collect(),
             parameters: parameters
-                .map(|(i, of)| (name(i), of.statistics()))
+                .map(|(i, of)| (name(i), of.statistics(Worse::Larger)))
                 .collect(),
         }
     }
@@ -188,7 +191,8 @@ impl CellSummary {
                     second: labels[*second].clone(),
                     measures: compared
                         .clone()
-                        .zip(pairs.iter().map(Paired::statistics))
+                        .zip(pairs)
+                        .map(|(measure, pair)| (measure, pair.statistics(measure.worse())))
                         .collect(),
                 })
                 .collect(),
@@ -196,7 +200,7 @@ impl CellSummary {
             curves: tally
                 .curves
                 .as_ref()
-                .map(|c| [c.quantiles(false), c.quantiles(true)]),
+                .map(|c| [false, true].map(|last| c.quantiles(last, tally.trials))),
             traces: tally.traces.clone(),
         }
     }
@@ -318,7 +322,7 @@ impl SlopeStatistics {
                 .map(|(table, outputs)| {
                     outputs
                         .iter()
-                        .map(|groups| Jackknife::of(groups, table.statistic))
+                        .map(|groups| Jackknife::of(groups, table.statistic, table.measure.worse()))
                         .collect()
                 })
                 .collect(),
@@ -343,6 +347,22 @@ pub struct SlopeSummary {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub undefined: Option<String>,
 }
+
+/// One output in two cells that differ in a setting, on the same trials.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CellPair {
+    /// What was asked for.
+    pub of: SeriesTable,
+    /// The cell that the other is compared with.
+    pub from: usize,
+    /// The other.
+    pub to: usize,
+    /// The measure in `to` over that in `from`.
+    pub ratio: PairedStatistics,
+}
+
+/// What a cell kept trial by trial, in the order of [`Experiment::series_of`].
+pub type CellSeries = Vec<Vec<f64>>;
 
 /// A study's results. As JSON the numbers of cells and slopes have nine significant digits; summary.parquet has all.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -373,14 +393,23 @@ pub struct Summary {
         serialize_with = "rounded"
     )]
     pub slopes: Vec<SlopeSummary>,
+    /// Pairs of cells that claims compare.
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        serialize_with = "rounded"
+    )]
+    pub cell_pairs: Vec<CellPair>,
 }
 
 impl Summary {
-    /// Puts cells together; `statistics` are what the slopes need of every cell.
+    /// Puts cells together; `statistics` are what the slopes need of every cell, `series` what pairs
+    /// of cells do.
     pub fn of(
         experiment: &Experiment,
         cells: Vec<CellSummary>,
         statistics: &[SlopeStatistics],
+        series: &[CellSeries],
     ) -> Self {
         let file = &experiment.file;
         let asked = file.slopes.iter().enumerate();
@@ -396,6 +425,7 @@ impl Summary {
             slopes: asked
                 .flat_map(|(i, table)| slopes(experiment, i, table, &cells, statistics))
                 .collect(),
+            cell_pairs: cell_pairs(experiment, series),
             cells,
         }
     }
@@ -428,8 +458,19 @@ impl Summary {
                 && slope.cells.iter().all(|cell| *cell < cells)
                 && slope.slope.is_none_or(|of| of.is_over(slope.cells.len()))
         };
-        match summary.slopes.iter().position(|slope| !fits(slope)) {
-            Some(slope) => Err(format!("damaged: slope {slope}")),
+        if let Some(slope) = summary.slopes.iter().position(|slope| !fits(slope)) {
+            return Err(format!("damaged: slope {slope}"));
+        }
+        let fits = |pair: &CellPair| {
+            let trials =
+                [pair.from, pair.to].map(|cell| summary.cells.get(cell).map(|of| of.trials));
+            let [Some(from), Some(to)] = trials else {
+                return false;
+            };
+            labels.contains(&pair.of.output) && pair.ratio.are_of(from.min(to))
+        };
+        match summary.cell_pairs.iter().position(|pair| !fits(pair)) {
+            Some(pair) => Err(format!("damaged: pair of cells {pair}")),
             None => Ok(summary),
         }
     }
@@ -458,6 +499,34 @@ pub(super) fn round(value: &mut Value) {
         }
         _ => {}
     }
+}
+
+/// Every pair of cells that claims compare, over the trials that both have.
+fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
+    let file = &experiment.file;
+    let settings: Vec<&Settings> = experiment.cells.iter().map(|cell| &cell.settings).collect();
+    let values = |cell: usize, of: &SeriesTable| {
+        let mut kept = experiment.series_of(&experiment.cells[cell]);
+        let output = experiment.output("output", &of.output).ok()?;
+        let place = kept.position(|kept| kept == (output, of.measure))?;
+        series.get(cell)?.get(place)
+    };
+    let tables = file.needed.iter().flat_map(|needed| &needed.series);
+    let found = tables.flat_map(|of| {
+        let pairs = partners(file, &settings, of.axis, [&of.from, &of.to]);
+        pairs.into_iter().map(move |pair| (of, pair))
+    });
+    let paired = found.filter_map(|(of, [from, to])| {
+        let (first, second) = (values(to, of)?, values(from, of)?);
+        let both = first.iter().zip(second).map(|(x, y)| (Some(*x), Some(*y)));
+        Some(CellPair {
+            of: of.clone(),
+            from,
+            to,
+            ratio: Paired::of(both).statistics(of.measure.worse()),
+        })
+    });
+    paired.collect()
 }
 
 /// The slopes of one table: for every value of the other axes and every output.

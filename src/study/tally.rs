@@ -4,6 +4,7 @@ use super::continuous::Traces;
 use super::curves::Curves;
 use super::experiment::Source;
 use super::row::{Measure, Row};
+use super::summary::CellSeries;
 use super::{Cell, Experiment};
 use crate::estimator::FailureKind;
 use crate::metric::{JACKKNIFE_GROUPS, Paired, Sample};
@@ -20,6 +21,12 @@ pub struct Outcomes {
     pub failures: BTreeMap<String, u64>,
     /// Trials with an unstable A-hat.
     pub unstable: u64,
+    /// Trials in which this or an earlier pass had one, reported or not.
+    #[serde(default)]
+    pub unstable_so_far: u64,
+    /// Trials with a failure or an unstable A-hat.
+    #[serde(default)]
+    pub lost: u64,
 }
 
 impl Outcomes {
@@ -33,15 +40,21 @@ impl Outcomes {
         let known = |kind: &String| kind.parse::<FailureKind>().is_ok();
         let mut counts = self.failures.values();
         let failed = counts.try_fold(0, |sum: u64, count| sum.checked_add(*count));
+        let both = failed.and_then(|failed| failed.checked_add(self.unstable));
         self.trials == trials
-            && self.unstable <= trials
-            && failed.is_some_and(|failed| failed <= trials)
+            && self.unstable <= self.unstable_so_far
+            && self.unstable_so_far <= trials
+            && self.lost <= trials
+            && failed.is_some_and(|failed| failed.max(self.unstable) <= self.lost)
+            && both.is_some_and(|both| self.lost <= both)
             && self.failures.keys().all(known)
     }
 
     fn merge(&mut self, other: &Self) {
         self.trials += other.trials;
         self.unstable += other.unstable;
+        self.unstable_so_far += other.unstable_so_far;
+        self.lost += other.lost;
         for (kind, count) in &other.failures {
             *self.failures.entry(kind.clone()).or_default() += count;
         }
@@ -74,6 +87,9 @@ pub struct CellTally {
     pub pairs: Vec<Vec<Paired>>,
     /// For every slope and output, the jackknife's groups.
     pub groups: Vec<Vec<Vec<Sample>>>,
+    /// For every series that the cell keeps, the measure trial by trial in runs, by their first
+    /// trial; NaN of a lost one.
+    pub series: Vec<BTreeMap<u64, Vec<f64>>>,
     /// e_x(k) over k, of the first and the last output.
     pub curves: Option<Curves>,
     /// The course of trial 0 in continuous time, where it is wanted.
@@ -115,7 +131,8 @@ impl CellTally {
         let trials = &*trials;
         let count = experiment.output_count();
         let rows = |output: usize| trials.rows.iter().skip(output).step_by(count);
-        let value = |output: usize, measure: Measure| rows(output).map(move |row| row[measure]);
+        let value =
+            |output: usize, measure: Measure| rows(output).map(move |row| row.counted(measure));
         let measures = &experiment.file.measures;
         let outputs = (0..count).map(|output| OutputTally {
             outcomes: outcomes(rows(output)),
@@ -135,7 +152,11 @@ impl CellTally {
         let pairs = pairs.map(|of| measures.iter().map(|measure| pair(*of, *measure)).collect());
         let group = |output: usize, measure: Measure, group: usize| {
             let of_group = move |row: &&Row| row.trial as usize % JACKKNIFE_GROUPS == group;
-            Sample::of(rows(output).filter(of_group).map(move |row| row[measure]))
+            Sample::of(
+                rows(output)
+                    .filter(of_group)
+                    .map(move |row| row.counted(measure)),
+            )
         };
         let groups_of = |measure: Measure| -> Vec<Vec<Sample>> {
             let of_output = |output| {
@@ -155,6 +176,13 @@ impl CellTally {
                 .slopes
                 .iter()
                 .map(|slope| groups_of(slope.measure))
+                .collect(),
+            series: experiment
+                .series_of(cell)
+                .map(|(output, measure)| {
+                    let first = trials.rows.first().map_or(0, |row| row.trial);
+                    BTreeMap::from([(first, value(output, measure).collect())])
+                })
                 .collect(),
             curves,
             traces,
@@ -205,6 +233,16 @@ impl CellTally {
             let wanted = matches!(&cell.source, Source::Continuous(of) if of.trace_every.is_some());
             wanted && trials.start == 0 && traces.are_of(cell.order, outputs)
         });
+        let series = experiment.series_of(cell).count();
+        let whole = |of: &BTreeMap<u64, Vec<f64>>| {
+            let mut next = trials.start;
+            let joined = of.iter().all(|(first, values)| {
+                let follows = *first == next;
+                next = first.saturating_add(values.len() as u64);
+                follows
+            });
+            joined && next == trials.end
+        };
         // Stages 3 or 10, and 6.
         let solves = count.saturating_mul(2 * passes);
         for (fits, part) in [
@@ -220,6 +258,8 @@ impl CellTally {
                 self.pairs.iter().all(pairs),
                 "a comparison's counts or sums",
             ),
+            (self.series.len() == series, "the series"),
+            (self.series.iter().all(whole), "a series"),
             (self.groups.len() == file.slopes.len(), "slopes"),
             (self.groups.iter().all(slope), "a slope's groups"),
             (curves_fit, "curves"),
@@ -230,6 +270,12 @@ impl CellTally {
             }
         }
         Ok(())
+    }
+
+    /// The series of all trials, in their order.
+    pub fn whole_series(&self) -> CellSeries {
+        let whole = |of: &BTreeMap<u64, Vec<f64>>| of.values().flatten().copied().collect();
+        self.series.iter().map(whole).collect()
     }
 
     /// Adds the tally of other trials of the same cell.
@@ -249,6 +295,9 @@ impl CellTally {
             merge_all(left, right, |left, right| {
                 merge_all(left, right, Sample::merge);
             });
+        });
+        merge_all(&mut self.series, &other.series, |left, right| {
+            left.extend(right.iter().map(|(first, values)| (*first, values.clone())));
         });
         match (&mut self.curves, &other.curves) {
             (Some(left), Some(right)) => left.merge(right),
@@ -272,6 +321,8 @@ pub(super) fn outcomes<'a>(rows: impl Iterator<Item = &'a Row>) -> Outcomes {
     for row in rows {
         outcomes.trials += 1;
         outcomes.unstable += u64::from(row.unstable == Some(true));
+        outcomes.unstable_so_far += u64::from(row.unstable_so_far);
+        outcomes.lost += u64::from(row.is_lost());
         if let Some(failure) = row.failure {
             *outcomes
                 .failures
@@ -288,14 +339,16 @@ fn parameters(trials: &Trials, cell: &Cell, output: usize, count: usize) -> Vec<
     }
     let width = 2 * cell.order;
     let rows = || {
-        trials
-            .parameters
-            .chunks_exact(width)
-            .skip(output)
-            .step_by(count)
+        let errors = trials.parameters.chunks_exact(width);
+        let rows = errors.zip(&trials.rows).skip(output).step_by(count);
+        rows.map(|(errors, row)| (errors, row.failure.is_some()))
+    };
+    let error = |(errors, failed): (&[f64], bool), i: usize| match failed {
+        false => errors[i],
+        true => f64::NAN,
     };
     (0..width)
-        .map(|i| Sample::of(rows().map(move |row| row[i])))
+        .map(|i| Sample::of(rows().map(|row| error(row, i))))
         .collect()
 }
 
@@ -306,7 +359,7 @@ fn met<'a>(experiment: &Experiment, cell: &Cell, rows: impl Iterator<Item = &'a 
     let mut counts = vec![0; bounds.len()];
     for row in rows {
         for (count, bound) in counts.iter_mut().zip(bounds) {
-            let met = bound.is_met(row[bound.measure], row[Measure::Condition]);
+            let met = bound.is_met(row.counted(bound.measure), row[Measure::Condition]);
             *count += u64::from(asked(&bound.claim) && met);
         }
     }

@@ -107,6 +107,7 @@ impl<'e> Trial<'e> {
             for &number in *reported {
                 let pass = &passes[number];
                 let mut row = Row::new(trial, output);
+                row.unstable_so_far = passes[..=number].iter().any(|pass| pass.unstable);
                 if let Some(before) = number.checked_sub(1) {
                     row[Measure::Change] = change(&passes[before], pass);
                 }

@@ -291,7 +291,7 @@ fn curves_are_those_of_faer() {
         let (faer, lanes) = (by_faer(&experiment, 300), by_lanes(&experiment, 300));
         let [faer, lanes] = [faer, lanes].map(|trials| trials.curves.expect("curves"));
         for last in [false, true] {
-            let (faer, lanes) = (faer.quantiles(last), lanes.quantiles(last));
+            let (faer, lanes) = (faer.quantiles(last, 300), lanes.quantiles(last, 300));
             for (faer, lanes) in [
                 (faer.q05, lanes.q05),
                 (faer.q50, lanes.q50),
@@ -338,7 +338,8 @@ fn distributions_are_those_of_faer() {
         for output in 0..outputs {
             let sample = |trials: &Trials, figure: Measure| {
                 let rows = trials.rows.iter().skip(output).step_by(outputs);
-                Sample::of(rows.map(|row| row[figure])).quantile(0.5)
+                Sample::of(rows.map(|row| row[figure]))
+                    .quantile(0.5, asobench::metric::Worse::Larger)
             };
             for figure in FIGURES {
                 let (faer, lanes) = (sample(&faer, figure), sample(&lanes, figure));

@@ -156,7 +156,7 @@ pub fn windows() -> Vec<Check> {
         .map(|tally| SlopeStatistics::of(&experiment, tally))
         .collect();
     let mut checks = Vec::new();
-    for slope in Summary::of(&experiment, cells, &statistics).slopes {
+    for slope in Summary::of(&experiment, cells, &statistics, &[]).slopes {
         let noise = slope
             .settings
             .values()

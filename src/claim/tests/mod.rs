@@ -4,7 +4,7 @@ mod rates;
 mod words;
 
 use super::statistics::{Members, Results};
-use crate::metric::{Estimate, Paired, Quantile, Sample, Share, Statistics};
+use crate::metric::{Estimate, Paired, Quantile, Sample, Share, Statistics, Worse};
 use crate::study::file::{ClaimTest, Key, Scalar, TestTable};
 use crate::study::{CellSummary, ComparisonSummary, Measure, Outcomes, OutputSummary, Summary};
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ fn output(label: &str, trials: u64) -> OutputSummary {
 }
 
 fn ones(trials: u64) -> Statistics {
-    let mut one = Sample::of([1.0]).statistics();
+    let mut one = Sample::of([1.0]).statistics(Worse::Larger);
     one.count = trials;
     one.dominated = false;
     one
@@ -40,7 +40,7 @@ fn ones(trials: u64) -> Statistics {
 
 /// A cell with the outputs "new" and "old", compared, at a noise level.
 fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
-    let mut pair = Paired::of([(Some(1.0), Some(1.0))]).statistics();
+    let mut pair = Paired::of([(Some(1.0), Some(1.0))]).statistics(Worse::Larger);
     pair.both = trials;
     pair.dominated = false;
     CellSummary {
@@ -78,6 +78,7 @@ fn summary(cells: Vec<CellSummary>) -> Summary {
         curve_relative_error: 0.0,
         cells,
         slopes: Vec::new(),
+        cell_pairs: Vec::new(),
     }
 }
 

@@ -377,6 +377,7 @@ fn the_stated_number_of_trials_decides_medians() {
             cell.e_a().q50 = Quantile {
                 value: truth,
                 mcse: error,
+                lost: false,
             };
         };
         let trials = asked_for(&few, set, Holds::Everywhere, 1);

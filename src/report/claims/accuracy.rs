@@ -247,6 +247,7 @@ pub(super) fn crossing(
         Some(Quantile {
             value,
             mcse: value * relative / slope,
+            lost: false,
         })
     })
 }

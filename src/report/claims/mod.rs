@@ -13,8 +13,6 @@ mod noise;
 mod observers;
 mod solvers;
 mod state;
-#[cfg(test)]
-mod tests;
 
 pub(super) use closed_loop::bias_of;
 use condition::condition;

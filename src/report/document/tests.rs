@@ -15,7 +15,8 @@ fn study(toml: &str) -> Study {
     let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
     let measures = &experiment.file.measures;
     let summary_of = |index: usize| {
-        let statistics = Sample::of([0.5, 1.0, 1.5].map(|x| x * (index + 1) as f64)).statistics();
+        let statistics = Sample::of([0.5, 1.0, 1.5].map(|x| x * (index + 1) as f64))
+            .statistics(crate::metric::Worse::Larger);
         let mut cell = CellSummary::of(&experiment, index, &CellTally::default());
         cell.trials = 3;
         let output = |output: &Output| OutputSummary {
@@ -42,7 +43,7 @@ fn study(toml: &str) -> Study {
         cell
     };
     let cells = (0..experiment.cells.len()).map(summary_of).collect();
-    let summary = Summary::of(&experiment, cells, &[]);
+    let summary = Summary::of(&experiment, cells, &[], &[]);
     Study {
         judged: Vec::new(),
         name: "many".to_owned(),

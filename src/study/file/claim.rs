@@ -2,7 +2,7 @@
 
 use super::super::row::Measure;
 use super::claim_test::{ClaimTest, TestKind, ValueOf};
-use super::{Axis, BoundTable, ExperimentFile, Key, Scalar, SlopeTable};
+use super::{Axis, BoundTable, ExperimentFile, FileError, Key, Scalar, SlopeTable};
 use crate::names::named_enum;
 use schemars::JsonSchema;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -105,6 +105,48 @@ impl ClaimTable {
         }
     }
 
+    /// Its tests for each output, or pair of outputs, that it lists: one list of tests where it lists
+    /// none.
+    ///
+    /// # Errors
+    /// What is wrong with a test, or with the lists, with the key in the claim.
+    pub fn cases(&self) -> Result<Vec<Vec<ClaimTest>>, FileError> {
+        let lists = |part: fn(&TestTable) -> Option<&Axis>| -> Result<Vec<Scalar>, FileError> {
+            let mut found: Option<Vec<Scalar>> = None;
+            for (key, table) in self.tests() {
+                let Some(Axis::Many(names)) = part(table) else {
+                    continue;
+                };
+                if names.is_empty() || found.as_ref().is_some_and(|found| found != names) {
+                    let message = "the lists of a claim's tests must be the same, and not empty";
+                    return Err(FileError::key(&key, message));
+                }
+                found = Some(names.clone());
+            }
+            Ok(found.unwrap_or_default())
+        };
+        let of = lists(|table| table.of.as_ref())?;
+        let to = lists(TestTable::compared_with)?;
+        let choices = |list: &[Scalar]| -> Vec<Option<Scalar>> {
+            match list {
+                [] => vec![None],
+                list => list.iter().cloned().map(Some).collect(),
+            }
+        };
+        let mut cases = Vec::new();
+        for of in choices(&of) {
+            for to in choices(&to) {
+                let tests = self.tests().take(self.test.len());
+                let case = tests.map(|(key, table)| {
+                    let test = ClaimTest::of(&table.chosen(of.as_ref(), to.as_ref()));
+                    test.map_err(|error| error.within(&key))
+                });
+                cases.push(case.collect::<Result<Vec<ClaimTest>, FileError>>()?);
+            }
+        }
+        Ok(cases)
+    }
+
     /// All its tests, each with its key: those that must pass, then the condition.
     pub fn tests(&self) -> impl Iterator<Item = (String, &TestTable)> {
         let many = self.test.len() > 1;
@@ -147,11 +189,11 @@ pub struct TestTable {
     /// "estimate": the median time of method `of` over that of `to`; it needs timing = true.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<TimeOf>,
-    /// The output, such as "iv(4)"; of `time` the method.
+    /// The output, such as "iv(4)"; of `time` the method. A list: each of them is judged by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub of: Option<String>,
-    /// The output or method that it is compared with; of `cells` the value of `axis`, or a list
-    /// (every other value where absent).
+    pub of: Option<Axis>,
+    /// The output or method that it is compared with, or a list, as for `of`; of `cells` the value of
+    /// `axis`, or a list (every other value where absent).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<Axis>,
     /// ratio: the measure of `to` where it is another one.
@@ -189,6 +231,27 @@ pub struct TestTable {
     /// ratio, cells, time: it must be the same within this factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
+}
+
+impl TestTable {
+    /// What is compared with, where that is an output or a method.
+    pub(super) fn compared_with(&self) -> Option<&Axis> {
+        self.to.as_ref().filter(|_| self.cells.is_none())
+    }
+
+    /// The table with one name instead of each list.
+    fn chosen(&self, of: Option<&Scalar>, to: Option<&Scalar>) -> Self {
+        let one = |list: Option<&Axis>, name: Option<&Scalar>| match (list, name) {
+            (Some(Axis::Many(_)), Some(name)) => Some(Axis::One(name.clone())),
+            (list, _) => list.cloned(),
+        };
+        let compared = self.compared_with().is_some();
+        Self {
+            of: one(self.of.as_ref(), of),
+            to: one(self.to.as_ref(), to.filter(|_| compared)),
+            ..self.clone()
+        }
+    }
 }
 
 named_enum! {
@@ -322,9 +385,12 @@ impl ExperimentFile {
     /// wrong need nothing.
     pub fn needs(&self) -> Needs {
         let mut needs = Needs::default();
-        for (_, table) in self.claims.iter().flat_map(ClaimTable::tests) {
-            if let Ok(test) = ClaimTest::of(table) {
-                needs.add(&test, self);
+        for claim in &self.claims {
+            for test in claim.cases().unwrap_or_default().iter().flatten() {
+                needs.add(test, self);
+            }
+            if let Some(Ok(given)) = claim.given.as_ref().map(ClaimTest::of) {
+                needs.add(&given, self);
             }
         }
         needs.measures.sort_unstable();

@@ -95,6 +95,24 @@ pub enum TestKind {
     },
 }
 
+impl TestKind {
+    /// The output or method that the test's is compared with.
+    pub fn other(&self) -> Option<&String> {
+        match self {
+            Self::Wins { to, .. } | Self::Ratio { to, .. } | Self::Time { to } => Some(to),
+            _ => None,
+        }
+    }
+
+    /// The same, to change it.
+    pub fn other_mut(&mut self) -> Option<&mut String> {
+        match self {
+            Self::Wins { to, .. } | Self::Ratio { to, .. } | Self::Time { to } => Some(to),
+            _ => None,
+        }
+    }
+}
+
 /// What one test of a claim says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClaimTest {
@@ -197,16 +215,20 @@ impl TestTable {
         Err(FileError::key("statistic", unknown.to_string()))
     }
 
-    /// `to` as the name of an output or method.
-    fn other(&self) -> Result<String, FileError> {
-        match &self.to {
+    /// `of` or `to` as the name of an output or method.
+    fn name(key: &str, given: Option<&Axis>, expected: &str) -> Result<String, FileError> {
+        match given {
             Some(Axis::One(Scalar::Text(label))) => Ok(label.clone()),
-            Some(_) => Err(FileError::key("to", "expected one name, a text")),
-            None => Err(FileError::key(
-                "to",
-                "missing; expected what it is compared with",
+            Some(_) => Err(FileError::key(
+                key,
+                "expected a name, a text, or a list of names",
             )),
+            None => Err(missing(key, expected)),
         }
+    }
+
+    fn other(&self) -> Result<String, FileError> {
+        Self::name("to", self.to.as_ref(), "what it is compared with")
     }
 
     fn share_kind(&self, share: &str) -> Result<TestKind, FileError> {
@@ -228,21 +250,25 @@ impl TestTable {
         }
         let outcomes = Outcome::ALL.iter().map(|of| of.name());
         let measure = measure("share", share, outcomes)?;
-        one_of("share of a measure: ", ["bound", "rounding", "to"], limits)?;
+        let [bound, rounding, to] = limits;
+        one_of(
+            "share of a measure: ",
+            ["bound", "rounding", "to"],
+            [bound && !rounding, rounding, to],
+        )?;
         if self.to.is_some() {
             let to = self.other()?;
             return Ok(TestKind::Wins { measure, to });
         }
-        let limit = self.bound.or(self.rounding).unwrap_or(f64::NAN);
-        if !limit.is_finite() {
-            return Err(FileError::key(
-                "bound",
-                format!("{limit} is not a finite number"),
-            ));
+        for (key, limit) in [("bound", self.bound), ("rounding", self.rounding)] {
+            if let Some(limit) = limit.filter(|limit| !limit.is_finite()) {
+                let message = format!("{limit} is not a finite number");
+                return Err(FileError::key(key, message));
+            }
         }
         Ok(TestKind::Bound(BoundTable {
             claim: None,
-            measure: measure,
+            measure,
             label: None,
             below: self.bound,
             rounding: self.rounding,
@@ -353,8 +379,7 @@ impl ClaimTest {
                 TestKind::Time { to: table.other()? }
             }
         };
-        let of = table.of.clone();
-        let of = of.ok_or_else(|| missing("of", "an output, such as \"iv(4)\""))?;
+        let of = TestTable::name("of", table.of.as_ref(), "an output, such as \"iv(4)\"")?;
         let shares = matches!(
             kind,
             TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. }

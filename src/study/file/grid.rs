@@ -1,6 +1,6 @@
 //! The grid: the product of all axes, with zipped axes moving together and cells that are left out.
 
-use super::{Axis, FileError, Key, Scalar};
+use super::{Axis, ExperimentFile, FileError, Key, Scalar};
 use std::collections::BTreeMap;
 
 /// The settings of one cell.
@@ -102,6 +102,36 @@ fn cell(dimensions: &[Dimension], mut index: usize) -> Settings {
         cell.extend(values);
     }
     cell
+}
+
+/// The pairs of cells that differ in one setting, which is `from` in the first and `to` in the second,
+/// and in what moves with it; as indices.
+pub fn partners(
+    file: &ExperimentFile,
+    cells: &[&Settings],
+    axis: Key,
+    [from, to]: [&Scalar; 2],
+) -> Vec<[usize; 2]> {
+    let group = file.zip.iter().find(|group| group.contains(&axis));
+    let moves = |key: &Key| *key == axis || group.is_some_and(|group| group.contains(key));
+    let others = |cell: &Settings| -> Vec<String> {
+        let others = cell.iter().filter(|(key, _)| !moves(key));
+        others
+            .map(|(key, value)| format!("{key} = {value:?}"))
+            .collect()
+    };
+    let with = |value: &Scalar| {
+        let cells = cells.iter().enumerate();
+        let found = cells.filter(|(_, cell)| cell.get(&axis) == Some(value));
+        found
+            .map(|(index, cell)| (others(cell), index))
+            .collect::<Vec<_>>()
+    };
+    let first: BTreeMap<Vec<String>, usize> = with(from).into_iter().rev().collect();
+    let second = with(to).into_iter();
+    second
+        .filter_map(|(others, index)| Some([*first.get(&others)?, index]))
+        .collect()
 }
 
 /// The values that some settings may have.

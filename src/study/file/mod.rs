@@ -21,7 +21,7 @@ pub use continuous::{
     ContinuousPlantTable, ContinuousTable, FactorName, HoldName, ObserverName, ObserverTable,
     SignalTable, WaveName, WaveTable,
 };
-pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches};
+pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};
 pub use key::{AUTOMATIC, Key};
 pub(super) use limits::at_most;
 pub use method::{EstimatorName, MOST_ITERATIONS, MethodTable};

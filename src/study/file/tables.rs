@@ -129,17 +129,23 @@ pub struct BoundTable {
 impl BoundTable {
     /// Whether a row's measure meets the bound; a measure that is undefined (NaN) does not.
     pub fn is_met(&self, value: f64, condition: f64) -> bool {
-        match (self.below, self.rounding) {
-            (Some(limit), _) => value < limit,
-            (None, Some(multiple)) => value < multiple * f64::EPSILON * condition,
-            (None, None) => false,
-        }
+        let limits = [
+            self.below,
+            self.rounding
+                .map(|multiple| multiple * f64::EPSILON * condition),
+        ];
+        let mut limits = limits.into_iter().flatten();
+        limits.clone().next().is_some() && limits.all(|limit| value < limit)
     }
 
     /// The bound as a table shows it.
     pub fn text(&self) -> String {
-        self.below
-            .map_or_else(|| "= 0".to_owned(), |limit| format!("< {}", number(limit)))
+        let below = self.below.map(|limit| format!("< {}", number(limit)));
+        match (below, self.rounding) {
+            (Some(below), None) => below,
+            (Some(below), Some(_)) => format!("= 0 up to rounding, and {below}"),
+            (None, _) => "= 0".to_owned(),
+        }
     }
 
     /// The figure's name in a table.

@@ -1,0 +1,118 @@
+//! What is reported of a measure over trials.
+
+use super::estimate::{ascend, nan_is_null};
+use super::{Estimate, Quantile};
+use serde::{Deserialize, Serialize};
+use std::ops::Deref;
+
+/// Share of the sum of squares that a single trial may have; see [`Statistics::dominated`].
+pub const DOMINANT_SHARE: f64 = 0.1;
+
+/// Share of the trials that the trimmed mean leaves out on either side.
+pub const TRIM: f64 = 0.05;
+
+/// Quantiles of a measure, by the sketch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Quantiles {
+    /// 5 % quantile.
+    pub q05: Quantile,
+    /// Lower quartile.
+    pub q25: Quantile,
+    /// Median.
+    pub q50: Quantile,
+    /// Upper quartile.
+    pub q75: Quantile,
+    /// 95 % quantile.
+    pub q95: Quantile,
+}
+
+impl Quantiles {
+    /// In ascending order.
+    pub fn all(&self) -> [Quantile; 5] {
+        [self.q05, self.q25, self.q50, self.q75, self.q95]
+    }
+}
+
+/// What is reported of a measure over trials. Undefined numbers are NaN, in files null.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// Trials with a measure: M.
+    pub count: u64,
+    /// Trials whose measure is NaN; but for the quantiles they enter nothing else.
+    pub undefined: u64,
+    /// Trials whose figure's fourth power is beyond the range of doubles.
+    pub overflowed: u64,
+    /// Arithmetic mean.
+    pub mean: Estimate,
+    /// Standard deviation, divisor M - 1.
+    pub sd: Estimate,
+    /// Mean square, about 0: the mean square error where the measure is an error.
+    pub mse: Estimate,
+    /// Its root.
+    pub rmse: Estimate,
+    /// Mean without the 5 % smallest and the 5 % largest ([`TRIM`]), by the sketch.
+    pub trimmed: Estimate,
+    /// Quantiles over all trials, those without a measure at the worse end.
+    #[serde(flatten)]
+    pub quantiles: Quantiles,
+    /// Quantiles over the trials with a measure; only where some trials have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conditional: Option<Quantiles>,
+    /// Smallest, as it was.
+    #[serde(with = "nan_is_null")]
+    pub min: f64,
+    /// Largest, as it was.
+    #[serde(with = "nan_is_null")]
+    pub max: f64,
+    /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out of
+    /// range. Then the measure has a heavy tail (or there are fewer than some ten trials): mean, sd, MSE and
+    /// RMSE say little, and their standard errors, which rest on fourth moments, even less. Read the
+    /// quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 % are flagged; their 95 %
+    /// intervals of the RMSE hold the truth in some 60 % (`tests/coverage.rs`). The reverse does not hold: of
+    /// studies of Student's law with 4 degrees of freedom, whose squares have no variance, 10 to 30 % are
+    /// flagged, and the intervals hold the truth in 89 %.
+    pub dominated: bool,
+    /// The largest `x^2` over the sum of `x^2`.
+    #[serde(with = "nan_is_null")]
+    pub largest_share: f64,
+}
+
+impl Statistics {
+    /// Whether stored statistics can be those of so many trials.
+    pub(crate) fn are_of(&self, trials: u64) -> bool {
+        let estimates = [self.mean, self.sd, self.mse, self.rmse, self.trimmed];
+        let conditional = self.conditional.unwrap_or(self.quantiles);
+        let quantiles = || self.quantiles.all().into_iter().chain(conditional.all());
+        let order_of = |of: Quantiles| {
+            let values = of.all().map(|of| of.value);
+            [self.min].into_iter().chain(values).chain([self.max])
+        };
+        let order = order_of(self.quantiles);
+        let squares = [self.sd, self.mse, self.rmse].map(|of| of.value);
+        let mut all = order.clone().chain(estimates.iter().map(|of| of.value));
+        self.count.checked_add(self.undefined) == Some(trials)
+            && self.overflowed <= self.count
+            && (self.count > 0 || all.all(f64::is_nan))
+            && ascend(order)
+            && ascend(order_of(conditional))
+            && estimates.iter().all(Estimate::is_sound)
+            && quantiles().all(|of| of.is_sound())
+            && !squares.iter().any(|x| *x < 0.0)
+            && !(self.largest_share < 0.0 || self.largest_share > 1.0 + 1e-8)
+    }
+}
+
+/// The quantiles over all trials are read as `statistics.q50`.
+impl Deref for Statistics {
+    type Target = Quantiles;
+
+    fn deref(&self) -> &Quantiles {
+        &self.quantiles
+    }
+}
+
+impl std::ops::DerefMut for Statistics {
+    fn deref_mut(&mut self) -> &mut Quantiles {
+        &mut self.quantiles
+    }
+}
