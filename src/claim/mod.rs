@@ -21,7 +21,7 @@ pub use condition::condition;
 pub use decision::Verdict;
 pub use power::Needed;
 
-use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile};
+use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, TrialRule};
 use crate::study::place::{Place, varying};
 use crate::study::{MethodTime, Summary};
 use decision::{Cells, Says, certain_count, decide};
@@ -50,6 +50,9 @@ pub struct Judged {
     /// How many trials in every cell would decide it, where it is undecided and they would.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed: Option<Needed>,
+    /// Whether it was written after the results were there.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub added_after_run: bool,
     /// Whether it rests on times, which differ between machines and runs.
     pub timed: bool,
     /// Every cell that the claim speaks of.
@@ -96,12 +99,34 @@ pub struct JudgedNumber {
 pub fn judge(file: &ExperimentFile, summary: &Summary, times: &[MethodTime]) -> Vec<Judged> {
     let claims = file.claims.iter().filter(|claim| !claim.test.is_empty());
     claims
-        .map(|claim| judge_at(claim, claim.level, file, summary, times))
+        .map(|claim| judge_at(claim, level_of(claim, file), file, summary, times))
         .collect()
 }
 
-/// The same of one claim at a level of its own: a rule that looks several times divides the claim's
-/// by the number of looks.
+/// The level of each verdict on a claim: a rule that looks at it several times divides it by the
+/// number of looks.
+fn level_of(claim: &ClaimTable, file: &ExperimentFile) -> f64 {
+    match &file.trials {
+        TrialRule::Decided(until) if until.claim == claim.id => {
+            claim.level / f64::from(until.looks())
+        }
+        _ => claim.level,
+    }
+}
+
+/// Whether results decide the claim until which a file's trials go on.
+pub fn decides(file: &ExperimentFile, summary: &Summary) -> bool {
+    let TrialRule::Decided(until) = &file.trials else {
+        return true;
+    };
+    let claim = file.claims.iter().find(|claim| claim.id == until.claim);
+    claim.is_none_or(|claim| {
+        let judged = judge_at(claim, level_of(claim, file), file, summary, &[]);
+        judged.verdict != Verdict::Undecided
+    })
+}
+
+/// The same of one claim at a level of its own.
 pub fn judge_at(
     claim: &ClaimTable,
     level: f64,
@@ -125,6 +150,14 @@ pub fn judge_at(
     }
 }
 
+fn added(claim: &ClaimTable) -> &'static str {
+    if claim.added_after_run {
+        " (Claimed after the run.)"
+    } else {
+        ""
+    }
+}
+
 fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
     let verdict = Verdict::Undecided;
     Judged {
@@ -133,8 +166,9 @@ fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
         source: claim.source.clone(),
         verdict,
         level,
-        line: format!("{}  {verdict}: {why}.", claim.id),
+        line: format!("{}  {verdict}: {why}.{}", claim.id, added(claim)),
         needed: None,
+        added_after_run: claim.added_after_run,
         timed: false,
         cells: Vec::new(),
     }
@@ -244,7 +278,8 @@ impl<'a> Judge<'a> {
         let sentence = told.sentence();
         let mut judged = undecided(self.claim, self.level, "");
         judged.verdict = verdict;
-        judged.line = format!("{}  {verdict}{sentence}", self.claim.id);
+        let added = added(self.claim);
+        judged.line = format!("{}  {verdict}{sentence}{added}", self.claim.id);
         judged.needed = needed;
         let mut tests = self.cases.iter().flatten().chain(self.given);
         judged.timed = tests.any(ClaimTest::is_timed);

@@ -7,6 +7,7 @@ use super::files::cannot_write;
 use super::{print, progress};
 use crate::files;
 use crate::report::{Study, claims, prepare_report, report, write_report};
+use crate::study::file::ExperimentFile;
 use crate::text::{alike, folded, visible};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,14 +21,25 @@ pub(super) struct Arguments {
     /// Folder of the report [default: DIR if there is one, else report]
     #[arg(long, value_name = "OUT")]
     out: Option<PathBuf>,
+    /// Judge the claims of this experiment file instead of those stored with the results
+    #[arg(long, value_name = "FILE")]
+    claims: Option<PathBuf>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let others = arguments.claims.as_deref().map(ExperimentFile::read);
+    let others = others
+        .transpose()
+        .map_err(|e| Error::Input(e.to_string()))?;
     let mut studies: Vec<Study> = Vec::new();
     let mut steps = progress::Steps::new();
     for folder in &arguments.folders {
         steps.show(&format!("reading {}", folder.display()));
         let mut study = Study::read(folder).map_err(|error| Error::Input(error.to_string()))?;
+        if let Some(file) = &others {
+            let wrong = |error| Error::Input(format!("{}: {error}", folder.display()));
+            study.judge_others(&file.claims).map_err(wrong)?;
+        }
         let name = study.name.clone();
         // Their files must differ where case makes no difference, too.
         let taken = |name: &str| {

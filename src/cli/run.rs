@@ -3,12 +3,13 @@
 use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::{memory, need, note, print, progress, timing};
+use crate::claim;
 use crate::files;
 use crate::report::Study;
 use crate::study::file::{ExperimentFile, FileError, Needs, TRIAL_LIMIT, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
-    RunOptions, Summary, stored_design,
+    RunOptions, Summary, read_manifest, stored_design,
 };
 use crate::text::{shell_word, visible};
 use std::path::{Path, PathBuf};
@@ -119,13 +120,25 @@ fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
     (experiment.design() == stored).then_some(experiment)
 }
 
+/// Marks the claims that were not there when the results in a folder were made.
+fn mark_added(file: &mut ExperimentFile, folder: &Path) {
+    let manifest = read_manifest(folder).ok().flatten();
+    let stored = manifest.and_then(|of| ExperimentFile::from_json(&of["experiment"]).ok());
+    let Some(stored) = stored else { return };
+    for claim in &mut file.claims {
+        let known = stored.claims.iter().find(|known| known.judges_as(claim));
+        claim.added_after_run = known.is_none_or(|known| known.added_after_run);
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if arguments.out.is_none() && arguments.study.name() == "-" {
         let message = "--out: expected a folder where the experiment comes from standard input";
         return Err(Error::Input(message.to_owned()));
     }
     let path = arguments.study.folder(arguments.out.as_deref());
-    let (experiment, rule) = arguments.study.experiment(&path)?;
+    let (mut experiment, rule) = arguments.study.experiment(&path)?;
+    mark_added(&mut experiment.file, &path);
     let options = RunOptions {
         threads: threads(arguments.threads),
         block: arguments.block,
@@ -206,7 +219,13 @@ pub(super) fn execute(
     }
     let stop = progress::stop_flag()?;
     let mut display = progress::Display::new(experiment.cells.len());
-    let outcome = campaign.run(&stop, |event: Event| display.show(&event), figures);
+    let is_decided = |summary: &Summary| claim::decides(&experiment.file, summary);
+    let outcome = campaign.run(
+        &stop,
+        |event: Event| display.show(&event),
+        is_decided,
+        figures,
+    );
     display.clear();
     let left = if options.fresh {
         "nothing was written"

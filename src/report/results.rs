@@ -7,9 +7,9 @@ use crate::estimator::IvOptions;
 use crate::files::{self, Kind, PathError};
 use crate::metric::{Quantile, Statistics};
 pub use crate::study::MethodTime as Time;
-use crate::study::file::{ExperimentFile, Key, TrialRule};
+use crate::study::file::{ClaimTable, ExperimentFile, FileError, Key, TrialRule};
 pub use crate::study::place::{axis_label, is_error, measure_name, value_name, words};
-use crate::study::{CellSummary, Measure, OutputSummary, Summary, read_manifest};
+use crate::study::{CellSummary, Experiment, Measure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
 use serde::Deserialize;
 use serde_json::Value;
@@ -92,6 +92,27 @@ impl Study {
             None => None,
         };
         Self::decode(folder, &manifest, &summary, times.as_deref())
+    }
+
+    /// Judges other claims by these results. Those that were not there at the run are marked.
+    ///
+    /// # Errors
+    /// If a claim is wrong, or speaks of what the study does not have.
+    pub fn judge_others(&mut self, claims: &[ClaimTable]) -> Result<(), FileError> {
+        let mut file = ExperimentFile {
+            claims: claims.to_vec(),
+            needed: Some(self.file.needed.clone().unwrap_or_default()),
+            ..self.file.clone()
+        };
+        for claim in &mut file.claims {
+            let known = self.file.claims.iter().find(|known| known.judges_as(claim));
+            claim.added_after_run = known.is_none_or(|known| known.added_after_run);
+        }
+        file.check_filters()?;
+        let file = Experiment::new(file)?.file;
+        self.judged = judge(&file, &self.summary, &self.times);
+        self.file.claims = file.claims;
+        Ok(())
     }
 
     /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where they were measured.
@@ -278,7 +299,7 @@ impl Study {
         let seed = self.summary.seed;
         let trials = match self.file.trials {
             TrialRule::Fixed(trials) => format!(" --trials {trials}"),
-            TrialRule::Until(_) => String::new(),
+            TrialRule::Until(_) | TrialRule::Decided(_) => String::new(),
         };
         let command = if name == BUILT_IN {
             format!("asobench reproduce --paper nikolov{trials} --seed {seed} --out {to}")

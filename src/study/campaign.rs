@@ -3,11 +3,12 @@
 use super::blocks::{BlockError, BlockFolder, StoredBlock, discard};
 use super::engine::Engine;
 use super::experiment::Experiment;
-use super::file::{FileError, Store, TrialRule, Until, UntilStatistic};
+use super::file::{FileError, Store, TrialRule, Until, UntilDecided, UntilStatistic};
 use super::folder::{FolderError, ResultsFolder};
 use super::runner::{RunError, Span, run_spans};
 use super::store::{StoreError, TrialWriter, write_summary};
-use super::summary::{CellSummary, SlopeStatistics, Summary};
+use super::summary::{CellSeries, CellSummary, SlopeStatistics, Summary};
+use super::tally::CellTally;
 use crate::files::Kind;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -167,10 +168,7 @@ impl<'e> Campaign<'e> {
     }
 
     fn check_extent(&self) -> Result<(), CampaignError> {
-        let asked = match &self.rule {
-            TrialRule::Fixed(trials) => *trials,
-            TrialRule::Until(until) => until.maximum,
-        };
+        let (_, asked) = self.rule.extent();
         for cell in 0..self.stored.len() {
             let there = self.extent(cell);
             let asked = self.experiment.trials_of(cell, asked);
@@ -188,7 +186,7 @@ impl<'e> Campaign<'e> {
     }
 
     /// Computes what is missing, then writes the results with `figures`: names and contents of more files. What is
-    /// finished stays, whatever ends the run.
+    /// finished stays, whatever ends the run. `is_decided` tells whether results decide the claim of the rule.
     ///
     /// # Errors
     /// [`CampaignError`].
@@ -196,12 +194,21 @@ impl<'e> Campaign<'e> {
         mut self,
         stop: &AtomicBool,
         mut on_event: impl FnMut(Event),
+        is_decided: impl Fn(&Summary) -> bool,
         figures: impl Fn(&Summary) -> Vec<(String, String)>,
     ) -> Result<Summary, CampaignError> {
         let mut targets = self.first_targets();
         loop {
             self.compute(&targets, stop, &mut on_event)?;
-            if !self.raise_targets(&mut targets, stop)? {
+            let raised = match &self.rule {
+                TrialRule::Fixed(_) => false,
+                TrialRule::Until(until) => self.raise_unknown(&mut targets, until, stop)?,
+                TrialRule::Decided(until) => {
+                    let decided = || Ok(is_decided(&self.summary(stop)?));
+                    self.raise_all(&mut targets, until, decided)?
+                }
+            };
+            if !raised {
                 break;
             }
         }
@@ -221,15 +228,54 @@ impl<'e> Campaign<'e> {
                 }
                 target
             }
+            TrialRule::Decided(until) => {
+                let there = (0..self.stored.len()).map(|cell| self.extent(cell)).max();
+                let mut target = until.minimum;
+                while target < there.unwrap_or(0) {
+                    target = until.next(target);
+                }
+                self.experiment.trials_of(cell, target)
+            }
         };
         (0..self.stored.len()).map(first).collect()
     }
 
-    /// Doubles the trials of every cell whose measure is not known well enough; false where none is left.
-    fn raise_targets(&self, targets: &mut [u64], stop: &AtomicBool) -> Result<bool, CampaignError> {
-        let TrialRule::Until(until) = &self.rule else {
+    /// Doubles the trials of every cell where a claim is not decided; false where it is, or where
+    /// there are no more.
+    fn raise_all(
+        &self,
+        targets: &mut [u64],
+        until: &UntilDecided,
+        is_decided: impl Fn() -> Result<bool, CampaignError>,
+    ) -> Result<bool, CampaignError> {
+        let most = targets.iter().max().copied().unwrap_or(0);
+        let next = until.next(most);
+        let raised = |cell: usize| self.experiment.trials_of(cell, next);
+        let more = (0..targets.len()).any(|cell| raised(cell) > targets[cell]);
+        if !more || is_decided()? {
             return Ok(false);
-        };
+        }
+        (0..targets.len()).for_each(|cell| targets[cell] = raised(cell));
+        Ok(true)
+    }
+
+    /// The summary of what is there.
+    fn summary(&self, stop: &AtomicBool) -> Result<Summary, CampaignError> {
+        let mut parts = Parts::default();
+        for blocks in &self.stored {
+            go_on(stop)?;
+            parts.add(self.experiment, &self.blocks.tally(blocks)?);
+        }
+        Ok(parts.summary(self.experiment))
+    }
+
+    /// Doubles the trials of every cell whose measure is not known well enough; false where none is left.
+    fn raise_unknown(
+        &self,
+        targets: &mut [u64],
+        until: &Until,
+        stop: &AtomicBool,
+    ) -> Result<bool, CampaignError> {
         let mut raised = false;
         for (cell, target) in targets.iter_mut().enumerate() {
             go_on(stop)?;
@@ -334,10 +380,9 @@ impl<'e> Campaign<'e> {
         } else {
             None
         };
-        let mut cells = Vec::new();
-        let (mut slopes, mut series) = (Vec::new(), Vec::new());
+        let mut parts = Parts::default();
         for (cell, blocks) in self.stored.iter().enumerate() {
-            let mut tally = super::tally::CellTally::default();
+            let mut tally = CellTally::default();
             for block in blocks {
                 go_on(stop)?;
                 let content = self.blocks.read(block)?;
@@ -346,14 +391,12 @@ impl<'e> Campaign<'e> {
                     writer.write(cell, rows)?;
                 }
             }
-            cells.push(CellSummary::of(experiment, cell, &tally));
-            slopes.push(SlopeStatistics::of(experiment, &tally));
-            series.push(tally.whole_series());
+            parts.add(experiment, &tally);
         }
         if let Some(writer) = writer {
             writer.finish()?;
         }
-        let summary = Summary::of(experiment, cells, &slopes, &series);
+        let summary = parts.summary(experiment);
         let (file, path) = self.folder.stage("summary.parquet", Kind::Parquet)?;
         write_summary(&file, &path, experiment, &summary)?;
         self.folder
@@ -365,6 +408,28 @@ impl<'e> Campaign<'e> {
         go_on(stop)?;
         self.folder.publish()?;
         Ok(summary)
+    }
+}
+
+/// What the summary takes of every cell.
+#[derive(Default)]
+struct Parts {
+    cells: Vec<CellSummary>,
+    slopes: Vec<SlopeStatistics>,
+    series: Vec<CellSeries>,
+}
+
+impl Parts {
+    /// Adds the next cell.
+    fn add(&mut self, experiment: &Experiment, tally: &CellTally) {
+        let cell = self.cells.len();
+        self.cells.push(CellSummary::of(experiment, cell, tally));
+        self.slopes.push(SlopeStatistics::of(experiment, tally));
+        self.series.push(tally.whole_series());
+    }
+
+    fn summary(self, experiment: &Experiment) -> Summary {
+        Summary::of(experiment, self.cells, &self.slopes, &self.series)
     }
 }
 
@@ -437,7 +502,7 @@ mod tests {
                     stop.store(true, Ordering::Relaxed);
                 }
             };
-            campaign.run(&stop, on_event, |_| Vec::new())
+            campaign.run(&stop, on_event, |_| true, |_| Vec::new())
         };
         let error = run(true).unwrap_err();
         assert!(matches!(error, CampaignError::Stopped), "{error}");

@@ -38,6 +38,26 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), FileError> {
     Ok(())
 }
 
+/// The claim until which trials go on must be one that is judged by their results.
+pub(super) fn check_target(file: &ExperimentFile, id: &str) -> Result<(), FileError> {
+    let wrong = |message: String| Err(FileError::key("trials.until", message));
+    let Some(claim) = file.claims.iter().find(|claim| claim.id == id) else {
+        let ids = file.claims.iter().map(|claim| claim.id.as_str());
+        let measures = file.measures.iter().map(|measure| measure.name());
+        let names: Vec<&str> = ids.chain(measures).collect();
+        return wrong(UnknownName::new("claim or measure", id, &names).to_string());
+    };
+    if claim.test.is_empty() {
+        return wrong(format!("the claim '{id}' has no test"));
+    }
+    if claim.cases()?.iter().flatten().any(ClaimTest::is_timed) {
+        return wrong(format!(
+            "the claim '{id}' is about times, which no trials decide"
+        ));
+    }
+    Ok(())
+}
+
 fn check_id(id: &str) -> Result<(), &'static str> {
     let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
     if id.is_empty() || !id.chars().all(fits) {

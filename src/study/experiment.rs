@@ -375,8 +375,12 @@ impl Experiment {
             }
             self.compare.push(pair);
         }
-        if let TrialRule::Until(until) = &self.file.trials {
-            self.target(until)?;
+        match &self.file.trials {
+            TrialRule::Fixed(_) => {}
+            TrialRule::Until(until) => {
+                self.target(until)?;
+            }
+            TrialRule::Decided(until) => super::claims::check_target(&self.file, &until.claim)?,
         }
         for slope in &self.file.slopes {
             self.measure("slopes", slope.measure)?;
@@ -385,14 +389,13 @@ impl Experiment {
         }
         for bound in &self.file.bounds {
             self.measure("bounds", bound.measure)?;
-            if bound.below.is_some() == bound.rounding.is_some() {
-                return Err(FileError::key(
-                    "bounds",
-                    "expected either 'below' or 'rounding'",
-                ));
+            let limits = [bound.below, bound.rounding];
+            if limits == [None; 2] {
+                let message = "expected 'below', 'rounding' or both";
+                return Err(FileError::key("bounds", message));
             }
-            let limit = bound.below.or(bound.rounding);
-            if let Some(limit) = limit.filter(|limit| !limit.is_finite()) {
+            let mut limits = limits.into_iter().flatten();
+            if let Some(limit) = limits.find(|limit| !limit.is_finite()) {
                 return Err(FileError::key(
                     "bounds",
                     format!("{limit} is not a finite number"),

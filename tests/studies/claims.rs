@@ -82,3 +82,122 @@ fn an_edited_claim_asks_for_no_other_run() {
     };
     assert_eq!(cells(&trials), cells(&again));
 }
+
+/// To first order the error of least squares is proportional to the noise, trial by trial: twice the
+/// noise on the same streams gives twice the error.
+#[test]
+fn cells_are_compared_trial_by_trial() {
+    let place = Place::new();
+    let settings = "trials = 400\nmeasures = [\"e_b\"]\n[settings]\neta = [0.1, 0.2, 0.4]\n";
+    let cells = |id: &str, to: &str, between: &str| {
+        format!(
+            "[[claims]]\nid = \"{id}\"\ntest = {{ cells = \"e_a\", of = [\"ls\", \"iv(4)\"], \
+             axis = \"eta\", from = 0.1, to = {to}, between = {between} }}\n"
+        )
+    };
+    let claims = cells("twice", "0.2", "[1.9, 2.1]")
+        + &cells("four", "0.4", "[3.7, 4.3]")
+        + &cells("thrice", "[0.2, 0.4]", "[2.9, 3.1]");
+    place.write("own.toml", (settings.to_owned() + &claims).as_bytes());
+    let text = lines(
+        &place,
+        &["run", "own.toml", "--out", "own", "--block", "50"],
+    );
+    for line in ["twice  holds", "four  holds", "thrice  does not hold"] {
+        let found = text.lines().any(|of| of.starts_with(line));
+        assert!(found, "{line}: {text}");
+    }
+    let json = std::fs::read_to_string(place.path("own/summary.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["cell_pairs"].as_array().unwrap().len(), 4);
+    assert_eq!(json["cell_pairs"][0]["ratio"]["both"], 400);
+    // Other threads and blocks, the same bits.
+    lines(
+        &place,
+        &[
+            "run",
+            "own.toml",
+            "--out",
+            "other",
+            "--block",
+            "33",
+            "--threads",
+            "1",
+        ],
+    );
+    let files = ["own/summary.json", "other/summary.json"];
+    let [own, other] = files.map(|file| std::fs::read(place.path(file)).unwrap());
+    assert!(own == other);
+}
+
+/// A claim that is certain at once ends the run at its fewest trials, one at its own truth does not
+/// end it before the most.
+#[test]
+fn a_claim_may_end_a_run() {
+    let place = Place::new();
+    for (below, trials) in [(1.0, 500), (0.97 / 1.297, 4000)] {
+        let rule = "trials = { until = \"W1\", minimum = 500, maximum = 4000 }\n";
+        let file = FILE.replace("trials = 2000\n", rule) + &claim("W1", "ls", "iv(4)", below);
+        place.write("own.toml", file.as_bytes());
+        let out = format!("own-{trials}");
+        lines(&place, &["check", "own.toml"]);
+        lines(&place, &["run", "own.toml", "--out", &out]);
+        let manifest = std::fs::read_to_string(place.path(&format!("{out}/manifest.json")));
+        let manifest: serde_json::Value = serde_json::from_str(&manifest.unwrap()).unwrap();
+        assert_eq!(manifest["trials"], trials);
+        // The same command computes nothing more, and says the same.
+        let again = lines(&place, &["run", "own.toml", "--out", &out]);
+        let word = if trials == 500 { "holds" } else { "undecided" };
+        assert!(again.contains(&format!("W1  {word}")), "{again}");
+    }
+    let rule = "trials = { until = \"W9\", minimum = 5, maximum = 40 }\n";
+    let file = FILE.replace("trials = 2000\n", rule) + &claim("W1", "ls", "iv(4)", 1.0);
+    place.write("own.toml", file.as_bytes());
+    let output = place.run(&["check", "own.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        text.contains("trials.until") && text.contains("expected W1"),
+        "{text}"
+    );
+}
+
+#[test]
+fn later_claims_are_marked_and_other_files_may_judge() {
+    let place = Place::new();
+    let few = FILE.replace("2000", "200");
+    place.write(
+        "own.toml",
+        (few.clone() + &claim("W1", "ls", "iv(4)", 1.0)).as_bytes(),
+    );
+    lines(&place, &["run", "own.toml", "--out", "own"]);
+    let both = few.clone() + &claim("W1", "ls", "iv(4)", 1.0) + &claim("W2", "ls", "iv(4)", 1.2);
+    place.write("own.toml", both.as_bytes());
+    lines(&place, &["run", "own.toml", "--out", "own"]);
+    let text = lines(&place, &["report", "own"]);
+    let line = |id: &str| {
+        text.lines()
+            .find(|of| of.starts_with(id))
+            .unwrap_or_default()
+    };
+    assert!(
+        !text.is_empty() && line("W1  holds").contains("in all"),
+        "{text}"
+    );
+    let joined = text.replace('\n', " ");
+    assert_eq!(joined.matches("after the run").count(), 1, "{text}");
+    // Claims of another file, on the same results.
+    place.write("other.toml", claim("X1", "ls", "iv(4)", 0.5).as_bytes());
+    let text = lines(&place, &["report", "own", "--claims", "other.toml"]);
+    assert!(
+        text.lines().any(|of| of.starts_with("X1  does not hold")),
+        "{text}"
+    );
+    assert!(!text.contains("W1  "), "{text}");
+    let wrong = "[[claims]]\nid = \"X1\"\ntest = { share = \"failed\", of = \"ls2\", below = 1 }\n";
+    place.write("other.toml", wrong.as_bytes());
+    let output = place.run(&["report", "own", "--claims", "other.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(text.contains("ls2") && text.lines().count() == 1, "{text}");
+}

@@ -491,11 +491,7 @@ fn comparisons_slopes_and_bounds() {
         ),
         (
             "[[bounds]]\nmeasure = \"e_a\"",
-            ["bounds", "either 'below' or 'rounding'"],
-        ),
-        (
-            "[[bounds]]\nmeasure = \"e_a\"\nbelow = 1\nrounding = 2",
-            ["bounds", "either 'below' or 'rounding'"],
+            ["bounds", "'below', 'rounding' or both"],
         ),
         (
             "[[bounds]]\nmeasure = \"e_a\"\nbelow = nan",

@@ -88,9 +88,24 @@ pub struct ClaimTable {
     #[serde(deserialize_with = "tests_of_a_cell::deserialize")]
     #[schemars(schema_with = "tests_of_a_cell::schema")]
     pub test: Vec<TestTable>,
+    /// Whether it was written after the results were there; `run` sets it in what it stores.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(skip)]
+    pub added_after_run: bool,
 }
 
 impl ClaimTable {
+    /// Whether it is the same claim as another one, whatever its words.
+    pub fn judges_as(&self, other: &Self) -> bool {
+        let worded = Self {
+            text: other.text.clone(),
+            source: other.source.clone(),
+            added_after_run: other.added_after_run,
+            ..self.clone()
+        };
+        worded == *other
+    }
+
     /// A claim that is only named, as in files of before there were tests; it is not judged.
     fn named(id: &str) -> Self {
         Self {
@@ -102,6 +117,7 @@ impl ClaimTable {
             cells: BTreeMap::new(),
             given: None,
             test: Vec::new(),
+            added_after_run: false,
         }
     }
 

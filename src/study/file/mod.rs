@@ -26,7 +26,7 @@ pub use key::{AUTOMATIC, Key};
 pub(super) use limits::at_most;
 pub use method::{EstimatorName, MOST_ITERATIONS, MethodTable};
 pub use parse::{FileError, schema};
-pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilStatistic};
+pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
 pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
 
 use super::engine::Engine;

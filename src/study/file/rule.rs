@@ -1,4 +1,4 @@
-//! How many trials: a number, or until a measure is known well enough.
+//! How many trials: a number, or until a measure is known well enough or a claim is decided.
 
 use super::super::row::Measure;
 use crate::names::named_enum;
@@ -22,15 +22,14 @@ named_enum! {
 
 /// Trials until the Monte-Carlo standard error of a measure is small enough in a cell. The number is
 /// `minimum`, doubled until the target is met or `maximum` reached, so that it does not depend on the machine.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Until {
     /// The measure.
     pub until: Measure,
     /// The output, such as "iv(4)".
     pub output: String,
     /// The statistic.
-    #[serde(default)]
+    #[schemars(default)]
     pub statistic: UntilStatistic,
     /// The target: standard error over value.
     pub relative_mcse: f64,
@@ -38,6 +37,37 @@ pub struct Until {
     pub minimum: u64,
     /// The most trials.
     pub maximum: u64,
+}
+
+/// Trials until a claim of the file is decided. Their number is `minimum` in every cell, doubled until
+/// the claim holds or does not, or `maximum` is reached. Every look has its share of the claim's level.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct UntilDecided {
+    /// The claim's id.
+    #[serde(rename = "until")]
+    pub claim: String,
+    /// The fewest trials.
+    pub minimum: u64,
+    /// The most trials.
+    pub maximum: u64,
+}
+
+impl UntilDecided {
+    /// The number of trials after so many.
+    pub fn next(&self, trials: u64) -> u64 {
+        trials.saturating_mul(2).min(self.maximum)
+    }
+
+    /// How many numbers of trials there are, from the fewest to the most.
+    pub fn looks(&self) -> u32 {
+        let mut trials = self.minimum.max(1);
+        let mut looks = 1;
+        while trials < self.maximum {
+            trials = self.next(trials);
+            looks += 1;
+        }
+        looks
+    }
 }
 
 /// How many trials each cell has.
@@ -48,6 +78,46 @@ pub enum TrialRule {
     Fixed(u64),
     /// Until a target is met.
     Until(Until),
+    /// Until a claim is decided.
+    Decided(UntilDecided),
+}
+
+/// A rule as it is written; which one it is, `until` says.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    until: String,
+    output: Option<String>,
+    statistic: Option<UntilStatistic>,
+    relative_mcse: Option<f64>,
+    minimum: u64,
+    maximum: u64,
+}
+
+impl Written {
+    fn rule<E: Error>(self) -> Result<TrialRule, E> {
+        let (minimum, maximum) = (self.minimum, self.maximum);
+        let of_claim =
+            self.output.is_none() && self.statistic.is_none() && self.relative_mcse.is_none();
+        match self.until.parse::<Measure>() {
+            Ok(until) => Ok(TrialRule::Until(Until {
+                until,
+                output: self.output.ok_or_else(|| E::missing_field("output"))?,
+                statistic: self.statistic.unwrap_or_default(),
+                relative_mcse: self
+                    .relative_mcse
+                    .ok_or_else(|| E::missing_field("relative_mcse"))?,
+                minimum,
+                maximum,
+            })),
+            Err(_) if of_claim => Ok(TrialRule::Decided(UntilDecided {
+                claim: self.until,
+                minimum,
+                maximum,
+            })),
+            Err(unknown) => Err(E::custom(unknown)),
+        }
+    }
 }
 
 /// The most trials of a cell.
@@ -59,22 +129,21 @@ impl TrialRule {
         match self {
             Self::Fixed(trials) => (*trials, *trials),
             Self::Until(until) => (until.minimum, until.maximum),
+            Self::Decided(until) => (until.minimum, until.maximum),
         }
     }
 
     /// What is wrong with the rule, if anything is.
     pub fn fault(&self) -> Option<String> {
-        let counts: &[u64] = match self {
-            Self::Fixed(count) => &[*count],
-            Self::Until(until) => &[until.minimum, until.maximum],
-        };
-        if !counts.iter().all(|count| (1..=TRIAL_LIMIT).contains(count)) {
+        let (minimum, maximum) = self.extent();
+        if ![minimum, maximum]
+            .iter()
+            .all(|count| (1..=TRIAL_LIMIT).contains(count))
+        {
             return Some(format!("must be 1 to {TRIAL_LIMIT}"));
         }
         match self {
-            Self::Until(until) if until.minimum > until.maximum => {
-                Some("'minimum' is above 'maximum'".to_owned())
-            }
+            _ if minimum > maximum => Some("'minimum' is above 'maximum'".to_owned()),
             Self::Until(until) if !(until.relative_mcse > 0.0) => {
                 Some("'relative_mcse' must be above 0".to_owned())
             }
@@ -104,7 +173,7 @@ impl<'de> Visitor<'de> for RuleVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TrialRule, A::Error> {
-        Until::deserialize(MapAccessDeserializer::new(map)).map(TrialRule::Until)
+        Written::deserialize(MapAccessDeserializer::new(map))?.rule()
     }
 }
 
