@@ -6,7 +6,7 @@ use super::super::run::execute;
 use super::{Arguments, claims_json, lines, wrapped};
 use crate::files;
 use crate::report::{Study, course_figures, ends, example_table};
-use crate::study::file::ExperimentFile;
+use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{BOBTSOV2023, Experiment, RunOptions};
 use crate::text::visible;
 use serde_json::Value;
@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment has run.
 pub(super) fn check(folder: &Path) -> Result<(), Error> {
-    BOBTSOV2023.iter().try_for_each(|(name, _)| {
+    BOBTSOV2023.iter().try_for_each(|(name, ..)| {
         let there = files::subfolder(folder, name);
         there.map(|_| ()).map_err(|e| cannot_write(&e))
     })
@@ -29,12 +29,12 @@ impl Bobtsov {
     /// Runs the studies, each in a folder of its name below `folder`.
     pub(super) fn run(arguments: &Arguments, folder: &Path) -> Result<Self, Error> {
         let mut studies = Vec::new();
-        for (name, text) in BOBTSOV2023 {
+        for (name, text, trials) in BOBTSOV2023 {
             let file = ExperimentFile {
                 seed: arguments.seed,
                 ..ExperimentFile::parse(text).map_err(failed)?
             };
-            let rule = file.trials.clone();
+            let rule = TrialRule::Fixed(trials);
             let experiment = Experiment::new(file).map_err(failed)?;
             let path = folder.join(name);
             let options = RunOptions {
