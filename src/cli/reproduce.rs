@@ -197,8 +197,9 @@ fn report(arguments: &Arguments, study: &Study) -> String {
          1/2; not typical: its upper end is below 1/2. Digits in parentheses and after \u{b1}\n\
          are Monte-Carlo standard errors. Quantiles are over the trials that have the\n\
          measure, shares over all trials (a failed one meets no bound).\n\
-         \"= 0\": below 100 eps times the condition number. e_a, e_b: relative errors of a\n\
-         and b (state-space form); e_x: of the state, k >= N, dead-beat observer.\n\
+         \"= 0\": below 100 eps times the condition number, and below 1e-6. e_a, e_b:\n\
+         relative errors of a and b (state-space form); e_x: of the state, k >= N,\n\
+         dead-beat observer.\n\
          rms e_x < 0.01 stands for the paper's \"e_x(k) = 0.01\".\n\n{}\n\
          seed {seed}; results in {}\n\
          one trial again: asobench reproduce --seed {seed} --replay C2:0\n",

@@ -51,7 +51,7 @@ fn panel(cell: &CellSummary, measure: Measure, name: &str, label: &str) -> Plot 
             ""
         };
         plot.title = format!("The paper's bound{every}: {name} {}", bound.text());
-        if let Some(value) = bound.below {
+        if let (Some(value), None) = (bound.below, bound.rounding) {
             plot = plot.reference("the paper's bound", Course::Horizontal(value));
         }
     }

@@ -5,7 +5,7 @@ use crate::claim::{Judged, judge};
 use crate::files::{self, Kind, PathError};
 use crate::metric::Statistics;
 pub use crate::study::MethodTime as Time;
-use crate::study::file::{ClaimTable, ExperimentFile, Key, TestTable};
+use crate::study::file::{Axis, ClaimTable, ExperimentFile, Key, TestTable};
 pub use crate::study::place::{axis_label, is_error, measure_name, value_name, words};
 use crate::study::{CellSummary, Measure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
@@ -243,15 +243,17 @@ impl Study {
     }
 }
 
-/// The outputs or methods that a claim's tests look at, those that are compared with others last.
+/// The outputs or methods that a claim's tests look at, those that others are compared with last.
 fn outputs_of(claim: &ClaimTable) -> Vec<String> {
-    let tests = || claim.tests().map(|(_, test)| test);
-    let to = |test: &TestTable| test.to.as_ref().map(|to| to.values(false));
-    let to = tests().filter_map(to).flatten().map(|of| of.to_string());
-    tests()
-        .filter_map(|test| test.of.clone())
-        .chain(to)
-        .collect()
+    let parts: [fn(&TestTable) -> Option<&Axis>; 2] =
+        [|test| test.of.as_ref(), |test| test.to.as_ref()];
+    let named = |part: fn(&TestTable) -> Option<&Axis>| {
+        let lists = claim.tests().filter_map(move |(_, test)| part(test));
+        lists
+            .flat_map(|list| list.values(false))
+            .map(|name| name.to_string())
+    };
+    parts.into_iter().flat_map(named).collect()
 }
 
 /// The folder's name.

@@ -67,9 +67,13 @@ fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
 
 fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> fmt::Result {
     let of = &bound.bound;
+    let limit = match of.rounding {
+        Some(_) => "= 0".to_owned(),
+        None => of.text(),
+    };
     let lines = [
         (
-            format!("    {:<7} {}", of.label(), of.text()),
+            format!("    {:<7} {}", of.label(), limit),
             bound.outputs.first(),
         ),
         (format!("    {}", bound.verdict), bound.outputs.last()),
