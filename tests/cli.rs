@@ -745,6 +745,8 @@ fn reproduce_writes_whole_folders() {
         "C1  noise-free, N = 18",
         "typical",
         "not typical",
+        "\nC1  holds: ",
+        "\nC2  does not hold: ",
         "replay C2:0",
     ] {
         assert!(text.contains(verdict), "{text}");

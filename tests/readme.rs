@@ -57,3 +57,23 @@ fn links_lead_somewhere() {
         }
     }
 }
+
+/// The index of the experiments names the claims of every file.
+#[test]
+fn the_index_of_experiments_names_their_claims() {
+    let index = read("experiments/README.md");
+    let row = |line: &str| {
+        let cells: Vec<String> = line.split(" | ").map(str::to_owned).collect();
+        let name = cells.first()?.strip_prefix("| `")?.strip_suffix('`')?;
+        let claims = cells.get(2)?.trim_end_matches([' ', '|']).to_owned();
+        Some((name.to_owned(), claims))
+    };
+    let rows: Vec<(String, String)> = index.lines().filter_map(row).collect();
+    assert!(rows.len() > 20);
+    for (name, claims) in rows {
+        let file = read(&format!("experiments/{name}.toml"));
+        let ids = file.split("[[claims]]\nid = \"").skip(1);
+        let ids: Vec<&str> = ids.filter_map(|rest| rest.split('"').next()).collect();
+        assert_eq!(claims, ids.join(", "), "{name}");
+    }
+}

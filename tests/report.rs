@@ -1,6 +1,8 @@
 //! `asobench report` from outside: two small studies, their page, tables and verdicts.
 
-use std::collections::BTreeMap;
+use asobench::study::Experiment;
+use asobench::study::file::ExperimentFile;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -19,20 +21,15 @@ fn done(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-/// The shipped experiment with one measure less: another design.
-fn modified() -> String {
-    let shipped = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/experiments/initial-state.toml"
-    );
-    let text = fs::read_to_string(shipped).expect("the file");
-    let modified = text.replacen("\"e_b\", ", "", 1);
-    assert_ne!(modified, text);
-    modified
-}
-
 const OWN: &str = "title = \"x0 & <more>\"\ntrials = 40\ncurves = true\nparameters = true\nmeasures = [\"e_a\", \"e_b\"]\n[settings]\nwindow = [98, 198, 400]\n\
     [[slopes]]\nfigure = \"e_a\"\nover = \"window\"\n[[bounds]]\nfigure = \"e_a\"\nbelow = 0.1\n";
+
+/// White noise: e_a of least squares is far from 10 and from 1e-9 in every trial.
+const JUDGED: &str = "trials = 60\nmeasures = [\"e_a\"]\n[settings]\nwindow = [98, 198]\n\
+    [[claims]]\nid = \"W1\"\ntext = \"Least squares is nearer to a than ten.\"\n\
+    test = { share = \"e_a\", of = \"ls\", bound = 10, above = 0.5 }\n\
+    [[claims]]\nid = \"W2\"\ntext = \"It is within a billionth.\"\n\
+    test = { share = \"e_a\", of = \"ls\", bound = 1e-9, above = 0.5 }\n";
 
 /// Every file under a folder, by its path.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -95,17 +92,14 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     let own = path("my-study.toml");
     fs::write(&own, OWN).expect("a file");
     done(&["run", &own, "--out", &path("my-study")]);
-    let shipped = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/experiments/initial-state.toml"
-    );
-    let quick = ["run", shipped, "--quick", "--trials", "30", "--out"];
-    done(&[&quick[..], &[&path("anything")]].concat());
+    let judged = path("judged.toml");
+    fs::write(&judged, JUDGED).expect("a file");
+    done(&["run", &judged, "--out", &path("anything")]);
     let results = [path("anything"), path("my-study")];
     let out = path("report");
     let text = done(&["report", &results[0], &results[1], "--out", &out]);
     assert!(
-        text.contains("C8 ") && text.contains("initial-state") && !text.contains("C1 "),
+        text.starts_with("W1  holds") && text.contains("\nW2  does not hold"),
         "{text}"
     );
 
@@ -122,11 +116,9 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     assert!(
         html.find("Verdicts").expect("verdicts") < html.find("To run it again").expect("a command")
     );
-    for command in [
-        "asobench run experiments/initial-state.toml --trials 30 --set seed=2023 --out",
-        &format!("asobench run {}/manifest.json --out", path("my-study")),
-    ] {
-        assert!(html.contains(command), "{command}");
+    for folder in &results {
+        let command = format!("asobench run {folder}/manifest.json --out");
+        assert!(html.contains(&command), "{command}");
     }
     for name in first.keys().filter(|name| name.contains("/tables/")) {
         check_csv(
@@ -145,13 +137,16 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     }
     let verdicts = of("claims.md");
     for part in [
-        "\n| C8 | ",
-        "No experiment in this report speaks to C1, C2, C3, ",
-        "Taking x0 as 0 instead of estimating it costs",
+        "\n| W1 | Least squares is nearer to a than ten. | holds | anything |\n",
+        "\n| W2 | It is within a billionth. | does not hold | anything |\n",
+        "\nW1  holds: ",
+        "\nW2  does not hold: ",
     ] {
         assert!(verdicts.contains(part), "{part}: {verdicts}");
     }
-    assert!(!verdicts.contains("| C1 |"), "{verdicts}");
+    // A row for each cell of each claim.
+    let numbers = of("tables/claims.csv");
+    assert_eq!(numbers.lines().count(), 1 + 2 * 2, "{numbers}");
 
     // Nothing but the report; the same again, bit for bit.
     done(&["report", &results[0], &results[1], "--out", &out]);
@@ -160,7 +155,7 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     done(&["report", &results[1]]);
     assert!(Path::new(&results[1]).join("report.html").exists());
     assert!(Path::new(&results[1]).join("summary.json").exists());
-    // It says nothing of the papers' claims.
+    // Its file has no claims.
     assert!(!Path::new(&results[1]).join("claims.md").exists());
     let page = fs::read_to_string(Path::new(&results[1]).join("report.html")).expect("a page");
     assert!(!page.contains("Verdicts"));
@@ -171,19 +166,6 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
         let of = |folder: &str| fs::read(Path::new(folder).join(name)).expect("a file");
         assert_eq!(of(&path("again")), of(&results[1]), "{name}");
     }
-}
-
-/// A verdict needs the experiment's design, not its name.
-#[test]
-fn another_design_is_no_judge() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = |name: &str| folder.path().join(name).display().to_string();
-    let (file, results) = (path("initial-state.toml"), path("initial-state"));
-    fs::write(&file, modified()).expect("a file");
-    let run = ["run", &file, "--quick", "--trials", "20", "--out", &results];
-    done(&run);
-    let text = done(&["report", &results]);
-    assert!(!text.contains("C8"), "{text}");
 }
 
 #[test]
@@ -211,4 +193,100 @@ fn folders_without_results_are_refused_in_one_line() {
     fs::write(folder.path().join("summary.json"), r#"{"title": 1}"#).expect("a file");
     refused("not a summary of this version");
     assert!(!folder.path().join("report.html").exists());
+}
+
+/// The string literals of Rust source, without those of comments.
+fn literals(source: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut rest = source;
+    while let Some(at) = rest.find(['"', '\'', '/', '#']) {
+        let raw = rest[at..]
+            .find('"')
+            .filter(|end| rest[at..at + end].chars().all(|c| c == '#'));
+        let quoted = |text: &str| {
+            let mut escaped = false;
+            let end = text.find(|c| {
+                let ends = c == '"' && !escaped;
+                escaped = c == '\\' && !escaped;
+                ends
+            });
+            end.expect("a literal without end")
+        };
+        let text = &rest[at..];
+        let (literal, length) = if text.starts_with("//") {
+            (None, text.find('\n').unwrap_or(text.len()))
+        } else if let Some(hashes) = raw.filter(|hashes| *hashes > 0 && rest[..at].ends_with('r')) {
+            let end = format!("\"{}", "#".repeat(hashes));
+            let inner = &text[hashes + 1..];
+            let length = inner.find(&end).expect("a literal without end");
+            (Some(&inner[..length]), hashes + 1 + length + end.len())
+        } else if text.starts_with('"') {
+            let length = quoted(&text[1..]);
+            (Some(&text[1..=length]), length + 2)
+        } else if text.starts_with("'\"'") {
+            (None, 3)
+        } else {
+            (None, 1)
+        };
+        found.extend(literal.map(|of| of.replace("\\\"", "\"")));
+        rest = &rest[at + length..];
+    }
+    found
+}
+
+/// A module and those below it, without tests.
+fn sources(module: &Path, folder: &Path, found: &mut Vec<String>) {
+    let text = fs::read_to_string(module).expect("a module");
+    let text = text
+        .split("#[cfg(test)]\nmod tests {")
+        .next()
+        .unwrap_or_default();
+    let mut is_test = false;
+    for line in text.lines() {
+        let line = line.trim_start_matches("pub ");
+        if let Some(name) = line
+            .strip_prefix("mod ")
+            .and_then(|of| of.strip_suffix(';'))
+        {
+            let [own, below] = [format!("{name}.rs"), format!("{name}/mod.rs")];
+            let paths = [own, below].map(|path| folder.join(path));
+            let path = paths.iter().find(|path| path.exists()).expect("a module");
+            if !is_test {
+                sources(path, &folder.join(name), found);
+            }
+        }
+        is_test = line == "#[cfg(test)]" || is_test && line.starts_with("#[");
+    }
+    found.push(text.to_owned());
+}
+
+/// Reports know no study: nothing that they say is the name of a shipped file, of its claims or of its outputs.
+#[test]
+fn reports_know_no_shipped_study() {
+    let tricky = r##"let a = "b"; // "c"
+        r#"d "e""#; '"'; "f\"g"; #[h = "i"] 'x' &'a "" "##;
+    assert_eq!(literals(tricky), ["b", "d \"e\"", "f\"g", "i", ""]);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut names = BTreeSet::new();
+    for entry in fs::read_dir(root.join("experiments")).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        names.extend(path.file_stem().map(|name| name.display().to_string()));
+        let text = fs::read_to_string(&path).expect("a file");
+        let file = ExperimentFile::parse(&text).expect("an experiment");
+        let experiment = Experiment::new(file).expect("an experiment");
+        names.extend(experiment.file.claims.iter().map(|claim| claim.id.clone()));
+        for output in experiment.outputs() {
+            names.extend([output.label(), output.estimator]);
+        }
+    }
+    let mut modules = Vec::new();
+    let report = root.join("src/report");
+    sources(&report.join("mod.rs"), &report, &mut modules);
+    let said: Vec<String> = modules.iter().flat_map(|text| literals(text)).collect();
+    assert!(modules.len() > 15 && said.len() > 300 && names.len() > 100);
+    let known: Vec<&String> = said.iter().filter(|text| names.contains(*text)).collect();
+    assert!(known.is_empty(), "{known:?}");
 }

@@ -261,10 +261,10 @@ fn count_of(count: u64, of: u64) -> Result<Known, Missing> {
 }
 
 fn bound_count(cell: &CellSummary, label: &str, bound: &BoundTable) -> Result<Known, Missing> {
-    let same = |of: &BoundTable| {
-        (of.measure, of.below, of.rounding) == (bound.measure, bound.below, bound.rounding)
-    };
-    let found = cell.bounds.iter().find(|of| same(&of.bound));
+    let found = cell
+        .bounds
+        .iter()
+        .find(|of| of.bound.limits() == bound.limits());
     let output = found.and_then(|of| of.outputs.iter().find(|output| output.output == label));
     let what = || {
         not_kept(&format!(

@@ -6,13 +6,13 @@ use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::{print, progress};
 use crate::files;
-use crate::report::{Study, claims, prepare_report, report, write_report};
+use crate::report::{Study, prepare_report, report, write_report};
 use crate::study::file::ExperimentFile;
 use crate::text::{alike, folded, visible};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Make a report of results: report.html, figures, tables, and the verdict on every claim.
+/// Make a report of results: report.html, figures, tables, and the verdict on every claim of their files.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Results folders, such as results/window
@@ -62,9 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if files::is_there(&out) {
         prepare_report(&out).map_err(|e| cannot_write(&e))?;
     }
-    steps.show("verdicts");
-    let claims = claims(&studies);
-    let files = report(&studies, &claims, &mut |step| steps.show(step));
+    let files = report(&studies, &mut |step| steps.show(step));
     if let Some([_, twice]) = alike(files.iter().map(|(name, _)| name.as_str())) {
         return Err(Error::Input(format!(
             "two of these reports would write {twice}; expected folders of other names"
@@ -81,14 +79,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     })?;
     drop(steps);
     let mut text = String::new();
-    for claim in claims.iter().filter(|claim| claim.is_judged()) {
-        text.push_str(&format!(
-            "{:<4} {:<13} {}\n",
-            claim.id,
-            claim.verdict.name(),
-            visible(&claim.experiment)
-        ));
-    }
     for claim in studies.iter().flat_map(|study| &study.judged) {
         text.push_str(&format!("{}\n", visible(&claim.line)));
     }

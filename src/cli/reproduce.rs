@@ -5,8 +5,9 @@ mod bobtsov;
 use super::error::{Error, failed};
 use super::run::{execute, threads};
 use super::{Format, need, print, print_json, replay};
+use crate::claim::{Judged, JudgedNumber};
 use crate::names::named_enum;
-use crate::report::{draw, verdict_table};
+use crate::report::{Study, draw, verdict_table};
 use crate::study::file::{ExperimentFile, TRIAL_LIMIT, TrialRule};
 use crate::study::{
     CellSummary, Engine, Experiment, NIKOLOV2023, OutputShare, RunOptions, Summary,
@@ -38,7 +39,7 @@ pub(super) struct Arguments {
     /// Whose experiment: all, nikolov or bobtsov
     #[arg(long, value_name = "PAPER", default_value_t)]
     paper: Paper,
-    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have their files' number
+    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have numbers of their own
     #[arg(long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
     pub(super) trials: u64,
     /// Seed of the random streams
@@ -94,10 +95,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut text = Vec::new();
     let mut entries = Vec::new();
     if arguments.paper != Paper::Bobtsov
-        && let Some(summary) = nikolov(arguments, path)?
+        && let Some(study) = nikolov(arguments, path)?
     {
-        text.push(report(arguments, &summary, path));
-        entries.extend(json(&summary));
+        text.push(report(arguments, &study));
+        entries.extend(json(&study.summary));
+        entries.extend(claims_json(&study));
     }
     if arguments.paper != Paper::Nikolov {
         let bobtsov = bobtsov::Bobtsov::run(arguments, path)?;
@@ -112,7 +114,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 /// Runs the first paper's experiment, or replays a trial of it.
-fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Summary>, Error> {
+fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Study>, Error> {
     let file = ExperimentFile {
         seed: arguments.seed,
         engine: arguments.engine,
@@ -149,8 +151,8 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Summary>, Error>
             .collect()
     };
     need::ask(&experiment, &rule, options.threads, path, arguments.anyway)?;
-    let (summary, _) = execute(path, "--out ", &experiment, rule, options, figures)?;
-    Ok(Some(summary))
+    execute(path, "--out ", &experiment, rule, options, figures)?;
+    Study::read(path).map(Some).map_err(failed)
 }
 
 /// Every bound with what its first and last output make of it.
@@ -186,21 +188,71 @@ fn json(summary: &Summary) -> Vec<Value> {
 }
 
 /// The table with its notes.
-fn report(arguments: &Arguments, summary: &Summary, folder: &Path) -> String {
+fn report(arguments: &Arguments, study: &Study) -> String {
     let seed = arguments.seed;
     format!(
         "Nikolov et al. (2023): which printed bounds does a typical realisation meet?\n\n\
          {}\
-         typical: the lower end of the 95 % Wilson interval of IV(4)'s share is above\n\
+         typical: the lower end of the 95 % Wilson interval of iv(4)'s share is above\n\
          1/2; not typical: its upper end is below 1/2. Digits in parentheses and after \u{b1}\n\
          are Monte-Carlo standard errors. Quantiles are over the trials that have the\n\
          measure, shares over all trials (a failed one meets no bound).\n\
-         \"= 0\": below 100 eps times the condition number. e_a, e_b: relative errors of a\n\
-         and b (state-space form); e_x: of the state, k >= N, dead-beat observer.\n\
-         rms e_x < 0.01 stands for the paper's \"e_x(k) = 0.01\".\n\n\
+         \"= 0\": below 100 eps times the condition number, and below 1e-6. e_a, e_b:\n\
+         relative errors of a and b (state-space form); e_x: of the state, k >= N,\n\
+         dead-beat observer.\n\
+         rms e_x < 0.01 stands for the paper's \"e_x(k) = 0.01\".\n\n{}\n\
          seed {seed}; results in {}\n\
          one trial again: asobench reproduce --seed {seed} --replay C2:0\n",
-        verdict_table(summary),
-        visible(folder.display()),
+        verdict_table(&study.summary),
+        lines(std::slice::from_ref(study)),
+        visible(arguments.folder().display()),
     )
+}
+
+/// The verdict on every claim of some studies, a paragraph each.
+fn lines(studies: &[Study]) -> String {
+    let claims = studies.iter().flat_map(|study| &study.judged);
+    claims
+        .map(|claim| wrapped(&visible(&claim.line), "    "))
+        .collect()
+}
+
+/// The claims of a study with their numbers.
+fn claims_json(study: &Study) -> Vec<Value> {
+    let claim = |claim: &Judged| {
+        let numbers = claim.cells.iter().flat_map(|cell| {
+            let named = |of: &JudgedNumber| {
+                let name = format!("{}: {}", of.what, cell.place);
+                json!({ "name": name, "value": of.value, "mcse": of.error })
+            };
+            cell.numbers.iter().map(named)
+        });
+        json!({
+            "claim": claim.id,
+            "text": claim.text,
+            "verdict": claim.verdict.name(),
+            "because": claim.line,
+            "numbers": numbers.collect::<Vec<Value>>(),
+        })
+    };
+    study.judged.iter().map(claim).collect()
+}
+
+/// A paragraph of lines of at most 80 columns, each but the first behind `indent`.
+fn wrapped(text: &str, indent: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let last = lines.len() - 1;
+        let line = &mut lines[last];
+        if line.trim().is_empty() {
+            line.push_str(word);
+        } else if line.chars().count() + 1 + word.chars().count() <= 80 {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(format!("{indent}{word}"));
+        }
+    }
+    lines.push(String::new());
+    lines.join("\n")
 }

@@ -257,7 +257,7 @@ fn verdicts() -> Table {
         (Verdict::Holds, "noise-free, N = 18: e_a, e_b, e_x are zero"),
         (Verdict::DoesNotHold, "eta = 10.018 %, N = 98: e_a < 0.033"),
         (
-            Verdict::HoldsOnlyIf,
+            Verdict::HoldsInPart,
             "log RMSE falls with slope -1/2 in log N",
         ),
         (Verdict::Undecided, "four passes are enough"),
@@ -311,7 +311,7 @@ fn page() -> Page {
     let all = [
         Verdict::Holds,
         Verdict::DoesNotHold,
-        Verdict::HoldsOnlyIf,
+        Verdict::HoldsInPart,
         Verdict::Undecided,
     ];
     for (i, pair) in figures.chunks(3).enumerate() {

@@ -2,7 +2,6 @@
 //! band.
 
 use super::plot::{Axis, Course, Plot, Point, Series, Sharing, Style, small_multiples};
-use super::results::shown;
 use crate::metric::Statistics;
 use crate::study::{CellSummary, CurveQuantiles, Measure};
 
@@ -38,7 +37,7 @@ fn panel(cell: &CellSummary, measure: Measure, name: &str, label: &str) -> Plot 
             (Measure::ExMax, curves) => curves.as_ref().map(|curves| curve(&curves[i])),
             _ => output.measures.get(&measure).map(|of| constant(of, cell)),
         };
-        let label = format!("{}: median, 5-95 %", shown(&output.label()));
+        let label = format!("{}: median, 5-95 %", output.label());
         plot = plot.series(Series::new(label, Style::Band, points.unwrap_or_default()).slot(i));
     }
     let bound = cell
@@ -52,7 +51,7 @@ fn panel(cell: &CellSummary, measure: Measure, name: &str, label: &str) -> Plot 
             ""
         };
         plot.title = format!("The paper's bound{every}: {name} {}", bound.text());
-        if let Some(value) = bound.below {
+        if let (Some(value), None) = (bound.below, bound.rounding) {
             plot = plot.reference("the paper's bound", Course::Horizontal(value));
         }
     }

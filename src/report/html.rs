@@ -178,11 +178,11 @@ impl Section {
         let svg = svg[start..].replace(plot::STYLE, "");
         let (number, caption) = (self.figures.to_string(), inline(caption));
         self.add(&[
-            "<figure>\n<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"Measure ",
+            "<figure>\n<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"Figure ",
             &number,
             "\">\n",
             svg.trim_end(),
-            "\n</div>\n<figcaption><b>Measure ",
+            "\n</div>\n<figcaption><b>Figure ",
             &number,
             ".</b> ",
             &caption,

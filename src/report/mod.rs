@@ -1,7 +1,5 @@
 //! Claims, tables and figures: readers of stored results, never of a running study.
 
-#[allow(clippy::format_push_string, reason = "sentences of a few words")]
-mod claims;
 #[cfg(test)]
 mod demo;
 #[allow(clippy::format_push_string, reason = "sentences of a few words")]
@@ -16,12 +14,10 @@ mod markup;
 mod mutations;
 pub mod plot;
 mod results;
-mod shipped;
 mod table;
 
 use crate::number;
 pub use crate::number::uncertain;
-pub use claims::{Claim, Number, claims};
 pub use document::{Files, course_figures, report};
 pub use example::{ends, example_table};
 pub use figures::draw;

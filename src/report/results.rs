@@ -1,13 +1,11 @@
 //! A results folder as a report sees it: what was asked, what came out.
 
 use super::index::Index;
-use super::shipped::Shipped;
 use crate::claim::{Judged, judge};
-use crate::estimator::IvOptions;
 use crate::files::{self, Kind, PathError};
-use crate::metric::{Quantile, Statistics};
+use crate::metric::Statistics;
 pub use crate::study::MethodTime as Time;
-use crate::study::file::{ClaimTable, ExperimentFile, FileError, Key, TrialRule};
+use crate::study::file::{Axis, ClaimTable, ExperimentFile, FileError, Key, TestTable};
 pub use crate::study::place::{axis_label, is_error, measure_name, value_name, words};
 use crate::study::{CellSummary, Experiment, Measure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
@@ -48,10 +46,8 @@ struct Times {
 /// A study with its results.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// What the study is called: the shipped experiment's name, or the folder's.
+    /// What the study is called: its folder's name.
     pub name: String,
-    /// The shipped experiment that it is.
-    pub shipped: Option<Shipped>,
     /// The folder.
     pub folder: PathBuf,
     /// The experiment, every default written out.
@@ -69,9 +65,6 @@ pub struct Study {
     /// What is looked up in the summary.
     pub(super) index: Index,
 }
-
-/// What `asobench reproduce` runs.
-const BUILT_IN: &str = "nikolov2023";
 
 impl Study {
     /// Reads a results folder.
@@ -151,10 +144,8 @@ impl Study {
             return Err(wrong("timing/times.json", reason.to_owned()));
         }
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
-        let shipped = Shipped::of(&file);
         Ok(Self {
-            name: shipped.map_or_else(|| name(folder), |of| of.name.to_owned()),
-            shipped,
+            name: name(folder),
             folder: folder.to_owned(),
             version: text("version").unwrap_or_default(),
             revision: text("git_revision"),
@@ -242,42 +233,22 @@ impl Study {
         self.summary.cells.iter().filter(fits).collect()
     }
 
-    /// The options of a method by its name, or those of the method whose iteration 0 is "ls".
-    pub fn options(&self, method: &str) -> Option<IvOptions> {
-        let named = |table: &&crate::study::file::MethodTable| table.output_name(1) == method;
-        self.file.methods.iter().find(named)?.iv_options()
+    /// The outputs that the claims of the file speak of, in order of the outputs.
+    pub fn claimed(&self) -> Vec<String> {
+        let labels = self.labels().iter();
+        let claimed = labels.filter(|label| {
+            let claims = self.file.claims.iter();
+            claims.flat_map(outputs_of).any(|of| of == **label)
+        });
+        claimed.cloned().collect()
     }
 
-    /// The IV output that claims are about: "iv(4)", or the fourth pass of the method with every option at its
-    /// default, or its last one, else the last output.
+    /// What sentences are about: the output of the first claim, else the last one.
     pub fn main_output(&self) -> Option<String> {
         let labels = self.labels();
-        if self.file.continuous.is_some() {
-            return labels.last().cloned();
-        }
-        let four = labels.iter().find(|label| *label == "iv(4)");
-        let default = |label: &&String| {
-            let method = label
-                .rsplit_once('(')
-                .map_or(label.as_str(), |(name, _)| name);
-            let options = self.options(method);
-            options.is_some_and(|options| apart(&options, &IvOptions::default()).is_empty())
-        };
-        let fourth = labels.iter().find(|of| of.ends_with("(4)") && default(of));
-        let any = || labels.iter().rfind(default);
-        let found = four.or(fourth).or_else(any);
-        found.or_else(|| labels.last()).cloned()
-    }
-
-    /// The solver of a method by its name.
-    pub fn solver(&self, method: &str) -> Option<String> {
-        let table = self
-            .file
-            .methods
-            .iter()
-            .find(|table| table.output_name(1) == method)?;
-        let table: Value = serde_json::to_value(table).ok()?;
-        table["solver"].as_str().map(str::to_owned)
+        let mut claimed = self.file.claims.iter().flat_map(outputs_of);
+        let first = claimed.find(|of| labels.contains(of));
+        first.or_else(|| labels.last().cloned())
     }
 
     /// Trials in all.
@@ -287,30 +258,23 @@ impl Study {
 
     /// What runs the study again, and where its results then are.
     pub fn command(&self) -> (String, String) {
-        let to = format!("results/{}", self.name);
-        let Some(Shipped { name, quick }) = self.shipped else {
-            let manifest = self.folder.join("manifest.json");
-            let (manifest, to) = (
-                shell_word(manifest.display()),
-                shell_word(format!("{to}-again")),
-            );
-            return (format!("asobench run {manifest} --out {to}"), to);
-        };
-        let seed = self.summary.seed;
-        let trials = match self.file.trials {
-            TrialRule::Fixed(trials) => format!(" --trials {trials}"),
-            TrialRule::Until(_) | TrialRule::Decided(_) => String::new(),
-        };
-        let command = if name == BUILT_IN {
-            format!("asobench reproduce --paper nikolov{trials} --seed {seed} --out {to}")
-        } else {
-            let quick = if quick { " --quick" } else { "" };
-            format!(
-                "asobench run experiments/{name}.toml{quick}{trials} --set seed={seed} --out {to}"
-            )
-        };
-        (command, to)
+        let manifest = shell_word(self.folder.join("manifest.json").display());
+        let to = shell_word(format!("results/{}-again", self.name));
+        (format!("asobench run {manifest} --out {to}"), to)
     }
+}
+
+/// The outputs or methods that a claim's tests look at, those that others are compared with last.
+fn outputs_of(claim: &ClaimTable) -> Vec<String> {
+    let parts: [fn(&TestTable) -> Option<&Axis>; 2] =
+        [|test| test.of.as_ref(), |test| test.to.as_ref()];
+    let named = |part: fn(&TestTable) -> Option<&Axis>| {
+        let lists = claim.tests().filter_map(move |(_, test)| part(test));
+        lists
+            .flat_map(|list| list.values(false))
+            .map(|name| name.to_string())
+    };
+    parts.into_iter().flat_map(named).collect()
 }
 
 /// The folder's name.
@@ -320,69 +284,7 @@ fn name(folder: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Statistics of a measure of an output of a cell.
-pub fn statistics<'a>(
-    cell: &'a CellSummary,
-    label: &str,
-    measure: Measure,
-) -> Option<&'a Statistics> {
-    cell.output(label)?.measures.get(&measure)
-}
-
-/// The median of a measure of an output of a cell; undefined where there is none.
-pub fn median(cell: &CellSummary, label: &str, measure: Measure) -> Quantile {
-    statistics(cell, label, measure).map_or(Quantile::UNDEFINED, |of| of.q50)
-}
-
 /// The values of some settings of a cell in words.
 pub fn place(cell: &CellSummary, keys: &[Key]) -> String {
     cell.place().words(keys)
-}
-
-/// Whether a setting of a cell has its default.
-pub fn is_default(cell: &CellSummary, key: Key) -> bool {
-    cell.place().is_default(key)
-}
-
-/// "IV(4)", "IV drive=model(4)": the label of an output, or a method's name, as a reader sees it. Nothing is left out,
-/// so that two labels stay two.
-pub fn shown(label: &str) -> String {
-    let word = label.find([' ', '(']).unwrap_or(label.len());
-    match label.split_at(word) {
-        (first @ ("iv" | "ls"), rest) => first.to_uppercase() + rest,
-        _ => label.to_owned(),
-    }
-}
-
-/// The values of a setting over some cells, in order of appearance.
-pub fn distinct(cells: &[&CellSummary], key: Key) -> Vec<String> {
-    let mut values = Vec::new();
-    for cell in cells {
-        let value = cell.setting(key);
-        if !values.contains(&value) {
-            values.push(value);
-        }
-    }
-    values
-}
-
-/// The options in which two methods differ, but for the number of passes.
-pub fn apart(one: &IvOptions, other: &IvOptions) -> Vec<(String, String)> {
-    let [one, other] =
-        [one, other].map(|options| serde_json::to_value(options).unwrap_or_default());
-    let (Value::Object(one), Value::Object(other)) = (one, other) else {
-        return Vec::new();
-    };
-    let differs = |(key, value): (&String, &Value)| {
-        let same = key == "iterations" || other.get(key) == Some(value);
-        (!same).then(|| {
-            (
-                key.clone(),
-                value
-                    .as_str()
-                    .map_or_else(|| value.to_string(), str::to_owned),
-            )
-        })
-    };
-    one.iter().filter_map(differs).collect()
 }

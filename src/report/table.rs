@@ -1,7 +1,6 @@
 //! The verdict table, at most 80 columns wide.
 
 use super::number::{rounded, uncertain};
-use super::results::shown;
 use crate::metric::{Quantile, Share, Statistics};
 use crate::study::{BoundSummary, CellSummary, OutputShare, Summary};
 use crate::text::{number, visible};
@@ -59,7 +58,7 @@ fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
         write!(
             text,
             "{before} {} {}",
-            shown(&output.label()),
+            output.label(),
             output.outcomes.failed()
         )?;
     }
@@ -68,9 +67,13 @@ fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
 
 fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> fmt::Result {
     let of = &bound.bound;
+    let limit = match of.rounding {
+        Some(_) => "= 0".to_owned(),
+        None => of.text(),
+    };
     let lines = [
         (
-            format!("    {:<7} {}", of.label(), of.text()),
+            format!("    {:<7} {}", of.label(), limit),
             bound.outputs.first(),
         ),
         (format!("    {}", bound.verdict), bound.outputs.last()),
@@ -83,7 +86,7 @@ fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> f
             .output(output)
             .and_then(|o| o.measures.get(&of.measure));
         let (label, spread, share) = (
-            shown(output),
+            output,
             statistics.map_or_else(String::new, spread),
             share(*met),
         );

@@ -178,19 +178,23 @@ const OUTPUT_LIMIT: usize = 10_000;
 /// The experiment file of Nikolov et al. (2023), claims C1 to C3.
 pub const NIKOLOV2023: &str = include_str!("../../experiments/nikolov2023.toml");
 
-/// The experiment files of Bobtsov et al. (2023) that `asobench reproduce` runs: the example, claims B1 to B3.
-pub const BOBTSOV2023: [(&str, &str); 3] = [
+/// The experiment files of Bobtsov et al. (2023) that `asobench reproduce` runs, the example first, with as many trials as
+/// decide their claims.
+pub const BOBTSOV2023: [(&str, &str, u64); 3] = [
     (
         "gpebo-figures",
         include_str!("../../experiments/gpebo-figures.toml"),
+        1,
     ),
     (
         "gpebo-noise",
         include_str!("../../experiments/gpebo-noise.toml"),
+        100,
     ),
     (
         "gpebo-amplitude",
         include_str!("../../experiments/gpebo-amplitude.toml"),
+        60,
     ),
 ];
 

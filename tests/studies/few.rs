@@ -66,10 +66,10 @@ fn one_trial_has_values_and_no_errors() {
     let text = stdout(&output);
     let (table, _) = text.split_once("typical: the lower end").expect("notes");
     // An output's name and the ends of Wilson's intervals have parentheses, errors would.
-    let kept = ["IV(4)", "(<", "(>", "(2023)"].iter();
+    let kept = ["iv(4)", "(<", "(>", "(2023)"].iter();
     let table = kept.fold(table.to_owned(), |table, of| table.replace(of, ""));
     assert!(
-        table.contains("e_a     < 0.033  LS") && !table.contains('('),
+        table.contains("e_a     < 0.033  ls") && !table.contains('('),
         "{table}"
     );
 

@@ -1,20 +1,20 @@
-//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and claims B1 to B3.
+//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and what its studies claim.
 
 use super::super::error::{Error, failed};
 use super::super::files::cannot_write;
 use super::super::run::execute;
-use super::Arguments;
+use super::{Arguments, claims_json, lines, wrapped};
 use crate::files;
-use crate::report::{Claim, Study, claims, course_figures, ends, example_table};
-use crate::study::file::ExperimentFile;
+use crate::report::{Study, course_figures, ends, example_table};
+use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{BOBTSOV2023, Experiment, RunOptions};
 use crate::text::visible;
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::path::Path;
 
 /// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment has run.
 pub(super) fn check(folder: &Path) -> Result<(), Error> {
-    BOBTSOV2023.iter().try_for_each(|(name, _)| {
+    BOBTSOV2023.iter().try_for_each(|(name, ..)| {
         let there = files::subfolder(folder, name);
         there.map(|_| ()).map_err(|e| cannot_write(&e))
     })
@@ -29,12 +29,12 @@ impl Bobtsov {
     /// Runs the studies, each in a folder of its name below `folder`.
     pub(super) fn run(arguments: &Arguments, folder: &Path) -> Result<Self, Error> {
         let mut studies = Vec::new();
-        for (name, text) in BOBTSOV2023 {
+        for (name, text, trials) in BOBTSOV2023 {
             let file = ExperimentFile {
                 seed: arguments.seed,
                 ..ExperimentFile::parse(text).map_err(failed)?
             };
-            let rule = file.trials.clone();
+            let rule = TrialRule::Fixed(trials);
             let experiment = Experiment::new(file).map_err(failed)?;
             let path = folder.join(name);
             let options = RunOptions {
@@ -48,13 +48,6 @@ impl Bobtsov {
             studies.push(Study::read(&path).map_err(failed)?);
         }
         Ok(Self { studies })
-    }
-
-    /// B1 to B3 as far as these studies judge them.
-    fn claims(&self) -> Vec<Claim> {
-        let mut all = claims(&self.studies);
-        all.retain(|claim| claim.id.starts_with('B') && claim.is_judged());
-        all
     }
 
     /// The table, and what the claims come to.
@@ -72,17 +65,8 @@ impl Bobtsov {
             text.push_str(&ends(&study.summary, "proposed").join("\n          "));
             text.push_str("\n\n");
         }
-        for claim in self.claims() {
-            let sentence = format!(
-                "{} {}: {} {}",
-                claim.id,
-                claim.verdict.name(),
-                claim.text,
-                claim.because
-            );
-            text.push_str(&wrapped(&sentence, "   "));
-            text.push('\n');
-        }
+        text.push_str(&lines(&self.studies));
+        text.push('\n');
         let folder = folder.join("gpebo-figures");
         text.push_str(&wrapped(&format!(
             "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of them that the proposed estimate is as fast as the gradient's and more exact. kalman-bucy, recursive least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as theta.svg and state-errors.svg in {}",
@@ -93,37 +77,6 @@ impl Bobtsov {
 
     /// The claims with their numbers.
     pub(super) fn json(&self) -> Vec<Value> {
-        let claim = |claim: Claim| {
-            let numbers = claim.numbers.iter().map(
-                |number| json!({ "name": number.name, "value": number.value, "mcse": number.mcse }),
-            );
-            json!({
-                "claim": claim.id,
-                "text": claim.text,
-                "verdict": claim.verdict.name(),
-                "because": claim.because,
-                "numbers": numbers.collect::<Vec<Value>>(),
-            })
-        };
-        self.claims().into_iter().map(claim).collect()
+        self.studies.iter().flat_map(claims_json).collect()
     }
-}
-
-/// A paragraph of lines of at most 80 columns, each but the first behind `indent`.
-fn wrapped(text: &str, indent: &str) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        let last = lines.len() - 1;
-        let line = &mut lines[last];
-        if line.trim().is_empty() {
-            line.push_str(word);
-        } else if line.chars().count() + 1 + word.chars().count() <= 80 {
-            line.push(' ');
-            line.push_str(word);
-        } else {
-            lines.push(format!("{indent}{word}"));
-        }
-    }
-    lines.push(String::new());
-    lines.join("\n")
 }

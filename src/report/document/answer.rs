@@ -1,7 +1,7 @@
 //! What a study shows, in sentences made of its numbers.
 
 use super::layout::x_key;
-use super::{lead_figures, shown};
+use super::lead_figures;
 use crate::metric::Quantile;
 use crate::report::number::uncertain;
 use crate::report::results::{Study, is_error, measure_name, place, words};
@@ -38,7 +38,6 @@ fn extremes(study: &Study, measure: Measure, output: &str) -> String {
     cells.retain(|(_, of)| of.value.is_finite());
     cells.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
     let name = measure_name(measure);
-    let output = shown(output);
     match cells.as_slice() {
         [] => format!("{output} has no {name} in any cell."),
         [(_, of)] => format!("the median {name} of {output} is {}.", text(*of)),
@@ -127,8 +126,8 @@ fn paired(study: &Study, measure: Measure) -> String {
             text.push_str(&format!(
                 " On the same trials the {} of {} is smaller than that of {} in {better} of {} cells and larger in {worse}, by the 95 % interval of the median ratio.",
                 measure_name(measure),
-                shown(first),
-                shown(second),
+                first,
+                second,
                 ratios.len()
             ));
         }
@@ -148,7 +147,7 @@ fn lost(study: &Study) -> String {
     match most.filter(|(_, of)| of.failed.count > 0) {
         Some((cell, of)) => format!(
             " Most failures: {} in {}{}.",
-            shown(&of.label()),
+            of.label(),
             crate::report::table::share(of.failed),
             if keys.is_empty() {
                 String::new()

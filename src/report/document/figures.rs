@@ -1,7 +1,7 @@
 //! Figures of any study, chosen by what it holds.
 
 use super::layout::{Layout, panel_title, sheet, x_of};
-use super::{lead_figures, lead_outputs, shown};
+use super::{lead_figures, lead_outputs};
 use crate::metric::{Quantile, Statistics, Z};
 use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
 use crate::report::results::{Study, measure_name};
@@ -167,7 +167,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
                 .filter(|cell| told(study, cell, label))
                 .filter_map(|cell| Some(point(cell, study.statistics(cell, label, measure)?)));
             let points: Vec<Point> = points.filter(|point| point.y.is_finite()).collect();
-            plot = plot.series(Series::new(shown(label), style, points).slot(*slot));
+            plot = plot.series(Series::new(label, style, points).slot(*slot));
         }
         references(study, &layout, measure, &cells, plot)
     };
@@ -280,7 +280,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
                 shown.then(|| estimate(layout.at(study, cell), ratio, Measure::Ea))
             };
             let points: Vec<Point> = cells.iter().filter_map(point).collect();
-            let label = format!("{} over {}", shown(first), shown(second));
+            let label = format!("{first} over {second}");
             plot = plot.series(Series::new(label, Style::ErrorBars, points));
         }
         plot.reference("equal", Course::Horizontal(1.0))

@@ -98,7 +98,7 @@ impl Layout {
         for key in keys {
             let values = study.values(key);
             if panels.len() * values.len() > PANELS {
-                held.push((key, held_value(key, values)));
+                held.push((key, held_value(study, key)));
                 continue;
             }
             let with = |panel: &Choice| -> Vec<Choice> {
@@ -256,13 +256,16 @@ fn apart(plots: &[Plot]) -> bool {
         && most > 1e5 * least
 }
 
-/// The default of a setting where the study has it, else the last of its values.
-fn held_value(key: Key, values: &[String]) -> String {
-    let default = key.default().map(|value| value.to_string());
-    let default = default.filter(|default| values.contains(default));
-    default
-        .or_else(|| values.last().cloned())
-        .unwrap_or_default()
+/// What a claim speaks of, the first that says it; else the default of a setting where the study has it, else the last
+/// of its values.
+fn held_value(study: &Study, key: Key) -> String {
+    let values = study.values(key);
+    let claims = study.file.claims.iter();
+    let claimed = claims.filter_map(|claim| claim.cells.get(&key));
+    let claimed = claimed.flat_map(|axis| axis.values(false));
+    let mut wanted = claimed.chain(key.default()).map(|value| value.to_string());
+    let found = wanted.find(|value| values.contains(value));
+    found.or_else(|| values.last().cloned()).unwrap_or_default()
 }
 
 /// Whether numbers are positive and so far apart that their axis is logarithmic.

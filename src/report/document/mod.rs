@@ -12,18 +12,14 @@ mod tables;
 mod tests;
 mod traces;
 
-use super::claims::Claim;
-use super::html::{CellText, Column, Page, Section, Table, Verdict, markdown_text};
-use super::results::{Study, shown};
-use super::shipped::Shipped;
+use super::html::{Page, Section};
+use super::results::Study;
 use crate::study::Measure;
 use crate::study::file::Key;
-use crate::text::visible;
 pub use courses::course_figures;
 use extremes::LongTable;
 use figures::Drawn;
 use std::collections::HashMap;
-use std::fmt::Write;
 
 /// The files of a report: name relative to its folder, content.
 pub type Files = Vec<(String, String)>;
@@ -31,25 +27,25 @@ pub type Files = Vec<(String, String)>;
 /// Most outputs that a picture shows.
 const OUTPUTS: usize = 8;
 
-/// The outputs that figures and the page's tables show, with their place in the palette: all if they are few, else
-/// the fourth pass (the last where there is no fourth) of every estimator.
+/// The outputs that figures and the page's tables show, with their place in the palette: all if they are few, else those
+/// that claims speak of and the last pass of every other estimator.
 fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     let Some(cell) = study.summary.cells.first() else {
         return Vec::new();
     };
     let outputs = &cell.outputs;
     let few = outputs.len() <= 3;
-    // The fourth pass of each estimator, or the last one.
+    let claimed = study.claimed();
     let mut last: HashMap<&str, usize> = HashMap::new();
     for of in outputs {
-        let known = last.entry(&of.estimator).or_insert(of.pass);
-        if of.pass == 4 || *known != 4 && of.pass > *known {
-            *known = of.pass;
-        }
+        last.insert(&of.estimator, of.pass);
     }
-    let kept = outputs
-        .iter()
-        .filter(|of| few || last.get(of.estimator.as_str()) == Some(&of.pass));
+    for of in outputs.iter().filter(|of| claimed.contains(&of.label())) {
+        last.remove(of.estimator.as_str());
+    }
+    let kept = outputs.iter().filter(|of| {
+        few || claimed.contains(&of.label()) || last.get(of.estimator.as_str()) == Some(&of.pass)
+    });
     let kept = kept.take(OUTPUTS).map(crate::study::OutputSummary::label);
     kept.enumerate().collect()
 }
@@ -106,24 +102,24 @@ fn lead_figures(study: &Study) -> Vec<Measure> {
 }
 
 /// Makes a report of studies whose names differ; `on_step` hears what comes next.
-pub fn report(studies: &[Study], claims: &[Claim], on_step: &mut dyn FnMut(&str)) -> Files {
+pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
     let mut files = Files::new();
     let mut page =
         Page::new("asobench report: what is claimed, and what a typical realisation shows");
     page.introduction(|section| introduction(section, studies));
-    let own = studies.iter().any(|study| !study.judged.is_empty());
-    if own || claims.iter().any(Claim::is_judged) {
+    if judged::are_there(studies) {
+        let [lines, numbers] = ["claims.md", "tables/claims.csv"];
+        files.push((lines.to_owned(), judged::markdown(studies)));
+        files.push((numbers.to_owned(), judged::csv(studies)));
         page.section("verdicts", "Verdicts", |section| {
             judged::overview(section, studies);
-            verdicts(section, claims, studies, &mut files);
+            let what = "claims.csv: every number behind a verdict";
+            section.files(&[(lines, lines), (what, numbers)]);
         });
-        files.push(("claims.md".to_owned(), markdown(claims, studies)));
     }
-    let mut order: Vec<&Study> = studies.iter().collect();
-    order.sort_by_key(|study| Shipped::place(study.shipped));
-    for study in order {
+    for study in studies {
         page.section(&study.name, study.title(), |section| {
-            experiment(section, study, claims, &mut files, on_step);
+            experiment(section, study, &mut files, on_step);
         });
     }
     files.push(("report.html".to_owned(), page.html()));
@@ -132,7 +128,7 @@ pub fn report(studies: &[Study], claims: &[Claim], on_step: &mut dyn FnMut(&str)
 
 fn introduction(section: &mut Section, studies: &[Study]) {
     section.paragraph(
-        "Every number is made of simulated trials and has its Monte-Carlo standard error, where there are enough trials for one: 0.0879(5) is 0.0879 with standard error 0.0005. A claim holds or does not only where a 95 % interval excludes the alternative.",
+        "Every number is made of simulated trials and has its Monte-Carlo standard error, where there are enough trials for one: 0.0879(5) is 0.0879 with standard error 0.0005. A claim holds, or does not, only where that is certain at its level, 2.5 % unless the file says another.",
     );
     let trials: u64 = studies.iter().map(Study::trials).sum();
     let mut pairs = vec![
@@ -169,99 +165,10 @@ fn grouped(number: u64) -> String {
     text
 }
 
-fn verdicts(section: &mut Section, all: &[Claim], studies: &[Study], files: &mut Files) {
-    // The verdict stands early: on a narrow screen the end of a row is out of sight.
-    let columns = ["claim", "verdict", "what it says", "experiment"]
-        .map(Column::text)
-        .to_vec();
-    let row = |claim: &Claim| {
-        let of = studies.iter().find(|study| study.name == claim.experiment);
-        let experiment = of.map_or_else(
-            || CellText::text(&claim.experiment),
-            |study| CellText::text(study.title()).link(format!("#{}", study.name)),
-        );
-        [
-            CellText::text(claim.id),
-            CellText::verdict(claim.verdict),
-            CellText::text(claim.text),
-            experiment,
-        ]
-    };
-    for (letter, caption, heading) in [
-        (
-            'C',
-            "The claims of Nikolov et al. with what the results say.",
-            "Why",
-        ),
-        (
-            'B',
-            "The claims of Bobtsov et al. (GPEBO) with what the results say.",
-            "Why",
-        ),
-        ('K', "A law of observers that results must obey.", "Why"),
-        (
-            'E',
-            "Readings of the errata: does the reading make no difference?",
-            "Why, reading by reading",
-        ),
-    ] {
-        let claims: Vec<&Claim> = all
-            .iter()
-            .filter(|claim| claim.id.starts_with(letter) && claim.is_judged())
-            .collect();
-        if claims.is_empty() {
-            continue;
-        }
-        let mut table = Table::new(caption, columns.clone());
-        for claim in &claims {
-            table.row(row(claim));
-        }
-        section.table(&table);
-        let why =
-            |claim: &Claim| format!("{}, {}: {}", claim.id, claim.verdict.name(), claim.because);
-        let why: Vec<String> = claims.into_iter().map(why).collect();
-        if letter == 'E' {
-            section.details(heading, |section| section.list(&why));
-        } else {
-            section.heading(heading);
-            section.list(&why);
-        }
-    }
-    let mut numbers = Table::new(
-        "",
-        vec![
-            Column::text("claim"),
-            Column::text("number"),
-            Column::number("value", ""),
-            Column::number("MCSE", ""),
-        ],
-    );
-    for claim in all {
-        for number in &claim.numbers {
-            let value = |x: f64| CellText::number("", x);
-            numbers.row([
-                CellText::text(claim.id),
-                CellText::text(number.name.clone()),
-                value(number.value),
-                value(number.mcse),
-            ]);
-        }
-    }
-    files.push(("tables/claims.csv".to_owned(), numbers.csv()));
-    section.files(&[
-        ("claims.md", "claims.md"),
-        (
-            "claims.csv: every number behind a verdict",
-            "tables/claims.csv",
-        ),
-    ]);
-}
-
 /// The section of one study.
 fn experiment(
     section: &mut Section,
     study: &Study,
-    claims: &[Claim],
     files: &mut Files,
     on_step: &mut dyn FnMut(&str),
 ) {
@@ -271,25 +178,6 @@ fn experiment(
     }
     if !summary.hypothesis.is_empty() {
         section.paragraph(&format!("Hypothesis: {}", summary.hypothesis));
-    }
-    let own: Vec<&Claim> = claims
-        .iter()
-        .filter(|claim| claim.experiment == study.name)
-        .collect();
-    for claim in claims {
-        for (_, sentence) in claim.parts.iter().filter(|(name, _)| *name == study.name) {
-            section.answer(claim.verdict, &format!("{}: {sentence}", claim.id));
-        }
-    }
-    let named = own.iter().filter(|claim| !claim.id.starts_with('E'));
-    for claim in named {
-        section.answer(claim.verdict, &format!("{}: {}", claim.id, claim.because));
-    }
-    for claim in own.iter().filter(|claim| claim.id.starts_with('E')) {
-        section.answer(
-            claim.verdict,
-            &format!("{}: {} {}", claim.id, claim.text, claim.because),
-        );
     }
     judged::verdicts(section, study);
     section.paragraph(&answer::in_numbers(study));
@@ -446,50 +334,5 @@ fn method(name: &str, table: &impl serde::Serialize) -> String {
         let words: Vec<String> = words.collect();
         text.push_str(&format!(": {}", words.join(", ")));
     }
-    text
-}
-
-/// The verdict table and the sentence behind each, for documents.
-fn markdown(claims: &[Claim], studies: &[Study]) -> String {
-    let columns = ["claim", "what it says", "verdict", "experiment"]
-        .map(Column::text)
-        .to_vec();
-    let mut table = Table::new("", columns);
-    let (judged, others): (Vec<&Claim>, Vec<&Claim>) =
-        claims.iter().partition(|claim| claim.is_judged());
-    for claim in &judged {
-        table.row([
-            CellText::text(claim.id),
-            CellText::text(claim.text),
-            CellText::verdict(claim.verdict),
-            CellText::text(&claim.experiment),
-        ]);
-    }
-    let mut text = format!("# Verdicts\n\n{}\n", table.markdown());
-    if !others.is_empty() {
-        let ids: Vec<&str> = others.iter().map(|claim| claim.id).collect();
-        let _ = writeln!(
-            text,
-            "No experiment in this report speaks to {}.\n",
-            ids.join(", ")
-        );
-    }
-    for claim in studies.iter().flat_map(|study| &study.judged) {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "{}\n", markdown_text(&claim.line));
-    }
-    for claim in judged {
-        let verdict: Verdict = claim.verdict;
-        // Writing to a string does not fail.
-        let _ = writeln!(
-            text,
-            "**{}: {}.** {}\n",
-            claim.id,
-            verdict.name(),
-            visible(&claim.because)
-        );
-    }
-    text.truncate(text.trim_end().len());
-    text.push('\n');
     text
 }

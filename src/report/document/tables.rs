@@ -1,7 +1,7 @@
 //! Tables of any study.
 
 use super::extremes::LongTable;
-use super::{lead_figures, lead_outputs, shown};
+use super::{lead_figures, lead_outputs};
 use crate::metric::{Estimate, Quantile, Share, Statistics};
 use crate::report::html::{CellText, Column};
 use crate::report::number::uncertain;
@@ -90,7 +90,7 @@ pub(super) fn overview(study: &Study) -> LongTable {
                 continue;
             };
             let mut row = settings.clone();
-            row.push(CellText::text(shown(label)));
+            row.push(CellText::text(label));
             for measure in &figures {
                 let of = output.measures.get(measure);
                 row.push(of.map_or_else(CellText::default, |of| quantile(of.q50)));
@@ -223,8 +223,8 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
                 let mut row = settings.clone();
                 row.extend(
                     [
-                        shown(&pair.first),
-                        shown(&pair.second),
+                        pair.first.clone(),
+                        pair.second.clone(),
                         measure_name(*measure),
                     ]
                     .map(CellText::text),
@@ -281,7 +281,7 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
                 measure_name(of.measure),
                 of.statistic.to_string(),
                 crate::report::results::axis_label(of.over),
-                shown(&slope.output),
+                slope.output.clone(),
             ]
             .map(CellText::text),
         );
@@ -340,7 +340,7 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
             );
             for of in &bound.outputs {
                 let mut row = settings.clone();
-                row.extend([name.clone(), shown(&of.output)].map(CellText::text));
+                row.extend([name.clone(), of.output.clone()].map(CellText::text));
                 row.push(percent(of.met));
                 row.extend(
                     [of.met.low, of.met.high]
@@ -388,7 +388,7 @@ pub(super) fn failures(study: &Study) -> Option<LongTable> {
                 .iter()
                 .max_by(|a, b| share(a.1).share.total_cmp(&share(b.1).share));
             let mut row = vec![
-                CellText::text(shown(label)),
+                CellText::text(label),
                 CellText::text(kind.replace(['_', '-'], " ")),
                 count(total),
                 percent(Share::new(total, trials)),
@@ -419,7 +419,7 @@ pub(super) fn times(study: &Study) -> Option<LongTable> {
             continue;
         };
         let mut row = settings(cell, &keys);
-        row.push(CellText::text(shown(&time.method)));
+        row.push(CellText::text(&time.method));
         let micro = |seconds: f64| CellText::number(format!("{:.1}", 1e6 * seconds), 1e6 * seconds);
         row.extend([time.median_seconds, time.q25_seconds, time.q75_seconds].map(micro));
         table.row(row);

@@ -47,7 +47,6 @@ fn study(toml: &str) -> Study {
     Study {
         judged: Vec::new(),
         name: "many".to_owned(),
-        shipped: None,
         folder: PathBuf::from("many"),
         version: String::new(),
         revision: None,
@@ -59,9 +58,7 @@ fn study(toml: &str) -> Study {
 }
 
 fn files_of(toml: &str) -> HashMap<String, String> {
-    report(&[study(toml)], &[], &mut |_| ())
-        .into_iter()
-        .collect()
+    report(&[study(toml)], &mut |_| ()).into_iter().collect()
 }
 
 fn one_axis(cells: usize) -> String {

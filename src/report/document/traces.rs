@@ -2,7 +2,8 @@
 
 use super::figures::{Drawn, quantile_note, y_axis};
 use super::layout::{Choice, Layout, panel_title, sheet, x_key};
-use super::{OUTPUTS, lead_figures, lead_outputs, shown};
+use super::{OUTPUTS, lead_figures, lead_outputs};
+use crate::metric::Statistics;
 use crate::report::figures::curve;
 use crate::report::plot::{Axis, Course, Plot, Point, Series, Style};
 use crate::report::results::{Study, Time, measure_name, words};
@@ -16,7 +17,7 @@ const PASSES: usize = 5;
 /// With more passes than this the study is about them, and shares are drawn over them.
 const MANY: usize = 8;
 
-/// Estimators with several passes, first appearance first; iteration 0 of "iv" is called "ls".
+/// Estimators with several passes, first appearance first.
 fn iterated(study: &Study) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     let Some(cell) = study.summary.cells.first() else {
@@ -33,12 +34,13 @@ fn iterated(study: &Study) -> Vec<String> {
     names
 }
 
-/// The passes of an estimator in a cell, iteration 0 first.
-fn passes_of<'a>(cell: &'a CellSummary, name: &str) -> Vec<&'a OutputSummary> {
-    let own = |output: &&OutputSummary| {
-        output.estimator == name || (name == "iv" && output.estimator == "ls" && output.pass == 0)
-    };
-    cell.outputs.iter().filter(own).collect()
+/// The passes of an estimator in a cell, iteration 0 first: where that has a name of its own it is the output in front.
+fn passes_of<'a>(cell: &'a CellSummary, name: &str) -> &'a [OutputSummary] {
+    let mut runs = cell
+        .outputs
+        .chunk_by(|one, next| one.estimator == next.estimator || one.pass == 0 && next.pass > 0);
+    let run = runs.find(|run| run.iter().any(|output| output.estimator == name));
+    run.unwrap_or_default()
 }
 
 /// One plot per panel over passes.
@@ -57,11 +59,8 @@ fn over_passes(
             return plot;
         };
         for name in &names {
-            let points = passes_of(cell, name)
-                .into_iter()
-                .filter_map(&point)
-                .collect();
-            plot = plot.series(Series::new(shown(name), style, points));
+            let points = passes_of(cell, name).iter().filter_map(&point).collect();
+            plot = plot.series(Series::new(name, style, points));
         }
         plot
     };
@@ -136,9 +135,8 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
                     Some(lost(layout.at(study, cell), study.output(cell, &label)?))
                 };
                 let points = cells.iter().filter_map(point);
-                plot = plot.series(
-                    Series::new(shown(&label), Style::ErrorBars, points.collect()).slot(slot),
-                );
+                plot =
+                    plot.series(Series::new(&label, Style::ErrorBars, points.collect()).slot(slot));
             }
             plot
         };
@@ -200,8 +198,7 @@ pub(super) fn times(study: &Study) -> Option<Drawn> {
                     time.q75_seconds,
                 ))
             });
-            plot = plot
-                .series(Series::new(shown(method), Style::ErrorBars, points.collect()).slot(slot));
+            plot = plot.series(Series::new(*method, Style::ErrorBars, points.collect()).slot(slot));
         }
         plot
     };
@@ -255,8 +252,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
                     100.0 * met.high,
                 ))
             });
-            plot = plot
-                .series(Series::new(shown(label), Style::ErrorBars, points.collect()).slot(*slot));
+            plot = plot.series(Series::new(label, Style::ErrorBars, points.collect()).slot(*slot));
         }
         "Shares of all trials with Wilson's 95 % intervals; a failed trial meets no bound."
     } else {
@@ -293,14 +289,28 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
     })
 }
 
+/// Bias, its error and the scatter of one coefficient, by quantiles where one trial dominates the moments.
+fn bias_of(of: &Statistics) -> (f64, f64, f64) {
+    if of.dominated || !of.mean.value.is_finite() {
+        let scatter = (of.q75.value - of.q25.value) / 1.349;
+        (of.q50.value, of.q50.mcse, scatter)
+    } else {
+        (of.mean.value, of.mean.mcse, of.sd.value)
+    }
+}
+
 /// Bias of every coefficient in units of its standard deviation.
 pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
     let outputs = lead_outputs(study);
-    // Least squares may be biased by so much that nothing else is seen.
-    let several = outputs.iter().any(|(_, label)| label != "ls");
+    // Iteration 0 may be biased by so much that nothing else is seen.
+    let pass = |label: &str| {
+        let cell = study.summary.cells.first()?;
+        study.output(cell, label).map(|of| of.pass)
+    };
+    let several = outputs.iter().any(|(_, label)| pass(label) > Some(0));
     let labels: Vec<(usize, String)> = outputs
         .into_iter()
-        .filter(|(_, label)| !(several && label == "ls"))
+        .filter(|(_, label)| !several || pass(label) > Some(0))
         .take(4)
         .collect();
     let largest = study
@@ -320,13 +330,7 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
     let order = |key: Key| {
         usize::from(key != Key::Feedback) + usize::from(key != Key::Feedback && key != Key::Noise)
     };
-    let mut layout = Layout::by(study, None, &[], order);
-    for (key, value) in &mut layout.held {
-        // Where a bias shows.
-        if *key == Key::Noise && study.values(*key).iter().any(|noise| noise == "white") {
-            "white".clone_into(value);
-        }
-    }
+    let layout = Layout::by(study, None, &[], order);
     let draw = |panel: &Choice| {
         let cells = layout.cells(study, panel);
         let axis = Axis::linear("bias over standard deviation");
@@ -348,12 +352,11 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
                 .iter()
                 .enumerate()
                 .filter_map(|(i, (_, of))| {
-                    let (bias, error, scatter) = crate::report::claims::bias_of(of);
+                    let (bias, error, scatter) = bias_of(of);
                     let point = Point::uncertain(i as f64, bias / scatter, error / scatter);
                     point.y.is_finite().then_some(point)
                 });
-            plot = plot
-                .series(Series::new(shown(label), Style::ErrorBars, points.collect()).slot(*slot));
+            plot = plot.series(Series::new(label, Style::ErrorBars, points.collect()).slot(*slot));
         }
         plot.reference("no bias", Course::Horizontal(0.0))
     };
@@ -378,8 +381,7 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
     let used: &[Key] = if several { &[Key::Gain] } else { &[] };
     let layout = Layout::new(study, None, used);
     let labels = study.labels();
-    let ends = [labels.first(), labels.last()]
-        .map(|label| label.map_or_else(String::new, |label| shown(label)));
+    let ends = [labels.first(), labels.last()].map(|label| label.cloned().unwrap_or_default());
     let draw = |panel: &Choice| {
         let cells = layout.cells(study, panel);
         let (x, y) = axes();

@@ -18,7 +18,7 @@ fn page() -> Page {
     for id in ["c1", "c 2", "c 2", ""] {
         page.section(id, "Claim `x<y` & more", |s| {
             s.question("Is it <so>?");
-            s.answer(Verdict::HoldsOnlyIf, "N > 98 & `a<b`");
+            s.answer(Verdict::HoldsInPart, "N > 98 & `a<b`");
             s.heading("<h>");
             s.list(&["<li>", "`"]);
             s.figure(&format!("<?xml version=\"1.0\"?>\n{plot}"), "e < 1");
@@ -71,7 +71,7 @@ fn tables_and_figures_are_numbered_through() {
         assert_eq!(html.matches(&format!("<b>Table {i}.</b>")).count(), 1);
     }
     for i in 1..=4 {
-        assert_eq!(html.matches(&format!("<b>Measure {i}.</b>")).count(), 1);
+        assert_eq!(html.matches(&format!("<b>Figure {i}.</b>")).count(), 1);
     }
 }
 
@@ -90,8 +90,7 @@ fn a_page_loads_nothing_and_has_the_style_of_figures_once() {
 
 #[test]
 fn verdicts_differ_in_words_and_signs() {
-    use Verdict::{DoesNotHold, Holds, HoldsOnlyIf, Undecided};
-    let all = [Holds, HoldsOnlyIf, DoesNotHold, Undecided];
+    let all = Verdict::ALL;
     for (i, a) in all.iter().enumerate() {
         for b in &all[..i] {
             assert!(a.name() != b.name() && a.sign() != b.sign());

@@ -1,37 +1,13 @@
-//! What an experiment says about a claim.
+//! How a page shows a verdict.
 
-/// What an experiment says about a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// It holds.
-    Holds,
-    /// It holds in some cells, of a claim that is not about all of them.
-    HoldsInPart,
-    /// It holds under a condition that the claim does not state.
-    HoldsOnlyIf,
-    /// It does not hold.
-    DoesNotHold,
-    /// The experiment does not decide.
-    Undecided,
-}
+pub use crate::claim::Verdict;
 
 impl Verdict {
-    /// The verdict in words.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Holds => "holds",
-            Self::HoldsInPart => "holds in part",
-            Self::HoldsOnlyIf => "holds only if",
-            Self::DoesNotHold => "does not hold",
-            Self::Undecided => "undecided",
-        }
-    }
-
     /// A sign that differs without colour.
     pub const fn sign(self) -> &'static str {
         match self {
             Self::Holds => "\u{2713}",
-            Self::HoldsInPart | Self::HoldsOnlyIf => "\u{25d0}",
+            Self::HoldsInPart => "\u{25d0}",
             Self::DoesNotHold => "\u{2717}",
             Self::Undecided => "?",
         }
@@ -40,7 +16,7 @@ impl Verdict {
     const fn class(self) -> &'static str {
         match self {
             Self::Holds => "holds",
-            Self::HoldsInPart | Self::HoldsOnlyIf => "partly",
+            Self::HoldsInPart => "partly",
             Self::DoesNotHold => "refuted",
             Self::Undecided => "open",
         }

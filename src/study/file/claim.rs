@@ -163,6 +163,15 @@ impl ClaimTable {
         Ok(cases)
     }
 
+    /// The one value that it wants of a setting; `None` where there is none or several.
+    fn single(&self, key: Key) -> Option<String> {
+        let values = self.cells.get(&key)?.values(key.is_count());
+        let [value] = values.as_slice() else {
+            return None;
+        };
+        Some(value.to_string())
+    }
+
     /// All its tests, each with its key: those that must pass, then the condition.
     pub fn tests(&self) -> impl Iterator<Item = (String, &TestTable)> {
         let many = self.test.len() > 1;
@@ -328,13 +337,28 @@ impl Needs {
         *self == Self::default()
     }
 
-    fn add(&mut self, test: &ClaimTest, file: &ExperimentFile) {
+    fn add(&mut self, claim: &ClaimTable, test: &ClaimTest, file: &ExperimentFile) {
         let of = || test.of.clone();
         match &test.kind {
             TestKind::Outcome(_) => {}
             TestKind::Bound(bound) => {
                 push(&mut self.measures, &file.measures, bound.measure);
-                push(&mut self.bounds, &file.bounds, bound.clone());
+                // Bounds of a file may be of one claim's cells only.
+                let claim = claim.single(Key::Claim);
+                let counted = |of: &BoundTable| {
+                    of.limits() == bound.limits() && (of.claim.is_none() || of.claim == claim)
+                };
+                if !file.bounds.iter().any(counted) {
+                    let claim = claim.clone();
+                    push(
+                        &mut self.bounds,
+                        &[],
+                        BoundTable {
+                            claim,
+                            ..bound.clone()
+                        },
+                    );
+                }
             }
             TestKind::Wins { measure, to } => {
                 push(&mut self.measures, &file.measures, *measure);
@@ -403,10 +427,10 @@ impl ExperimentFile {
         let mut needs = Needs::default();
         for claim in &self.claims {
             for test in claim.cases().unwrap_or_default().iter().flatten() {
-                needs.add(test, self);
+                needs.add(claim, test, self);
             }
             if let Some(Ok(given)) = claim.given.as_ref().map(ClaimTest::of) {
-                needs.add(&given, self);
+                needs.add(claim, &given, self);
             }
         }
         needs.measures.sort_unstable();

@@ -138,6 +138,11 @@ impl BoundTable {
         limits.clone().next().is_some() && limits.all(|limit| value < limit)
     }
 
+    /// What is bounded and how, whatever it is called and of whatever cells.
+    pub(crate) fn limits(&self) -> (Measure, Option<f64>, Option<f64>) {
+        (self.measure, self.below, self.rounding)
+    }
+
     /// The bound as a table shows it.
     pub fn text(&self) -> String {
         let below = self.below.map(|limit| format!("< {}", number(limit)));
