@@ -18,6 +18,8 @@ pub mod plot;
 mod results;
 mod shipped;
 mod table;
+#[allow(clippy::format_push_string, reason = "lines of a terminal")]
+pub mod terminal;
 
 use crate::number;
 pub use crate::number::uncertain;

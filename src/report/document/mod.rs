@@ -33,7 +33,7 @@ const OUTPUTS: usize = 8;
 
 /// The outputs that figures and the page's tables show, with their place in the palette: all if they are few, else
 /// the fourth pass (the last where there is no fourth) of every estimator.
-fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
+pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     let Some(cell) = study.summary.cells.first() else {
         return Vec::new();
     };

@@ -1,0 +1,505 @@
+//! What a run ends with on a terminal: its first measures by cells and outputs, at most a screen,
+//! and the verdict on every claim.
+
+use super::document::lead_outputs;
+use super::results::Study;
+use crate::metric::{Quantile, Share};
+use crate::number::uncertain;
+use crate::study::file::{ClaimTable, ClaimTest, TestKind};
+use crate::study::{CellSummary, Measure, Outcomes};
+use crate::text::{shell_word, visible, wrap};
+
+/// Columns of a terminal.
+const WIDTH: usize = 80;
+/// Lines of the table with all that belongs to it.
+const LINES: usize = 24;
+/// Lines of the key of columns.
+const KEY_LINES: usize = 6;
+/// The longest name of a row and of a column; a longer one stands in a key below the table.
+const ROW_NAME: usize = 40;
+const COLUMN_NAME: usize = 14;
+/// Measures of the table.
+const MEASURES: usize = 3;
+/// Outputs of which all are columns.
+const OUTPUTS: usize = 6;
+
+/// The first measures of a study by cells and outputs, what is lost, and how to see more.
+pub fn overview(study: &Study) -> String {
+    let mut text = "Medians with standard errors in units of the last digit:\n\n".to_owned();
+    let sheet = Sheet::of(study);
+    text.push_str(&sheet.text());
+    text.push_str(&wrap(&worst(study), WIDTH, "  "));
+    let report = format!(
+        "asobench report {}",
+        visible(shell_word(study.folder.display()))
+    );
+    let left = sheet.left_out();
+    // A command stays on one line, however long it is.
+    if left.is_empty() {
+        text.push_str(&format!("All measures and pictures: {report}\n"));
+    } else {
+        text.push_str(&format!("{left}: {report}\n"));
+    }
+    text
+}
+
+/// The verdict on every claim, each in a line or more that begin with its id and verdict.
+pub fn verdicts(study: &Study) -> String {
+    let lines = study.judged.iter().map(|claim| visible(&claim.line));
+    lines.map(|line| wrap(&line, WIDTH, "    ")).collect()
+}
+
+/// The measures of the study, those that its claims speak of first.
+fn measures(study: &Study) -> Vec<Measure> {
+    let tests = study.file.claims.iter().flat_map(ClaimTable::tests);
+    let tests = tests.filter_map(|(_, table)| ClaimTest::of(table).ok());
+    let claimed = tests.flat_map(|test| test.measures());
+    let all = claimed.chain(study.file.measures.iter().copied());
+    let mut measures: Vec<Measure> = Vec::new();
+    for measure in all.filter(|of| study.file.measures.contains(of)) {
+        if !measures.contains(&measure) {
+            measures.push(measure);
+        }
+    }
+    measures
+}
+
+/// The outputs in their order: all if they are few, else those that claims speak of and one of each
+/// estimator.
+fn outputs(study: &Study) -> Vec<String> {
+    let labels = study.labels();
+    if labels.len() <= OUTPUTS {
+        return labels.to_vec();
+    }
+    let tests = study.file.claims.iter().flat_map(ClaimTable::tests);
+    let claimed: Vec<String> = tests
+        .filter_map(|(_, table)| ClaimTest::of(table).ok())
+        .flat_map(|test| spoken_of(&test))
+        .collect();
+    let lead = lead_outputs(study);
+    let kept =
+        |label: &&String| claimed.contains(label) || lead.iter().any(|(_, other)| other == *label);
+    labels.iter().filter(kept).cloned().collect()
+}
+
+/// The outputs that a test looks at.
+fn spoken_of(test: &ClaimTest) -> Vec<String> {
+    let to = match &test.kind {
+        TestKind::Wins { to, .. } | TestKind::Ratio { to, .. } => Some(to.clone()),
+        _ => None,
+    };
+    std::iter::once(test.of.clone()).chain(to).collect()
+}
+
+fn lost(outcomes: &Outcomes) -> Share {
+    let lost = outcomes.failed() + outcomes.unstable;
+    Share::new(lost.min(outcomes.trials), outcomes.trials)
+}
+
+fn per_cent(share: Share) -> String {
+    uncertain(100.0 * share.share, 100.0 * share.mcse)
+}
+
+/// Where most trials are lost.
+fn worst(study: &Study) -> String {
+    let cells = study.summary.cells.iter();
+    let all = cells.flat_map(|cell| cell.outputs.iter().map(move |of| (cell, of)));
+    let worst = all.max_by(|a, b| {
+        let share = |of: &Outcomes| lost(of).share;
+        share(&a.1.outcomes).total_cmp(&share(&b.1.outcomes))
+    });
+    match worst {
+        Some((cell, output)) if lost(&output.outcomes).count > 0 => {
+            let place = cell.place().words(&study.varying());
+            let at = if place.is_empty() { "" } else { " at " };
+            visible(format!(
+                "Most trials are lost (failed or unstable) of {}{at}{place}: {} %.",
+                output.label(),
+                per_cent(lost(&output.outcomes))
+            ))
+        }
+        _ => "No trial was lost.".to_owned(),
+    }
+}
+
+/// What a group of columns shows.
+#[derive(Clone, Copy, PartialEq)]
+enum Shown {
+    Median(Measure),
+    Lost,
+}
+
+impl Shown {
+    fn heading(self) -> String {
+        match self {
+            Self::Median(measure) => format!("median {}", measure.name()),
+            Self::Lost => "lost, %".to_owned(),
+        }
+    }
+
+    fn number(self, study: &Study, cell: &CellSummary, label: &str) -> String {
+        let output = study.output(cell, label);
+        match (self, output) {
+            (_, None) => "-".to_owned(),
+            (Self::Lost, Some(of)) => per_cent(lost(&of.outcomes)),
+            (Self::Median(measure), Some(of)) => {
+                let median = of
+                    .measures
+                    .get(&measure)
+                    .map_or(Quantile::UNDEFINED, |of| of.q50);
+                uncertain(median.value, median.mcse)
+            }
+        }
+    }
+}
+
+/// Names of rows or columns, short enough to stand beside numbers.
+struct Names {
+    heading: String,
+    shown: Vec<String>,
+    /// The whole names of those that are too long, wrapped; else empty.
+    key: Vec<String>,
+}
+
+impl Names {
+    /// Names of which those of more than `most` characters get a short one instead.
+    fn of(heading: &str, whole: Vec<String>, most: usize) -> Self {
+        let taken = whole.clone();
+        let mut free = letters().filter(|letter| !taken.contains(letter));
+        let mut key = Vec::new();
+        let mut short = |name: String| {
+            if name.chars().count() <= most {
+                key.push(String::new());
+                return name;
+            }
+            let letter = free.next().unwrap_or_default();
+            key.push(wrap(&format!("{letter}: {name}"), WIDTH, "   "));
+            letter
+        };
+        let shown = whole.into_iter().map(&mut short).collect();
+        let heading = heading.to_owned();
+        Self {
+            heading,
+            shown,
+            key,
+        }
+    }
+
+    /// A column for every setting that varies, or the cells' numbers where these are too wide.
+    fn of_cells(study: &Study) -> Self {
+        let keys = study.varying();
+        let cells = &study.summary.cells;
+        let mut columns = Vec::new();
+        for key in &keys {
+            let names = cells.iter().map(|cell| visible(cell.setting(*key)));
+            let heading = key.name().replace('_', " ");
+            columns.push(
+                std::iter::once(heading)
+                    .chain(names)
+                    .collect::<Vec<String>>(),
+            );
+        }
+        let widths: Vec<usize> = columns.iter().map(|column| widest(column)).collect();
+        let row = |row: usize| {
+            let texts = columns.iter().zip(&widths);
+            let padded = texts.map(|(column, width)| format!("{:width$}", column[row]));
+            padded.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+        };
+        let rows: Vec<String> = (1..=cells.len()).map(row).collect();
+        if widest(&rows).max(row(0).chars().count()) <= ROW_NAME {
+            let key = vec![String::new(); rows.len()];
+            let heading = row(0);
+            return Self {
+                heading,
+                shown: rows,
+                key,
+            };
+        }
+        let whole = |cell: &CellSummary| {
+            let words = visible(cell.place().words(&keys));
+            wrap(&format!("cell {}: {words}", cell.cell), WIDTH, "    ")
+        };
+        Self {
+            heading: "cell".to_owned(),
+            shown: cells.iter().map(|cell| cell.cell.to_string()).collect(),
+            key: cells.iter().map(whole).collect(),
+        }
+    }
+}
+
+/// "A", "B", ..., "Z", "A2", ...
+fn letters() -> impl Iterator<Item = String> {
+    let turn = |turn: usize| {
+        let number = if turn == 1 {
+            String::new()
+        } else {
+            turn.to_string()
+        };
+        ('A'..='Z').map(move |letter| format!("{letter}{number}"))
+    };
+    (1..).flat_map(turn)
+}
+
+fn widest(texts: &[String]) -> usize {
+    let widths = texts.iter().map(|text| text.chars().count());
+    widths.max().unwrap_or(0)
+}
+
+/// A column of numbers.
+struct Column {
+    /// Which of the groups, and which of the names.
+    group: usize,
+    name: usize,
+    numbers: Vec<String>,
+    width: usize,
+}
+
+/// How far the columns of a block reach, and the heading of the last group.
+#[derive(Default)]
+struct Line {
+    columns: usize,
+    heading: usize,
+    group: Option<usize>,
+    /// Whether the last column is the first of its group.
+    begins: bool,
+}
+
+impl Line {
+    fn from(columns: usize) -> Self {
+        Self {
+            columns,
+            ..Self::default()
+        }
+    }
+
+    fn end(&self) -> usize {
+        self.columns.max(self.heading)
+    }
+
+    /// Adds a column; gives where the gap before it begins.
+    fn add(&mut self, column: &Column, heading: &str) -> usize {
+        self.begins = self.group != Some(column.group);
+        let start = if self.begins {
+            self.end()
+        } else {
+            self.columns
+        };
+        if self.begins {
+            self.heading = start + 2 + heading.chars().count();
+        }
+        self.group = Some(column.group);
+        self.columns = start + 2 + column.width;
+        start
+    }
+}
+
+/// Rows of cells and columns of outputs; turned where there are more outputs than cells.
+struct Sheet {
+    rows: Names,
+    columns: Names,
+    groups: Vec<Shown>,
+    /// The blocks that are shown, one below the other, of so many rows.
+    blocks: Vec<Vec<Column>>,
+    count: usize,
+    /// Cells, outputs and measures that are not shown.
+    left: [usize; 3],
+}
+
+impl Sheet {
+    fn of(study: &Study) -> Self {
+        let cells = &study.summary.cells;
+        let (labels, all) = (outputs(study), measures(study));
+        let turned = labels.len() > cells.len();
+        let outputs = labels.iter().map(visible).collect();
+        let (rows, columns) = if turned {
+            let keys = study.varying();
+            let places = cells.iter().map(|cell| visible(cell.place().words(&keys)));
+            let places = Names::of("", places.collect(), COLUMN_NAME);
+            (Names::of("output", outputs, ROW_NAME), places)
+        } else {
+            (Names::of_cells(study), Names::of("", outputs, COLUMN_NAME))
+        };
+        let mut groups: Vec<Shown> = all
+            .iter()
+            .take(MEASURES)
+            .map(|of| Shown::Median(*of))
+            .collect();
+        let is_lost =
+            |cell: &CellSummary| cell.outputs.iter().any(|of| lost(&of.outcomes).count > 0);
+        if cells.iter().any(is_lost) {
+            groups.insert(groups.len().min(1), Shown::Lost);
+        }
+        let number = |group: Shown, row: usize, column: usize| {
+            let (cell, label) = if turned { (column, row) } else { (row, column) };
+            group.number(study, &cells[cell], &labels[label])
+        };
+        let mut sheet = Self {
+            rows,
+            columns,
+            groups,
+            blocks: Vec::new(),
+            count: 0,
+            left: [0; 3],
+        };
+        let columns = sheet.fill(number);
+        let [shown_cells, shown_outputs] = if turned {
+            [columns, sheet.count]
+        } else {
+            [sheet.count, columns]
+        };
+        let groups = sheet.shown_groups();
+        let shown = groups.iter().filter(|of| **of != Shown::Lost).count();
+        sheet.left = [
+            cells.len() - shown_cells,
+            study.labels().len() - shown_outputs,
+            all.len() - shown,
+        ];
+        sheet
+    }
+
+    /// Takes as many rows as there is room for, then as many blocks of columns; gives the number of
+    /// columns of the first group that are shown.
+    fn fill(&mut self, number: impl Fn(Shown, usize, usize) -> String) -> usize {
+        let height = |text: &String| text.lines().count();
+        let mut names = 0;
+        let mut key = 0;
+        while names < self.columns.shown.len() {
+            key += height(&self.columns.key[names]);
+            if names > 0 && key > KEY_LINES {
+                break;
+            }
+            names += 1;
+        }
+        let key = self.columns.key[..names].iter().map(height).sum::<usize>();
+        // Two lines say what it is, two what is lost, and one how to see more.
+        let mut room = LINES.saturating_sub(5 + key + self.heads());
+        while self.count < self.rows.shown.len() {
+            let needed = 1 + height(&self.rows.key[self.count]);
+            if self.count > 0 && needed > room {
+                break;
+            }
+            room = room.saturating_sub(needed);
+            self.count += 1;
+        }
+        let mut columns: Vec<Column> = Vec::new();
+        for (group, shown) in self.groups.iter().enumerate() {
+            for name in 0..names {
+                let numbers: Vec<String> = (0..self.count)
+                    .map(|row| number(*shown, row, name))
+                    .collect();
+                let width = widest(&numbers).max(self.columns.shown[name].chars().count());
+                columns.push(Column {
+                    group,
+                    name,
+                    numbers,
+                    width,
+                });
+            }
+        }
+        self.arrange(columns, names, room)
+    }
+
+    /// Lines of a block above its rows.
+    fn heads(&self) -> usize {
+        let named = self.columns.shown.iter().any(|name| !name.is_empty());
+        1 + usize::from(named)
+    }
+
+    fn row_width(&self) -> usize {
+        let rows = widest(&self.rows.shown[..self.count]);
+        rows.max(self.rows.heading.chars().count())
+    }
+
+    /// Puts columns side by side, and into further blocks while there is room for lines: groups that
+    /// are whole, or a part of the first one. Gives how many columns of that there are.
+    fn arrange(&mut self, columns: Vec<Column>, names: usize, mut room: usize) -> usize {
+        let height = 1 + self.heads() + self.count;
+        let mut line = Line::default();
+        for column in columns {
+            let heading = self.groups[column.group].heading();
+            line.add(&column, &heading);
+            if self.blocks.is_empty() || line.end() > WIDTH {
+                if !self.blocks.is_empty() && height > room {
+                    break;
+                }
+                room = room.saturating_sub(if self.blocks.is_empty() { 0 } else { height });
+                self.blocks.push(Vec::new());
+                line = Line::from(self.row_width());
+                line.add(&column, &heading);
+            }
+            if let Some(block) = self.blocks.last_mut() {
+                block.push(column);
+            }
+        }
+        let whole = self.blocks.iter().flatten().count() / names.max(1);
+        for block in &mut self.blocks {
+            block.retain(|column| column.group < whole.max(1));
+        }
+        self.blocks.retain(|block| !block.is_empty());
+        let all = self.blocks.iter().flatten();
+        all.filter(|column| column.group == 0).count()
+    }
+
+    fn shown_groups(&self) -> Vec<Shown> {
+        let columns = self.blocks.iter().flatten();
+        let last = columns.map(|column| column.group).max();
+        let count = last.map_or(0, |last| last + 1);
+        self.groups[..count].to_vec()
+    }
+
+    fn text(&self) -> String {
+        let blocks = self.blocks.iter().map(|block| self.block(block));
+        let mut text = blocks.collect::<Vec<_>>().join("\n");
+        let names = self.blocks.iter().flatten().map(|column| column.name + 1);
+        let names = names.max().unwrap_or(0);
+        let keys = self.columns.key[..names].iter();
+        for key in keys.chain(&self.rows.key[..self.count]) {
+            text.push_str(key);
+        }
+        text
+    }
+
+    fn block(&self, block: &[Column]) -> String {
+        let width = self.row_width();
+        let named = self.heads() == 2;
+        let [first, second] = if named {
+            ["", &self.rows.heading]
+        } else {
+            [&self.rows.heading, ""]
+        };
+        let mut headings = format!("{first:width$}");
+        let mut names = format!("{second:width$}");
+        let mut rows: Vec<String> = self.rows.shown[..self.count]
+            .iter()
+            .map(|name| format!("{name:width$}"))
+            .collect();
+        let mut line = Line::from(width);
+        for column in block {
+            let heading = self.groups[column.group].heading();
+            let (start, width) = (line.add(column, &heading), column.width);
+            if line.begins {
+                headings = format!("{headings:start$}  {heading}");
+            }
+            let name = &self.columns.shown[column.name];
+            names = format!("{names:start$}  {name:width$}");
+            for (row, number) in rows.iter_mut().zip(&column.numbers) {
+                *row = format!("{row:start$}  {number:width$}");
+            }
+        }
+        let names = named.then_some(names);
+        let lines = std::iter::once(headings).chain(names).chain(rows);
+        lines
+            .map(|line| line.trim_end().to_owned() + "\n")
+            .collect()
+    }
+
+    /// "60 more cells, 2 more measures".
+    fn left_out(&self) -> String {
+        let words = ["cell", "output", "measure"].into_iter().zip(self.left);
+        let counted = words.filter(|(_, count)| *count > 0).map(|(word, count)| {
+            let s = if count == 1 { "" } else { "s" };
+            format!("{count} more {word}{s}")
+        });
+        counted.collect::<Vec<_>>().join(", ")
+    }
+}
