@@ -20,6 +20,7 @@ mod units;
 pub use condition::condition;
 pub use decision::Verdict;
 pub use power::Needed;
+pub use sentence::Scale;
 
 use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, FileError};
 use crate::study::place::{Place, varying};
@@ -52,8 +53,23 @@ pub struct Judged {
     pub needed: Option<Needed>,
     /// Whether it rests on times, which differ between machines and runs.
     pub timed: bool,
+    /// Its tests.
+    pub tests: Vec<JudgedTest>,
     /// Every cell that the claim speaks of.
     pub cells: Vec<JudgedCell>,
+}
+
+/// A test of a claim.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedTest {
+    /// What it looks at: "the median e_a of iv(4)".
+    pub what: String,
+    /// What that must be: "below 1".
+    pub must: String,
+    /// The same as numbers, of which one may be infinite.
+    pub limits: [f64; 2],
+    /// On which scale its numbers are compared.
+    pub scale: Scale,
 }
 
 /// What a cell says of a claim.
@@ -79,10 +95,13 @@ pub struct JudgedCell {
 /// A number behind a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JudgedNumber {
-    /// What it is: "the median e_a of iv(4)".
+    /// The index of the test that looks at it.
+    pub test: usize,
+    /// What it is, of which a test with a number for every coefficient has several: "the median e_a
+    /// of iv(4)".
     pub what: String,
-    /// What it must be: "below 1".
-    pub must: String,
+    /// The number with its error: "0.0879(5)", a share in per cent.
+    pub text: String,
     /// The value; infinite where it is that of a lost trial.
     pub value: f64,
     /// Its standard error; NaN where it has none.
@@ -139,7 +158,19 @@ fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
         line: format!("{}  {verdict}: {why}.", claim.id),
         needed: None,
         timed: false,
+        tests: Vec::new(),
         cells: Vec::new(),
+    }
+}
+
+impl JudgedTest {
+    fn of(test: &ClaimTest) -> Self {
+        Self {
+            what: sentence::noun(test, None),
+            must: sentence::must(test),
+            limits: test.limit.ends(),
+            scale: Scale::of(test),
+        }
     }
 }
 
@@ -235,6 +266,7 @@ impl Judge<'_> {
         judged.line = format!("{}  {verdict}{sentence}", self.claim.id);
         judged.needed = needed;
         judged.timed = self.tests.iter().chain(self.given).any(ClaimTest::is_timed);
+        judged.tests = self.tests.iter().map(JudgedTest::of).collect();
         judged.cells = self.cells(&found, &passing, &failing);
         judged
     }
@@ -274,8 +306,9 @@ impl Judge<'_> {
         let test = &self.tests[part.test];
         let (value, error) = part.number.known.shown();
         JudgedNumber {
+            test: part.test,
             what: sentence::noun(test, part.number.name.as_deref()),
-            must: sentence::must(test),
+            text: sentence::value(test, part),
             value,
             error,
             kept: part.number.kept,

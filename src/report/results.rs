@@ -7,7 +7,7 @@ use crate::estimator::IvOptions;
 use crate::files::{self, Kind, PathError};
 use crate::metric::{Quantile, Statistics};
 pub use crate::study::MethodTime as Time;
-use crate::study::file::{ExperimentFile, Key, TrialRule};
+use crate::study::file::{ClaimTable, ExperimentFile, Key, TrialRule};
 pub use crate::study::place::{axis_label, is_error, measure_name, value_name, words};
 use crate::study::{CellSummary, Measure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
@@ -40,9 +40,11 @@ pub enum ResultsError {
     Empty(PathBuf),
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 struct Times {
     times: Vec<Time>,
+    /// The machine's processor.
+    machine: Option<String>,
 }
 
 /// A study with its results.
@@ -118,8 +120,8 @@ impl Study {
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
-        let times: Vec<Time> = match times.map(serde_json::from_slice::<Times>).transpose() {
-            Ok(times) => times.map_or_else(Vec::new, |of| of.times),
+        let Times { times, machine } = match times.map(serde_json::from_slice).transpose() {
+            Ok(times) => times.unwrap_or_default(),
             Err(error) => {
                 let reason = error.to_string();
                 return Err(parsed("timing/times.json", "times", &reason));
@@ -131,6 +133,9 @@ impl Study {
         }
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
         let shipped = Shipped::of(&file);
+        let mut judged = judge(&file, &summary, &times);
+        tell_times(&mut judged, machine.as_deref());
+        tell_additions(&mut judged, &file.claims, &manifest["stated"]);
         Ok(Self {
             name: shipped.map_or_else(|| name(folder), |of| of.name.to_owned()),
             shipped,
@@ -138,7 +143,7 @@ impl Study {
             version: text("version").unwrap_or_default(),
             revision: text("git_revision"),
             index: Index::of(&summary, file.continuous.is_some()),
-            judged: judge(&file, &summary, &times),
+            judged,
             file,
             summary,
             times,
@@ -289,6 +294,40 @@ impl Study {
             )
         };
         (command, to)
+    }
+}
+
+/// Says of verdicts on times whose they are.
+fn tell_times(judged: &mut [Judged], machine: Option<&str>) {
+    if let Some(machine) = machine {
+        for claim in judged.iter_mut().filter(|claim| claim.timed) {
+            claim
+                .line
+                .push_str(&format!(" Measured on {machine}, one thread."));
+        }
+    }
+}
+
+/// Says which claims ask what was not asked when the results were first there: `stated` are the
+/// claims of then, where these are others.
+fn tell_additions(judged: &mut [Judged], claims: &[ClaimTable], stated: &Value) {
+    let Some(stated) = stated.as_array() else {
+        return;
+    };
+    let stated = stated.iter().cloned().map(serde_json::from_value);
+    let stated: Vec<ClaimTable> = stated.filter_map(Result::ok).collect();
+    let question = |of: &ClaimTable| ClaimTable {
+        id: String::new(),
+        text: String::new(),
+        source: String::new(),
+        ..of.clone()
+    };
+    for claim in claims {
+        let is_old = stated.iter().any(|of| question(of) == question(claim));
+        let verdict = judged.iter_mut().find(|of| of.id == claim.id);
+        if let Some(verdict) = verdict.filter(|_| !is_old) {
+            verdict.line.push_str(" Added or changed after the run.");
+        }
     }
 }
 

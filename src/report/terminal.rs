@@ -11,7 +11,7 @@ use crate::text::{shell_word, visible, wrap};
 
 /// Columns of a terminal.
 const WIDTH: usize = 80;
-/// Lines of the table with all that belongs to it.
+/// Lines of a screen: the table with all that is said of it.
 const LINES: usize = 24;
 /// Lines of the key of columns.
 const KEY_LINES: usize = 6;
@@ -26,9 +26,11 @@ const OUTPUTS: usize = 6;
 /// The first measures of a study by cells and outputs, what is lost, and how to see more.
 pub fn overview(study: &Study) -> String {
     let mut text = "Medians with standard errors in units of the last digit:\n\n".to_owned();
-    let sheet = Sheet::of(study);
+    let worst = wrap(&worst(study), WIDTH, "  ");
+    // Beside the table there are two lines above it, and the last one.
+    let sheet = Sheet::of(study, LINES.saturating_sub(3 + worst.lines().count()));
     text.push_str(&sheet.text());
-    text.push_str(&wrap(&worst(study), WIDTH, "  "));
+    text.push_str(&worst);
     let report = format!(
         "asobench report {}",
         visible(shell_word(study.folder.display()))
@@ -153,6 +155,17 @@ impl Shown {
     }
 }
 
+/// The first measures, and what is lost where anything is.
+fn groups(cells: &[CellSummary], measures: &[Measure]) -> Vec<Shown> {
+    let measures = measures.iter().take(MEASURES);
+    let mut groups: Vec<Shown> = measures.map(|of| Shown::Median(*of)).collect();
+    let mut outputs = cells.iter().flat_map(|cell| &cell.outputs);
+    if outputs.any(|of| lost(&of.outcomes).count > 0) {
+        groups.insert(groups.len().min(1), Shown::Lost);
+    }
+    groups
+}
+
 /// Names of rows or columns, short enough to stand beside numbers.
 struct Names {
     heading: String,
@@ -255,7 +268,7 @@ struct Column {
 }
 
 /// How far the columns of a block reach, and the heading of the last group.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct Line {
     columns: usize,
     heading: usize,
@@ -306,7 +319,8 @@ struct Sheet {
 }
 
 impl Sheet {
-    fn of(study: &Study) -> Self {
+    /// A sheet of so many lines.
+    fn of(study: &Study, room: usize) -> Self {
         let cells = &study.summary.cells;
         let (labels, all) = (outputs(study), measures(study));
         let turned = labels.len() > cells.len();
@@ -319,47 +333,34 @@ impl Sheet {
         } else {
             (Names::of_cells(study), Names::of("", outputs, COLUMN_NAME))
         };
-        let mut groups: Vec<Shown> = all
-            .iter()
-            .take(MEASURES)
-            .map(|of| Shown::Median(*of))
-            .collect();
-        let is_lost =
-            |cell: &CellSummary| cell.outputs.iter().any(|of| lost(&of.outcomes).count > 0);
-        if cells.iter().any(is_lost) {
-            groups.insert(groups.len().min(1), Shown::Lost);
-        }
-        let number = |group: Shown, row: usize, column: usize| {
-            let (cell, label) = if turned { (column, row) } else { (row, column) };
-            group.number(study, &cells[cell], &labels[label])
-        };
         let mut sheet = Self {
             rows,
             columns,
-            groups,
+            groups: groups(cells, &all),
             blocks: Vec::new(),
             count: 0,
             left: [0; 3],
         };
-        let columns = sheet.fill(number);
-        let [shown_cells, shown_outputs] = if turned {
-            [columns, sheet.count]
-        } else {
-            [sheet.count, columns]
-        };
-        let groups = sheet.shown_groups();
-        let shown = groups.iter().filter(|of| **of != Shown::Lost).count();
+        let columns = sheet.fill(room, |group, row, column| {
+            let (cell, label) = if turned { (column, row) } else { (row, column) };
+            group.number(study, &cells[cell], &labels[label])
+        });
+        let mut shown = [sheet.count, columns];
+        if turned {
+            shown.reverse();
+        }
+        let measures = sheet.shown_groups().filter(|of| *of != Shown::Lost);
         sheet.left = [
-            cells.len() - shown_cells,
-            study.labels().len() - shown_outputs,
-            all.len() - shown,
+            cells.len() - shown[0],
+            study.labels().len() - shown[1],
+            all.len() - measures.count(),
         ];
         sheet
     }
 
     /// Takes as many rows as there is room for, then as many blocks of columns; gives the number of
     /// columns of the first group that are shown.
-    fn fill(&mut self, number: impl Fn(Shown, usize, usize) -> String) -> usize {
+    fn fill(&mut self, room: usize, number: impl Fn(Shown, usize, usize) -> String) -> usize {
         let height = |text: &String| text.lines().count();
         let mut names = 0;
         let mut key = 0;
@@ -371,8 +372,7 @@ impl Sheet {
             names += 1;
         }
         let key = self.columns.key[..names].iter().map(height).sum::<usize>();
-        // Two lines say what it is, two what is lost, and one how to see more.
-        let mut room = LINES.saturating_sub(5 + key + self.heads());
+        let mut room = room.saturating_sub(key + self.heads());
         while self.count < self.rows.shown.len() {
             let needed = 1 + height(&self.rows.key[self.count]);
             if self.count > 0 && needed > room {
@@ -381,22 +381,23 @@ impl Sheet {
             room = room.saturating_sub(needed);
             self.count += 1;
         }
-        let mut columns: Vec<Column> = Vec::new();
-        for (group, shown) in self.groups.iter().enumerate() {
-            for name in 0..names {
-                let numbers: Vec<String> = (0..self.count)
-                    .map(|row| number(*shown, row, name))
-                    .collect();
-                let width = widest(&numbers).max(self.columns.shown[name].chars().count());
-                columns.push(Column {
-                    group,
-                    name,
-                    numbers,
-                    width,
-                });
+        let column = |group: usize, name: usize| {
+            let rows = 0..self.count;
+            let numbers: Vec<String> = rows
+                .map(|row| number(self.groups[group], row, name))
+                .collect();
+            let width = widest(&numbers).max(self.columns.shown[name].chars().count());
+            Column {
+                group,
+                name,
+                numbers,
+                width,
             }
-        }
-        self.arrange(columns, names, room)
+        };
+        let group = |group| (0..names).map(|name| column(group, name)).collect();
+        let groups = (0..self.groups.len()).map(group).collect();
+        self.arrange(groups, room);
+        self.leave_parts(names)
     }
 
     /// Lines of a block above its rows.
@@ -410,27 +411,42 @@ impl Sheet {
         rows.max(self.rows.heading.chars().count())
     }
 
-    /// Puts columns side by side, and into further blocks while there is room for lines: groups that
-    /// are whole, or a part of the first one. Gives how many columns of that there are.
-    fn arrange(&mut self, columns: Vec<Column>, names: usize, mut room: usize) -> usize {
+    /// Puts columns side by side, and into further blocks while there is room for lines.
+    fn arrange(&mut self, groups: Vec<Vec<Column>>, mut room: usize) {
         let height = 1 + self.heads() + self.count;
-        let mut line = Line::default();
-        for column in columns {
-            let heading = self.groups[column.group].heading();
-            line.add(&column, &heading);
-            if self.blocks.is_empty() || line.end() > WIDTH {
-                if !self.blocks.is_empty() && height > room {
-                    break;
+        let start = Line::from(self.row_width());
+        let mut line = start;
+        for group in groups {
+            // A group that fits into a block is not divided.
+            let end = |line: Line| {
+                group
+                    .iter()
+                    .fold(line, |line, of| self.with(line, of))
+                    .end()
+            };
+            let mut begin = self.blocks.is_empty() || end(line) > WIDTH && end(start) <= WIDTH;
+            for column in group {
+                begin |= self.with(line, &column).end() > WIDTH;
+                if begin && !self.blocks.is_empty() {
+                    if height > room {
+                        return;
+                    }
+                    room -= height;
                 }
-                room = room.saturating_sub(if self.blocks.is_empty() { 0 } else { height });
-                self.blocks.push(Vec::new());
-                line = Line::from(self.row_width());
-                line.add(&column, &heading);
-            }
-            if let Some(block) = self.blocks.last_mut() {
-                block.push(column);
+                if std::mem::take(&mut begin) {
+                    self.blocks.push(Vec::new());
+                    line = start;
+                }
+                line = self.with(line, &column);
+                if let Some(block) = self.blocks.last_mut() {
+                    block.push(column);
+                }
             }
         }
+    }
+
+    /// Leaves whole groups, or a part of the first one; gives how many columns of that there are.
+    fn leave_parts(&mut self, names: usize) -> usize {
         let whole = self.blocks.iter().flatten().count() / names.max(1);
         for block in &mut self.blocks {
             block.retain(|column| column.group < whole.max(1));
@@ -440,11 +456,17 @@ impl Sheet {
         all.filter(|column| column.group == 0).count()
     }
 
-    fn shown_groups(&self) -> Vec<Shown> {
+    /// A line with one more column.
+    fn with(&self, mut line: Line, column: &Column) -> Line {
+        line.add(column, &self.groups[column.group].heading());
+        line
+    }
+
+    fn shown_groups(&self) -> impl Iterator<Item = Shown> {
         let columns = self.blocks.iter().flatten();
         let last = columns.map(|column| column.group).max();
         let count = last.map_or(0, |last| last + 1);
-        self.groups[..count].to_vec()
+        self.groups[..count].iter().copied()
     }
 
     fn text(&self) -> String {
@@ -503,3 +525,6 @@ impl Sheet {
         counted.collect::<Vec<_>>().join(", ")
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,7 @@ use super::blocks::{BlockError, BlockFolder, StoredBlock, discard};
 use super::engine::Engine;
 use super::experiment::Experiment;
 use super::file::{FileError, Store, TrialRule, Until, UntilStatistic};
-use super::folder::{FolderError, ResultsFolder};
+use super::folder::{FolderError, ResultsFolder, read_manifest};
 use super::runner::{RunError, Span, run_spans};
 use super::store::{StoreError, TrialWriter, write_summary};
 use super::summary::{CellSummary, SlopeStatistics, Summary};
@@ -360,7 +360,17 @@ impl<'e> Campaign<'e> {
         for (name, content) in figures(&summary) {
             self.folder.write(&name, Kind::Figure, content.as_bytes())?;
         }
-        self.folder.write_manifest(&manifest(experiment, targets))?;
+        let before = read_manifest(self.folder.path())?;
+        let mut manifest = manifest(experiment, targets);
+        let claims = &manifest["experiment"]["claims"];
+        if let Some(stated) = before
+            .as_ref()
+            .map(stated)
+            .filter(|stated| *stated != claims)
+        {
+            manifest["stated"] = stated.clone();
+        }
+        self.folder.write_manifest(&manifest)?;
         go_on(stop)?;
         self.folder.publish()?;
         Ok(summary)
@@ -382,6 +392,12 @@ fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
         return Err(CampaignError::Stopped);
     }
     Ok(())
+}
+
+/// The claims that were in the file when a manifest's results were first there.
+fn stated(manifest: &Value) -> &Value {
+    let claims = &manifest["experiment"]["claims"];
+    manifest.get("stated").unwrap_or(claims)
 }
 
 fn next_step(trials: u64, until: &Until) -> u64 {

@@ -71,7 +71,7 @@ fn tables_and_figures_are_numbered_through() {
         assert_eq!(html.matches(&format!("<b>Table {i}.</b>")).count(), 1);
     }
     for i in 1..=4 {
-        assert_eq!(html.matches(&format!("<b>Measure {i}.</b>")).count(), 1);
+        assert_eq!(html.matches(&format!("<b>Figure {i}.</b>")).count(), 1);
     }
 }
 
