@@ -138,6 +138,39 @@ pub(crate) fn name_fault(name: &str) -> Option<String> {
     Some(format!("'{shown}'; expected {expected}"))
 }
 
+/// A paragraph of lines of at most `width` columns, each with its end and each but the first behind
+/// `indent`; a word that is longer than a line is cut.
+pub(crate) fn wrap(text: &str, width: usize, indent: &str) -> String {
+    let count = |text: &str| text.chars().count();
+    let mut lines: Vec<String> = Vec::new();
+    let mut line = String::new();
+    let mut is_empty = true;
+    for word in text.split(' ') {
+        let mut word = word.to_owned();
+        if !is_empty && count(&line) + 1 + count(&word) > width {
+            lines.push(std::mem::replace(&mut line, indent.to_owned()));
+            is_empty = true;
+        }
+        if !is_empty {
+            line.push(' ');
+        }
+        while count(&line) + count(&word) > width {
+            let room = width - count(&line);
+            let rest = word.chars().skip(room).collect();
+            line.extend(word.chars().take(room));
+            lines.push(std::mem::replace(&mut line, indent.to_owned()));
+            word = rest;
+        }
+        line.push_str(&word);
+        is_empty = false;
+    }
+    lines.push(line);
+    lines
+        .iter()
+        .map(|line| line.trim_end().to_owned() + "\n")
+        .collect()
+}
+
 /// A number in the shortest form that reads back to the same bits, with an exponent where it is large or small.
 pub(crate) fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e15).contains(&x.abs()) {

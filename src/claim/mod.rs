@@ -20,6 +20,7 @@ mod units;
 pub use condition::condition;
 pub use decision::Verdict;
 pub use power::Needed;
+pub use sentence::Scale;
 
 use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, TrialRule};
 use crate::study::place::{Place, varying};
@@ -55,8 +56,23 @@ pub struct Judged {
     pub added_after_run: bool,
     /// Whether it rests on times, which differ between machines and runs.
     pub timed: bool,
+    /// Its tests.
+    pub tests: Vec<JudgedTest>,
     /// Every cell that the claim speaks of.
     pub cells: Vec<JudgedCell>,
+}
+
+/// A test of a claim.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedTest {
+    /// What it looks at: "the median e_a of iv(4)".
+    pub what: String,
+    /// What that must be: "below 1".
+    pub must: String,
+    /// The same as numbers, of which one may be infinite.
+    pub limits: [f64; 2],
+    /// On which scale its numbers are compared.
+    pub scale: Scale,
 }
 
 /// What a cell says of a claim.
@@ -64,8 +80,11 @@ pub struct Judged {
 pub struct JudgedCell {
     /// The cells' indices: one, two that are compared, or those of a slope.
     pub cells: Vec<usize>,
-    /// Where it is, in words.
+    /// Where it is, in words, with the output where the claim lists several.
     pub place: String,
+    /// That output, or pair.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub case: Option<String>,
     /// "pass", "fail", "open", or "left out" where the claim's condition is not certain.
     pub says: &'static str,
     /// p-value of "the tests do not pass"; small where they certainly do.
@@ -82,10 +101,13 @@ pub struct JudgedCell {
 /// A number behind a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JudgedNumber {
-    /// What it is: "the median e_a of iv(4)".
+    /// The index of the test that looks at it.
+    pub test: usize,
+    /// What it is, of which a test with a number for every coefficient has several: "the median e_a
+    /// of iv(4)".
     pub what: String,
-    /// What it must be: "below 1".
-    pub must: String,
+    /// The number with its error: "0.0879(5)", a share in per cent.
+    pub text: String,
     /// The value; infinite where it is that of a lost trial.
     pub value: f64,
     /// Its standard error; NaN where it has none.
@@ -152,7 +174,7 @@ pub fn judge_at(
 
 fn added(claim: &ClaimTable) -> &'static str {
     if claim.added_after_run {
-        " (Claimed after the run.)"
+        " Added or changed after the run."
     } else {
         ""
     }
@@ -170,11 +192,23 @@ fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
         needed: None,
         added_after_run: claim.added_after_run,
         timed: false,
+        tests: Vec::new(),
         cells: Vec::new(),
     }
 }
 
-/// A claim with its tests, for every output that it lists.
+impl JudgedTest {
+    fn of(test: &ClaimTest) -> Self {
+        Self {
+            what: sentence::noun(test, None),
+            must: sentence::must(test),
+            limits: test.limit.ends(),
+            scale: Scale::of(test),
+        }
+    }
+}
+
+/// A claim with its tests.
 struct Judge<'a> {
     claim: &'a ClaimTable,
     cases: &'a [Vec<ClaimTest>],
@@ -283,6 +317,8 @@ impl<'a> Judge<'a> {
         judged.needed = needed;
         let mut tests = self.cases.iter().flatten().chain(self.given);
         judged.timed = tests.any(ClaimTest::is_timed);
+        let tests = self.cases.first().into_iter().flatten();
+        judged.tests = tests.map(|test| JudgedTest::of(&told.any(test))).collect();
         judged.cells = self.cells(&found, &passing, &failing);
         judged
     }
@@ -296,9 +332,17 @@ impl<'a> Judge<'a> {
             let index = judged;
             judged += usize::from(found.judged);
             let parts = found.evidence.parts.iter();
+            let case = found.tests.first().filter(|_| self.cases.len() > 1);
+            let case = case.map(sentence::of_and_to);
             JudgedCell {
                 cells: found.unit.members.cells(),
-                place: found.unit.place.words(&keys),
+                place: match &case {
+                    Some(case) => format!("{} {case}", found.unit.place.words(&keys))
+                        .trim()
+                        .to_owned(),
+                    None => found.unit.place.words(&keys),
+                },
+                case,
                 says: match found.judged {
                     false => "left out",
                     true if passing.contains(&index) => "pass",
@@ -319,8 +363,9 @@ fn number(tests: &[ClaimTest], part: &evidence::Part) -> JudgedNumber {
     let test = &tests[part.test];
     let (value, error) = part.number.known.shown();
     JudgedNumber {
+        test: part.test,
         what: sentence::noun(test, part.number.name.as_deref()),
-        must: sentence::must(test),
+        text: sentence::value(test, part),
         value,
         error,
         kept: part.number.kept,

@@ -12,6 +12,7 @@ use crate::study::file::{
     ClaimStatistic as Statistic, ClaimTest, Holds, Limit, Outcome, TestKind, ValueOf,
 };
 use crate::study::place::{Place, measure_name};
+use serde::Serialize;
 
 /// What a sentence is made of.
 pub(super) struct Told<'a> {
@@ -173,7 +174,7 @@ impl Told<'_> {
     }
 
     /// A test with all of the outputs that the claim lists.
-    fn any(&self, test: &ClaimTest) -> ClaimTest {
+    pub(super) fn any(&self, test: &ClaimTest) -> ClaimTest {
         let mut any = test.clone();
         let firsts = || self.cases.iter().filter_map(|case| case.first());
         any.of = each_of(firsts().map(|test| test.of.clone()));
@@ -369,12 +370,35 @@ fn grouped(trials: u64) -> String {
     text
 }
 
+/// On which scale the numbers of a test are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// Shares of trials, told in per cent.
+    Share,
+    /// By their ratio, where they are above 0.
+    Ratio,
+    /// By their difference.
+    Difference,
+}
+
+impl Scale {
+    pub(super) fn of(test: &ClaimTest) -> Self {
+        match test.kind {
+            TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. } => Self::Share,
+            TestKind::Slope(_)
+            | TestKind::Value {
+                what: ValueOf::Parameter(_) | ValueOf::Parameters,
+                ..
+            } => Self::Difference,
+            _ => Self::Ratio,
+        }
+    }
+}
+
 /// Whether a test's numbers are shares of trials, told in per cent.
 fn is_share(test: &ClaimTest) -> bool {
-    matches!(
-        test.kind,
-        TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. }
-    )
+    Scale::of(test) == Scale::Share
 }
 
 /// The number with its error.

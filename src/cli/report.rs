@@ -6,7 +6,7 @@ use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::{print, progress};
 use crate::files;
-use crate::report::{Study, prepare_report, report, write_report};
+use crate::report::{Study, prepare_report, report, terminal, write_report};
 use crate::study::file::ExperimentFile;
 use crate::text::{alike, folded, visible};
 use std::path::PathBuf;
@@ -79,8 +79,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     })?;
     drop(steps);
     let mut text = String::new();
-    for claim in studies.iter().flat_map(|study| &study.judged) {
-        text.push_str(&format!("{}\n", visible(&claim.line)));
+    for study in &studies {
+        text.push_str(&terminal::verdicts(study));
     }
     let page = out.join("report.html");
     text.push_str(&format!(

@@ -5,13 +5,13 @@ use super::files::cannot_write;
 use super::{memory, need, note, print, progress, timing};
 use crate::claim;
 use crate::files;
-use crate::report::Study;
+use crate::report::{Study, terminal};
 use crate::study::file::{ExperimentFile, FileError, Needs, TRIAL_LIMIT, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
     RunOptions, Summary, read_manifest, stored_design,
 };
-use crate::text::{shell_word, visible};
+use crate::text::visible;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -162,36 +162,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         note("measuring times, one thread");
         timing::measure(&experiment, &path, &stop)?;
     }
+    print(&results(&path, &summary)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What was computed, and what came out of it.
+fn results(path: &Path, summary: &Summary) -> Result<String, Error> {
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
-    let failed: u64 = summary
-        .cells
-        .iter()
-        .flat_map(|cell| &cell.outputs)
-        .map(|output| output.outcomes.failed())
-        .sum();
+    let outputs = summary.cells.iter().flat_map(|cell| &cell.outputs);
+    let failures: u64 = outputs.map(|output| output.outcomes.failed()).sum();
     let fallbacks: u64 = summary.cells.iter().map(|cell| cell.fallbacks).sum();
     let fallbacks = match fallbacks {
         0 => String::new(),
         some => format!("lanes that were solved again with pivots: {some}\n"),
     };
-    let (folder, word) = (visible(path.display()), shell_word(path.display()));
-    let verdicts = verdicts(&path)?;
-    print(&format!(
-        "{cells} cells, {trials} trials, {failed} estimates failed (typed in summary.json)\n\
-         {fallbacks}{verdicts}\
-         results in {folder}\n\
-         a report of them: asobench report {}\n",
-        visible(word)
-    ))?;
-    Ok(ExitCode::SUCCESS)
-}
-
-/// A line for every claim of the results in a folder.
-fn verdicts(folder: &Path) -> Result<String, Error> {
-    let study = Study::read(folder).map_err(failed)?;
-    let judged = study.judged.iter();
-    Ok(judged.map(|claim| visible(&claim.line) + "\n").collect())
+    let study = Study::read(path).map_err(failed)?;
+    let verdicts = terminal::verdicts(&study);
+    let gap = if verdicts.is_empty() { "" } else { "\n" };
+    Ok(format!(
+        "{cells} cells, {trials} trials, {failures} estimates failed (typed in summary.json)\n\
+         {fallbacks}results in {}\n\n{}{gap}{verdicts}",
+        visible(path.display()),
+        terminal::overview(&study)
+    ))
 }
 
 /// The number of threads.

@@ -106,9 +106,28 @@ pub(super) fn measure(
             }));
         }
     }
-    let content = json!({ "design": design(experiment), "times": times });
+    let content = json!({
+        "design": design(experiment),
+        "machine": machine(),
+        "times": times,
+    });
     let text = serde_json::to_string_pretty(&content).map_err(failed)?;
     files::make_subfolder(folder, FOLDER)
         .and_then(|_| files::replace(&file(folder), Kind::Times, format!("{text}\n").as_bytes()))
         .map_err(failed)
+}
+
+/// The processor's name, or its kind where nothing says so.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "a file of the kernel, which is short"
+)]
+fn machine() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    let name = name.and_then(|rest| rest.split_once(':'));
+    name.map_or(std::env::consts::ARCH, |(_, name)| name.trim())
+        .to_owned()
 }

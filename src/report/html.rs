@@ -122,12 +122,41 @@ impl Section {
         self.add(&["<p class=\"question\">", &inline(text), "</p>\n"]);
     }
 
+    /// What somebody claims.
+    pub fn claim(&mut self, text: &str) {
+        self.add(&["<p class=\"claim\">", &inline(text), "</p>\n"]);
+    }
+
     /// The answer in a sentence behind its verdict; the sign also stands in the table of contents where all answers of
     /// a section have the same.
     pub fn answer(&mut self, verdict: Verdict, sentence: &str) {
         self.verdicts.push(verdict);
         let (badge, sentence) = (verdict.badge(), inline(sentence));
         self.add(&["<p class=\"answer\">", &badge, " ", &sentence, "</p>\n"]);
+    }
+
+    /// A part that a link `#SECTION:ID` leads to, under a heading with a verdict.
+    pub fn part(
+        &mut self,
+        id: &str,
+        verdict: Verdict,
+        heading: &str,
+        write: impl FnOnce(&mut Self),
+    ) {
+        let body = self.inside(write);
+        self.verdicts.push(verdict);
+        let id = escape(&format!("{}:{id}", self.id));
+        self.add(&[
+            "<article id=\"",
+            &id,
+            "\">\n<h3>",
+            &inline(heading),
+            " ",
+            &verdict.badge(),
+            "</h3>\n",
+            &body,
+            "</article>\n",
+        ]);
     }
 
     /// A heading inside the section.
@@ -198,6 +227,19 @@ impl Section {
 
     /// What is seen after a click on the summary, and in print.
     pub fn details(&mut self, summary: &str, write: impl FnOnce(&mut Self)) {
+        let body = self.inside(write);
+        let summary = inline(summary);
+        self.add(&[
+            "<details>\n<summary>",
+            &summary,
+            "</summary>\n",
+            &body,
+            "</details>\n",
+        ]);
+    }
+
+    /// What is written into a part of the section, with its numbers of tables and figures.
+    fn inside(&mut self, write: impl FnOnce(&mut Self)) -> String {
         let mut inner = Self {
             tables: self.tables,
             figures: self.figures,
@@ -206,14 +248,7 @@ impl Section {
         write(&mut inner);
         (self.tables, self.figures) = (inner.tables, inner.figures);
         self.verdicts.extend(inner.verdicts);
-        let summary = inline(summary);
-        self.add(&[
-            "<details>\n<summary>",
-            &summary,
-            "</summary>\n",
-            &inner.body,
-            "</details>\n",
-        ]);
+        inner.body
     }
 
     /// The line of the table of contents.

@@ -15,6 +15,8 @@ mod mutations;
 pub mod plot;
 mod results;
 mod table;
+#[allow(clippy::format_push_string, reason = "lines of a terminal")]
+pub mod terminal;
 
 use crate::number;
 pub use crate::number::uncertain;

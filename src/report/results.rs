@@ -5,7 +5,7 @@ use crate::claim::{Judged, judge};
 use crate::files::{self, Kind, PathError};
 use crate::metric::Statistics;
 pub use crate::study::MethodTime as Time;
-use crate::study::file::{Axis, ClaimTable, ExperimentFile, FileError, Key, TestTable};
+use crate::study::file::{ClaimTable, ExperimentFile, FileError, Key};
 pub use crate::study::place::{axis_label, is_error, measure_name, value_name, words};
 use crate::study::{CellSummary, Experiment, Measure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
@@ -38,9 +38,11 @@ pub enum ResultsError {
     Empty(PathBuf),
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 struct Times {
     times: Vec<Time>,
+    /// The machine's processor.
+    machine: Option<String>,
 }
 
 /// A study with its results.
@@ -60,6 +62,8 @@ pub struct Study {
     pub summary: Summary,
     /// Times, where they were measured.
     pub times: Vec<Time>,
+    /// The processor that they were measured on.
+    pub(super) machine: Option<String>,
     /// What they say of the claims of the experiment file.
     pub judged: Vec<Judged>,
     /// What is looked up in the summary.
@@ -103,7 +107,7 @@ impl Study {
         }
         file.check_filters()?;
         let file = Experiment::new(file)?.file;
-        self.judged = judge(&file, &self.summary, &self.times);
+        self.judged = judged(&file, &self.summary, &self.times, self.machine.as_deref());
         self.file.claims = file.claims;
         Ok(())
     }
@@ -132,8 +136,8 @@ impl Study {
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
-        let times: Vec<Time> = match times.map(serde_json::from_slice::<Times>).transpose() {
-            Ok(times) => times.map_or_else(Vec::new, |of| of.times),
+        let Times { times, machine } = match times.map(serde_json::from_slice).transpose() {
+            Ok(times) => times.unwrap_or_default(),
             Err(error) => {
                 let reason = error.to_string();
                 return Err(parsed("timing/times.json", "times", &reason));
@@ -144,13 +148,15 @@ impl Study {
             return Err(wrong("timing/times.json", reason.to_owned()));
         }
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
+        let judged = judged(&file, &summary, &times, machine.as_deref());
         Ok(Self {
+            machine,
             name: name(folder),
             folder: folder.to_owned(),
             version: text("version").unwrap_or_default(),
             revision: text("git_revision"),
             index: Index::of(&summary, file.continuous.is_some()),
-            judged: judge(&file, &summary, &times),
+            judged,
             file,
             summary,
             times,
@@ -264,17 +270,29 @@ impl Study {
     }
 }
 
+/// What results say of the claims of a file. A verdict on times says whose they are.
+fn judged(
+    file: &ExperimentFile,
+    summary: &Summary,
+    times: &[Time],
+    machine: Option<&str>,
+) -> Vec<Judged> {
+    let mut judged = judge(file, summary, times);
+    if let Some(machine) = machine {
+        for claim in judged.iter_mut().filter(|claim| claim.timed) {
+            let whose = format!(" Measured on {machine}, one thread.");
+            claim.line.push_str(&whose);
+        }
+    }
+    judged
+}
+
 /// The outputs or methods that a claim's tests look at, those that others are compared with last.
 fn outputs_of(claim: &ClaimTable) -> Vec<String> {
-    let parts: [fn(&TestTable) -> Option<&Axis>; 2] =
-        [|test| test.of.as_ref(), |test| test.to.as_ref()];
-    let named = |part: fn(&TestTable) -> Option<&Axis>| {
-        let lists = claim.tests().filter_map(move |(_, test)| part(test));
-        lists
-            .flat_map(|list| list.values(false))
-            .map(|name| name.to_string())
-    };
-    parts.into_iter().flat_map(named).collect()
+    let tests = claim.all_tests();
+    let others = tests.iter().filter_map(|test| test.kind.other());
+    let all = tests.iter().map(|test| &test.of).chain(others);
+    all.cloned().collect()
 }
 
 /// The folder's name.

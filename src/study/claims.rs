@@ -6,6 +6,7 @@ use super::file::{
     ValueOf, conditions, matches,
 };
 use crate::names::UnknownName;
+use crate::text::folded;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Checks every claim of an experiment.
@@ -24,7 +25,10 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), FileError> {
         if let Err(expected) = check_id(&claim.id) {
             return at("id", format!("'{}'; {expected}", claim.id.escape_debug()));
         }
-        if claims[..i].iter().any(|other| other.id == claim.id) {
+        if claims[..i]
+            .iter()
+            .any(|other| folded(&other.id) == folded(&claim.id))
+        {
             return at("id", format!("two claims are called '{}'", claim.id));
         }
         if !(claim.level > 0.0 && claim.level < 0.5) {

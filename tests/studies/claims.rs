@@ -50,7 +50,16 @@ fn each_line_begins_with_id_and_verdict() {
         }
     }
     let page = std::fs::read_to_string(place.path("own/report.html")).unwrap();
-    assert!(page.contains("The 2 cells of open"));
+    assert!(page.contains("The cells behind it: 2"));
+}
+
+/// How many verdicts say that their claims were added.
+fn added(text: &str) -> usize {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    words
+        .join(" ")
+        .matches("Added or changed after the run.")
+        .count()
 }
 
 #[test]
@@ -75,6 +84,14 @@ fn an_edited_claim_asks_for_no_other_run() {
             "{line}: {text}"
         );
     }
+    assert_eq!(added(&text), 4, "{text}");
+    // What was asked then is no addition, whatever it is called now.
+    place.write("own.toml", first.replace("W1", "W5").as_bytes());
+    let text = lines(&place, &["run", "own.toml", "--out", "own"]);
+    assert_eq!(added(&text), 0, "{text}");
+    place.write("own.toml", more.as_bytes());
+    let text = lines(&place, &["run", "own.toml", "--out", "own"]);
+    assert_eq!(added(&text), 4, "{text}");
     let again = std::fs::read_to_string(place.path("own/summary.json")).unwrap();
     let cells = |text: &str| {
         let json: serde_json::Value = serde_json::from_str(text).unwrap();

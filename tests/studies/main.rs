@@ -12,6 +12,7 @@ mod identity;
 mod kills;
 mod meaning;
 mod needs;
+mod verdicts;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,14 @@
-//! The verdicts on the claims of an experiment file: a sentence each, and the cells behind it.
+//! The verdicts on the claims of an experiment file: a sentence, a picture and the cells behind it.
 
-use crate::claim::{Judged, JudgedCell};
+mod picture;
+
+use super::extremes::LongTable;
+use super::figures::Drawn;
+use super::{Files, grouped};
+use crate::claim::{Judged, JudgedCell, JudgedNumber};
 use crate::report::html::{CellText, Column, Section, Table, markdown_text};
-use crate::report::number::uncertain;
 use crate::report::results::Study;
+use picture::pictures;
 
 /// Every claim with its study.
 fn all(studies: &[Study]) -> impl Iterator<Item = (&Study, &Judged)> {
@@ -23,7 +28,7 @@ pub(super) fn overview(section: &mut Section, studies: &[Study]) {
     let mut table = Table::new("The claims of the experiment files.", columns.to_vec());
     for (study, claim) in all(studies) {
         table.row([
-            CellText::text(&claim.id),
+            CellText::text(&claim.id).link(format!("#{}:{}", study.name, claim.id)),
             CellText::verdict(claim.verdict),
             CellText::text(&claim.text),
             CellText::text(&claim.source),
@@ -68,7 +73,7 @@ pub(super) fn csv(studies: &[Study]) -> String {
             for of in &cell.numbers {
                 let mut row = [&claim.id, &of.what].map(CellText::text).to_vec();
                 row.extend([of.value, of.error].map(number));
-                row.extend([&of.must, &study.name, &cell.place].map(CellText::text));
+                row.extend([must(claim, of), &study.name, &cell.place].map(CellText::text));
                 row.push(CellText::text(cell.says));
                 row.extend([cell.p_pass, cell.p_fail].map(number));
                 table.row(row);
@@ -78,55 +83,139 @@ pub(super) fn csv(studies: &[Study]) -> String {
     table.csv()
 }
 
-/// The verdicts on a study's claims; their cells are seen after a click.
-pub(super) fn verdicts(section: &mut Section, study: &Study) {
+/// A part for each claim of a study: the verdict with its sentence, the picture that shows it, and
+/// the cells after a click.
+pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) {
     for claim in &study.judged {
-        let text = if claim.text.is_empty() {
-            String::new()
-        } else {
-            format!("\u{201c}{}\u{201d} ", claim.text)
-        };
-        section.answer(claim.verdict, &format!("{text}{}", claim.line));
-        if !claim.cells.is_empty() {
-            let summary = format!("The {} cells of {}", claim.cells.len(), claim.id);
-            section.details(&summary, |section| section.table(&cells(claim)));
-        }
+        let mut links = Vec::new();
+        let name = format!("{}-claim-{}", study.name, file_name(&claim.id));
+        section.part(&claim.id, claim.verdict, &claim.id, |section| {
+            if !claim.text.is_empty() {
+                let source = match claim.source.as_str() {
+                    "own" => String::new(),
+                    source => format!(" ({source})"),
+                };
+                section.claim(&format!("\u{201c}{}\u{201d}{source}", claim.text));
+            }
+            section.paragraph(&sentence(claim));
+            for (i, Drawn { svg, caption, .. }) in pictures(study, claim).into_iter().enumerate() {
+                let number = if i == 0 {
+                    String::new()
+                } else {
+                    format!("-{}", i + 1)
+                };
+                section.figure(&svg, &caption);
+                let path = format!("figures/{name}{number}.svg");
+                links.push((format!("claim-{}{number}.svg", claim.id), path.clone()));
+                files.push((path, svg));
+            }
+            if claim.cells.is_empty() {
+                return;
+            }
+            let mut table = cells(claim);
+            let path = format!("tables/{name}.csv");
+            let label = format!("claim-{}.csv", claim.id);
+            files.push((path.clone(), table.take_csv()));
+            links.push((label.clone(), path));
+            let cells = grouped(claim.cells.len() as u64);
+            let summary = format!("The cells behind it: {cells}");
+            section.details(&summary, |section| {
+                let (table, note) = table.shown(&label);
+                if let Some(note) = &note {
+                    section.paragraph(note);
+                }
+                section.table(&table);
+                section.files(&links);
+            });
+        });
     }
 }
 
-/// What every cell says: the number that was looked at, what it must be, and two p-values.
-fn cells(claim: &Judged) -> Table {
-    let caption = format!(
-        "One-sided p-values: that the test is not passed, and that it is. Certain at {} per cent.",
+/// An id as a part of a file's name, whoever wrote it.
+fn file_name(id: &str) -> String {
+    let kept = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    id.chars().map(|c| if kept(c) { c } else { '-' }).collect()
+}
+
+/// What follows id and verdict in the claim's line.
+fn sentence(claim: &Judged) -> String {
+    let begin = format!("{}  {}", claim.id, claim.verdict);
+    let rest = claim.line.strip_prefix(&begin).unwrap_or(&claim.line);
+    let rest = rest.trim_start_matches([':', ' ']);
+    let mut letters = rest.chars();
+    let first = letters.next().map(char::to_uppercase);
+    first.into_iter().flatten().chain(letters).collect()
+}
+
+/// What every cell says: the number, what it must be, the verdict of the cell, and two p-values.
+fn cells(claim: &Judged) -> LongTable {
+    let more = |cell: &JudgedCell| cell.numbers.len() > 1 || cell.case.is_some();
+    let several = claim.tests.len() > 1 || claim.cells.iter().any(more);
+    let mut caption = match claim.tests.as_slice() {
+        [test] => format!("{} must be {}. ", picture::heading(&test.what), test.must),
+        _ => "All tests must pass in a cell. ".to_owned(),
+    };
+    caption.push_str(&format!(
+        "Passed or failed for certain at {} per cent: p (pass) is the p-value of \"the cell does not pass\", p (fail) of \"it does\".",
         crate::text::number(100.0 * claim.level)
-    );
-    let mut columns = ["where", "says", "number", "must be"]
-        .map(Column::text)
-        .to_vec();
-    columns.extend(["value", "p (pass)", "p (fail)"].map(|name| Column::number(name, "")));
-    let mut table = Table::new(caption, columns);
+    ));
+    let mut columns = vec![Column::text("cell")];
+    if several {
+        columns.extend(["number", "must be"].map(Column::text));
+    }
+    columns.extend([Column::number("value", ""), Column::text("verdict")]);
+    columns.extend(["p (pass)", "p (fail)"].map(|name| Column::number(name, "")));
+    let mut table = LongTable::new(&caption, columns, "value");
     for cell in &claim.cells {
-        for (place, part) in rows(cell) {
-            table.row(place.into_iter().chain(part));
+        for number in &cell.numbers {
+            table.row(row(claim, cell, number, several));
+        }
+        for why in &cell.missing {
+            let mut row = vec![CellText::text(place(cell))];
+            if several {
+                row.extend([CellText::text(why), CellText::default()]);
+            }
+            let why = if several { "-" } else { why };
+            row.extend([CellText::text(why), CellText::text(cell.says)]);
+            table.row(row);
         }
     }
     table
 }
 
-/// A row for every number of a cell, or one that says what is missing.
-fn rows(cell: &JudgedCell) -> Vec<([CellText; 2], Vec<CellText>)> {
-    let place = || [CellText::text(&cell.place), CellText::text(cell.says)];
-    let p = |p: f64| CellText::number(format!("{p:.2e}"), p);
-    let numbers = cell.numbers.iter().map(|number| {
-        let value = CellText::number(uncertain(number.value, number.error), number.value);
-        let texts = [&number.what, &number.must].map(CellText::text);
-        let mut row = texts.to_vec();
-        row.extend([value, p(cell.p_pass), p(cell.p_fail)]);
-        (place(), row)
-    });
-    let missing = cell
-        .missing
-        .iter()
-        .map(|why| (place(), vec![CellText::text(why)]));
-    numbers.chain(missing).collect()
+fn row(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber, several: bool) -> Vec<CellText> {
+    let p = |p: f64| CellText::number(format!("{p:.1e}"), p);
+    let must = must(claim, number);
+    let mut row = vec![CellText::text(place(cell))];
+    if several {
+        row.extend([number.what.as_str(), must].map(CellText::text));
+    }
+    let kept = number
+        .kept
+        .map_or_else(String::new, |kept| format!(" of {:.1} %", 100.0 * kept));
+    let value = CellText::number(format!("{}{kept}", number.text), number.value);
+    row.extend([
+        value,
+        CellText::text(cell.says),
+        p(cell.p_pass),
+        p(cell.p_fail),
+    ]);
+    row
 }
+
+/// What a number must be.
+fn must<'a>(claim: &'a Judged, number: &JudgedNumber) -> &'a str {
+    claim.tests.get(number.test).map_or("", |test| &test.must)
+}
+
+/// Where a cell is; of the only one nothing is to be said.
+fn place(cell: &JudgedCell) -> &str {
+    if cell.place.is_empty() {
+        "the only one"
+    } else {
+        &cell.place
+    }
+}
+
+#[cfg(test)]
+mod tests;

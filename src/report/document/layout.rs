@@ -336,11 +336,7 @@ pub(super) fn sheet(
             Some((plot.svg(), note))
         }
         _ => {
-            let columns = if matches!(plots.len(), 3 | 5 | 6) {
-                3
-            } else {
-                2
-            };
+            let columns = if matches!(plots.len(), 3 | 5..) { 3 } else { 2 };
             let sharing = Sharing { x: true, y: !apart };
             let svg = small_multiples(title, description, &plots, columns, sharing);
             Some((svg, note))

@@ -9,7 +9,7 @@ mod layout;
 mod map;
 mod tables;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod traces;
 
 use super::html::{Page, Section};
@@ -29,7 +29,7 @@ const OUTPUTS: usize = 8;
 
 /// The outputs that figures and the page's tables show, with their place in the palette: all if they are few, else those
 /// that claims speak of and the last pass of every other estimator.
-fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
+pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     let Some(cell) = study.summary.cells.first() else {
         return Vec::new();
     };
@@ -179,12 +179,31 @@ fn experiment(
     if !summary.hypothesis.is_empty() {
         section.paragraph(&format!("Hypothesis: {}", summary.hypothesis));
     }
-    judged::verdicts(section, study);
-    section.paragraph(&answer::in_numbers(study));
     on_step(&format!("figures of {}", study.name));
-    let drawn = figures::figures(study);
+    judged::verdicts(section, study, files);
+    section.paragraph(&answer::in_numbers(study));
+    if study.judged.is_empty() {
+        measures(section, study, files, on_step);
+    } else {
+        section.details("Pictures and tables of all measures", |section| {
+            measures(section, study, files, on_step);
+        });
+    }
+    settings(section, study);
+    section.heading("To run it again");
+    let (command, folder) = study.command();
+    section.code(&format!("{command}\nasobench report {folder}"));
+}
+
+/// What the study says of its measures, whatever is claimed.
+fn measures(
+    section: &mut Section,
+    study: &Study,
+    files: &mut Files,
+    on_step: &mut dyn FnMut(&str),
+) {
     let mut links = Vec::new();
-    for Drawn { name, svg, caption } in drawn {
+    for Drawn { name, svg, caption } in figures::figures(study) {
         section.figure(&svg, &caption);
         let path = format!("figures/{}-{name}.svg", study.name);
         links.push((format!("{name}.svg"), path.clone()));
@@ -193,10 +212,6 @@ fn experiment(
     on_step(&format!("tables of {}", study.name));
     numbers(section, study, files, &mut links);
     section.files(&links);
-    settings(section, study);
-    section.heading("To run it again");
-    let (command, folder) = study.command();
-    section.code(&format!("{command}\nasobench report {folder}"));
 }
 
 /// More rows than this are seen after a click only.

@@ -11,7 +11,7 @@ use crate::study::{
 use std::path::PathBuf;
 
 /// A study whose medians grow with the number of the cell, from 1 on.
-fn study(toml: &str) -> Study {
+pub(in crate::report) fn study(toml: &str) -> Study {
     let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
     let measures = &experiment.file.measures;
     let summary_of = |index: usize| {
@@ -45,6 +45,7 @@ fn study(toml: &str) -> Study {
     let cells = (0..experiment.cells.len()).map(summary_of).collect();
     let summary = Summary::of(&experiment, cells, &[], &[]);
     Study {
+        machine: None,
         judged: Vec::new(),
         name: "many".to_owned(),
         folder: PathBuf::from("many"),

@@ -9,6 +9,9 @@ use plotters::prelude::*;
 
 type Place = (i32, i32);
 
+/// The ink of a shaded range.
+const SHADE: usize = 2;
+
 /// A plot with the place of its axes.
 pub(super) struct Chart<'a> {
     plot: &'a Plot,
@@ -69,6 +72,7 @@ impl<'a> Chart<'a> {
         // Room for half of a line's width.
         let [left, top, right, bottom] = self.area;
         let cut = [left - 1.5, top - 1.5, right + 1.5, bottom + 1.5];
+        self.shade()?;
         let (offsets, half) = self.berths();
         for (series, offset) in self.plot.series.iter().zip(offsets) {
             let look = legend.look(&series.label);
@@ -79,7 +83,7 @@ impl<'a> Chart<'a> {
                 half,
             };
             self.canvas.clipped(cut, || pen.lines(series))?;
-            if beside(series) {
+            if beside(series) || series.style == Style::Marks {
                 pen.markers(&series.points)?;
             }
         }
@@ -91,6 +95,24 @@ impl<'a> Chart<'a> {
                 ends.map_or(Ok(()), |ends| self.canvas.line(ends, style))
             })
         })
+    }
+
+    /// Shades a range of values, as far as the axis reaches.
+    fn shade(&self) -> Drawn {
+        let (x, y) = (self.x.range(), self.y.range());
+        let across = if self.y.names { &x } else { &y };
+        let Some([low, high]) = self.plot.shaded else {
+            return Ok(());
+        };
+        let [low, high] = [low, high].map(|end| end.clamp(across.start, across.end));
+        let corners = if self.y.names {
+            [(low, y.start), (high, y.end)]
+        } else {
+            [(x.start, high), (x.end, low)]
+        };
+        let corners = corners.map(|place| self.context.backend_coord(&place));
+        let ink = Look(SHADE).ink().mix(0.13).filled();
+        self.canvas.draw(Rectangle::new(corners, ink))
     }
 
     fn reference(&self, course: Course) -> Option<[Place; 2]> {
@@ -210,7 +232,7 @@ impl Pen<'_> {
         match series.style {
             Style::Line => self.polyline(points, 20),
             Style::Band => self.band(points).and_then(|()| self.polyline(points, 20)),
-            Style::ErrorBars => self.error_bars(points),
+            Style::ErrorBars | Style::Marks => self.error_bars(series),
             Style::Boxes => points.iter().try_for_each(|point| self.quartiles(point)),
         }
     }
@@ -248,8 +270,10 @@ impl Pen<'_> {
         self.look.ink().stroke_width(12)
     }
 
-    fn error_bars(&self, points: &[Point]) -> Drawn {
-        if !self.chart.x.names && !self.chart.y.names {
+    fn error_bars(&self, series: &Series) -> Drawn {
+        let points = &series.points;
+        let names = self.chart.x.names || self.chart.y.names;
+        if !names && series.style == Style::ErrorBars {
             self.polyline(points, 12)?;
         }
         // A bar that the marker hides is not drawn.

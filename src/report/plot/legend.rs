@@ -65,7 +65,7 @@ impl Look {
                 canvas.draw(Polygon::new(corners, self.ink().mix(0.16)))?;
                 canvas.line([(left, y), (right, y)], self.line(20))
             }
-            Style::ErrorBars => {
+            Style::ErrorBars | Style::Marks => {
                 canvas.line([(x, y - 90), (x, y + 90)], self.ink().stroke_width(12))?;
                 self.marker(canvas, (x, y))
             }

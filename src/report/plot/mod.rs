@@ -138,6 +138,8 @@ pub enum Style {
     /// Markers with bars, joined by a thin line unless an axis has categories. Bars of several
     /// series at one place are drawn side by side.
     ErrorBars,
+    /// Markers with bars, neither joined nor side by side.
+    Marks,
     /// Boxes between the quartiles with the median, whiskers over the interval. Boxes of several
     /// series at one place are drawn side by side.
     Boxes,
@@ -217,6 +219,8 @@ pub struct Plot {
     pub series: Vec<Series>,
     /// Lines to compare with.
     pub references: Vec<Reference>,
+    /// The ends of a shaded range of y, or of x where the y axis has categories.
+    pub shaded: Option<[f64; 2]>,
 }
 
 impl Plot {
@@ -229,6 +233,7 @@ impl Plot {
             y,
             series: Vec::new(),
             references: Vec::new(),
+            shaded: None,
         }
     }
 

@@ -58,6 +58,8 @@ impl<'a> Sheet<'a> {
         let ranges = ranges(panels, sharing);
         let names = panels.iter().map(|plot| Span::least_height(&plot.y));
         let usual = match (panels.len(), columns) {
+            // A few rows do not fill the usual height.
+            (1, _) if names.clone().all(|height| height > 0.0) => 100.0,
             (0 | 1, _) => 380.0,
             (_, 1 | 2) => 270.0,
             _ => 210.0,
@@ -198,7 +200,7 @@ fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
 fn room_of_x(plot: &Plot) -> f64 {
     let rooms = plot.series.iter().map(|series| match series.style {
         Style::Line | Style::Band => 0.0,
-        Style::ErrorBars => 0.06,
+        Style::ErrorBars | Style::Marks => 0.06,
         Style::Boxes => 0.12,
     });
     rooms.fold(0.0, f64::max)

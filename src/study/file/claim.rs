@@ -172,6 +172,16 @@ impl ClaimTable {
         Some(value.to_string())
     }
 
+    /// All tests of all cases and the condition; none where something is wrong with them.
+    pub fn all_tests(&self) -> Vec<ClaimTest> {
+        let given = self
+            .given
+            .as_ref()
+            .and_then(|table| ClaimTest::of(table).ok());
+        let cases = self.cases().unwrap_or_default();
+        cases.into_iter().flatten().chain(given).collect()
+    }
+
     /// All its tests, each with its key: those that must pass, then the condition.
     pub fn tests(&self) -> impl Iterator<Item = (String, &TestTable)> {
         let many = self.test.len() > 1;

@@ -1,0 +1,335 @@
+//! The picture that shows a verdict: the number of every cell with its error, and what it must be.
+
+use super::place;
+use crate::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compared};
+use crate::metric::Z;
+use crate::report::document::figures::Drawn;
+use crate::report::document::layout::{Choice, Layout, panel_title, sheet};
+use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
+use crate::report::results::Study;
+use crate::study::CellSummary;
+use crate::study::file::Key;
+
+/// Tests of a claim that have a picture.
+const PICTURES: usize = 3;
+/// Cells, or numbers of cells, that have a row each.
+const ROWS: usize = 14;
+/// Panels, each over the setting that varies most.
+const PANELS: usize = 12;
+/// Cells that are drawn one after the other.
+const SORTED: usize = 200;
+
+/// What a cell says, in words of the legend, with the place in the palette: they differ by marker
+/// and colour.
+const SAYS: [(&str, &str, usize); 4] = [
+    ("pass", "certainly passes", 2),
+    ("fail", "certainly fails", 1),
+    ("open", "open", 5),
+    ("left out", "left out", 6),
+];
+
+/// A number that is drawn.
+#[derive(Clone)]
+struct Mark<'a> {
+    of: &'a JudgedCell,
+    number: &'a JudgedNumber,
+    value: f64,
+    interval: [f64; 2],
+}
+
+/// A picture for every test of a claim, of which many are rare.
+pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
+    let tests = claim.tests.iter().enumerate().take(PICTURES);
+    tests
+        .filter_map(|(i, test)| Picture::of(claim, i, test).draw(study))
+        .collect()
+}
+
+/// A text as the head of something: without its article, a comma at its end.
+pub(super) fn heading(what: &str) -> String {
+    let what = what.trim_end_matches(',');
+    let mut letters = what.chars();
+    let first = letters.next().map(char::to_uppercase);
+    first.into_iter().flatten().chain(letters).collect()
+}
+
+/// What the numbers of a test are multiplied with: shares are drawn in per cent.
+fn unit(test: &JudgedTest) -> f64 {
+    if test.scale == Compared::Share {
+        100.0
+    } else {
+        1.0
+    }
+}
+
+struct Picture<'a> {
+    claim: &'a Judged,
+    test: &'a JudgedTest,
+    marks: Vec<Mark<'a>>,
+    /// Cells without a number that can be drawn.
+    left: usize,
+    /// Whether the axis of the numbers is logarithmic.
+    log: bool,
+}
+
+impl<'a> Picture<'a> {
+    fn of(claim: &'a Judged, index: usize, test: &'a JudgedTest) -> Self {
+        let unit = unit(test);
+        let numbers = || {
+            let all = claim.cells.iter();
+            all.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)))
+                .filter(|(_, number)| number.test == index)
+        };
+        let positive = |x: &f64| *x > 0.0;
+        let limits = test.limits.iter().filter(|limit| limit.is_finite());
+        let log = test.scale == Compared::Ratio
+            && limits.copied().all(|limit| limit > 0.0)
+            && numbers().all(|(_, number)| number.value >= 0.0);
+        let drawn = |value: f64| value.is_finite() && (!log || positive(&value));
+        let marks = numbers().filter(|(_, number)| drawn(number.value));
+        let marks: Vec<Mark<'a>> = marks
+            .map(|(of, number)| Mark {
+                of,
+                number,
+                value: unit * number.value,
+                interval: interval(number, test.scale, log).map(|end| unit * end),
+            })
+            .collect();
+        let seen = |cell: &&JudgedCell| !marks.iter().any(|mark| std::ptr::eq(mark.of, *cell));
+        let left = claim.cells.iter().filter(seen).count();
+        let mut picture = Self {
+            claim,
+            test,
+            marks,
+            left,
+            log,
+        };
+        picture.log &= !picture.is_narrow();
+        picture
+    }
+
+    /// The limits that there are.
+    fn limits(&self) -> Vec<f64> {
+        let unit = unit(self.test);
+        let limits = self.test.limits.iter().filter(|limit| limit.is_finite());
+        limits.map(|limit| unit * limit).collect()
+    }
+
+    /// The least and the largest of what is drawn.
+    fn ends(&self) -> (f64, f64) {
+        let marks = self.marks.iter();
+        let drawn = marks.flat_map(|mark| [mark.value, mark.interval[0], mark.interval[1]]);
+        let all = drawn.chain(self.limits()).filter(|x| x.is_finite());
+        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (low.min(x), high.max(x))
+        })
+    }
+
+    /// Whether all is so near to each other that a logarithmic axis would have no ticks.
+    fn is_narrow(&self) -> bool {
+        let (low, high) = self.ends();
+        high < 2.0 * low
+    }
+
+    fn axis(&self) -> Axis {
+        let what = heading(self.test.what.trim_start_matches("the "));
+        if self.log {
+            return Axis::log(what);
+        }
+        let percent = if self.test.scale == Compared::Share {
+            ", %"
+        } else {
+            ""
+        };
+        let axis = Axis::linear(format!("{what}{percent}"));
+        let (low, high) = self.ends();
+        if self.test.scale == Compared::Ratio && self.is_narrow() {
+            let room = 0.06 * (high - low).max(1e-3 * high);
+            return axis.range(low - room, high + room);
+        }
+        axis
+    }
+
+    /// The marks by what their cells say; `at` places a mark.
+    fn series(
+        &self,
+        mut plot: Plot,
+        marks: &[Mark<'_>],
+        at: impl Fn(usize, &Mark<'_>) -> Point,
+    ) -> Plot {
+        for (says, label, slot) in SAYS {
+            let of = marks
+                .iter()
+                .enumerate()
+                .filter(|(_, mark)| mark.of.says == says);
+            let points = of.map(|(i, mark)| at(i, mark)).collect();
+            plot = plot.series(Series::new(label, Style::Marks, points).slot(slot));
+        }
+        let names = matches!(plot.y.scale, Scale::Categories(_));
+        for limit in self.limits() {
+            let course = if names {
+                Course::Vertical(limit)
+            } else {
+                Course::Horizontal(limit)
+            };
+            plot = plot.reference(format!("must be {} (shaded)", self.test.must), course);
+        }
+        let unit = unit(self.test);
+        plot.shaded = Some(self.test.limits.map(|limit| unit * limit));
+        plot
+    }
+
+    fn draw(&self, study: &Study) -> Option<Drawn> {
+        let title = format!("{}: {}", self.claim.id, heading(&self.test.what));
+        let (plots, how) = if self.marks.len() <= ROWS {
+            (vec![self.rows()], "Every cell".to_owned())
+        } else if let Some(found) = self.panels(study) {
+            found
+        } else {
+            self.sorted()
+        };
+        let what = format!(
+            "{how} with its 95 % interval. Shaded is what passes: {}.",
+            self.test.must
+        );
+        let (svg, note) = sheet(&title, &what, plots)?;
+        let left = match self.left {
+            0 => String::new(),
+            1 => " Not drawn: one cell whose number is that of a lost trial, 0 or missing."
+                .to_owned(),
+            left => format!(
+                " Not drawn: {left} cells whose number is that of a lost trial, 0 or missing."
+            ),
+        };
+        Some(Drawn {
+            name: self.claim.id.clone(),
+            svg,
+            caption: format!("{what}{left}{note}"),
+        })
+    }
+
+    /// A row for each number.
+    fn rows(&self) -> Plot {
+        let name = |mark: &Mark<'_>| {
+            if mark.of.case.is_some() || mark.number.what == self.test.what {
+                place(mark.of).to_owned()
+            } else {
+                format!(
+                    "{}: {}",
+                    place(mark.of),
+                    mark.number.what.trim_end_matches(',')
+                )
+            }
+        };
+        let names: Vec<String> = self.marks.iter().map(name).collect();
+        let plot = Plot::new("", self.axis(), Axis::categories("", &names));
+        self.series(plot, &self.marks, |i, mark| {
+            let [low, high] = mark.interval;
+            Point::interval(mark.value, i as f64, low, high)
+        })
+    }
+
+    /// Panels over the setting that varies most, where few are enough.
+    fn panels(&self, study: &Study) -> Option<(Vec<Plot>, String)> {
+        let cell = |mark: &Mark<'_>| match mark.of.cells.as_slice() {
+            [cell] | [_, cell] => study.summary.cells.get(*cell),
+            _ => None,
+        };
+        let cells: Option<Vec<&CellSummary>> = self.marks.iter().map(cell).collect();
+        let cells = cells?;
+        let values = |key: Key| {
+            let mut values: Vec<usize> = cells.iter().map(|cell| study.place(cell, key)).collect();
+            values.sort_unstable();
+            values.dedup();
+            values.len()
+        };
+        let mut keys = study.varying();
+        keys.retain(|key| values(*key) > 1);
+        let numeric = |key: &Key| study.is_numeric(*key);
+        let x = keys
+            .iter()
+            .copied()
+            .rev()
+            .max_by_key(|key| (values(*key), numeric(key)))?;
+        keys.retain(|key| *key != x);
+        // Where a claim lists outputs, each has panels of its own.
+        let choice = |cell: &CellSummary, mark: &Mark<'a>| -> (&'a Option<String>, Choice) {
+            let settings = keys.iter().map(|key| (*key, cell.setting(*key)));
+            (&mark.of.case, settings.collect())
+        };
+        let mut panels = Vec::new();
+        for panel in cells
+            .iter()
+            .zip(&self.marks)
+            .map(|(cell, mark)| choice(cell, mark))
+        {
+            if !panels.contains(&panel) {
+                panels.push(panel);
+            }
+        }
+        if panels.len() > PANELS || values(x) < 3 {
+            return None;
+        }
+        let layout = Layout::new(study, Some(x), &keys);
+        let draw = |panel: &(&Option<String>, Choice)| {
+            let of = cells.iter().zip(&self.marks);
+            let (here, marks): (Vec<&CellSummary>, Vec<Mark<'_>>) = of
+                .filter(|(cell, mark)| choice(cell, mark) == *panel)
+                .map(|(cell, mark)| (*cell, mark.clone()))
+                .unzip();
+            let (case, settings) = panel;
+            let title = [
+                (*case).clone().unwrap_or_default(),
+                panel_title(settings, &here),
+            ];
+            let title: Vec<String> = title.into_iter().filter(|part| !part.is_empty()).collect();
+            let plot = Plot::new(title.join(", "), layout.axis(study), self.axis());
+            self.series(plot, &marks, |i, mark| {
+                let [low, high] = mark.interval;
+                Point::interval(layout.at(study, here[i]), mark.value, low, high)
+            })
+        };
+        Some((
+            panels.iter().map(draw).collect(),
+            "in every cell".to_owned(),
+        ))
+    }
+
+    /// All numbers by size, evenly thinned where they are many.
+    fn sorted(&self) -> (Vec<Plot>, String) {
+        let mut marks = self.marks.clone();
+        marks.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let count = marks.len();
+        let mut how = format!("Each of {count} cells, by size,");
+        if count > SORTED {
+            how = format!("{SORTED} of {count} cells, evenly by size, each");
+            let last = (count - 1) as f64;
+            let kept =
+                (0..SORTED).map(|i| (i as f64 * last / (SORTED - 1) as f64).round() as usize);
+            marks = kept.map(|i| marks[i].clone()).collect();
+        }
+        let plot = Plot::new(
+            "",
+            Axis::linear("cells, by the size of their numbers"),
+            self.axis(),
+        );
+        let plot = self.series(plot, &marks, |i, mark| {
+            let [low, high] = mark.interval;
+            Point::interval((i + 1) as f64, mark.value, low, high)
+        });
+        (vec![plot], how)
+    }
+}
+
+/// The 95 % interval of a number: of its logarithm where the axis is one, a share's within 0 to 1.
+fn interval(number: &JudgedNumber, scale: Compared, log: bool) -> [f64; 2] {
+    let (value, half) = (number.value, Z * number.error);
+    match scale {
+        Compared::Ratio if log => {
+            let factor = (half / value).exp();
+            [value / factor, value * factor]
+        }
+        Compared::Share => [value - half, value + half].map(|end| end.clamp(0.0, 1.0)),
+        _ => [value - half, value + half],
+    }
+}

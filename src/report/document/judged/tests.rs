@@ -1,0 +1,171 @@
+//! Parts and pictures of made-up claims.
+
+use super::*;
+use crate::claim::{JudgedTest, Scale};
+use crate::report::document::tests::study;
+use crate::report::html::Page;
+
+/// A claim "below 1" of a study: the number of a cell is 0.5 and passes, 1 and is open, 2 and fails,
+/// in turn.
+fn claim(study: &Study) -> Judged {
+    let cell = |index: usize| {
+        let (value, says) = [(0.5, "pass"), (1.0, "open"), (2.0, "fail")][index % 3];
+        JudgedCell {
+            case: None,
+            cells: vec![index],
+            place: study.summary.cells[index].place().words(&study.varying()),
+            says,
+            p_pass: 0.5,
+            p_fail: 0.5,
+            numbers: vec![JudgedNumber {
+                test: 0,
+                what: "the ratio of one to another".to_owned(),
+                text: format!("{value}"),
+                value,
+                error: 0.01,
+                kept: None,
+            }],
+            missing: Vec::new(),
+        }
+    };
+    Judged {
+        added_after_run: false,
+        id: "W1".to_owned(),
+        text: "One is better than another.".to_owned(),
+        source: "own".to_owned(),
+        verdict: crate::claim::Verdict::DoesNotHold,
+        level: 0.025,
+        line: "W1  does not hold: the ratio is 2.00(1), not below 1.".to_owned(),
+        needed: None,
+        timed: false,
+        tests: vec![JudgedTest {
+            what: "the ratio of one to another".to_owned(),
+            must: "below 1".to_owned(),
+            limits: [f64::NEG_INFINITY, 1.0],
+            scale: Scale::Ratio,
+        }],
+        cells: (0..study.summary.cells.len()).map(cell).collect(),
+    }
+}
+
+fn grid(settings: &str) -> Study {
+    study(&format!("measures = [\"e_a\"]\n[settings]\n{settings}"))
+}
+
+fn picture(study: &Study, claim: &Judged) -> Drawn {
+    let mut all = pictures(study, claim);
+    assert_eq!(all.len(), 1);
+    all.remove(0)
+}
+
+/// Markers of a class beside that of the legend: triangles and squares are paths.
+fn marks(svg: &str, class: &str) -> usize {
+    svg.matches(&format!("<path class=\"f {class}\"")).count() - 1
+}
+
+#[test]
+fn few_cells_have_a_row_each() {
+    let study = grid("window = [58, 98, 218]");
+    let Drawn { svg, caption, .. } = picture(&study, &claim(&study));
+    for text in [
+        "N = 58",
+        "N = 98",
+        "N = 218",
+        "certainly passes",
+        "certainly fails",
+        ">open<",
+    ] {
+        assert!(svg.contains(text), "no '{text}'");
+    }
+    assert_eq!([marks(&svg, "s2"), marks(&svg, "s1")], [1, 1]);
+    assert_eq!(
+        svg.matches("<rect class=\"f s2\"").count(),
+        1,
+        "the shaded side"
+    );
+    assert!(
+        caption.contains("Shaded is what passes: below 1."),
+        "{caption}"
+    );
+}
+
+#[test]
+fn more_cells_have_panels_over_the_setting_that_varies_most() {
+    let study =
+        grid("eta = { logspace = [1, 30, 19] }\nnoise = [\"ar\", \"white\"]\nwindow = [98, 218]");
+    let Drawn { svg, .. } = picture(&study, &claim(&study));
+    assert_eq!(svg.matches("<rect class=\"f s2\"").count(), 4, "panels");
+    // 76 cells: 26 pass, 25 are open and 25 fail.
+    assert_eq!([marks(&svg, "s2"), marks(&svg, "s1")], [26, 25]);
+    assert!(svg.contains("eta, %") && svg.contains("N = 98, 1/A noise"));
+}
+
+#[test]
+fn many_cells_are_thinned_and_no_verdict_is_lost() {
+    let study = grid("eta = { linspace = [1, 20, 40] }\namplitude = { linspace = [1, 9, 25] }");
+    let Drawn { svg, caption, .. } = picture(&study, &claim(&study));
+    assert!(caption.starts_with("200 of 1000 cells"), "{caption}");
+    assert!(svg.len() < 150_000, "{}", svg.len());
+    // A third of the cells each, as of all.
+    for class in ["s2", "s1"] {
+        assert!((66..=68).contains(&marks(&svg, class)), "{class}");
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_counted() {
+    let study = grid("window = [58, 98, 218]");
+    let mut claim = claim(&study);
+    claim.cells[1].numbers[0].value = f64::INFINITY;
+    claim.cells[2].numbers.clear();
+    claim.cells[2]
+        .missing
+        .push("the run did not keep it".to_owned());
+    let Drawn { svg, caption, .. } = picture(&study, &claim);
+    assert!(caption.contains("Not drawn: 2 cells"), "{caption}");
+    assert_eq!(
+        [
+            marks(&svg, "s2"),
+            svg.matches("<path class=\"f s1\"").count()
+        ],
+        [1, 0]
+    );
+    let table = cells(&claim).take_csv();
+    assert!(
+        table.contains("N = 218,the run did not keep it,fail"),
+        "{table}"
+    );
+}
+
+/// A part has the claim, its verdict in words, the sentence without them, a picture and a table; what
+/// others wrote is text.
+#[test]
+fn a_part_tells_one_claim() {
+    let mut study = grid("window = [58, 98, 218]");
+    let mut own = claim(&study);
+    own.id = "../<W1>".to_owned();
+    own.text = "<script>".to_owned();
+    own.line = own.line.replace("W1", &own.id);
+    study.judged = vec![own];
+    let mut files = Files::new();
+    let mut page = Page::new("");
+    page.section("many", "", |section| verdicts(section, &study, &mut files));
+    let html = page.html();
+    for text in [
+        "<article id=\"many:../&lt;W1&gt;\">",
+        "does not hold</span></h3>",
+        "<p>The ratio is 2.00(1), not below 1.</p>",
+        "&lt;script&gt;",
+        "<td class=\"n\">0.5</td><td>pass</td>",
+    ] {
+        assert!(html.contains(text), "no '{text}'");
+    }
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "figures/many-claim-..--W1-.svg",
+            "tables/many-claim-..--W1-.csv"
+        ]
+    );
+}
