@@ -9,7 +9,7 @@ use crate::metric::{Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, Stat
 use crate::study::file::{
     BoundTable, ClaimStatistic, ClaimTest, Outcome, SlopeTable, TestKind, ValueOf,
 };
-use crate::study::{CellSummary, Measure, MethodTime, OutputSummary, Summary};
+use crate::study::{Better, CellSummary, Measure, MethodTime, OutputSummary, Summary};
 
 /// A number of a cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,11 +148,6 @@ fn is_deterministic(_cell: &CellSummary) -> bool {
     false
 }
 
-/// Whether a larger value of a measure is the better one: lost trials are then the smallest.
-fn larger_is_better(measure: Measure) -> bool {
-    measure == Measure::FreshFit
-}
-
 fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
     let output = cell.output(&test.of);
     let output = output.ok_or_else(|| format!("the results have no output '{}'", test.of))?;
@@ -276,7 +271,7 @@ fn compared<'a>(
 
 fn wins(cell: &CellSummary, of: &str, to: &str, measure: Measure) -> Result<Known, Missing> {
     let smaller = compared(cell, of, to, measure)?.share_smaller;
-    let count = if larger_is_better(measure) {
+    let count = if measure.better() == Better::Larger {
         smaller.of - smaller.count
     } else {
         smaller.count
@@ -352,13 +347,13 @@ fn quantile(
     let lost = n.saturating_sub(of.count);
     let is_lost = |q: f64| {
         let share = lost as f64 / n as f64;
-        if larger_is_better(measure) {
+        if measure.better() == Better::Larger {
             q < share
         } else {
             q > 1.0 - share
         }
     };
-    let end = if larger_is_better(measure) {
+    let end = if measure.better() == Better::Larger {
         (f64::NEG_INFINITY, lost)
     } else {
         (f64::INFINITY, of.count)

@@ -8,7 +8,7 @@ use crate::files::{self, Kind, PathError};
 use crate::metric::{Quantile, Statistics};
 pub use crate::study::MethodTime as Time;
 use crate::study::file::{ExperimentFile, Key, TrialRule};
-pub use crate::study::place::{axis_label, is_error, measure_name, value_name, words};
+pub use crate::study::place::{axis_label, measure_name, value_name, words};
 use crate::study::{CellSummary, Measure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
 use serde::Deserialize;

@@ -5,7 +5,7 @@ use super::continuous::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
 use super::file::{BoundTable, Key, Scalar, Settings, SlopeTable, TRIAL_LIMIT};
-use super::row::Measure;
+use super::measure::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
 use crate::metric::{
