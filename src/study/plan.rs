@@ -29,7 +29,7 @@ pub(super) struct PlannedMethod<'e> {
 /// Covered are open loops with one plant for all trials, of an order up to [`LARGEST_ORDER`] that
 /// is also the estimator's; inputs without measurement noise; least squares and IV by the
 /// partitioned inverse, stage 10 corrected, with every reading of E4 and E11, every gain, and the
-/// measures of [`Measure::is_in_lanes`].
+/// measures that lanes compute (the table of measures).
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 pub struct Plan<'e> {
     pub(super) cell: &'e Cell,
