@@ -106,3 +106,40 @@ macro_rules! named_enum {
     };
 }
 pub(crate) use named_enum;
+
+/// Defines a [`named_enum`] whose every variant has an entry of a table; the variant's doc comment
+/// is what `about` says. A variant without an entry does not compile.
+macro_rules! named_table {
+    (
+        $(#[$meta:meta])* $name:ident, $what:literal, $entry:ty {
+            $(#[doc = $first_doc:literal])+ $first:ident = $first_text:literal: $first_entry:expr,
+            $($(#[doc = $doc:literal])+ $variant:ident = $text:literal: $value:expr,)*
+        }
+    ) => {
+        $crate::names::named_enum! {
+            $(#[$meta])* $name, $what {
+                $(#[doc = $first_doc])+ $first = $first_text,
+                $($(#[doc = $doc])+ $variant = $text,)*
+            }
+        }
+
+        impl $name {
+            /// What it is, in a sentence.
+            pub const fn about(self) -> &'static str {
+                match self {
+                    Self::$first => concat!($($first_doc),+).trim_ascii_start(),
+                    $(Self::$variant => concat!($($doc),+).trim_ascii_start(),)*
+                }
+            }
+
+            /// Its entry of the table.
+            const fn entry(self) -> $entry {
+                match self {
+                    Self::$first => $first_entry,
+                    $(Self::$variant => $value,)*
+                }
+            }
+        }
+    };
+}
+pub(crate) use named_table;

@@ -20,12 +20,6 @@ enum Expected {
     Nominal,
     /// Another share that theory gives, accepted within 4 standard errors.
     Exactly(f64),
-    /// Below 93 %: a heavy tail.
-    TooLow,
-    /// No coverage, but the share of studies with a flag: more than half.
-    MostFlagged,
-    /// The same, shown only.
-    SomeFlagged,
     /// With the fewest trials that have a standard error. 40,000 studies by another program covered 90.2 % (mean) to
     /// 96.6 % (median); accepted within 4 standard errors of 2,000 studies of these.
     Fewest,
@@ -57,9 +51,6 @@ impl Row {
         match self.expected {
             Expected::Nominal => (0.93..=0.97).contains(&share),
             Expected::Exactly(p) => (share - p).abs() <= 4.0 * error,
-            Expected::TooLow => share < 0.93,
-            Expected::MostFlagged => share > 0.5,
-            Expected::SomeFlagged => true,
             Expected::Fewest => (0.875..=0.982).contains(&share),
         }
     }
@@ -69,9 +60,6 @@ impl Row {
         let expected = match self.expected {
             Expected::Nominal => "93 to 97".to_owned(),
             Expected::Exactly(p) => format!("{:.2} exactly", 100.0 * p),
-            Expected::TooLow => "below 93 (tail)".to_owned(),
-            Expected::MostFlagged => "flagged in most".to_owned(),
-            Expected::SomeFlagged => "flagged in some".to_owned(),
             Expected::Fewest => "87.5 to 98.2".to_owned(),
         };
         format!(
@@ -308,15 +296,26 @@ fn slopes(trials: usize) -> Vec<Row> {
 }
 
 /// How often `dominated` is up, as a row: not an interval.
-fn flagged(dominated: bool, expected: Expected) -> Interval {
+fn flagged(dominated: bool, share: f64) -> Interval {
     let truth = if dominated { 0.0 } else { 1.0 };
-    ("(dominated)", (0.0, 0.5), truth, expected)
+    ("(dominated)", (0.0, 0.5), truth, Expected::Exactly(share))
 }
 
-/// Heavy tails, where the error of an RMSE is too small: Student's law with 4 degrees of freedom (E x^2 = 2,
-/// E x^4 infinite, so squares have no variance), not often flagged; and exp(1.5 z) (E x^2 = exp(4.5), most of it
-/// from values rarer than one in M), mostly flagged. Quantiles and trimmed means are not harmed.
+/// Heavy tails, where the error of an RMSE is too small: Student's law with 4 degrees of freedom
+/// (E x^2 = 2, E x^4 infinite, so squares have no variance), not often flagged; and exp(1.5 z)
+/// (E x^2 = exp(4.5), most of it from values rarer than one in M), mostly flagged. Quantiles and
+/// trimmed means are not harmed.
+///
+/// The shares of covered and of flagged studies are those of 100,000 studies by another program
+/// (in C, with random numbers of its own), whose standard errors are below 0.2 %. For Student's law
+/// they agree with the limit: one square has more than a tenth of their sum, some 2 M, in
+/// 1 - exp(-M P(t^2 > 2 M / 9)) = 25 and 11 % of the studies.
 fn heavy(trials: usize) -> Vec<Row> {
+    let [student, lognormal] = match trials {
+        400 => [(0.8835, 0.2839), (0.5868, 0.9808)],
+        1000 => [(0.8990, 0.1191), (0.6377, 0.9274)],
+        _ => panic!("no shares of {trials} trials"),
+    };
     let mut rows = repeat("Student t, 4", trials, 5, |z| {
         let x = z.as_chunks::<5>().0.iter().map(|z| {
             let square: f64 = z[1..].iter().map(|z| z * z).sum();
@@ -325,19 +324,24 @@ fn heavy(trials: usize) -> Vec<Row> {
         let found = Sample::of(x).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
-            ("rmse", rmse, 2.0_f64.sqrt(), Expected::TooLow),
+            ("rmse", rmse, 2.0_f64.sqrt(), Expected::Exactly(student.0)),
             at("median", found.q50, 0.0),
             of("trimmed mean", found.trimmed, 0.0),
-            flagged(found.dominated, Expected::SomeFlagged),
+            flagged(found.dominated, student.1),
         ]
     });
     rows.extend(repeat("lognormal(1.5)", trials, 1, |z| {
         let found = Sample::of(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
-            ("rmse", rmse, libm::exp(2.25), Expected::TooLow),
+            (
+                "rmse",
+                rmse,
+                libm::exp(2.25),
+                Expected::Exactly(lognormal.0),
+            ),
             at("median", found.q50, 1.0),
-            flagged(found.dominated, Expected::MostFlagged),
+            flagged(found.dominated, lognormal.1),
         ]
     }));
     rows

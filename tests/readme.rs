@@ -1,5 +1,8 @@
 //! README and docs show what the program prints, and their links lead somewhere.
 
+#[path = "readme/prose.rs"]
+mod prose;
+
 use std::path::Path;
 
 fn read(path: &str) -> String {
@@ -31,29 +34,31 @@ fn the_front_page_is_short() {
     assert!(read("README.md").lines().count() <= 150);
 }
 
+/// README, the pages of docs, and the index of results, as paths from the root.
+fn pages() -> Vec<String> {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let docs = std::fs::read_dir(docs).expect("a folder");
+    let docs = docs.map(|file| file.expect("a file").file_name());
+    let docs = docs.map(|name| format!("docs/{}", name.to_string_lossy()));
+    let pages = ["README.md", "results/README.md"].map(str::to_owned);
+    pages.into_iter().chain(docs).collect()
+}
+
 /// Every file that README, docs and indices link to is there.
 #[test]
 fn links_lead_somewhere() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let docs = std::fs::read_dir(root.join("docs")).expect("a folder");
-    let docs = docs.map(|file| file.expect("a file").path());
-    let mut pages: Vec<std::path::PathBuf> = docs.collect();
-    for page in [
-        "README.md",
-        "CONTRIBUTING.md",
-        "experiments/README.md",
-        "results/README.md",
-    ] {
-        pages.push(root.join(page));
-    }
+    let indices = ["CONTRIBUTING.md", "experiments/README.md"].map(str::to_owned);
+    let pages: Vec<String> = pages().into_iter().chain(indices).collect();
     assert!(pages.len() > 10);
     for page in pages {
-        let text = std::fs::read_to_string(&page).expect("a page");
+        let text = read(&page);
         let links = text.split("](").skip(1);
         let links = links.filter_map(|rest| rest.split([')', '#']).next());
         for link in links.filter(|link| !link.is_empty() && !link.starts_with("http")) {
-            let path = page.parent().expect("a folder").join(link);
-            assert!(path.exists(), "{}: {link}", page.display());
+            let path = root.join(&page);
+            let path = path.parent().expect("a folder").join(link);
+            assert!(path.exists(), "{page}: {link}");
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::number::{listed, uncertain};
 use crate::study::file::{
     ClaimStatistic as Statistic, ClaimTest, Holds, Limit, Outcome, TestKind, ValueOf,
 };
-use crate::study::place::{Place, measure_name};
+use crate::study::place::Place;
 use serde::Serialize;
 
 /// What a sentence is made of.
@@ -442,7 +442,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
         }
         TestKind::Outcome(outcome) => format!("the share of {outcome} trials of {of}"),
         TestKind::Bound(bound) => {
-            let measure = measure_name(bound.measure);
+            let measure = bound.measure.label();
             format!(
                 "the share of trials of {of} with {measure} {}",
                 bound.text()
@@ -450,15 +450,11 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
         }
         TestKind::Wins { measure, to } => format!(
             "the share of trials in which {of} is better than {to} in {}",
-            measure_name(*measure)
+            measure.label()
         ),
         TestKind::Value { what, statistic } => match what {
             ValueOf::Measure(measure) => {
-                format!(
-                    "{} {} of {of}",
-                    statistic_name(*statistic),
-                    measure_name(*measure)
-                )
+                format!("{} {} of {of}", statistic_name(*statistic), measure.label())
             }
             ValueOf::Parameter(name) => bias(name, of),
             ValueOf::Parameters => bias(coefficient.unwrap_or("every coefficient"), of),
@@ -469,7 +465,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             measure_of_to,
             statistic,
         } => {
-            let (first, second) = (measure_name(*measure), measure_name(*measure_of_to));
+            let (first, second) = (measure.label(), measure_of_to.label());
             match statistic {
                 Statistic::Median if measure != measure_of_to => {
                     format!(
@@ -496,7 +492,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             };
             format!(
                 "the median ratio of {} of {of}, {to} over {from},",
-                measure_name(*measure)
+                measure.label()
             )
         }
         TestKind::Slope(slope) => {
@@ -506,7 +502,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             };
             let over = crate::study::place::axis_label(slope.over);
             let over = over.split(',').next().unwrap_or_default();
-            let measure = measure_name(slope.measure);
+            let measure = slope.measure.label();
             format!("the log-log slope of the {statistic} {measure} of {of} over {over}")
         }
         TestKind::Time { to } => format!("the time of {of} over that of {to}"),

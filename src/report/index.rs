@@ -129,18 +129,8 @@ impl Index {
 }
 
 fn varying(values: &BTreeMap<Key, Values>, continuous: bool) -> Vec<Key> {
-    const FIRST: [Key; 6] = [
-        Key::Claim,
-        Key::PlantOrder,
-        Key::Order,
-        Key::Window,
-        Key::Eta,
-        Key::L,
-    ];
-    let others = Key::ALL.iter().filter(|key| !FIRST.contains(key));
-    let candidates = FIRST.iter().chain(others).copied();
     let mut kept: Vec<Key> = Vec::new();
-    for key in candidates.filter(|key| key.is_of(continuous)) {
+    for key in Key::telling().filter(|key| key.is_of(continuous)) {
         let of = &values[&key];
         let follows = kept.iter().any(|other| of.follows(&values[other]));
         if of.names.len() > 1 && !follows {

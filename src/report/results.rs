@@ -6,7 +6,7 @@ use crate::files::{self, Kind, PathError};
 use crate::metric::Statistics;
 pub use crate::study::MethodTime as Time;
 use crate::study::file::{ClaimTable, ExperimentFile, FileError, Key};
-pub use crate::study::place::{axis_label, is_error, measure_name, value_name, words};
+pub use crate::study::place::{axis_label, value_name, words};
 use crate::study::{CellSummary, Experiment, Measure, OutputSummary, Summary, read_manifest};
 use crate::text::shell_word;
 use serde::Deserialize;

@@ -7,9 +7,9 @@ use super::engine::Engine;
 use super::file::{
     Axis, ExperimentFile, FileError, Key, Settings, TrialRule, Until, at_most, cells,
 };
+use super::measure::Measure;
 use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
-use super::row::Measure;
 use crate::data::Process;
 use crate::estimator::{
     Estimator, InstrumentSource, KnownModel, Method, MethodOptions, Output, SetupError, Shape,

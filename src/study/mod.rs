@@ -14,6 +14,7 @@ pub mod file;
 mod folder;
 #[doc(hidden)]
 pub mod kernels;
+pub mod measure;
 mod names;
 mod need;
 mod observers;
@@ -46,11 +47,12 @@ pub use experiment::{
 #[cfg(test)]
 pub(crate) use folder::parse_manifest;
 pub use folder::{FolderError, ResultsFolder, read_manifest, stored_design};
+pub use measure::{Better, Measure};
 pub use need::{Disk, disk_of, memory_of, row_of};
 pub use pack::PackTrial;
 pub use peak::fma_peak;
 pub use plan::Plan;
-pub use row::{Measure, Row};
+pub use row::Row;
 pub use runner::{Block, RunError, Span, block_size, run, run_spans};
 pub use state_feedback::StateFeedback;
 pub use store::{StoreError, TrialWriter, stored_alike};

@@ -5,7 +5,8 @@
 
 use super::curves::Curves;
 use super::file::Store;
-use super::row::{Measure, Row};
+use super::measure::Measure;
+use super::row::Row;
 use super::{Cell, Engine, Experiment, block_size};
 use crate::metric::{
     JACKKNIFE_GROUPS, Jackknife, Paired, PairedStatistics, Sample, Statistics, expected_bins,

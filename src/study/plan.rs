@@ -26,9 +26,10 @@ pub(super) struct PlannedMethod<'e> {
 
 /// What a cell asks of a pack.
 ///
-/// Covered are open loops with one plant for all trials, of an order up to [`LARGEST_ORDER`] that is also the
-/// estimator's; inputs without measurement noise; least squares and IV by the partitioned inverse, stage 10 corrected,
-/// with every reading of E4 and E11, every gain, and all measures but responses to fresh data.
+/// Covered are open loops with one plant for all trials, of an order up to [`LARGEST_ORDER`] that
+/// is also the estimator's; inputs without measurement noise; least squares and IV by the
+/// partitioned inverse, stage 10 corrected, with every reading of E4 and E11, every gain, and the
+/// measures that lanes compute (the table of measures).
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 pub struct Plan<'e> {
     pub(super) cell: &'e Cell,
@@ -52,7 +53,7 @@ impl<'e> Plan<'e> {
         use Measure as F;
         let (process, (plant, noise, variances)) = covered(experiment, cell)?;
         let file = &experiment.file;
-        let any = |measures: &[F]| asks_for(file, measures);
+        let any = |measures: &[F]| asked_for(file).any(|measure| measures.contains(&measure));
         let methods = experiment.methods.iter().filter_map(|method| {
             Some(PlannedMethod {
                 options: iv_options(method.options()?)?,
@@ -80,8 +81,7 @@ impl<'e> Plan<'e> {
             },
             methods: methods.collect(),
             wanted_condition: rounding || any(&[F::Condition]),
-            wanted_states: file.curves
-                || any(&[F::ExMax, F::ExRms, F::ExMaxPrinted, F::ExRmsPrinted]),
+            wanted_states: file.curves || asked_for(file).any(Measure::is_of_state),
             wanted: Wanted {
                 states_as_printed: any(&[F::ExMaxPrinted, F::ExRmsPrinted]),
                 curves: file.curves,
@@ -109,13 +109,10 @@ impl<'e> Call for Plan<'e> {
     }
 }
 
-/// Whether a measure or a bound is of one of the measures.
-fn asks_for(file: &ExperimentFile, measures: &[Measure]) -> bool {
-    let measured = file.measures.iter();
-    let bounded = file.bounds.iter().map(|bound| &bound.measure);
-    measured
-        .chain(bounded)
-        .any(|measure| measures.contains(measure))
+/// The measures that the file or one of its bounds is about.
+fn asked_for(file: &ExperimentFile) -> impl Iterator<Item = Measure> {
+    let measured = file.measures.iter().copied();
+    measured.chain(file.bounds.iter().map(|bound| bound.measure))
 }
 
 /// Least squares as IV without iterations; `None` for what lanes do not cover.
@@ -161,12 +158,9 @@ pub(super) fn covered<'e>(
     if cell.horizon > LONGEST_HORIZON {
         return Err(format!("records of more than {LONGEST_HORIZON} samples"));
     }
-    let responses = [Measure::ImpulseResponse, Measure::FreshFit];
-    if asks_for(&experiment.file, &responses) {
-        return Err("responses to fresh data".to_owned());
-    }
-    if asks_for(&experiment.file, &[Measure::RmsState]) {
-        return Err("the measure rms_x".to_owned());
+    let mut asked = asked_for(&experiment.file);
+    if let Some(measure) = asked.find(|measure| !measure.is_in_lanes()) {
+        return Err(format!("the measure {measure}"));
     }
     for method in &experiment.methods {
         if method.observer().is_some() {

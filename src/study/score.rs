@@ -1,8 +1,9 @@
 //! Measures passes against the truth.
 
 use super::experiment::ObserverStart;
+use super::measure::Measure;
 use super::observers::CellObserver;
-use super::row::{Measure, Row};
+use super::row::Row;
 use super::{Cell, Experiment};
 use crate::data::{Process, Realisation, Truth};
 use crate::estimator::{Failure, FailureKind, Pass, Progress, SetupError, Stage};

@@ -7,7 +7,7 @@ use super::experiment::Experiment;
 use super::file::{
     BoundTable, Key, Scalar, SeriesTable, Settings, SlopeTable, TRIAL_LIMIT, partners,
 };
-use super::row::Measure;
+use super::measure::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
 use crate::metric::{

@@ -3,7 +3,8 @@
 use super::continuous::Traces;
 use super::curves::Curves;
 use super::experiment::Source;
-use super::row::{Measure, Row};
+use super::measure::Measure;
+use super::row::Row;
 use super::summary::CellSeries;
 use super::{Cell, Experiment};
 use crate::estimator::FailureKind;

@@ -1,6 +1,7 @@
 //! One trial: draw a record, run every method on it, measure every pass.
 
-use super::row::{Measure, Row};
+use super::measure::Measure;
+use super::row::Row;
 use super::score::{self, Scorer};
 use super::tally::Trials;
 use super::{Cell, Experiment};

@@ -4,9 +4,9 @@ use super::layout::x_key;
 use super::lead_figures;
 use crate::metric::Quantile;
 use crate::report::number::uncertain;
-use crate::report::results::{Study, is_error, measure_name, place, words};
+use crate::report::results::{Study, place, words};
 use crate::study::file::Key;
-use crate::study::{CellSummary, Measure};
+use crate::study::{Better, CellSummary, Measure};
 use std::collections::BTreeMap;
 
 /// The sentences.
@@ -37,7 +37,7 @@ fn extremes(study: &Study, measure: Measure, output: &str) -> String {
         .collect();
     cells.retain(|(_, of)| of.value.is_finite());
     cells.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-    let name = measure_name(measure);
+    let name = measure.label();
     match cells.as_slice() {
         [] => format!("{output} has no {name} in any cell."),
         [(_, of)] => format!("the median {name} of {output} is {}.", text(*of)),
@@ -51,8 +51,12 @@ fn extremes(study: &Study, measure: Measure, output: &str) -> String {
     }
 }
 
-/// At which value along the main axis the measure is best, over the combinations of the other settings.
+/// At which value along the main axis the measure is best, over the combinations of the other
+/// settings.
 fn best(study: &Study, measure: Measure, output: &str) -> String {
+    if measure.better() == Better::Neither {
+        return String::new();
+    }
     let Some(key) = x_key(study).filter(|key| *key != Key::Claim && study.values(*key).len() > 2)
     else {
         return String::new();
@@ -76,12 +80,9 @@ fn best(study: &Study, measure: Measure, output: &str) -> String {
                 Some((cell, of.q50.value))
             })
             .filter(|(_, x)| x.is_finite());
-        let compared = |a: f64, b: f64| {
-            if is_error(measure) {
-                a.total_cmp(&b)
-            } else {
-                b.total_cmp(&a)
-            }
+        let compared = |a: f64, b: f64| match measure.better() {
+            Better::Larger => b.total_cmp(&a),
+            _ => a.total_cmp(&b),
         };
         if let Some((cell, _)) = defined.min_by(|a, b| compared(a.1, b.1)) {
             wins[study.place(cell, key)] += 1;
@@ -125,7 +126,7 @@ fn paired(study: &Study, measure: Measure) -> String {
         if !ratios.is_empty() {
             text.push_str(&format!(
                 " On the same trials the {} of {} is smaller than that of {} in {better} of {} cells and larger in {worse}, by the 95 % interval of the median ratio.",
-                measure_name(measure),
+                measure.label(),
                 first,
                 second,
                 ratios.len()

@@ -4,9 +4,9 @@ use super::layout::{Layout, panel_title, sheet, x_of};
 use super::{lead_figures, lead_outputs};
 use crate::metric::{Quantile, Statistics, Z};
 use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
-use crate::report::results::{Study, measure_name};
+use crate::report::results::Study;
 use crate::study::file::Key;
-use crate::study::{CellSummary, Measure};
+use crate::study::{Better, CellSummary, Measure, measure};
 use crate::text::number;
 
 /// A picture with the name of its file.
@@ -67,12 +67,11 @@ pub(super) fn quantile_note(study: &Study) -> String {
 
 /// The y axis of a measure.
 pub(super) fn y_axis(measure: Measure) -> Axis {
-    let name = measure_name(measure);
-    match measure {
-        Measure::FreshFit => Axis::linear(format!("{name} on fresh data, %")).range(-20.0, 100.0),
-        Measure::SpectralRadius => Axis::linear(name),
-        _ if measure.name().starts_with("e_") => Axis::log(format!("{name}, relative")),
-        _ => Axis::log(name),
+    let label = measure.axis_label();
+    match measure.scale() {
+        measure::Scale::Log => Axis::log(label),
+        measure::Scale::Linear => Axis::linear(label),
+        measure::Scale::Percent => Axis::linear(label).range(-20.0, 100.0),
     }
 }
 
@@ -82,8 +81,8 @@ fn quantiles(at: f64, of: &Statistics) -> Point {
 }
 
 /// A value with its 95 % interval, which is one of the logarithm where the axis is logarithmic.
-fn estimate(at: f64, of: Quantile, measure: Measure) -> Point {
-    if y_axis(measure).scale == Scale::Log && of.value > 0.0 {
+fn estimate(at: f64, of: Quantile, scale: &Scale) -> Point {
+    if *scale == Scale::Log && of.value > 0.0 {
         let factor = (Z * of.mcse / of.value).exp();
         Point::interval(at, of.value, of.value / factor, of.value * factor)
     } else {
@@ -140,7 +139,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let outputs = lead_outputs(study);
     let style = match (layout.has_names, outputs.len()) {
         (true, ..=4) => Style::Boxes,
-        (false, ..=3) if measure != Measure::FreshFit => Style::Band,
+        (false, ..=3) if measure.scale() != measure::Scale::Percent => Style::Band,
         _ => Style::ErrorBars,
     };
     let few = study.summary.cells.iter().all(|cell| cell.trials < FEW);
@@ -149,7 +148,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
         if style == Style::ErrorBars && few {
             Point::interval(at, of.q50.value, of.q25.value, of.q75.value)
         } else if style == Style::ErrorBars {
-            estimate(at, of.q50, measure)
+            estimate(at, of.q50, &y_axis(measure).scale)
         } else {
             quantiles(at, of)
         }
@@ -175,7 +174,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     if layout.x.is_some() && at_one_place(&plots) {
         return None;
     }
-    let name = measure_name(measure);
+    let name = measure.label();
     let what = match style {
         Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
         Style::Boxes => {
@@ -262,7 +261,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
         .map(|[a, b]| (a.clone(), b.clone()))
         .collect();
     let layout = Layout::new(study, x_of(study, measure), &[]);
-    let name = measure_name(measure);
+    let name = measure.label();
     let told = |cell: &CellSummary, label: &str| told(study, cell, label);
     let draw = |panel: &super::layout::Choice| {
         let mut cells = layout.along(study, panel);
@@ -277,7 +276,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
                     .find(|of| of.first == *first && of.second == *second)?;
                 let ratio = of.measures.get(&measure)?.median_ratio;
                 let shown = ratio.value > 0.0 && told(cell, first) && told(cell, second);
-                shown.then(|| estimate(layout.at(study, cell), ratio, Measure::Ea))
+                shown.then(|| estimate(layout.at(study, cell), ratio, &Scale::Log))
             };
             let points: Vec<Point> = cells.iter().filter_map(point).collect();
             let label = format!("{first} over {second}");
@@ -288,8 +287,15 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
     let mut plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
     near_one(&mut plots);
     let title = format!("{}: {name} on the same trials", study.title());
-    let what = "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals; below 1 the first is better.";
-    let (svg, note) = sheet(&title, what, plots)?;
+    let better = match measure.better() {
+        Better::Smaller => "; below 1 the first is better",
+        Better::Larger => "; above 1 the first is better",
+        Better::Neither => "",
+    };
+    let what = format!(
+        "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals{better}."
+    );
+    let (svg, note) = sheet(&title, &what, plots)?;
     Some(Drawn {
         name: format!("ratio-{}", measure.name()),
         svg,

@@ -30,33 +30,18 @@ pub(super) fn x_key(study: &Study) -> Option<Key> {
     let varying = study.varying();
     let count = |key: &Key| study.values(*key).len();
     let most = varying.iter().map(count).max()?;
-    let candidates: Vec<Key> = varying
-        .into_iter()
-        .filter(|key| count(key) == most)
-        .collect();
-    let first = [Key::Window, Key::Eta, Key::Claim]
-        .into_iter()
-        .find(|key| candidates.contains(key));
-    first.or_else(|| candidates.first().copied())
+    let candidates = varying.into_iter().filter(|key| count(key) == most);
+    candidates.min_by_key(|key| key.along())
 }
 
 /// The setting along x of a figure of merit: what the observer is like changes no parameter.
-pub(super) fn x_of(study: &Study, figure: Measure) -> Option<Key> {
-    const OF_THE_OBSERVER: [Key; 2] = [Key::Gain, Key::ObserverStart];
-    let of_states = matches!(
-        figure,
-        Measure::ExMax
-            | Measure::ExRms
-            | Measure::ExMaxPrinted
-            | Measure::ExRmsPrinted
-            | Measure::RmsState
-    );
+pub(super) fn x_of(study: &Study, measure: Measure) -> Option<Key> {
     let usual = x_key(study);
-    if of_states || usual.is_none_or(|key| !OF_THE_OBSERVER.contains(&key)) {
+    if measure.is_of_state() || usual.is_none_or(|key| !key.is_of_observer()) {
         return usual;
     }
     let mut others = study.varying();
-    others.retain(|key| !OF_THE_OBSERVER.contains(key) && *key != Key::Claim);
+    others.retain(|key| !key.is_of_observer() && *key != Key::Claim);
     let most = others
         .iter()
         .rev()
@@ -64,23 +49,10 @@ pub(super) fn x_of(study: &Study, figure: Measure) -> Option<Key> {
     most.copied().or(usual)
 }
 
-/// Readings of the errata and the like are held first, colours of noise last.
-fn weight(key: Key) -> usize {
-    match key {
-        Key::Noise => 0,
-        Key::Claim => 1,
-        Key::ObserverStart => 2,
-        Key::Window | Key::PlantOrder => 3,
-        Key::Eta => 4,
-        Key::Feedback | Key::X0 | Key::PoleRadius => 5,
-        _ => 6,
-    }
-}
-
 impl Layout {
     /// The layout with a given x; `used` are settings that something else shows, such as colours.
     pub(super) fn new(study: &Study, x: Option<Key>, used: &[Key]) -> Self {
-        Self::by(study, x, used, weight)
+        Self::by(study, x, used, Key::held)
     }
 
     /// The layout with an order of its own in which settings get panels.

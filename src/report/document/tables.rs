@@ -5,22 +5,16 @@ use super::{lead_figures, lead_outputs};
 use crate::metric::{Estimate, Quantile, Share, Statistics};
 use crate::report::html::{CellText, Column};
 use crate::report::number::uncertain;
-use crate::report::results::{Study, measure_name};
+use crate::report::results::Study;
 use crate::study::file::{Key, Scalar};
 use crate::study::{CellSummary, OutputSummary};
 
 /// The columns of the settings that vary.
 fn columns(study: &Study, keys: &[Key]) -> Vec<Column> {
     let column = |key: &Key| {
-        let (title, unit) = match key {
-            Key::Window => ("N", "samples"),
-            Key::Eta => ("eta", "%"),
-            Key::InputNoise => ("input noise", "%"),
-            _ => (key.name(), ""),
-        };
-        let title = title.replace('_', " ");
+        let title = key.title();
         if study.is_numeric(*key) {
-            Column::number(title, unit)
+            Column::number(title, key.unit())
         } else {
             Column::text(title)
         }
@@ -66,13 +60,13 @@ fn rmse(of: &Statistics) -> CellText {
 pub(super) fn overview(study: &Study) -> LongTable {
     let keys = study.varying();
     let (figures, outputs) = (lead_figures(study), lead_outputs(study));
-    let first = figures.first().map(|measure| measure_name(*measure));
+    let first = figures.first().map(|measure| measure.label());
     let mut all = columns(study, &keys);
     all.push(Column::text("output"));
     for measure in &figures {
-        let name = measure_name(*measure);
-        all.push(Column::number(format!("median {name}"), ""));
-        all.push(Column::number(format!("RMSE {name}"), ""));
+        let (name, unit) = (measure.label(), measure.unit());
+        all.push(Column::number(format!("median {name}"), unit));
+        all.push(Column::number(format!("RMSE {name}"), unit));
     }
     all.extend([
         Column::number("failed", "%"),
@@ -225,7 +219,7 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
                     [
                         pair.first.clone(),
                         pair.second.clone(),
-                        measure_name(*measure),
+                        measure.label().to_owned(),
                     ]
                     .map(CellText::text),
                 );
@@ -278,7 +272,7 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
         let mut row: Vec<CellText> = keys.iter().map(text).collect();
         row.extend(
             [
-                measure_name(of.measure),
+                of.measure.label().to_owned(),
                 of.statistic.to_string(),
                 crate::report::results::axis_label(of.over),
                 slope.output.clone(),
@@ -333,11 +327,7 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
     for cell in &study.summary.cells {
         let settings = settings(cell, &keys);
         for bound in &cell.bounds {
-            let name = format!(
-                "{} {}",
-                measure_name(bound.bound.measure),
-                bound.bound.text()
-            );
+            let name = format!("{} {}", bound.bound.measure.label(), bound.bound.text());
             for of in &bound.outputs {
                 let mut row = settings.clone();
                 row.extend([name.clone(), of.output.clone()].map(CellText::text));

@@ -6,7 +6,7 @@ use super::{OUTPUTS, lead_figures, lead_outputs};
 use crate::metric::Statistics;
 use crate::report::figures::curve;
 use crate::report::plot::{Axis, Course, Plot, Point, Series, Style};
-use crate::report::results::{Study, Time, measure_name, words};
+use crate::report::results::{Study, Time, words};
 use crate::report::table::share;
 use crate::study::file::Key;
 use crate::study::{CellSummary, OutputSummary};
@@ -80,7 +80,7 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
         of.q50.value.is_finite().then_some(point)
     };
     let plots = over_passes(study, &layout, &y_axis(measure), Style::Band, point);
-    let name = measure_name(measure);
+    let name = measure.label();
     let what = "Medians over the passes, bands hold the middle 90 % of the trials; pass 0 is least squares.";
     let (svg, note) = sheet(
         &format!("{}: {name} over the passes", study.title()),
@@ -223,7 +223,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
             let name = format!(
                 "{}: {} {}",
                 cell.claim,
-                measure_name(bound.bound.measure),
+                bound.bound.measure.label(),
                 bound.bound.text()
             );
             let name = name.trim_start_matches(": ").to_owned();

@@ -1,6 +1,6 @@
 //! Claims: what a study's results are to show, and the tests that decide it.
 
-use super::super::row::Measure;
+use super::super::measure::Measure;
 use super::claim_test::{ClaimTest, TestKind, ValueOf};
 use super::{Axis, BoundTable, ExperimentFile, FileError, Key, Scalar, SlopeTable};
 use crate::names::named_enum;

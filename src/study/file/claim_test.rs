@@ -1,7 +1,7 @@
 //! The tests of claims: what a table of an experiment file says, in one of the kinds that there
 //! are.
 
-use super::super::row::Measure;
+use super::super::measure::Measure;
 use super::claim::{ClaimStatistic as Statistic, TestTable, TimeOf};
 use super::{Axis, BoundTable, ExperimentFile, FileError, Key, Scalar, SlopeTable};
 use crate::metric::SlopeOf;

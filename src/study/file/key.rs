@@ -1,227 +1,485 @@
-//! The settings of a study: one scalar each, any of them an axis of the grid.
+//! The settings of a study: one scalar each, any of them an axis of the grid; one entry of one
+//! table for each.
 
 use super::Scalar;
-use crate::names::named_enum;
+use crate::names::named_table;
+use Given::{Number, Text};
+use InWords::{Template, Words};
 
-named_enum! {
+/// Which studies have a setting or a measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::study) enum Time {
+    Discrete,
+    Continuous,
+    Both,
+}
+
+impl Time {
+    /// Whether a study in continuous time, or in discrete time, has it.
+    pub(in crate::study) const fn is_of(self, continuous: bool) -> bool {
+        match self {
+            Self::Discrete => !continuous,
+            Self::Continuous => continuous,
+            Self::Both => true,
+        }
+    }
+}
+
+/// A default.
+#[derive(Clone, Copy)]
+enum Given {
+    Nothing,
+    Text(&'static str),
+    Number(f64),
+}
+
+/// How a value is said.
+#[derive(Clone, Copy)]
+enum InWords {
+    /// As the setting's name and the value.
+    Named,
+    /// With the value instead of {}.
+    Template(&'static str),
+    /// By a rule of its own.
+    Words(fn(&str) -> String),
+}
+
+/// What a study knows of a setting beside its name and its sentence.
+struct Entry {
+    /// The value where a file says nothing.
+    default: Given,
+    /// The same in continuous time, where it is another one.
+    default_in_continuous: Option<&'static str>,
+    time: Time,
+    /// The heading of a table's column; the name where empty.
+    title: &'static str,
+    /// The unit that stands beside it.
+    unit: &'static str,
+    /// The label of an axis, with its unit; title and unit where empty.
+    axis: &'static str,
+    words: InWords,
+    /// A value as an axis of names shows it.
+    tick: fn(&str) -> &str,
+    /// The setting's turn among those that may tell cells apart.
+    telling: usize,
+    /// The setting's turn among those that may be the axis of a picture.
+    along: usize,
+    /// The setting's turn among those that get panels of a picture; the last are held.
+    held: usize,
+    /// Whether a resolved file leaves it out where it has its default.
+    left_out: bool,
+    /// Whether it is a whole number of something.
+    count: bool,
+    /// Whether results have a column of it even where it does not vary.
+    column: bool,
+    /// Whether it is a reading of the paper, named only where it is not the default.
+    reading: bool,
+    /// Whether it changes the observer alone, and no parameter.
+    of_observer: bool,
+}
+
+const DISCRETE: Entry = Entry {
+    default: Given::Nothing,
+    default_in_continuous: None,
+    time: Time::Discrete,
+    title: "",
+    unit: "",
+    axis: "",
+    words: InWords::Named,
+    tick: |value| value,
+    telling: usize::MAX,
+    along: usize::MAX,
+    held: usize::MAX,
+    left_out: false,
+    count: false,
+    column: false,
+    reading: false,
+    of_observer: false,
+};
+
+const CONTINUOUS: Entry = Entry {
+    time: Time::Continuous,
+    ..DISCRETE
+};
+
+named_table! {
     /// A setting. The grid's axes are in this order, the first one slowest.
-    Key, "setting" {
-        /// A label for the claim or case.
-        Claim = "claim",
-        /// The plant.
-        Plant = "plant",
-        /// Reading E1.
-        Numerator = "numerator",
-        /// Order of random plants.
-        PlantOrder = "plant_order",
-        /// Radius of the disc of random poles.
-        PoleRadius = "pole_radius",
-        /// The initial state.
-        X0 = "x0",
-        /// The spread of the initial state.
-        X0Deviation = "x0_deviation",
-        /// The kind of input.
-        Input = "input",
-        /// The input's amplitude.
-        Amplitude = "amplitude",
-        /// Reading E5.
-        Sequence = "sequence",
-        /// The colour of the output noise.
-        Noise = "noise",
-        /// The feedback.
-        Feedback = "feedback",
-        /// Noise on the measured input.
-        InputNoise = "input_noise",
-        /// Noise on the states.
-        ProcessNoise = "process_noise",
-        /// Reading E7: over what.
-        EtaOver = "eta_over",
-        /// Reading E7: of which output.
-        EtaOf = "eta_of",
-        /// The noise level.
-        Eta = "eta",
-        /// The estimators' order.
-        Order = "order",
-        /// l, where the window is N = 3n + 2l.
-        L = "l",
-        /// The window N.
-        Window = "window",
-        /// The record's length K.
-        Horizon = "horizon",
-        /// The observer's gain, reading E8.
-        Gain = "gain",
-        /// Where the observer starts.
-        ObserverStart = "observer_start",
-        /// From which sample on the state's errors are taken.
-        ScoredFrom = "scored_from",
-        /// Continuous time: the disturbance.
-        Disturbance = "disturbance",
-        /// Continuous time: its level.
-        Level = "level",
-        /// Continuous time: its frequency.
-        Frequency = "frequency",
-        /// Continuous time: its phase.
-        Phase = "phase",
-        /// Continuous time: the hold of white noise.
-        NoiseHold = "noise_hold",
-        /// Continuous time: a factor on adaptation gains.
-        GainScale = "gain_scale",
-        /// Continuous time: the longest step.
-        Step = "step",
+    Key, "setting", Entry {
+        /// label of the cell, such as C2
+        Claim = "claim": Entry {
+            default: Text(""),
+            time: Time::Both,
+            words: Template("{}"),
+            telling: 0,
+            along: 2,
+            held: 1,
+            column: true,
+            ..DISCRETE
+        },
+        /// "nikolov2023", "random" or a name in `[plants]`; in continuous time "bobtsov2023" or a
+        /// name in `[continuous_plants]`
+        Plant = "plant": Entry {
+            default: Text("nikolov2023"),
+            default_in_continuous: Some("bobtsov2023"),
+            time: Time::Both,
+            ..DISCRETE
+        },
+        /// reading E1 of nikolov2023: "state-space" or "transfer-function"
+        Numerator = "numerator": Entry {
+            default: Text("state-space"),
+            words: Template("{} numerator"),
+            reading: true,
+            ..DISCRETE
+        },
+        /// order n of random plants, a new one in every trial
+        PlantOrder = "plant_order": Entry {
+            default: Number(2.0),
+            axis: "order n of the plant",
+            words: Template("plant's n = {}"),
+            telling: 1,
+            held: 3,
+            count: true,
+            ..DISCRETE
+        },
+        /// poles of random plants are uniform on the disc of this radius, in (0, 1)
+        PoleRadius = "pole_radius": Entry {
+            default: Number(0.9),
+            axis: "largest pole radius",
+            words: Template("poles within {}"),
+            held: 5,
+            ..DISCRETE
+        },
+        /// initial state: one number for every component, or "plant" for x0 of `[plants.NAME]`
+        X0 = "x0": Entry {
+            default: Number(1.0),
+            axis: "x0, every component",
+            words: Template("x0 = {}"),
+            held: 5,
+            ..DISCRETE
+        },
+        /// standard deviation of every component of the initial state about x0, in open loop
+        X0Deviation = "x0_deviation": Entry {
+            default: Number(0.0),
+            words: Template("x0 within {}"),
+            left_out: true,
+            ..DISCRETE
+        },
+        /// "signs" (random, +-amplitude) or "gaussian" (of that standard deviation)
+        Input = "input": Entry {
+            default: Text("signs"),
+            ..DISCRETE
+        },
+        /// amplitude of the input, or of the reference r where there is feedback
+        Amplitude = "amplitude": Entry {
+            default: Number(10.0),
+            ..DISCRETE
+        },
+        /// reading E5: "independent" or "periodic-127"
+        Sequence = "sequence": Entry {
+            default: Text("independent"),
+            words: Template("{} input"),
+            reading: true,
+            ..DISCRETE
+        },
+        /// colour of the output noise: "ar" (1/A of the plant), "white" or a name in `[noises]`
+        Noise = "noise": Entry {
+            default: Text("ar"),
+            words: Words(noise_words),
+            tick: noise,
+            held: 0,
+            ..DISCRETE
+        },
+        /// "none" or a name in `[feedbacks]`
+        Feedback = "feedback": Entry {
+            default: Text("none"),
+            words: Template("feedback {}"),
+            held: 5,
+            ..DISCRETE
+        },
+        /// noise on the measured input, per cent of the input's standard deviation
+        InputNoise = "input_noise": Entry {
+            default: Number(0.0),
+            unit: "%",
+            words: Template("input noise {} %"),
+            ..DISCRETE
+        },
+        /// standard deviation of white noise on every state in each step, in open loop
+        ProcessNoise = "process_noise": Entry {
+            default: Number(0.0),
+            words: Template("process noise {}"),
+            left_out: true,
+            ..DISCRETE
+        },
+        /// reading E7: "exact" (in the window) or "nominal" (of the processes)
+        EtaOver = "eta_over": Entry {
+            default: Text("exact"),
+            words: Template("{} eta"),
+            reading: true,
+            ..DISCRETE
+        },
+        /// reading E7: sigma_y of the "noise-free" or the "measured" output
+        EtaOf = "eta_of": Entry {
+            default: Text("noise-free"),
+            words: Template("eta of the {} output"),
+            reading: true,
+            ..DISCRETE
+        },
+        /// noise level 100 sigma_f / sigma_y, per cent
+        Eta = "eta": Entry {
+            default: Number(10.0),
+            unit: "%",
+            words: Template("eta = {} %"),
+            telling: 4,
+            along: 1,
+            held: 4,
+            column: true,
+            ..DISCRETE
+        },
+        /// order n of the estimators; "auto": the plant's
+        Order = "order": Entry {
+            default: Text(AUTOMATIC),
+            axis: "order n of the estimator",
+            words: Template("n = {}"),
+            telling: 2,
+            count: true,
+            ..DISCRETE
+        },
+        /// l >= 0 where the window is N = 3n + 2l, instead of window
+        L = "l": Entry {
+            telling: 5,
+            count: true,
+            ..DISCRETE
+        },
+        /// the window N, samples, at least 3n
+        Window = "window": Entry {
+            default: Number(98.0),
+            title: "N",
+            unit: "samples",
+            words: Template("N = {}"),
+            telling: 3,
+            along: 0,
+            held: 3,
+            count: true,
+            column: true,
+            ..DISCRETE
+        },
+        /// the record's length K, samples; "auto": max(400, N + 200)
+        Horizon = "horizon": Entry {
+            default: Text(AUTOMATIC),
+            count: true,
+            ..DISCRETE
+        },
+        /// reading E8: "dead-beat", "scaled:RHO" or "poles:LIST"
+        Gain = "gain": Entry {
+            default: Text("dead-beat"),
+            axis: "poles of F over those of A",
+            words: Words(gain_words),
+            tick: gain,
+            of_observer: true,
+            ..DISCRETE
+        },
+        /// the observer starts from "x0-hat" or from "zero"
+        ObserverStart = "observer_start": Entry {
+            default: Text("x0-hat"),
+            words: Template("start at {}"),
+            held: 2,
+            of_observer: true,
+            ..DISCRETE
+        },
+        /// the state's errors are taken from the "window" on (k >= N) or from the "start" (k >=
+        /// 0)
+        ScoredFrom = "scored_from": Entry {
+            default: Text("window"),
+            words: Template("scored from the {}"),
+            left_out: true,
+            ..DISCRETE
+        },
+        /// disturbance of a continuous-time output: "none", "constant", "ramp", "sine", "square",
+        /// "white" or a name in `[signals]`
+        Disturbance = "disturbance": Entry {
+            default: Text("sine"),
+            words: Template("{} disturbance"),
+            ..CONTINUOUS
+        },
+        /// factor on the disturbance: its amplitude, slope or standard deviation
+        Level = "level": Entry {
+            default: Number(0.3),
+            axis: "level of the disturbance",
+            ..CONTINUOUS
+        },
+        /// frequency of a sine or square disturbance, rad/s
+        Frequency = "frequency": Entry {
+            default: Number(1.0),
+            axis: "frequency, rad/s",
+            words: Template("{} rad/s"),
+            ..CONTINUOUS
+        },
+        /// phase of a sine or square disturbance, rad; "random": uniform, a new one in every
+        /// trial
+        Phase = "phase": Entry {
+            default: Number(0.0),
+            words: Template("phase {}"),
+            ..CONTINUOUS
+        },
+        /// seconds for which a number of white noise is held: its bandwidth is 1/(2 hold) Hz
+        NoiseHold = "noise_hold": Entry {
+            default: Number(0.01),
+            axis: "hold of white noise, s",
+            words: Template("hold {} s"),
+            ..CONTINUOUS
+        },
+        /// factor on the adaptation gains of every observer
+        GainScale = "gain_scale": Entry {
+            default: Number(1.0),
+            axis: "factor on the adaptation gains",
+            words: Template("gains times {}"),
+            ..CONTINUOUS
+        },
+        /// longest step of the integration, seconds
+        Step = "step": Entry {
+            default: Number(0.01),
+            axis: "step, s",
+            words: Template("step {} s"),
+            ..CONTINUOUS
+        },
     }
 }
 
 /// "the plant's", "as stated": settings whose default follows from others.
 pub const AUTOMATIC: &str = "auto";
 
-/// The settings of a study in continuous time.
-const CONTINUOUS: [Key; 9] = [
-    Key::Claim,
-    Key::Plant,
-    Key::Disturbance,
-    Key::Level,
-    Key::Frequency,
-    Key::Phase,
-    Key::NoiseHold,
-    Key::GainScale,
-    Key::Step,
-];
+/// The noise's name as people say it.
+fn noise(value: &str) -> &str {
+    match value {
+        "ar" => "1/A",
+        "ma" => "MA",
+        "arma" => "ARMA",
+        _ => value,
+    }
+}
+
+fn noise_words(value: &str) -> String {
+    format!("{} noise", noise(value))
+}
+
+/// A gain by the factor on the poles.
+fn gain(value: &str) -> &str {
+    match value {
+        "dead-beat" => "0",
+        _ => value.strip_prefix("scaled:").unwrap_or(value),
+    }
+}
+
+/// A gain by the poles of F.
+fn gain_words(value: &str) -> String {
+    match value.strip_prefix("scaled:") {
+        Some("1") => "no feedback (scaled:1)".to_owned(),
+        Some(factor) => format!("poles {factor} times A's"),
+        None => format!("{value} gain"),
+    }
+}
 
 impl Key {
     /// Whether a study in continuous time, or in discrete time, has the setting.
-    pub fn is_of(self, continuous: bool) -> bool {
-        let shared = matches!(self, Self::Claim | Self::Plant);
-        shared || CONTINUOUS.contains(&self) == continuous
+    pub const fn is_of(self, continuous: bool) -> bool {
+        self.entry().time.is_of(continuous)
     }
 
     /// The value where a file of that kind says nothing.
     pub fn default_of(self, continuous: bool) -> Option<Scalar> {
-        match self {
-            _ if !self.is_of(continuous) => None,
-            Self::Plant if continuous => Some(Scalar::Text("bobtsov2023".to_owned())),
-            _ => self.default(),
-        }
-    }
-
-    /// What the setting means, with its unit and what it may be.
-    pub const fn about(self) -> &'static str {
-        match self {
-            Self::Claim => "label of the cell, such as C2",
-            Self::Plant => {
-                "\"nikolov2023\", \"random\" or a name in [plants]; in continuous time \"bobtsov2023\" or a name in \
-                 [continuous_plants]"
-            }
-            Self::Numerator => {
-                "reading E1 of nikolov2023: \"state-space\" or \"transfer-function\""
-            }
-            Self::PlantOrder => "order n of random plants, a new one in every trial",
-            Self::PoleRadius => {
-                "poles of random plants are uniform on the disc of this radius, in (0, 1)"
-            }
-            Self::X0 => {
-                "initial state: one number for every component, or \"plant\" for x0 of [plants.NAME]"
-            }
-            Self::X0Deviation => {
-                "standard deviation of every component of the initial state about x0, in open loop"
-            }
-            Self::Input => {
-                "\"signs\" (random, +-amplitude) or \"gaussian\" (of that standard deviation)"
-            }
-            Self::Amplitude => {
-                "amplitude of the input, or of the reference r where there is feedback"
-            }
-            Self::Sequence => "reading E5: \"independent\" or \"periodic-127\"",
-            Self::Noise => {
-                "colour of the output noise: \"ar\" (1/A of the plant), \"white\" or a name in [noises]"
-            }
-            Self::Feedback => "\"none\" or a name in [feedbacks]",
-            Self::InputNoise => {
-                "noise on the measured input, per cent of the input's standard deviation"
-            }
-            Self::ProcessNoise => {
-                "standard deviation of white noise on every state in each step, in open loop"
-            }
-            Self::EtaOver => {
-                "reading E7: \"exact\" (in the window) or \"nominal\" (of the processes)"
-            }
-            Self::EtaOf => "reading E7: sigma_y of the \"noise-free\" or the \"measured\" output",
-            Self::Eta => "noise level 100 sigma_f / sigma_y, per cent",
-            Self::Order => "order n of the estimators; \"auto\": the plant's",
-            Self::L => "l >= 0 where the window is N = 3n + 2l, instead of window",
-            Self::Window => "the window N, samples, at least 3n",
-            Self::Horizon => "the record's length K, samples; \"auto\": max(400, N + 200)",
-            Self::Gain => "reading E8: \"dead-beat\", \"scaled:RHO\" or \"poles:LIST\"",
-            Self::ObserverStart => "the observer starts from \"x0-hat\" or from \"zero\"",
-            Self::ScoredFrom => {
-                "the state's errors are taken from the \"window\" on (k >= N) or from the \"start\" (k >= 0)"
-            }
-            Self::Disturbance => {
-                "disturbance of a continuous-time output: \"none\", \"constant\", \"ramp\", \"sine\", \"square\", \
-                 \"white\" or a name in [signals]"
-            }
-            Self::Level => "factor on the disturbance: its amplitude, slope or standard deviation",
-            Self::Frequency => "frequency of a sine or square disturbance, rad/s",
-            Self::Phase => {
-                "phase of a sine or square disturbance, rad; \"random\": uniform, a new one in every trial"
-            }
-            Self::NoiseHold => {
-                "seconds for which a number of white noise is held: its bandwidth is 1/(2 hold) Hz"
-            }
-            Self::GainScale => "factor on the adaptation gains of every observer",
-            Self::Step => "longest step of the integration, seconds",
-        }
+        let own = self.entry().default_in_continuous.filter(|_| continuous);
+        let own = own.map(|text| Scalar::Text(text.to_owned()));
+        own.or_else(|| self.default())
+            .filter(|_| self.is_of(continuous))
     }
 
     /// The value where a file says nothing; `None` for `l`, which stands instead of `window`.
     pub fn default(self) -> Option<Scalar> {
-        let text = |text: &str| Some(Scalar::Text(text.to_owned()));
-        let number = |x: f64| Some(Scalar::Number(x));
-        match self {
-            Self::Claim => text(""),
-            Self::Plant => text("nikolov2023"),
-            Self::Numerator => text("state-space"),
-            Self::PlantOrder => number(2.0),
-            Self::PoleRadius => number(0.9),
-            Self::Input => text("signs"),
-            Self::Amplitude | Self::Eta => number(10.0),
-            Self::Sequence => text("independent"),
-            Self::Noise => text("ar"),
-            Self::Feedback => text("none"),
-            Self::InputNoise | Self::X0Deviation | Self::ProcessNoise | Self::Phase => number(0.0),
-            Self::EtaOver => text("exact"),
-            Self::EtaOf => text("noise-free"),
-            Self::Order | Self::Horizon => text(AUTOMATIC),
-            Self::L => None,
-            Self::Window => number(98.0),
-            Self::Gain => text("dead-beat"),
-            Self::ObserverStart => text("x0-hat"),
-            Self::ScoredFrom => text("window"),
-            Self::Disturbance => text("sine"),
-            Self::Level => number(0.3),
-            Self::X0 | Self::Frequency | Self::GainScale => number(1.0),
-            Self::NoiseHold | Self::Step => number(0.01),
+        match self.entry().default {
+            Given::Nothing => None,
+            Text(text) => Some(Scalar::Text(text.to_owned())),
+            Number(number) => Some(Scalar::Number(number)),
         }
     }
 
-    /// Whether a resolved file leaves the setting out where it has its default: settings that came later, so that the
-    /// designs of older results, which do not have them, stay the same.
+    /// A value in words: "N = 98", "eta = 2 %", "white noise".
+    pub fn words(self, value: &str) -> String {
+        match self.entry().words {
+            InWords::Named => format!("{self} {value}"),
+            Template(template) => template.replace("{}", value),
+            Words(words) => words(value),
+        }
+    }
+
+    /// A value as an axis of names shows it.
+    pub fn tick(self, value: &str) -> &str {
+        (self.entry().tick)(value)
+    }
+
+    /// The heading of a table's column, without its unit.
+    pub fn title(self) -> String {
+        match self.entry().title {
+            "" => self.name().replace('_', " "),
+            title => title.to_owned(),
+        }
+    }
+
+    /// The unit that stands beside the title; empty where there is none.
+    pub const fn unit(self) -> &'static str {
+        self.entry().unit
+    }
+
+    /// The setting as an axis is labelled, with its unit.
+    pub fn axis_label(self) -> String {
+        let Entry { axis, unit, .. } = self.entry();
+        match (axis, unit) {
+            ("", "") => self.title(),
+            ("", unit) => format!("{}, {unit}", self.title()),
+            (axis, _) => axis.to_owned(),
+        }
+    }
+
+    /// Every setting, in the order in which they are asked whether they tell cells apart.
+    pub fn telling() -> impl Iterator<Item = Self> {
+        let mut all = Self::ALL.to_vec();
+        all.sort_by_key(|key| key.entry().telling);
+        all.into_iter()
+    }
+
+    /// The setting's turn among those that may be the axis of a picture, the first one preferred.
+    pub const fn along(self) -> usize {
+        self.entry().along
+    }
+
+    /// The setting's turn among those that get panels of a picture: colours of noise first;
+    /// readings of the errata and the like are held at one value where there is no room.
+    pub const fn held(self) -> usize {
+        self.entry().held
+    }
+
+    /// Whether the setting is a reading of the paper, named only where it is not the default.
+    pub const fn is_reading(self) -> bool {
+        self.entry().reading
+    }
+
+    /// Whether the setting changes the observer alone, and no parameter.
+    pub const fn is_of_observer(self) -> bool {
+        self.entry().of_observer
+    }
+
+    /// Whether a resolved file leaves the setting out where it has its default: settings that came
+    /// later, so that the designs of older results, which do not have them, stay the same.
     pub const fn is_left_out(self) -> bool {
-        matches!(
-            self,
-            Self::X0Deviation | Self::ProcessNoise | Self::ScoredFrom
-        )
+        self.entry().left_out
     }
 
     /// Whether the setting is a whole number of something.
     pub const fn is_count(self) -> bool {
-        matches!(
-            self,
-            Self::PlantOrder | Self::Order | Self::L | Self::Window | Self::Horizon
-        )
+        self.entry().count
     }
 
     /// Whether results have a column of this setting even where it does not vary.
     pub const fn is_always_a_column(self) -> bool {
-        matches!(self, Self::Claim | Self::Eta | Self::Window)
+        self.entry().column
     }
 }

@@ -22,6 +22,7 @@ pub use continuous::{
     SignalTable, WaveName, WaveTable,
 };
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};
+pub(in crate::study) use key::Time;
 pub use key::{AUTOMATIC, Key};
 pub(super) use limits::at_most;
 pub use method::{EstimatorName, MOST_ITERATIONS, MethodTable};
@@ -30,7 +31,7 @@ pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
 pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
 
 use super::engine::Engine;
-use super::row::Measure;
+use super::measure::Measure;
 use crate::names::named_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

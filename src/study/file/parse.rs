@@ -3,6 +3,7 @@
 use super::{ExperimentFile, Key};
 use crate::files::{self, Kind};
 use crate::names::UnknownName;
+use crate::study::Measure;
 use serde_json::Value;
 use std::path::Path;
 
@@ -218,6 +219,10 @@ pub fn schema() -> Value {
         "properties": settings,
         "additionalProperties": false,
     });
+    let measures = Measure::ALL.iter();
+    let measures =
+        measures.map(|of| serde_json::json!({ "const": of.name(), "description": of.about() }));
+    schema["$defs"]["Measure"] = serde_json::json!({ "oneOf": measures.collect::<Vec<_>>() });
     schema
 }
 

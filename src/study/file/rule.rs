@@ -1,6 +1,6 @@
 //! How many trials: a number, or until a measure is known well enough or a claim is decided.
 
-use super::super::row::Measure;
+use super::super::measure::Measure;
 use crate::names::named_enum;
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;

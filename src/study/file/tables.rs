@@ -1,6 +1,6 @@
 //! The smaller tables of an experiment file.
 
-use super::super::row::Measure;
+use super::super::measure::Measure;
 use super::{Axis, ExperimentFile, Key, Scalar};
 use crate::metric::SlopeOf;
 use crate::text::number;

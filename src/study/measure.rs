@@ -1,0 +1,279 @@
+//! What is measured of an output of a trial: one entry of one table for each measure.
+
+use super::file::Time;
+use crate::metric::Worse;
+use crate::names::named_table;
+
+/// What texts, pictures and rules know of a measure beside its name and its sentence.
+struct Entry {
+    /// As texts and pictures name it, without its unit.
+    label: &'static str,
+    /// Its unit; empty where it has none.
+    unit: &'static str,
+    /// Whether it is an error relative to the true value.
+    relative: bool,
+    better: Better,
+    scale: Scale,
+    /// Which studies have it.
+    time: Time,
+    /// Whether it is of the state's error over the samples that are scored.
+    of_state: bool,
+    /// Whether lanes compute it.
+    in_lanes: bool,
+}
+
+/// Which of two values is the better one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Better {
+    /// The smaller one.
+    Smaller,
+    /// The larger one: lost trials are then the smallest.
+    Larger,
+    /// Neither: the measure tells what a trial was like.
+    Neither,
+}
+
+/// How an axis of the measure is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Logarithmic.
+    Log,
+    /// Linear.
+    Linear,
+    /// Linear, from below nothing to all, per cent.
+    Percent,
+}
+
+const PLAIN: Entry = Entry {
+    label: "",
+    unit: "",
+    relative: false,
+    better: Better::Smaller,
+    scale: Scale::Log,
+    time: Time::Discrete,
+    of_state: false,
+    in_lanes: false,
+};
+
+const RELATIVE: Entry = Entry {
+    relative: true,
+    in_lanes: true,
+    ..PLAIN
+};
+
+const STATE: Entry = Entry {
+    of_state: true,
+    ..RELATIVE
+};
+
+const CONTINUOUS: Entry = Entry {
+    time: Time::Continuous,
+    ..PLAIN
+};
+
+named_table! {
+    /// A measure of a row. NaN, stored as null, where it is undefined.
+    Measure, "measure", Entry {
+        /// Relative error of a.
+        Ea = "e_a": Entry { label: "e_a", ..RELATIVE },
+        /// Relative error of b.
+        Eb = "e_b": Entry { label: "e_b", ..RELATIVE },
+        /// Relative error of h.
+        Eh = "e_h": Entry { label: "e_h", ..RELATIVE },
+        /// Relative error of x0.
+        Ex0 = "e_x0": Entry { label: "e_x0", ..RELATIVE },
+        /// Largest e_x(k), N <= k < K (or 0 <= k < K: setting `scored_from`).
+        ExMax = "e_x_max": Entry { label: "max e_x", ..STATE },
+        /// Root mean square of e_x(k), over the same k.
+        ExRms = "e_x_rms": Entry { label: "rms e_x", ..STATE },
+        /// e_a as Eq. (7) is printed (reading E3), and so on for the others.
+        EaPrinted = "e_a_as_printed": Entry { label: "e_a as printed", ..RELATIVE },
+        /// e_b as printed.
+        EbPrinted = "e_b_as_printed": Entry { label: "e_b as printed", ..RELATIVE },
+        /// e_h as printed.
+        EhPrinted = "e_h_as_printed": Entry { label: "e_h as printed", ..RELATIVE },
+        /// e_x0 as printed.
+        Ex0Printed = "e_x0_as_printed": Entry { label: "e_x0 as printed", ..RELATIVE },
+        /// Largest e_x(k) as printed, over the k where it is defined.
+        ExMaxPrinted = "e_x_max_as_printed": Entry { label: "max e_x as printed", ..STATE },
+        /// Root mean square of e_x(k) as printed, over the k where it is defined.
+        ExRmsPrinted = "e_x_rms_as_printed": Entry { label: "rms e_x as printed", ..STATE },
+        /// Spectral radius of A-hat.
+        SpectralRadius = "spectral_radius": Entry {
+            label: "spectral radius",
+            better: Better::Neither,
+            scale: Scale::Linear,
+            in_lanes: true,
+            ..PLAIN
+        },
+        /// Condition number of the matrix that the solver factorises; null where the solve failed.
+        Condition = "condition": Entry { label: "condition number", in_lanes: true, ..PLAIN },
+        /// Relative error of the impulse response.
+        ImpulseResponse = "e_g": Entry { label: "e_g", relative: true, ..PLAIN },
+        /// Simulated FIT on fresh data, per cent.
+        FreshFit = "fit_fresh": Entry {
+            label: "FIT on fresh data",
+            unit: "%",
+            better: Better::Larger,
+            scale: Scale::Percent,
+            ..PLAIN
+        },
+        /// Relative change of a from the pass before; null for pass 0.
+        Change = "change": Entry { label: "change of a", in_lanes: true, ..PLAIN },
+        /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`, in the states' units, over the same k as
+        /// e_x; in continuous time over the scored time. Its root mean square over trials is that
+        /// of the state's error over trials and samples. The ratio of two outputs' (RMSE ratio of a
+        /// comparison) is that of the two observers: the measure in which no observer of the same
+        /// information is better than the Kalman filter.
+        RmsState = "rms_x": Entry {
+            label: "rms of the state's error",
+            time: Time::Both,
+            of_state: true,
+            ..PLAIN
+        },
+        /// Continuous time: of x_1 - xhat_1.
+        RmsState1 = "rms_x1": Entry { label: "rms error of x_1", of_state: true, ..CONTINUOUS },
+        /// Continuous time: of x_2 - xhat_2.
+        RmsState2 = "rms_x2": Entry { label: "rms error of x_2", of_state: true, ..CONTINUOUS },
+        /// Continuous time: relative error of theta at the end.
+        Theta = "e_theta": Entry { label: "e_theta", relative: true, ..CONTINUOUS },
+        /// Continuous time: its root mean square over the scored time.
+        ThetaRms = "e_theta_rms": Entry { label: "rms e_theta", relative: true, ..CONTINUOUS },
+        /// Continuous time: seconds until the relative error of theta is below 10 % for the first
+        /// time.
+        Reaching = "t_reach": Entry { label: "time to come within 10 %", unit: "s", ..CONTINUOUS },
+        /// Continuous time: seconds until the relative error of theta is below 10 % for good: the
+        /// last entry; null where it is outside at the end.
+        Settling = "t_settle": Entry { label: "time to stay within 10 %", unit: "s", ..CONTINUOUS },
+        /// Continuous time: seconds after which gamma int Delta^2 grows by less than 0.01, so that
+        /// theta keeps 99 % of what it is; null where it still moves.
+        Frozen = "t_frozen": Entry {
+            label: "frozen from",
+            unit: "s",
+            better: Better::Neither,
+            ..CONTINUOUS
+        },
+        /// Continuous time: the smallest gamma int Delta^2 of the components: exp(-this) of the
+        /// first error is left.
+        Adaptation = "adaptation": Entry {
+            label: "adaptation",
+            better: Better::Larger,
+            ..CONTINUOUS
+        },
+        /// Continuous time: the smallest eigenvalue of int phi'phi dt of regression (9), the
+        /// interval excitation.
+        Excitation = "excitation": Entry {
+            label: "excitation",
+            better: Better::Larger,
+            ..CONTINUOUS
+        },
+        /// Continuous time: the largest |dbar_i|, which the paper assumes to be below 1.
+        MixedDisturbance = "dbar_max": Entry {
+            label: "largest |dbar|",
+            better: Better::Neither,
+            ..CONTINUOUS
+        },
+        /// Continuous time: relative error by step halving of xhat, of theta_hat and of the
+        /// measures of their errors, the largest.
+        StepError = "step_error": Entry { label: "error by step halving", ..CONTINUOUS },
+        /// Continuous time: observed order of the integration of xhat.
+        StepOrder = "step_order": Entry {
+            label: "order of the integration",
+            better: Better::Neither,
+            scale: Scale::Linear,
+            ..CONTINUOUS
+        },
+    }
+}
+
+impl Measure {
+    /// As texts name it, without its unit.
+    pub const fn label(self) -> &'static str {
+        self.entry().label
+    }
+
+    /// Its unit; empty where it has none.
+    pub const fn unit(self) -> &'static str {
+        self.entry().unit
+    }
+
+    /// As an axis is labelled: with its unit, or that it is relative.
+    pub fn axis_label(self) -> String {
+        let Entry {
+            label,
+            unit,
+            relative,
+            ..
+        } = self.entry();
+        match (relative, unit) {
+            (true, _) => format!("{label}, relative"),
+            (false, "") => label.to_owned(),
+            (false, unit) => format!("{label}, {unit}"),
+        }
+    }
+
+    /// Which of two values is the better one.
+    pub const fn better(self) -> Better {
+        self.entry().better
+    }
+
+    /// The worse end of the order, where lost trials stand.
+    pub const fn worse(self) -> Worse {
+        match self.better() {
+            Better::Larger => Worse::Smaller,
+            Better::Smaller | Better::Neither => Worse::Larger,
+        }
+    }
+
+    /// How an axis of the measure is drawn.
+    pub const fn scale(self) -> Scale {
+        self.entry().scale
+    }
+
+    /// Whether the measure is of the state's error over the samples that are scored.
+    pub const fn is_of_state(self) -> bool {
+        self.entry().of_state
+    }
+
+    /// Whether lanes compute it.
+    pub(super) const fn is_in_lanes(self) -> bool {
+        self.entry().in_lanes
+    }
+
+    /// Whether a study in continuous time, or in discrete time, has the measure.
+    pub const fn is_of(self, continuous: bool) -> bool {
+        self.entry().time.is_of(continuous)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    /// A forgotten label would be empty, a copied one would name two measures.
+    #[test]
+    fn labels_and_sentences_tell_measures_apart() {
+        for of in [Measure::label, Measure::about] {
+            let texts: HashSet<&str> = Measure::ALL.iter().map(|measure| of(*measure)).collect();
+            assert_eq!(texts.len(), Measure::ALL.len());
+            assert!(!texts.contains(""));
+        }
+        assert_eq!(
+            Measure::Settling.axis_label(),
+            "time to stay within 10 %, s"
+        );
+        assert_eq!(Measure::Ea.axis_label(), "e_a, relative");
+        assert_eq!(Measure::Condition.axis_label(), "condition number");
+    }
+
+    /// The states exist in both kinds of time, the identified parameters of each in its own alone.
+    #[test]
+    fn each_kind_of_study_has_its_measures() {
+        let is_of = |measure: Measure| [false, true].map(|continuous| measure.is_of(continuous));
+        assert_eq!(is_of(Measure::RmsState), [true, true]);
+        assert_eq!(is_of(Measure::Ea), [true, false]);
+        assert_eq!(is_of(Measure::Theta), [false, true]);
+        assert!(Measure::ALL.iter().all(|of| is_of(*of).contains(&true)));
+    }
+}
