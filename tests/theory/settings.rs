@@ -286,6 +286,8 @@ pub fn observers() -> Vec<Check> {
             let set = [format!("noise={noise}"), format!("gain={name}")];
             let rest = [
                 "observer_start=x0-hat",
+                "process_noise=0",
+                "scored_from=window",
                 "eta=10",
                 "window=[10000, 20000]",
                 "horizon=24000",

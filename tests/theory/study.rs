@@ -12,12 +12,13 @@ pub fn path(name: &str) -> PathBuf {
         .join(format!("{name}.toml"))
 }
 
-/// A shipped file with some keys set. Comparisons, slopes and bounds do not matter here, and are cut.
+/// A shipped file with some keys set. Comparisons, slopes, bounds and claims do not matter here, and are cut.
 pub fn cut(name: &str, set: &[&str]) -> Experiment {
     let always = [
         "compare=[]",
         "slopes=[]",
         "bounds=[]",
+        "claims=[]",
         "timing=false",
         "curves=false",
         "parameters=true",
