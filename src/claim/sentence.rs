@@ -202,8 +202,13 @@ impl Told<'_> {
             let told = cell.and_then(|cell| Some((self.of(cell)?, self.at(cell))));
             let several = self.cases.len() > 1 || self.cases[0].len() > 1;
             told.map_or_else(String::new, |((noun, value, must), at)| {
+                let place = if at.is_empty() {
+                    at.clone()
+                } else {
+                    format!("{at}, where")
+                };
                 if several {
-                    format!("; {word}{at}, where {noun} is {value} and must be {must}")
+                    format!("; {word}{place} {noun} is {value} and must be {must}")
                 } else {
                     format!("; {word} {value}{at}")
                 }

@@ -195,8 +195,8 @@ fn report(arguments: &Arguments, study: &Study) -> String {
          {}\
          typical: the lower end of the 95 % Wilson interval of iv(4)'s share is above\n\
          1/2; not typical: its upper end is below 1/2. Digits in parentheses and after \u{b1}\n\
-         are Monte-Carlo standard errors. Quantiles are over the trials that have the\n\
-         measure, shares over all trials (a failed one meets no bound).\n\
+         are Monte-Carlo standard errors. Quantiles and shares are over all trials: a\n\
+         failed one ranks last and meets no bound.\n\
          \"= 0\": below 100 eps times the condition number, and below 1e-6. e_a, e_b:\n\
          relative errors of a and b (state-space form); e_x: of the state, k >= N,\n\
          dead-beat observer.\n\
