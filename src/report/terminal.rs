@@ -66,22 +66,24 @@ fn measures(study: &Study) -> Vec<Measure> {
     measures
 }
 
-/// The outputs in their order: all if they are few, else those that claims speak of and one of each
-/// estimator.
+/// The outputs: all in their order if they are few, else those that claims speak of, and one of
+/// each estimator.
 fn outputs(study: &Study) -> Vec<String> {
     let labels = study.labels();
     if labels.len() <= OUTPUTS {
         return labels.to_vec();
     }
     let tests = study.file.claims.iter().flat_map(ClaimTable::tests);
-    let claimed: Vec<String> = tests
-        .filter_map(|(_, table)| ClaimTest::of(table).ok())
-        .flat_map(|test| spoken_of(&test))
-        .collect();
-    let lead = lead_outputs(study);
-    let kept =
-        |label: &&String| claimed.contains(label) || lead.iter().any(|(_, other)| other == *label);
-    labels.iter().filter(kept).cloned().collect()
+    let tests = tests.filter_map(|(_, table)| ClaimTest::of(table).ok());
+    let claimed: Vec<String> = tests.flat_map(|test| spoken_of(&test)).collect();
+    let claimed = labels.iter().filter(|label| claimed.contains(label));
+    let mut outputs: Vec<String> = claimed.cloned().collect();
+    for (_, label) in lead_outputs(study) {
+        if !outputs.contains(&label) {
+            outputs.push(label);
+        }
+    }
+    outputs
 }
 
 /// The outputs that a test looks at.
