@@ -65,18 +65,20 @@ fn measures(study: &Study) -> Vec<Measure> {
     measures
 }
 
-/// The outputs in their order: all if they are few, else those that claims speak of and one of each
-/// estimator.
+/// The outputs: all in their order if they are few, else those that claims speak of, and one of
+/// each estimator.
 fn outputs(study: &Study) -> Vec<String> {
     let labels = study.labels();
     if labels.len() <= OUTPUTS {
         return labels.to_vec();
     }
-    let claimed = study.claimed();
-    let lead = lead_outputs(study);
-    let kept =
-        |label: &&String| claimed.contains(label) || lead.iter().any(|(_, other)| other == *label);
-    labels.iter().filter(kept).cloned().collect()
+    let mut outputs = study.claimed();
+    for (_, label) in lead_outputs(study) {
+        if !outputs.contains(&label) {
+            outputs.push(label);
+        }
+    }
+    outputs
 }
 
 fn lost(outcomes: &Outcomes) -> Share {

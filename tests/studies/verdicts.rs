@@ -1,5 +1,5 @@
-//! What a run and a report show of the claims of a user's own file: the truth of each claim is known from theory (see
-//! `claims`).
+//! What a run and a report show of the claims of a user's own file: the truth of each claim is known
+//! from theory (see `claims`).
 
 use super::{Place, stdout, succeeds};
 

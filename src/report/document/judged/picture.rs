@@ -289,10 +289,7 @@ impl<'a> Picture<'a> {
                 Point::interval(layout.at(study, here[i]), mark.value, low, high)
             })
         };
-        Some((
-            panels.iter().map(draw).collect(),
-            "in every cell".to_owned(),
-        ))
+        Some((panels.iter().map(draw).collect(), "Every cell".to_owned()))
     }
 
     /// All numbers by size, evenly thinned where they are many.

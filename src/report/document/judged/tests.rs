@@ -5,8 +5,8 @@ use crate::claim::{JudgedTest, Scale};
 use crate::report::document::tests::study;
 use crate::report::html::Page;
 
-/// A claim "below 1" of a study: the number of a cell is 0.5 and passes, 1 and is open, 2 and fails,
-/// in turn.
+/// A claim "below 1" of a study: in turn the number of a cell is 0.5 and passes, 1 and is open, 2
+/// and fails.
 fn claim(study: &Study) -> Judged {
     let cell = |index: usize| {
         let (value, says) = [(0.5, "pass"), (1.0, "open"), (2.0, "fail")][index % 3];
@@ -137,8 +137,8 @@ fn what_cannot_be_drawn_is_counted() {
     );
 }
 
-/// A part has the claim, its verdict in words, the sentence without them, a picture and a table; what
-/// others wrote is text.
+/// A part has the claim, its verdict in words, the sentence without them, a picture and a table.
+/// What others wrote is text.
 #[test]
 fn a_part_tells_one_claim() {
     let mut study = grid("window = [58, 98, 218]");
