@@ -98,11 +98,7 @@ fn content() -> String {
         let value = match key.default() {
             None => {
                 // Two lines that cannot both stand.
-                let _ = writeln!(
-                    text,
-                    "# In the place of window: {key} = 20 ({})",
-                    key.about()
-                );
+                let _ = writeln!(text, "# Instead of window: {key} = 20 ({})", key.about());
                 continue;
             }
             Some(Scalar::Number(number)) => number.to_string(),
@@ -184,7 +180,7 @@ mod tests {
         let (_, settings) = content.split_once("with its default:\n").unwrap();
         let settings = settings.lines().take_while(|line| !line.is_empty());
         let mut seen = 0;
-        for line in settings.filter(|line| !line.starts_with("# In the place of")) {
+        for line in settings.filter(|line| !line.starts_with("# Instead of")) {
             let one = content.replacen(line, line.strip_prefix("# ").unwrap(), 1);
             let experiment = ExperimentFile::parse(&one).and_then(Experiment::new);
             assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());

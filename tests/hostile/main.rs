@@ -4,12 +4,15 @@
 
 #![cfg(unix)]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod endless;
 mod obstacle;
 mod owners;
 mod table;
 mod victims;
 
+use common::{PROGRAM, copy, stderr};
 use std::collections::BTreeMap;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -17,8 +20,6 @@ use std::process::{Command, Output, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
 
 /// One cell, two outputs, rows and times: every file that a run writes.
 const STUDY: &str = "trials = 8\nstore = \"trials\"\ntiming = true\n[settings]\neta = 5\nwindow = 18\n\
@@ -152,10 +153,6 @@ fn wait(mut command: Command) -> Output {
     child.wait_with_output().expect("ended")
 }
 
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
-}
-
 /// What is at every path of a tree: its kind and permissions, and its content or where it leads.
 type Tree = BTreeMap<PathBuf, (u32, Vec<u8>)>;
 
@@ -178,17 +175,4 @@ fn tree(path: &Path) -> Tree {
     }
     found.insert(path.to_owned(), (metadata.permissions().mode(), content));
     found
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).expect("a folder");
-    for entry in std::fs::read_dir(from).expect("a folder") {
-        let entry = entry.expect("an entry");
-        let target = to.join(entry.file_name());
-        if entry.file_type().expect("a type").is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), target).expect("a copy");
-        }
-    }
 }

@@ -90,7 +90,7 @@ fn disturbances_and_observers_of_methods_run_on_faer_or_are_refused() {
         ("", "process_noise = 0.1", IV, disturbed),
         ("", "x0_deviation = 0.1", IV, disturbed),
         ("", start, IV, start),
-        ("measures = [\"rms_x\"]", "", IV, "the figure rms_x"),
+        ("measures = [\"rms_x\"]", "", IV, "the measure rms_x"),
         ("", "", kalman, "observers of a method's own"),
         ("", "", known, "the estimator \"known\""),
     ] {

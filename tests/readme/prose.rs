@@ -235,10 +235,9 @@ fn value(mark: &str) -> Result<f64, String> {
     let (file, place) = mark
         .split_once(": ")
         .ok_or(format!("'{mark}': expected FILE: PLACE"))?;
-    if file.ends_with(".csv") {
-        cell(&read(&format!("results/report/tables/{file}")), place)
-    } else {
-        quoted(&read(&format!("results/report/{file}")), place)
+    match file.strip_suffix(".csv") {
+        Some(name) => cell(&read(&format!("results/report/tables/{name}.csv")), place),
+        None => quoted(&read(&format!("results/report/{file}")), place),
     }
 }
 

@@ -2,6 +2,8 @@
 
 mod claims;
 mod commands;
+#[path = "../common/mod.rs"]
+mod common;
 mod continuous;
 mod damage;
 mod engines;
@@ -14,12 +16,11 @@ mod meaning;
 mod needs;
 mod verdicts;
 
+use common::{PROGRAM, copy, stderr};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
 
 /// Twelve cells, four outputs, and everything that a file can ask for.
 const EVERYTHING: &str = r#"
@@ -175,26 +176,8 @@ fn is_block(path: &Path) -> bool {
         .is_some_and(|extension| extension == "block")
 }
 
-/// Copies a folder of results with its blocks.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).expect("a folder");
-    for entry in std::fs::read_dir(from).expect("a folder") {
-        let entry = entry.expect("an entry");
-        let target = to.join(entry.file_name());
-        if entry.file_type().expect("a type").is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), target).expect("a copy");
-        }
-    }
-}
-
 fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).expect("UTF-8")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
 }
 
 fn succeeds(output: &Output) {

@@ -45,6 +45,7 @@ enum InWords {
 }
 
 /// What a study knows of a setting beside its name and its sentence.
+#[expect(clippy::struct_excessive_bools, reason = "each is one property")]
 struct Entry {
     /// The value where a file says nothing.
     default: Given,
