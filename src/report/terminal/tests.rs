@@ -97,6 +97,7 @@ fn known(toml: &str, mcse: f64) -> Study {
             .flat_map(|of| of.measures.values_mut());
         measures.for_each(|of| {
             of.q50 = Quantile {
+                lost: false,
                 value: f64::from(value),
                 mcse,
             }
