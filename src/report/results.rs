@@ -301,9 +301,8 @@ impl Study {
 fn tell_times(judged: &mut [Judged], machine: Option<&str>) {
     if let Some(machine) = machine {
         for claim in judged.iter_mut().filter(|claim| claim.timed) {
-            claim
-                .line
-                .push_str(&format!(" Measured on {machine}, one thread."));
+            let words = [" Measured on ", machine, ", one thread."];
+            claim.line.extend(words);
         }
     }
 }
