@@ -80,12 +80,11 @@ impl<'a> Picture<'a> {
             all.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)))
                 .filter(|(_, number)| number.test == index)
         };
-        let positive = |x: &f64| *x > 0.0;
         let limits = test.limits.iter().filter(|limit| limit.is_finite());
         let log = test.scale == Compared::Ratio
             && limits.copied().all(|limit| limit > 0.0)
             && numbers().all(|(_, number)| number.value >= 0.0);
-        let drawn = |value: f64| value.is_finite() && (!log || positive(&value));
+        let drawn = |value: f64| value.is_finite() && (!log || value > 0.0);
         let marks = numbers().filter(|(_, number)| drawn(number.value));
         let marks: Vec<Mark<'a>> = marks
             .map(|(of, number)| Mark {
