@@ -57,7 +57,7 @@ impl Quantile {
 
     /// Whether a stored one can be a quantile: its error is not negative.
     pub(super) fn is_sound(&self) -> bool {
-        !self.value.is_infinite() && !(self.mcse < 0.0) && !(self.lost && self.value.is_finite())
+        !(self.value.is_infinite() || self.mcse < 0.0 || self.lost && self.value.is_finite())
     }
 
     /// The 95 % interval `value -+ 1.96 mcse`.

@@ -344,10 +344,8 @@ fn parameters(trials: &Trials, cell: &Cell, output: usize, count: usize) -> Vec<
         let rows = errors.zip(&trials.rows).skip(output).step_by(count);
         rows.map(|(errors, row)| (errors, row.failure.is_some()))
     };
-    let error = |(errors, failed): (&[f64], bool), i: usize| match failed {
-        false => errors[i],
-        true => f64::NAN,
-    };
+    let error =
+        |(errors, failed): (&[f64], bool), i: usize| if failed { f64::NAN } else { errors[i] };
     (0..width)
         .map(|i| Sample::of(rows().map(|row| error(row, i))))
         .collect()
