@@ -1,11 +1,22 @@
 //! Numbers with their standard errors in a few characters.
 
+use crate::metric::Quantile;
+
 /// A value with its standard error in parentheses, in units of the last digit: `0.0879(5)`,
 /// `3.21(4)e-13`. The error is shown with one digit, rounded up where that digit would be 0.
 ///
 /// An undefined value is `-`; an error that is undefined or zero is left out, with four digits shown.
 pub fn uncertain(value: f64, error: f64) -> String {
     rounded(value, error, 17)
+}
+
+/// A quantile with its standard error; `lost` where it falls among lost trials.
+pub fn quantile(of: Quantile) -> String {
+    if of.lost {
+        "lost".to_owned()
+    } else {
+        uncertain(of.value, of.mcse)
+    }
 }
 
 /// The same with at most `most` digits of the value; a smaller error is shown as 1 of the last of them.

@@ -47,19 +47,22 @@ pub(super) struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    /// The judged cells that certainly pass, and those that certainly fail: each by itself where
-    /// all of them must be, all together (Holm) where one is enough.
+    /// The judged cells that certainly pass, and those that certainly fail: all together (Holm), but
+    /// each by itself where all must be and all are.
     pub(super) fn certain(self, holds: Holds, level: f64) -> [Vec<usize>; 2] {
         let [pass, fail]: [Vec<f64>; 2] = [
             self.judged.iter().map(|cell| cell.pass).collect(),
             self.judged.iter().map(|cell| cell.fail).collect(),
         ];
-        let each = |p: &[f64]| (0..p.len()).filter(|cell| p[*cell] <= level).collect();
         let together = |p: &[f64]| holm(p, self.among, level);
+        let all = |p: &[f64]| match p.iter().all(|p| *p <= level) {
+            true => (0..p.len()).collect(),
+            false => together(p),
+        };
         match holds {
-            Holds::Everywhere => [each(&pass), together(&fail)],
+            Holds::Everywhere => [all(&pass), together(&fail)],
             Holds::Typically => [together(&pass), together(&fail)],
-            Holds::Somewhere => [together(&pass), each(&fail)],
+            Holds::Somewhere => [together(&pass), all(&fail)],
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::decision::Says;
 use super::known::{Range, worst};
+use super::sentence::Scale;
 use super::statistics::{Members, Number, Results};
 use crate::study::file::{ClaimTest, Limit};
 
@@ -32,7 +33,7 @@ impl Evidence {
         for (test, of) in tests.iter().enumerate() {
             match results.numbers(of, cells) {
                 Ok(numbers) => {
-                    let range = Range::from(of.limit);
+                    let range = Range::of(of);
                     let part = |number| Part {
                         test,
                         number,
@@ -105,15 +106,32 @@ impl Part {
     pub(super) fn margin(&self) -> f64 {
         self.number.known.margin(self.range)
     }
+
+    /// How far inside its range the value itself is; below 0 outside.
+    pub(super) fn depth(&self) -> f64 {
+        self.number.known.depth(self.range)
+    }
 }
 
-impl From<Limit> for Range {
-    fn from(limit: Limit) -> Self {
-        let [low, high] = limit.ends();
+impl Range {
+    /// The numbers that pass a test. No share is beyond 0 or 1, so a range that reaches there has no
+    /// limit there.
+    fn of(test: &ClaimTest) -> Self {
+        let [low, high] = test.limit.ends();
+        let open = matches!(test.limit, Limit::Below(_) | Limit::Above(_));
+        let reaches = Scale::of(test) == Scale::Share && !open;
         Self {
-            low,
-            high,
-            open: matches!(limit, Limit::Below(_) | Limit::Above(_)),
+            low: if reaches && low <= 0.0 {
+                f64::NEG_INFINITY
+            } else {
+                low
+            },
+            high: if reaches && high >= 1.0 {
+                f64::INFINITY
+            } else {
+                high
+            },
+            open,
         }
     }
 }

@@ -234,6 +234,24 @@ impl Known {
         Some((distance, *freedom))
     }
 
+    /// How far inside a range the value itself is, on the scale on which it is compared; below 0
+    /// outside.
+    pub(super) fn depth(&self, range: Range) -> f64 {
+        let logarithmic = matches!(
+            self,
+            Self::Estimate {
+                logarithmic: true,
+                ..
+            }
+        );
+        let scaled = |x: f64| if logarithmic { x.max(0.0).ln() } else { x };
+        let value = scaled(self.shown().0);
+        let [low, high] = range.ends().map(|end| end.map(scaled));
+        let low = low.map_or(f64::INFINITY, |low| value - low);
+        let high = high.map_or(f64::INFINITY, |high| high - value);
+        low.min(high)
+    }
+
     /// How far inside a range the number is, about in standard errors; below 0 outside.
     pub(super) fn margin(&self, range: Range) -> f64 {
         let of_test = |test: OneSided| match test {

@@ -208,6 +208,9 @@ impl JudgedTest {
     }
 }
 
+/// Fewest trials in each cell from which it is said how many more would decide.
+const FEWEST_FOR_POWER: u64 = 20;
+
 /// A claim with its tests.
 struct Judge<'a> {
     claim: &'a ClaimTable,
@@ -227,13 +230,21 @@ struct Found<'a> {
 }
 
 impl<'a> Judge<'a> {
-    fn find(&self, results: Results<'_>, tests: &'a [ClaimTest], unit: Unit) -> Found<'a> {
+    /// What is found in one of so many units.
+    fn find(
+        &self,
+        results: Results<'_>,
+        tests: &'a [ClaimTest],
+        unit: Unit,
+        among: usize,
+    ) -> Found<'a> {
         let evidence = Evidence::of(results, tests, &unit.members);
         let mut says = evidence.says();
         let mut judged = true;
         if let Some(given) = self.given {
             let given = Evidence::of(results, std::slice::from_ref(given), &unit.members).says();
-            judged = given.pass <= self.level;
+            // Of so many cells some would be judged by chance (Bonferroni).
+            judged = given.pass <= self.level / among as f64;
             says = Says {
                 pass: says.pass.max(given.pass),
                 fail: says.fail.max(given.pass),
@@ -250,14 +261,17 @@ impl<'a> Judge<'a> {
 
     /// Every unit of every case.
     fn found(&self, results: Results<'_>, file: &ExperimentFile) -> Result<Vec<Found<'a>>, String> {
-        let mut found = Vec::new();
+        let mut all = Vec::new();
         for tests in self.cases {
             let Some(first) = tests.first() else { continue };
             for unit in units(self.claim, first, file, results.summary)? {
-                found.push(self.find(results, tests, unit));
+                all.push((tests, unit));
             }
         }
-        Ok(found)
+        let among = all.len();
+        let found = all.into_iter();
+        let found = found.map(|(tests, unit)| self.find(results, tests, unit, among));
+        Ok(found.collect())
     }
 
     fn judge(&self, results: Results<'_>, file: &ExperimentFile) -> Judged {
@@ -274,8 +288,10 @@ impl<'a> Judge<'a> {
             among,
         };
         let verdict = decide(holds, judged, self.level);
-        let needed = (verdict == Verdict::Undecided && !kept.is_empty()).then(|| {
-            let trials = |found: &&Found| results.trials(&found.unit.members);
+        let trials = |found: &&Found| results.trials(&found.unit.members);
+        let enough = kept.iter().all(|found| trials(found) >= FEWEST_FOR_POWER);
+        let open = verdict == Verdict::Undecided && !kept.is_empty();
+        let needed = (open && enough).then(|| {
             let cells: Vec<(&Evidence, u64)> =
                 kept.iter().map(|of| (&of.evidence, trials(of))).collect();
             let (cells, level) = (cells.as_slice(), self.level);

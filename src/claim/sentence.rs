@@ -41,9 +41,9 @@ pub(super) struct ToldUnit<'a> {
 }
 
 impl ToldUnit<'_> {
-    /// How far it is inside the limit.
-    fn margin(&self) -> f64 {
-        self.evidence.decisive().map_or(f64::INFINITY, Part::margin)
+    /// Its number that is nearest to failing, or fails most.
+    fn decisive(&self) -> Option<&Part> {
+        self.evidence.decisive()
     }
 }
 
@@ -108,18 +108,22 @@ impl Told<'_> {
         sentence
     }
 
+    /// Orders cells by how far their numbers are inside the limit: by the values where all are of one
+    /// test, else by standard errors. Cells without a number are last.
+    fn by_depth(&self, mut cells: Vec<usize>) -> Vec<usize> {
+        let parts = || self.units.iter().filter_map(ToldUnit::decisive);
+        let alike = parts().all(|part| Some(part.test) == parts().next().map(|first| first.test));
+        let depth = |cell: &usize| {
+            let of = if alike { Part::depth } else { Part::margin };
+            self.units[*cell].decisive().map_or(f64::INFINITY, of)
+        };
+        cells.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
+        cells
+    }
+
     /// The judged cell that is nearest to failing, or fails most.
     fn nearest(&self, among: &[usize]) -> Option<usize> {
-        let margin = |cell: &usize| self.units[*cell].margin();
-        let mut cells = among.iter().copied();
-        let first = cells.next()?;
-        Some(cells.fold(first, |best, cell| {
-            if margin(&cell) < margin(&best) {
-                cell
-            } else {
-                best
-            }
-        }))
+        self.by_depth(among.to_vec()).first().copied()
     }
 
     fn all(&self) -> Vec<usize> {
@@ -128,9 +132,7 @@ impl Told<'_> {
 
     /// The middle cell by how far its number is inside the limit.
     fn middle(&self) -> Option<usize> {
-        let margin = |cell: &usize| self.units[*cell].margin();
-        let mut all = self.all();
-        all.sort_by(|a, b| margin(a).total_cmp(&margin(b)));
+        let all = self.by_depth(self.all());
         all.get(all.len() / 2).copied()
     }
 
@@ -141,7 +143,12 @@ impl Told<'_> {
         if words.is_empty() {
             words
         } else {
-            format!(" at {words}")
+            let word = if words.ends_with("noise") && !words.contains([',', '=']) {
+                "in"
+            } else {
+                "at"
+            };
+            format!(" {word} {words}")
         }
     }
 
@@ -226,7 +233,7 @@ impl Told<'_> {
                 self.at_least[0],
                 self.cells(),
                 self.claim("is"),
-                number(self.middle(), "in the middle one:")
+                number(self.middle(), "in the cell in the middle:")
             ),
             Holds::Somewhere => {
                 let cell = self.passing.first().copied();
@@ -254,19 +261,19 @@ impl Told<'_> {
                 format!(": {counter}; {count}.{}", place.unwrap_or_default())
             }
             Holds::Typically => format!(
-                ": in at least {} of {m} {} {}; in the middle one {}.",
+                ": in at least {} of {m} {} {}; in the cell in the middle {}.",
                 self.at_least[1],
                 self.cells(),
                 self.claim("is not"),
                 told(self.middle()).unwrap_or_default()
             ),
             Holds::Somewhere => {
-                let margin = |cell: &usize| {
-                    let decisive = self.units[*cell].evidence.decisive();
-                    decisive.map_or(f64::NEG_INFINITY, Part::margin)
-                };
-                let all = self.all().into_iter();
-                let best = all.max_by(|a, b| margin(a).total_cmp(&margin(b)));
+                if self.cases[0].len() > 1 {
+                    return format!(": in none of {m} {} all tests pass.", self.cells());
+                }
+                let known = |cell: &usize| self.units[*cell].decisive().is_some();
+                let all = self.by_depth(self.all().into_iter().filter(known).collect());
+                let best = all.last().copied();
                 format!(
                     ": in none of {m} {}; at best {}.",
                     self.cells(),
@@ -309,6 +316,7 @@ impl Told<'_> {
         let open = match self.of(0).filter(|_| m == 1) {
             Some((noun, value, must)) => format!("{noun} is {value}, not certainly {must} or not"),
             None if m == 1 => "nothing is known of the cell".to_owned(),
+            None if open == 1 => format!("1 of {m} {} leaves it open", self.cells()),
             None => format!("{open} of {m} {} leave it open", self.cells()),
         };
         let trials = match self.needed {
@@ -316,8 +324,11 @@ impl Told<'_> {
             Some(Needed::Trials(trials)) => {
                 format!("; some {} trials would decide it", grouped(trials))
             }
+            _ if self.cases.iter().flatten().any(ClaimTest::is_timed) => {
+                "; more trials say no more of times".to_owned()
+            }
             Some(Needed::MoreThan(most)) => {
-                format!("; {} trials would not decide it", grouped(most))
+                format!("; more than {} trials would be needed", grouped(most))
             }
             None => String::new(),
         };
@@ -410,7 +421,7 @@ fn is_share(test: &ClaimTest) -> bool {
 pub(super) fn value(test: &ClaimTest, part: &Part) -> String {
     let (value, error) = part.number.known.shown();
     if value.is_infinite() {
-        "that of a lost trial".to_owned()
+        "that of a trial without a value".to_owned()
     } else if is_share(test) {
         format!("{} %", uncertain(100.0 * value, 100.0 * error))
     } else {
@@ -448,10 +459,11 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
         TestKind::Outcome(outcome) => format!("the share of {outcome} trials of {of}"),
         TestKind::Bound(bound) => {
             let measure = bound.measure.label();
-            format!(
-                "the share of trials of {of} with {measure} {}",
-                bound.text()
-            )
+            let text = match bound.below {
+                None => "= 0 up to rounding".to_owned(),
+                Some(_) => bound.text(),
+            };
+            format!("the share of trials of {of} with {measure} {text}")
         }
         TestKind::Wins { measure, to } => format!(
             "the share of trials in which {of} is better than {to} in {}",
@@ -480,7 +492,9 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
                 Statistic::Median => {
                     format!("the ratio of the median {first} of {of} to that of {to}")
                 }
-                Statistic::Rms => format!("the ratio of the rms {first} of {of} to that of {to}"),
+                Statistic::Rms => {
+                    format!("the ratio of the rms over trials of {first} of {of} to that of {to}")
+                }
                 _ => format!("the median ratio of {first}, {of} over {to},"),
             }
         }
@@ -508,7 +522,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             let over = crate::study::place::axis_label(slope.over);
             let over = over.split(',').next().unwrap_or_default();
             let measure = slope.measure.label();
-            format!("the log-log slope of the {statistic} {measure} of {of} over {over}")
+            format!("the log-log slope of the {statistic} of {measure} of {of} over {over}")
         }
         TestKind::Time { to } => format!("the time of {of} over that of {to}"),
     }
@@ -521,7 +535,7 @@ fn bias(what: &str, of: &str) -> String {
 fn statistic_name(statistic: Statistic) -> &'static str {
     match statistic {
         Statistic::Mean => "the mean",
-        Statistic::Rms => "the rms",
+        Statistic::Rms => "the rms over trials of",
         Statistic::Q05 => "the 5 % quantile of",
         Statistic::Q25 => "the lower quartile of",
         Statistic::Q75 => "the upper quartile of",

@@ -217,6 +217,10 @@ fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing>
     })
 }
 
+/// The largest error of a ratio by which it is judged: the logarithm of a number with a larger one is
+/// not near normal.
+const MOST_RELATIVE_ERROR: f64 = 0.5;
+
 /// An estimate with its standard error; without error it is exact.
 fn known(
     (value, error): (f64, f64),
@@ -225,6 +229,8 @@ fn known(
 ) -> Result<Known, Missing> {
     if !value.is_finite() || logarithmic && value <= 0.0 {
         Err("the number is undefined".to_owned())
+    } else if logarithmic && error > MOST_RELATIVE_ERROR * value {
+        Err("its standard error is more than half of it".to_owned())
     } else if error == 0.0 {
         Ok(Known::Exact(value))
     } else if error > 0.0 && error.is_finite() {
@@ -338,7 +344,7 @@ fn moment(
 ) -> Result<Number, Missing> {
     if of.dominated && !cell.deterministic {
         return Err(format!(
-            "a single trial makes the mean square of {measure}, so means say nothing; quantiles do"
+            "a single trial makes up most of the mean square of {measure}, so means say nothing; quantiles do"
         ));
     }
     let estimate = estimated(cell, estimate);
@@ -387,7 +393,7 @@ fn ranks(
     logarithmic: bool,
 ) -> Known {
     let is_near_normal = value.is_finite() && error > 0.0 && error.is_finite();
-    if is_near_normal && !(logarithmic && value <= 0.0) {
+    if is_near_normal && !(logarithmic && error > MOST_RELATIVE_ERROR * value) {
         return Known::Estimate {
             value,
             error,
@@ -417,7 +423,7 @@ fn ratio(
     }
     if pair.dominated && !cell.deterministic {
         return Err(format!(
-            "a single trial makes the mean square of {measure}; statistic = \"median\" holds there"
+            "a single trial makes up most of the mean square of {measure}; medians can be compared"
         ));
     }
     let ratio = estimated(cell, pair.rmse_ratio);
@@ -448,7 +454,10 @@ fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
     ];
     let zero = (zero > 0).then_some((0.0, zero));
     let infinite = (infinite > 0).then_some((f64::INFINITY, all - infinite));
-    let points = at_ranks(quantiles.into_iter(), all);
+    // Ratios below 1, and those that are 1.
+    let (smaller, ties) = (pair.share_smaller.count, pair.ties);
+    let ones = [(1.0, smaller), (1.0, smaller + ties)];
+    let points = at_ranks(quantiles.into_iter(), all).chain(ones);
     let points = points.chain(zero).chain(infinite);
     ranks(0.5, all, (value, pair.median_ratio.mcse), points, true)
 }
@@ -501,7 +510,7 @@ fn biases(
         .map(|(of, errors)| {
             if errors.dominated {
                 return Err(format!(
-                    "a single trial makes the mean square of the error of {of}"
+                    "a single trial makes up most of the mean square of the error of {of}"
                 ));
             }
             let (mean, sd) = (errors.mean, errors.sd);

@@ -1,6 +1,6 @@
 //! The verdict table, at most 80 columns wide.
 
-use super::number::{rounded, uncertain};
+use super::number::rounded;
 use crate::metric::{Quantile, Share, Statistics};
 use crate::study::{BoundSummary, CellSummary, OutputShare, Summary};
 use crate::text::{number, visible};
@@ -120,7 +120,7 @@ fn spread(of: &Statistics) -> String {
     let spread = |text: fn(Quantile) -> String| {
         format!("{} [{}, {}]", text(of.q50), text(of.q05), text(of.q95))
     };
-    let all = spread(|q| uncertain(q.value, q.mcse));
+    let all = spread(crate::number::quantile);
     if all.len() <= SPREAD {
         all
     } else {

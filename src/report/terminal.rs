@@ -4,7 +4,7 @@
 use super::document::lead_outputs;
 use super::results::Study;
 use crate::metric::{Quantile, Share};
-use crate::number::uncertain;
+use crate::number::{quantile, uncertain};
 use crate::study::file::ClaimTable;
 use crate::study::{CellSummary, Measure, Outcomes};
 use crate::text::{shell_word, visible, wrap};
@@ -89,7 +89,7 @@ fn per_cent(share: Share) -> String {
     uncertain(100.0 * share.share, 100.0 * share.mcse)
 }
 
-/// Where most trials are lost.
+/// Where the share of lost trials is largest.
 fn worst(study: &Study) -> String {
     let cells = study.summary.cells.iter();
     let all = cells.flat_map(|cell| cell.outputs.iter().map(move |of| (cell, of)));
@@ -102,9 +102,9 @@ fn worst(study: &Study) -> String {
             let place = cell.place().words(&study.varying());
             let at = if place.is_empty() { "" } else { " at " };
             visible(format!(
-                "Most trials are lost (failed or unstable) of {}{at}{place}: {} %.",
+                "The largest share of lost trials (failed or unstable): {} %, of {}{at}{place}.",
+                per_cent(lost(&output.outcomes)),
                 output.label(),
-                per_cent(lost(&output.outcomes))
             ))
         }
         _ => "No trial was lost.".to_owned(),
@@ -136,7 +136,7 @@ impl Shown {
                     .measures
                     .get(&measure)
                     .map_or(Quantile::UNDEFINED, |of| of.q50);
-                uncertain(median.value, median.mcse)
+                quantile(median)
             }
         }
     }

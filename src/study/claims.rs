@@ -111,6 +111,20 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
             format!("'{other}' means nothing in a study in {kind} time"),
         );
     }
+    let by_ratio = matches!(
+        test.kind,
+        TestKind::Ratio { .. } | TestKind::Cells { .. } | TestKind::Slope(_)
+    );
+    if let Some(measure) = test
+        .measures()
+        .iter()
+        .find(|of| by_ratio && of.may_be_negative())
+    {
+        let message = format!(
+            "'{measure}' may be negative, so ratios of it mean nothing; expected share = \"{measure}\" with 'to', or a value"
+        );
+        return wrong("", message);
+    }
     match &test.kind {
         TestKind::Time { to } if continuous => {
             return wrong(

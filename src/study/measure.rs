@@ -225,6 +225,11 @@ impl Measure {
         }
     }
 
+    /// Whether it may be below 0.
+    pub const fn may_be_negative(self) -> bool {
+        matches!(self.scale(), Scale::Percent)
+    }
+
     /// How an axis of the measure is drawn.
     pub const fn scale(self) -> Scale {
         self.entry().scale

@@ -462,12 +462,16 @@ impl Summary {
             return Err(format!("damaged: slope {slope}"));
         }
         let fits = |pair: &CellPair| {
-            let trials =
-                [pair.from, pair.to].map(|cell| summary.cells.get(cell).map(|of| of.trials));
-            let [Some(from), Some(to)] = trials else {
+            let cells = [pair.from, pair.to].map(|cell| summary.cells.get(cell));
+            let [Some(from), Some(to)] = cells else {
                 return false;
             };
-            labels.contains(&pair.of.output) && pair.ratio.are_of(from.min(to))
+            let trials = match (from.deterministic, to.deterministic) {
+                (true, false) => to.trials,
+                (false, true) => from.trials,
+                _ => from.trials.min(to.trials),
+            };
+            labels.contains(&pair.of.output) && pair.ratio.are_of(trials)
         };
         match summary.cell_pairs.iter().position(|pair| !fits(pair)) {
             Some(pair) => Err(format!("damaged: pair of cells {pair}")),
@@ -518,7 +522,15 @@ fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
     });
     let paired = found.filter_map(|(of, [from, to])| {
         let (first, second) = (values(to, of)?, values(from, of)?);
-        let both = first.iter().zip(second).map(|(x, y)| (Some(*x), Some(*y)));
+        // One trial of a cell in which nothing is random stands for all.
+        let sure = |cell: usize| experiment.cells[cell].is_deterministic();
+        let trials = match (sure(to), sure(from)) {
+            (true, false) => second.len(),
+            (false, true) => first.len(),
+            _ => first.len().min(second.len()),
+        };
+        let [first, second] = [first, second].map(|of| of.iter().copied().map(Some).cycle());
+        let both = first.zip(second).take(trials);
         Some(CellPair {
             of: of.clone(),
             from,

@@ -75,12 +75,12 @@ fn each_verdict_is_a_sentence_with_the_decisive_number() {
     let everywhere = claim("everywhere", RATIO);
     assert_eq!(
         line(&everywhere, &three([0.5, 0.9, 0.7], [0; 3])),
-        "W1  holds: in all 3 cells the ratio of the rms e_a of new to that of old is below 1; nearest to the limit: 0.900(9) at \
+        "W1  holds: in all 3 cells the ratio of the rms over trials of e_a of new to that of old is below 1; nearest to the limit: 0.900(9) at \
          eta = 20 %."
     );
     assert_eq!(
         line(&everywhere, &three([0.5, 1.5, 0.7], [0; 3])),
-        "W1  does not hold: the ratio of the rms e_a of new to that of old is 1.50(2) at eta = 20 %, not below 1; one certain \
+        "W1  does not hold: the ratio of the rms over trials of e_a of new to that of old is 1.50(2) at eta = 20 %, not below 1; one certain \
          counterexample in 3 cells. It certainly holds with eta = 10 % and eta = 30 %."
     );
     let open = judged(&everywhere, &three([0.5, 0.99, 0.7], [0; 3]));
@@ -242,7 +242,7 @@ fn a_median_among_lost_trials_is_judged_by_their_count() {
     let certainly = binomial_at_least(400, 1000, 0.5);
     assert!((found.cells[0].p_pass / certainly - 1.0).abs() < 1e-9);
     assert!(
-        found.line.contains("that of a lost trial"),
+        found.line.contains("that of a trial without a value"),
         "{}",
         found.line
     );
@@ -410,4 +410,53 @@ fn times_are_judged_by_their_quartiles() {
         "{}",
         none.line
     );
+}
+
+/// 1,000 trials of which 300 have a ratio of 1/2, 400 of exactly 1 and 300 of 3: the median is a tie
+/// without an error. 700 are at most 1, so below 1.05 it certainly is; whether it is below 1 only
+/// 300 say.
+#[test]
+fn a_median_among_ties_is_judged_by_their_number() {
+    let pairs = |x: f64, count: usize| vec![(Some(x), Some(1.0)); count];
+    let all = [pairs(0.5, 300), pairs(1.0, 400), pairs(3.0, 300)].concat();
+    let pair = crate::metric::Paired::of(all).statistics(Worse::Larger);
+    let mut results = three([0.5; 3], [0; 3]);
+    for cell in &mut results.cells {
+        *cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap() = pair;
+    }
+    let found = |limit: &str| {
+        let test = format!("test = {{ ratio = 'e_a', of = 'new', to = 'old', {limit} }}");
+        judged(&claim("everywhere", &test), &results)
+    };
+    let near = found("below = 1.05");
+    assert_eq!(near.verdict, Verdict::Holds);
+    let expected = binomial_at_least(700, 1000, 0.5);
+    assert!((near.cells[0].p_pass / expected - 1.0).abs() < 1e-9);
+    assert_eq!(found("below = 1").verdict, Verdict::DoesNotHold);
+}
+
+/// An open cell is not told as one in which a claim holds.
+#[test]
+fn what_holds_is_told_of_settings_whose_cells_all_pass() {
+    let place = |eta: &str, noise: &str| {
+        let mut cell = cell(0, 1.0, 10);
+        cell.settings.insert(Key::Eta, Scalar::Text(eta.to_owned()));
+        cell.settings
+            .insert(Key::Noise, Scalar::Text(noise.to_owned()));
+        cell.place()
+    };
+    let all = [
+        place("1", "ar"),
+        place("1", "white"),
+        place("2", "ar"),
+        place("2", "white"),
+    ];
+    // The first passes, the second is open, the others fail.
+    let text = crate::claim::condition(&all, &[0], &[2, 3]).unwrap_or_default();
+    assert!(
+        !text.contains("with eta = 1 %;") && !text.ends_with("with eta = 1 %"),
+        "{text}"
+    );
+    let both = crate::claim::condition(&all, &[0, 1], &[2, 3]);
+    assert_eq!(both.as_deref(), Some("with eta = 1 %"));
 }

@@ -71,7 +71,8 @@ pub(super) fn csv(studies: &[Study]) -> String {
     for (study, claim) in all(studies) {
         for cell in &claim.cells {
             for of in &cell.numbers {
-                let mut row = [&claim.id, &of.what].map(CellText::text).to_vec();
+                let what = of.what.trim_end_matches(',');
+                let mut row = [claim.id.as_str(), what].map(CellText::text).to_vec();
                 row.extend([of.value, of.error].map(number));
                 row.extend([must(claim, of), &study.name, &cell.place].map(CellText::text));
                 row.push(CellText::text(cell.says));
@@ -184,7 +185,12 @@ fn cells(claim: &Judged) -> LongTable {
 }
 
 fn row(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber, several: bool) -> Vec<CellText> {
-    let p = |p: f64| CellText::number(format!("{p:.1e}"), p);
+    let text = |p: f64| match p {
+        p if p < 1e-6 => "< 1e-6".to_owned(),
+        p if p < 0.01 => format!("{p:.1e}"),
+        p => format!("{p:.2}"),
+    };
+    let p = |p: f64| CellText::number(text(p), p);
     let must = must(claim, number);
     let mut row = vec![CellText::text(place(cell))];
     if several {

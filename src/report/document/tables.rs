@@ -44,7 +44,7 @@ fn percent(share: Share) -> CellText {
 }
 
 fn quantile(of: Quantile) -> CellText {
-    CellText::number(uncertain(of.value, of.mcse), of.value)
+    CellText::number(crate::number::quantile(of), of.value)
 }
 
 /// The RMSE, or "tail" where one trial dominates it.

@@ -156,19 +156,25 @@ fn lost_trials_are_told() {
     let mut study = known(&file(3, &names), 0.0);
     for output in &mut study.summary.cells[1].outputs[1..] {
         output.outcomes.failures.insert("singular".to_owned(), 3);
-        let none = crate::metric::Sample::of([]).statistics(crate::metric::Worse::Larger);
+        output.outcomes.lost = 3;
+        let none =
+            crate::metric::Sample::of([f64::NAN; 3]).statistics(crate::metric::Worse::Larger);
         output.measures.values_mut().for_each(|of| *of = none);
     }
     let text = overview(&study);
     fits(&text);
     assert!(text.contains("lost, %"), "{text}");
     assert!(
-        joined(&text).contains("of two at eta = 10.5 %: 100.0 %"),
+        joined(&text).contains("100.0 %, of two at eta = 10.5 %."),
         "{text}"
     );
     let row = text.lines().find(|line| line.starts_with("10.5"));
     let cells: Vec<&str> = row.unwrap().split_whitespace().collect();
-    assert_eq!(cells[..5], ["10.5", "2.000", "-", "0", "100.0"], "{text}");
+    assert_eq!(
+        cells[..5],
+        ["10.5", "2.000", "lost", "0", "100.0"],
+        "{text}"
+    );
 }
 
 #[test]

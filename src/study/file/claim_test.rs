@@ -198,9 +198,10 @@ impl TestTable {
                 }
             },
         };
-        let [low, high] = limit.ends();
-        if low.is_nan() || high.is_nan() || low == f64::INFINITY || high == f64::NEG_INFINITY {
-            return Err(FileError::key(name, "expected finite numbers"));
+        let [low, high] = self.between.unwrap_or_default();
+        let all = [self.below, self.above, self.within, Some(low), Some(high)];
+        if !all.into_iter().flatten().all(f64::is_finite) {
+            return Err(FileError::key(name, "expected a finite number"));
         }
         Ok(limit)
     }
