@@ -1,7 +1,7 @@
 //! The lanes: every kernel at every width, whole packs of W98 beside faer, and how both scale in N, n and threads.
 
 use asobench::lanes::Isa;
-use asobench::plant::random_stable;
+use asobench::plant::{Numerator, PoleFinder, nikolov2023, random_stable};
 use asobench::signal::{Purpose, stream};
 use asobench::study::file::ExperimentFile;
 use asobench::study::kernels::{Kernel, W98};
@@ -80,6 +80,20 @@ fn kernels(criterion: &mut Criterion) {
         }
         group.finish();
     }
+}
+
+/// What the kernel `spectral_radius` is compared with: one lane's code for one number, and faer's eigenvalues.
+fn poles(criterion: &mut Criterion) {
+    let plant = nikolov2023(Numerator::StateSpace);
+    let mut finder = PoleFinder::new(plant.order());
+    let mut group = group(criterion, "poles");
+    group.bench_function("spectral_radius", |b| {
+        b.iter(|| finder.spectral_radius(black_box(plant.a()), true));
+    });
+    group.bench_function("eigenvalues", |b| {
+        b.iter(|| finder.poles(black_box(plant.a())));
+    });
+    group.finish();
 }
 
 /// Packs of trials, one after the other.
@@ -174,5 +188,5 @@ fn threads(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernels, packs, scaling, threads);
+criterion_group!(benches, kernels, poles, packs, scaling, threads);
 criterion_main!(benches);

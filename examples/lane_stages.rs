@@ -15,6 +15,7 @@ use asobench::estimator::{
 use asobench::lanes::Isa;
 use asobench::metric::StateError;
 use asobench::observer::{Gain, ObservedModel, Observer};
+use asobench::plant::PoleFinder;
 use asobench::study::file::ExperimentFile;
 use asobench::study::kernels::{Kernel, W98};
 use asobench::study::{Cell, Engine, Experiment, Plan, Trials, Worker, fma_peak};
@@ -60,6 +61,7 @@ const STAGES: [(&str, usize, Kernel); 7] = [
 /// - Auxiliary model: S N.
 /// - Observer: the observer 6n K; for each of K - N samples the truth S, y(k) 2, the state's size 2n + 1, the error
 ///   3n + 2.
+/// - Spectral radius: six steps of n numbers; p and its derivative 16 n, its terms 2n, distances 18 (n - 1), the rest.
 fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
     let m = 2 * n;
@@ -84,6 +86,7 @@ fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
         Kernel::Observer => {
             6 * n * horizon + (sample + 2 + 2 * n + 1 + 3 * n + 2) * (horizon - window)
         }
+        Kernel::SpectralRadius => 6 * n * (18 * n + 18 * (n - 1) + 48),
         Kernel::Estimate => {
             let of = |kernel| flop(kernel, cell, rows);
             of(Kernel::LeastSquaresSums)
@@ -113,6 +116,7 @@ fn bytes(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
         Kernel::InitialState => 2 * rows + n * (n + 1),
         Kernel::Auxiliary => 2 * window,
         Kernel::Observer => 2 * horizon + window + 2 * n * (horizon - window),
+        Kernel::SpectralRadius => n,
         Kernel::Estimate => {
             let of = |kernel| bytes(kernel, cell, rows) / 8;
             of(Kernel::LeastSquaresSums)
@@ -219,6 +223,9 @@ impl<'e> Faer<'e> {
             }
             Kernel::Auxiliary => {
                 let _ = black_box(self.auxiliary.run(a, b, x0, window));
+            }
+            Kernel::SpectralRadius => {
+                black_box(PoleFinder::new(cell.order).poles(a));
             }
             Kernel::Estimate => {
                 self.passes.iter_mut().for_each(Pass::clear);

@@ -122,10 +122,11 @@ struct Estimate {
     fit: Option<Fits>,
 }
 
-/// A pass with its poles, largest modulus first.
+/// A pass with its poles, largest modulus first, and the spectral radius where it has parameters.
 struct PassReport {
     pass: Pass,
     poles: Vec<c64>,
+    radius: Option<f64>,
 }
 
 struct Fits {
@@ -307,12 +308,18 @@ fn conclude(
     let passes: Vec<(usize, PassReport)> = passes
         .map(|(number, pass)| {
             let known = pass.progress >= Progress::Parameters;
-            let poles = if known {
-                finder.poles(&pass.a)
+            let (poles, radius) = if known {
+                let radius = finder.spectral_radius(&pass.a, !pass.unstable);
+                (finder.poles(&pass.a), Some(radius))
             } else {
-                Vec::new()
+                (Vec::new(), None)
             };
-            (number, PassReport { pass, poles })
+            let report = PassReport {
+                pass,
+                poles,
+                radius,
+            };
+            (number, report)
         })
         .collect();
     let mut estimate = Estimate {

@@ -26,7 +26,7 @@ use crate::names::named_enum;
 use crate::real::Real;
 
 /// The largest order of a pack: the capacity of the code that serves all orders without code of their own.
-pub const LARGEST_ORDER: usize = 24;
+pub const LARGEST_ORDER: usize = crate::plant::radius::LARGEST_ORDER;
 
 /// An n x n matrix, row by row, in the first n rows and columns.
 type Square<R, const N: usize> = [[R; N]; N];

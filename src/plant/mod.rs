@@ -6,6 +6,7 @@ mod exponential;
 mod observability;
 mod paper;
 mod poles;
+pub(crate) mod radius;
 mod random;
 mod simulate;
 pub(crate) use simulate::inlined;

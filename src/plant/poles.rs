@@ -1,5 +1,7 @@
-//! Poles of the canonical plant: eigenvalues of A.
+//! Poles of the canonical plant: eigenvalues of A, and their largest modulus.
 
+use super::radius::{self, on_its_side};
+use crate::real::Real;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, evd_real, evd_scratch};
@@ -75,17 +77,24 @@ impl PoleFinder {
         poles
     }
 
-    /// The largest modulus of a pole; NaN where [`Self::poles`] would be empty.
+    /// The largest modulus of a pole, 1 or more exactly where `a` is not `stable` by
+    /// [`is_stable`](super::stability::is_stable); NaN where a coefficient is not finite or the iteration does not
+    /// converge. Up to order 24 it has the bits of the lanes, above it is that of the eigenvalues.
     ///
     /// # Panics
     /// If `a` is not of the order that the buffers were made for.
-    pub fn spectral_radius(&mut self, a: &[f64]) -> f64 {
+    pub fn spectral_radius(&mut self, a: &[f64], stable: bool) -> f64 {
+        if a.len() <= radius::LARGEST_ORDER {
+            return f64::run(
+                #[inline(always)]
+                || radius::spectral_radius::<f64, { radius::LARGEST_ORDER }>(a, stable),
+            );
+        }
         if !self.find(a) {
             return f64::NAN;
         }
-        (0..a.len())
-            .map(|i| self.real[i].hypot(self.imaginary[i]))
-            .fold(0.0, f64::max)
+        let moduli = (0..a.len()).map(|i| self.real[i].hypot(self.imaginary[i]));
+        on_its_side(moduli.fold(0.0, f64::max), stable)
     }
 }
 

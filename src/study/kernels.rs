@@ -3,8 +3,9 @@
 use super::pack::Pack;
 use super::plan::Plan;
 use crate::lanes::passes::PassPack;
-use crate::lanes::{Call, Isa};
+use crate::lanes::{Call, Isa, order};
 use crate::names::named_enum;
+use crate::plant::radius::spectral_radius;
 use crate::real::{Mask, Real};
 use std::hint::black_box;
 
@@ -42,6 +43,8 @@ named_enum! {
         Estimate = "estimate",
         /// Stage 12 of every output, beside the true plant.
         Observer = "observer",
+        /// The spectral radius of the last pass.
+        SpectralRadius = "spectral_radius",
     }
 }
 
@@ -113,6 +116,14 @@ impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
                 passes.estimate(u, y, all);
             }
             Kernel::Observer => self.0.observe(),
+            Kernel::SpectralRadius => {
+                let PassPack { a, unstable, .. } = &passes.done[last];
+                let n = plan.cell.order;
+                pass.a[0] = R::run(
+                    #[inline(always)]
+                    || spectral_radius::<R, N>(&a[..order::<N>(n)], !*unstable),
+                );
+            }
         }
         black_box(&pass);
     }

@@ -8,7 +8,7 @@ use crate::lanes::record::Record;
 use crate::lanes::score::{Errors, Observer, Scorer};
 use crate::lanes::{lane, order};
 use crate::metric::relative_error;
-use crate::plant::PoleFinder;
+use crate::plant::radius::spectral_radius;
 use crate::real::{MOST_LANES, Mask, Real};
 use std::ops::Range;
 
@@ -18,7 +18,6 @@ pub(super) struct Pack<'e, R: Real, const N: usize> {
     pub(super) record: Record<R, N>,
     pub(super) methods: Vec<Passes<R, N>>,
     scorer: Scorer<R, N>,
-    poles: PoleFinder,
     outputs: Vec<Output>,
     /// One per output.
     observers: Vec<Observer<R, N>>,
@@ -74,7 +73,6 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             record: Record::new(&plan.source, horizon),
             methods: methods.collect(),
             scorer: Scorer::new(cell.window, horizon, gain, &plan.truth, plan.wanted),
-            poles: PoleFinder::new(n),
             observers,
             outputs,
             curves: [(); 2].map(|()| vec![0.0; curve * R::LANES]),
@@ -144,10 +142,12 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             *observed = (pass.state & finite).bits();
         }
         let before = number.checked_sub(1).map(|before| &passes[before]);
-        let n = self.plan.cell.order;
+        let (n, wanted_radius) = (self.plan.cell.order, self.plan.wanted_radius);
         R::run(
             #[inline(always)]
             || {
+                let n = order::<N>(n);
+                let unknown = R::splat(f64::NAN);
                 let mut put = |measure: Measure, value: R| value.store(&mut to[measure as usize]);
                 let Errors {
                     relative: [e_a, e_b, e_h, e_x0],
@@ -168,14 +168,15 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
                 put(Measure::ExMaxPrinted, maximum_printed);
                 put(Measure::ExRmsPrinted, rms_printed);
                 put(Measure::Condition, pass.condition);
+                if wanted_radius {
+                    let radius = spectral_radius::<R, N>(&pass.a[..n], !pass.unstable);
+                    let radius = R::select(pass.parameters, radius, unknown);
+                    put(Measure::SpectralRadius, radius);
+                }
                 if let Some(before) = before {
-                    let n = order::<N>(n);
                     let change = relative_error(&before.a[..n], &pass.a[..n]);
                     let known = before.parameters & pass.parameters;
-                    put(
-                        Measure::Change,
-                        R::select(known, change, R::splat(f64::NAN)),
-                    );
+                    put(Measure::Change, R::select(known, change, unknown));
                 }
             },
         );
@@ -191,7 +192,6 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
     /// The rows of one lane.
     fn emit(&mut self, lane_index: usize, trial: u64, to: &mut Trials) {
         let plan = &self.plan;
-        let n = plan.cell.order;
         for (index, output) in self.outputs.iter().enumerate() {
             let pass = &self.methods[output.method].done[output.pass];
             let known = pass.parameters.lane(lane_index);
@@ -213,10 +213,6 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             }
             if known {
                 row.unstable = Some(pass.unstable.lane(lane_index));
-                if plan.wanted_radius {
-                    let a: [f64; N] = lane(&pass.a, lane_index);
-                    row[Measure::SpectralRadius] = self.poles.spectral_radius(&a[..n]);
-                }
             }
             to.rows.push(row);
             if plan.parameters {

@@ -115,7 +115,7 @@ impl Scorer {
         }
         row.unstable = Some(pass.unstable);
         if self.wanted.radius {
-            row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a);
+            row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a, !pass.unstable);
         }
         if self.wanted.response {
             let Pass { a, b, .. } = pass;

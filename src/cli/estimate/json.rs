@@ -54,7 +54,11 @@ fn observer(observer: &Observed) -> Value {
 }
 
 fn pass(report: &PassReport) -> Map<String, Value> {
-    let PassReport { pass, poles } = report;
+    let PassReport {
+        pass,
+        poles,
+        radius,
+    } = report;
     let parameters = pass.progress >= Progress::Parameters;
     let known = |values: &[f64]| {
         if parameters {
@@ -84,10 +88,7 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         ("x0", json!(x0)),
         ("alpha", known(&alpha)),
         ("beta", known(&pass.h)),
-        (
-            "spectral_radius",
-            json!(poles.first().map(|pole| pole["modulus"].clone())),
-        ),
+        ("spectral_radius", json!(radius)),
         (
             "poles",
             if parameters {

@@ -100,14 +100,9 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
             pole.norm()
         )?;
     }
-    if let Some(largest) = report.poles.first() {
+    if let Some(radius) = report.radius {
         let note = if pass.unstable { " (unstable)" } else { "" };
-        writeln!(
-            text,
-            "  {:<18} {:.9}{note}",
-            "spectral radius",
-            largest.norm()
-        )?;
+        writeln!(text, "  {:<18} {radius:.9}{note}", "spectral radius")?;
     }
     if pass.condition.is_finite() {
         writeln!(

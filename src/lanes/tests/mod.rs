@@ -1,6 +1,7 @@
 //! The kernels against faer's solvers and against exact solutions.
 
 mod initial_state;
+mod radius;
 mod solve;
 
 use super::Isa;
