@@ -55,9 +55,12 @@ impl Cells<'_> {
             self.judged.iter().map(|cell| cell.fail).collect(),
         ];
         let together = |p: &[f64]| holm(p, self.among, level);
-        let all = |p: &[f64]| match p.iter().all(|p| *p <= level) {
-            true => (0..p.len()).collect(),
-            false => together(p),
+        let all = |p: &[f64]| {
+            if p.iter().all(|p| *p <= level) {
+                (0..p.len()).collect()
+            } else {
+                together(p)
+            }
         };
         match holds {
             Holds::Everywhere => [all(&pass), together(&fail)],

@@ -27,6 +27,15 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
+    /// Those of no value.
+    pub const UNDEFINED: Self = Self {
+        q05: Quantile::UNDEFINED,
+        q25: Quantile::UNDEFINED,
+        q50: Quantile::UNDEFINED,
+        q75: Quantile::UNDEFINED,
+        q95: Quantile::UNDEFINED,
+    };
+
     /// In ascending order.
     pub fn all(&self) -> [Quantile; 5] {
         [self.q05, self.q25, self.q50, self.q75, self.q95]

@@ -11,8 +11,8 @@ use super::measure::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
 use crate::metric::{
-    Jackknife, Paired, PairedStatistics, SKETCH_ERROR, Share, Slope, Statistics, Verdict, Worse,
-    slope_of_statistics, verdict,
+    Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope, Statistics,
+    Verdict, Worse, slope_of_statistics, verdict,
 };
 use crate::plant::ORDER_LIMIT;
 use serde::{Deserialize, Serialize, Serializer};
@@ -63,7 +63,15 @@ impl OutputSummary {
             unstable: Share::new(unstable, trials),
             measures: measures
                 .zip(&tally.samples)
-                .map(|(measure, of)| (measure, of.statistics(measure.worse())))
+                .map(|(measure, of)| {
+                    let mut of = of.statistics(measure.worse());
+                    // What an output never has is not lost.
+                    if of.count == 0 && tally.outcomes.failed() == 0 {
+                        of.quantiles = Quantiles::UNDEFINED;
+                        of.conditional = None;
+                    }
+                    (measure, of)
+                })
                 .collect(),
             parameters: parameters
                 .map(|(i, of)| (name(i), of.statistics(Worse::Larger)))

@@ -54,7 +54,7 @@ pub(super) fn heading(what: &str) -> String {
 }
 
 /// What the numbers of a test are multiplied with: shares are drawn in per cent.
-fn unit(test: &JudgedTest) -> f64 {
+pub(super) fn unit(test: &JudgedTest) -> f64 {
     if test.scale == Compared::Share {
         100.0
     } else {
