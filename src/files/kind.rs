@@ -154,7 +154,7 @@ impl Kind {
 const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" xmlns=\"http://www.w3.org/2000/svg\">\n";
 
 /// What the header of every table of a report has one of.
-const TABLES: [&str; 8] = [
+const TABLES: [&str; 9] = [
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
     "figure,statistic,over,output,slope,",
@@ -163,6 +163,7 @@ const TABLES: [&str; 8] = [
     "method,median (\u{b5}s),",
     "output,failure,trials,share (%)",
     "claim,number,value,MCSE",
+    "value,verdict,p (pass),p (fail)",
 ];
 
 /// Whether the footer of a Parquet file, where its columns are named, has those that all tables of results have.
