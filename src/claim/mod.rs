@@ -333,7 +333,7 @@ impl<'a> Judge<'a> {
         judged.needed = needed;
         let mut tests = self.cases.iter().flatten().chain(self.given);
         judged.timed = tests.any(ClaimTest::is_timed);
-        let tests = self.cases.first().into_iter().flatten();
+        let tests = 0..self.claim.test.len();
         judged.tests = tests.map(|test| JudgedTest::of(&told.any(test))).collect();
         judged.cells = self.cells(&found, &passing, &failing);
         judged

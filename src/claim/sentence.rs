@@ -171,7 +171,7 @@ impl Told<'_> {
     /// "the share of lost trials of ls is below 1 %", or that all tests pass.
     fn claim(&self, verb: &str) -> String {
         match self.cases[0].as_slice() {
-            [one] => format!("{} {verb} {}", noun(&self.any(one), None), must(one)),
+            [one] => format!("{} {verb} {}", noun(&self.any(0), None), must(one)),
             tests => format!(
                 "all {} tests {}",
                 tests.len(),
@@ -180,13 +180,13 @@ impl Told<'_> {
         }
     }
 
-    /// A test with all of the outputs that the claim lists.
-    pub(super) fn any(&self, test: &ClaimTest) -> ClaimTest {
-        let mut any = test.clone();
-        let firsts = || self.cases.iter().filter_map(|case| case.first());
-        any.of = each_of(firsts().map(|test| test.of.clone()));
+    /// The test of this index with all of the outputs that the claim lists.
+    pub(super) fn any(&self, index: usize) -> ClaimTest {
+        let mut any = self.cases[0][index].clone();
+        let all = || self.cases.iter().map(|case| &case[index]);
+        any.of = each_of(all().map(|test| test.of.clone()));
         if let Some(to) = any.kind.other_mut() {
-            *to = each_of(firsts().filter_map(|test| test.kind.other().cloned()));
+            *to = each_of(all().filter_map(|test| test.kind.other().cloned()));
         }
         any
     }

@@ -460,3 +460,16 @@ fn what_holds_is_told_of_settings_whose_cells_all_pass() {
     let both = crate::claim::condition(&all, &[0, 1], &[2, 3]);
     assert_eq!(both.as_deref(), Some("with eta = 1 %"));
 }
+
+/// Each test of a claim has its own outputs.
+#[test]
+fn tests_of_several_outputs_are_told_each_by_itself() {
+    let tests = "test = [{ share = 'lost', of = 'new', below = 0.5 }, \
+                 { ratio = 'e_a', of = 'new', to = 'old', below = 2 }]";
+    let judged = judged(&claim("everywhere", tests), &three([0.5; 3], [0; 3]));
+    let told: Vec<&str> = judged.tests.iter().map(|test| test.what.as_str()).collect();
+    assert!(
+        told[0].ends_with("of new") && told[1].contains("new over old"),
+        "{told:?}"
+    );
+}

@@ -162,6 +162,11 @@ impl<'a> Picture<'a> {
                 .enumerate()
                 .filter(|(_, mark)| mark.of.says == says);
             let points = of.map(|(i, mark)| at(i, mark)).collect();
+            // Of several tests a picture shows one; what the cell says rests on all.
+            let label = match self.claim.tests.len() {
+                1 => label.to_owned(),
+                _ => format!("cell: {label}"),
+            };
             plot = plot.series(Series::new(label, Style::Marks, points).slot(slot));
         }
         let names = matches!(plot.y.scale, Scale::Categories(_));
