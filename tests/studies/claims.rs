@@ -72,6 +72,10 @@ fn an_edited_claim_asks_for_no_other_run() {
     place.write("own.toml", first.as_bytes());
     lines(&place, &["run", "own.toml", "--out", "own"]);
     let trials = std::fs::read_to_string(place.path("own/summary.json")).unwrap();
+    // What was asked then is no addition, whatever it is called now.
+    place.write("own.toml", first.replace("W1", "W5").as_bytes());
+    let text = lines(&place, &["run", "own.toml", "--out", "own"]);
+    assert_eq!(added(&text), 0, "{text}");
     // Another limit, another pair, a measure and a share that the run did not keep.
     let more = few
         + &claim("W1", "ls", "iv(4)", 2.0)
@@ -87,11 +91,6 @@ fn an_edited_claim_asks_for_no_other_run() {
         );
     }
     assert_eq!(added(&text), 4, "{text}");
-    // What was asked then is no addition, whatever it is called now.
-    place.write("own.toml", first.replace("W1", "W5").as_bytes());
-    let text = lines(&place, &["run", "own.toml", "--out", "own"]);
-    assert_eq!(added(&text), 0, "{text}");
-    place.write("own.toml", more.as_bytes());
     let text = lines(&place, &["run", "own.toml", "--out", "own"]);
     assert_eq!(added(&text), 4, "{text}");
     let again = std::fs::read_to_string(place.path("own/summary.json")).unwrap();

@@ -404,6 +404,7 @@ fn columns() -> Vec<(&'static str, DataType)> {
         ("failed_pass", DataType::UInt32),
         ("failed_stage", DataType::UInt32),
         ("unstable", DataType::Boolean),
+        ("unstable_so_far", DataType::Boolean),
     ];
     let figures = [
         "e_a",

@@ -95,9 +95,10 @@ pub struct ClaimTable {
 }
 
 impl ClaimTable {
-    /// Whether it is the same claim as another one, whatever its words.
+    /// Whether it asks the same as another one, whatever its name and words.
     pub fn judges_as(&self, other: &Self) -> bool {
         let worded = Self {
+            id: other.id.clone(),
             text: other.text.clone(),
             source: other.source.clone(),
             added_after_run: other.added_after_run,
