@@ -169,7 +169,9 @@ impl Sketch {
         }
     }
 
-    /// The q-quantile of the values: [`Among::quantile`] without others. NaN for an empty sketch.
+    /// The q-quantile of the values: type 7 of Hyndman and Fan (1996) on the order statistics as the
+    /// sketch knows them. NaN for an empty sketch. The MCSE is what [`Quantile::mcse`] says, but at
+    /// least half the width of the value's bin over 1.96.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
