@@ -133,7 +133,7 @@ impl Sample {
         self.count
     }
 
-    /// Trials whose measure was NaN. They enter nothing else.
+    /// Trials whose measure was NaN. But for the quantiles over all trials they enter nothing else.
     pub fn undefined(&self) -> u64 {
         self.undefined
     }

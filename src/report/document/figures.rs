@@ -61,7 +61,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
 pub(super) fn quantile_note(study: &Study) -> String {
     let percent = 100.0 * study.summary.quantile_relative_error;
     format!(
-        "Quantiles are of the trials that have the measure, from bins of relative error below {percent:.2} %."
+        "Quantiles are over all trials, lost ones last, from bins of relative error below {percent:.2} %."
     )
 }
 

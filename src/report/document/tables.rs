@@ -206,7 +206,7 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, unit));
     }
     let mut table = LongTable::new(
-        "First over second on the same trials; both must have the measure. \"tail\": one trial dominates.",
+        "First over second on the same trials; a trial that one of them lost is its loss. \"tail\": one trial dominates.",
         all,
         "median ratio",
     );
