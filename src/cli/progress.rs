@@ -2,7 +2,7 @@
 
 use super::error::{Error, failed};
 use super::note;
-use crate::study::Event;
+use crate::study::{Event, Spent};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,6 +20,10 @@ pub(super) struct Display {
     cells: usize,
     done: usize,
     failures: u64,
+    begin: Instant,
+    /// Trials that were computed, and where the time went.
+    trials: u64,
+    spent: Spent,
 }
 
 impl Display {
@@ -47,6 +51,9 @@ impl Display {
             cells,
             done: 0,
             failures: 0,
+            begin: Instant::now(),
+            trials: 0,
+            spent: Spent::default(),
         }
     }
 
@@ -58,11 +65,18 @@ impl Display {
                 self.bar.set_position(done);
                 self.bar.reset_eta();
             }
-            Event::Block { trials, failures } => {
+            Event::Block {
+                trials,
+                failures,
+                spent,
+            } => {
                 self.failures += failures;
+                self.spent += spent;
+                self.trials += trials;
                 self.bar.inc(trials);
             }
             Event::Cell => self.done += 1,
+            Event::Concluded(storage) => self.spent.storage += storage,
         }
         let (done, cells, failures) = (self.done, self.cells, self.failures);
         self.bar
@@ -90,6 +104,33 @@ impl Display {
     pub(super) fn clear(&self) {
         self.bar.finish_and_clear();
     }
+
+    /// Trials per second until now, and where the time went; `None` where no trial was computed.
+    pub(super) fn speed(&self) -> Option<String> {
+        let seconds = self.begin.elapsed().as_secs_f64();
+        let rate = self.trials as f64 / seconds;
+        (self.trials > 0).then(|| format!("{} trials/s: {}", rounded(rate), shares(&self.spent)))
+    }
+}
+
+/// A rate to three digits.
+pub(super) fn rounded(rate: f64) -> String {
+    let unit = 10.0_f64.powf(rate.max(1.0).log10().floor() - 2.0);
+    if unit >= 1.0 {
+        format!("{:.0}", (rate / unit).round() * unit)
+    } else {
+        format!("{rate:.1}")
+    }
+}
+
+/// Where the time of threads went, each part in per cent; parts that took none are not named.
+pub(super) fn shares(spent: &Spent) -> String {
+    let total = spent.total().as_secs_f64();
+    let parts = spent.parts().into_iter();
+    let parts = parts.filter(|(_, part)| !part.is_zero());
+    let shares =
+        parts.map(|(name, part)| format!("{name} {:.0} %", 100.0 * part.as_secs_f64() / total));
+    shares.collect::<Vec<String>>().join(", ")
 }
 
 /// The steps of what has no trials to count: a line on a terminal that says which one it is and since when, or a line
@@ -170,6 +211,7 @@ mod tests {
         let block = Event::Block {
             trials: 20,
             failures: 2,
+            spent: Spent::default(),
         };
         for event in [planned, Event::Cell, block] {
             display.show(&event);

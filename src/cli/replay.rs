@@ -194,11 +194,12 @@ pub(super) fn show(
         })?;
         note(&format!("wrote {}", path.display()));
     }
-    let mut rows = Trials::default();
+    let mut trials = Trials::of_all_measures(experiment, cell);
     let mut worker = Worker::new(experiment, cell).map_err(failed)?;
-    worker.run_into(which.trial..which.trial + 1, &mut rows);
+    worker.run_into(which.trial..which.trial + 1, &mut trials);
+    let rows: Vec<Row> = trials.rows.iter().collect();
     let record = TrialRecord {
-        rows: &rows.rows,
+        rows: &rows,
         ..record
     };
     let stored = stored(options.folder, experiment, index, record.rows);

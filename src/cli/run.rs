@@ -150,7 +150,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if experiment.file.timing {
         timing::check(&path).map_err(|e| cannot_write(&e))?;
     }
-    let (summary, stop) = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new())?;
+    let Executed {
+        summary,
+        stop,
+        speed,
+    } = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new())?;
+    if let Some(speed) = speed {
+        note(&speed);
+    }
     if experiment.file.timing
         && timing::are_there(&experiment, &path).map_err(|e| cannot_write(&e))?
     {
@@ -196,8 +203,16 @@ pub(super) fn threads(asked: Option<u16>) -> usize {
     )
 }
 
-/// Runs a study in a folder, with a bar on a terminal; `figures` are written with the results. The flag that a signal
-/// raises is returned for what comes after.
+/// A study that was run.
+pub(super) struct Executed {
+    pub(super) summary: Summary,
+    /// The flag that a signal raises, for what comes after.
+    pub(super) stop: Arc<AtomicBool>,
+    /// Trials per second and where the time went, where trials were computed.
+    pub(super) speed: Option<String>,
+}
+
+/// Runs a study in a folder, with a bar on a terminal; `figures` are written with the results.
 pub(super) fn execute(
     path: &Path,
     flag: &str,
@@ -205,7 +220,7 @@ pub(super) fn execute(
     rule: TrialRule,
     options: RunOptions,
     figures: impl Fn(&Summary) -> Vec<(String, String)>,
-) -> Result<(Summary, Arc<AtomicBool>), Error> {
+) -> Result<Executed, Error> {
     let replaces = options.fresh && files::is_there(&path.join("trials.parquet"));
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
     if replaces {
@@ -227,7 +242,11 @@ pub(super) fn execute(
         "the same command goes on from there"
     };
     match outcome {
-        Ok(summary) => Ok((summary, stop)),
+        Ok(summary) => Ok(Executed {
+            summary,
+            stop,
+            speed: display.speed(),
+        }),
         Err(CampaignError::Run(RunError::Interrupted { done, of })) => Err(Error::Interrupted(
             format!("interrupted with {done} of {of} trials of this run; {left}"),
         )),

@@ -1,4 +1,6 @@
-//! `asobench throughput`: trials per second of one fixed workload, beside the machine's peak.
+//! `asobench throughput`: trials per second of one fixed workload beside the machine's peak, or of a study's cells.
+
+mod study;
 
 use super::error::{Error, failed};
 use super::{Format, print, print_json, progress};
@@ -10,6 +12,7 @@ use crate::study::{CellTally, Engine, Experiment, RunError, fma_peak, run};
 use serde_json::{Value, json};
 use std::convert::Infallible;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -26,17 +29,28 @@ const fn default_trials(engine: Engine) -> u64 {
 }
 
 /// Time one fixed workload, W98 (n = 6, N = 98, K = 400, least squares and four IV passes, observer), on each engine
-/// and number of threads, beside the machine's peak of fused multiply-adds.
+/// and number of threads, beside the machine's peak of fused multiply-adds. With FILE: time the trials of an experiment
+/// file, all cells, outputs and measures, and throw the results away: what `run` on the same file could reach at most.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Trials in a repetition [default: about a second's work]
+    /// Experiment file to time instead of W98
+    file: Option<PathBuf>,
+    /// Set a key of FILE, such as eta=5; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "file")]
+    set: Vec<String>,
+    /// Trials in a repetition, with FILE of each cell [default: about a second's work; with FILE the file's]
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(100..=1_000_000_000))]
     trials: Option<u64>,
     /// Numbers of threads, such as 1,2 [default: one, and one per processor]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Vec<u16>,
-    /// Engines, of lanes and faer [default: lanes,faer]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [Engine::Lanes, Engine::Faer], hide_default_value = true)]
+    /// Engines, of lanes and faer [default: lanes,faer; with FILE the file's]
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        conflicts_with = "file"
+    )]
     engine: Vec<Engine>,
     /// Repetitions; the median counts
     #[arg(long, value_name = "R", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -44,6 +58,11 @@ pub(super) struct Arguments {
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
     format: Format,
+}
+
+/// The median of ascending rates.
+fn median(rates: &[f64]) -> f64 {
+    f64::midpoint(rates[(rates.len() - 1) / 2], rates[rates.len() / 2])
 }
 
 /// One engine on some threads.
@@ -60,8 +79,7 @@ struct Timing {
 
 impl Timing {
     fn median(&self) -> f64 {
-        let rates = &self.rates;
-        f64::midpoint(rates[(rates.len() - 1) / 2], rates[rates.len() / 2])
+        median(&self.rates)
     }
 
     fn fraction_of_peak(&self) -> f64 {
@@ -116,13 +134,20 @@ pub(super) fn run_command(arguments: &Arguments) -> Result<ExitCode, Error> {
         threads = vec![1, processors];
         threads.dedup();
     }
+    if let Some(path) = &arguments.file {
+        return study::time(path, arguments, &threads);
+    }
     if arguments.engine.contains(&Engine::Auto) {
         let message = "--engine: 'auto' is no engine of its own; expected lanes or faer";
         return Err(Error::Input(message.to_owned()));
     }
     let stop = progress::stop_flag()?;
     let mut timings = Vec::new();
-    for &engine in &arguments.engine {
+    let engines = match &arguments.engine[..] {
+        [] => &[Engine::Lanes, Engine::Faer],
+        asked => asked,
+    };
+    for &engine in engines {
         let mut file = ExperimentFile::parse(W98).map_err(failed)?;
         file.engine = engine;
         let experiment = Experiment::new(file).map_err(failed)?;

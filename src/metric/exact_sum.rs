@@ -158,12 +158,15 @@ pub(super) struct Buckets {
     lowest: usize,
     highest: usize,
     /// Numbers since the sums were zero.
-    count: u32,
+    count: usize,
 }
+
+/// Numbers that are added to buckets at a time: few enough that the additions to several buckets overlap.
+pub(super) const BUNDLE: usize = 16;
 
 impl Buckets {
     /// Mantissas of 53 bits that a sum of 63 bits takes.
-    const LIMIT: u32 = (1 << 10) - 1;
+    const LIMIT: usize = (1 << 10) - 1;
 
     pub(super) fn new() -> Self {
         Self {
@@ -174,26 +177,39 @@ impl Buckets {
         }
     }
 
-    /// Adds x to what will enter `sum`.
+    /// Adds at most [`BUNDLE`] numbers to what will enter `sum`.
     ///
     /// # Panics
-    /// In debug builds, if x is not finite.
+    /// In debug builds, if a number is not finite.
     #[inline(always)]
-    pub(super) fn add(&mut self, x: f64, sum: &mut ExactSum) {
-        if self.count == Self::LIMIT {
+    pub(super) fn add(&mut self, terms: &[f64], sum: &mut ExactSum) {
+        debug_assert!(terms.len() <= BUNDLE);
+        if self.count + terms.len() > Self::LIMIT {
             self.empty_into(sum);
         }
-        self.count += 1;
-        let (mantissa, exponent) = parts(x);
-        self.sums[exponent & 2047] += mantissa;
-        self.lowest = self.lowest.min(exponent);
-        self.highest = self.highest.max(exponent);
+        self.count += terms.len();
+        let (mut mantissas, mut exponents) = ([0; BUNDLE], [0; BUNDLE]);
+        let (mut lowest, mut highest) = (self.lowest, self.highest);
+        for ((x, mantissa), exponent) in terms.iter().zip(&mut mantissas).zip(&mut exponents) {
+            (*mantissa, *exponent) = parts(*x);
+            // Zero goes anywhere.
+            *exponent = if *mantissa == 0 { 1023 } else { *exponent };
+            lowest = lowest.min(*exponent);
+            highest = highest.max(*exponent);
+        }
+        (self.lowest, self.highest) = (lowest, highest);
+        for (mantissa, exponent) in mantissas.iter().zip(&exponents).take(terms.len()) {
+            self.sums[exponent & 2047] += mantissa;
+        }
     }
 
     /// Adds everything to `sum`.
     pub(super) fn empty_into(&mut self, sum: &mut ExactSum) {
         for exponent in self.lowest..=self.highest {
-            sum.add_scaled(std::mem::take(&mut self.sums[exponent]), exponent);
+            let mantissa = std::mem::take(&mut self.sums[exponent]);
+            if mantissa != 0 {
+                sum.add_scaled(mantissa, exponent);
+            }
         }
         (self.lowest, self.highest, self.count) = (2047, 0, 0);
     }
@@ -450,8 +466,8 @@ mod tests {
         #[test]
         fn by_buckets_it_is_the_same_sum(terms in prop::collection::vec(finite(), 0..3000)) {
             let (mut buckets, mut by_buckets) = (Buckets::new(), ExactSum::default());
-            for x in &terms {
-                buckets.add(*x, &mut by_buckets);
+            for terms in terms.chunks(BUNDLE) {
+                buckets.add(terms, &mut by_buckets);
             }
             buckets.empty_into(&mut by_buckets);
             prop_assert_eq!(bytes(&by_buckets), bytes(&sum(terms)));

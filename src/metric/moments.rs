@@ -6,7 +6,7 @@
 
 use super::dd::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
-use super::exact_sum::Buckets;
+use super::exact_sum::{BUNDLE, Buckets};
 use super::sketch::Others;
 use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM};
 use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
@@ -47,8 +47,8 @@ impl Sample {
             #[inline(always)]
             || {
                 let mut buckets = [(); 4].map(|()| Buckets::new());
-                for &x in &defined {
-                    sample.add_powers(x, &mut buckets);
+                for bundle in defined.chunks(BUNDLE) {
+                    sample.add_powers(bundle, &mut buckets);
                 }
                 for (sum, buckets) in sample.sums().into_iter().zip(&mut buckets) {
                     buckets.empty_into(sum);
@@ -59,21 +59,53 @@ impl Sample {
         sample
     }
 
+    /// Adds numbers and their second to fourth powers.
     #[inline(always)]
-    fn add_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
-        let (low, high) = self.extremes.unwrap_or((x, x));
-        self.extremes = Some((low.min(x), high.max(x)));
+    fn add_powers(&mut self, bundle: &[f64], buckets: &mut [Buckets; 4]) {
+        let first = bundle[0];
+        let (mut low, mut high) = self.extremes.unwrap_or((first, first));
+        let count = bundle.len();
+        // High and low part of each power.
+        let mut terms = [[0.0; BUNDLE]; 6];
+        let mut check = 0.0;
+        for (i, &x) in bundle.iter().enumerate() {
+            (low, high) = (low.min(x), high.max(x));
+            let [square, cube, fourth] = powers(x);
+            [terms[0][i], terms[1][i]] = [square.0, square.1];
+            [terms[2][i], terms[3][i]] = [cube.0, cube.1];
+            [terms[4][i], terms[5][i]] = [fourth.0, fourth.1];
+            // A power that is beyond the range leaves NaN.
+            check += (fourth.0 + fourth.1) * 0.0;
+        }
+        self.extremes = Some((low, high));
+        if check != 0.0 {
+            for &x in bundle {
+                self.add_far_powers(x, buckets);
+            }
+            return;
+        }
+        let [sum, sums @ ..] = self.sums();
+        let [first, others @ ..] = buckets;
+        first.add(bundle, sum);
+        for ((sum, buckets), terms) in sums.into_iter().zip(others).zip(terms.as_chunks::<2>().0) {
+            buckets.add(&terms[0][..count], sum);
+            buckets.add(&terms[1][..count], sum);
+        }
+    }
+
+    /// The same of one number, whose powers may be beyond the range of doubles: those that are not enter.
+    #[cold]
+    fn add_far_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
         let powers = powers(x);
         let [sum, sums @ ..] = self.sums();
         let [first, others @ ..] = buckets;
         for ((sum, buckets), (high, low)) in sums.into_iter().zip(others).zip(powers) {
             if high.is_finite() && low.is_finite() {
-                buckets.add(high, sum);
-                buckets.add(low, sum);
+                buckets.add(&[high, low], sum);
             }
         }
         if x.is_finite() {
-            first.add(x, sum);
+            first.add(&[x], sum);
         }
         self.overflowed += u64::from(!finite(powers[2]));
     }

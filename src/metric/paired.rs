@@ -2,6 +2,7 @@
 
 use super::dd::{Dd, powers, product};
 use super::estimate::{Estimate, FEWEST_FOR_SQUARES, ascend, not_negative};
+use super::exact_sum::{BUNDLE, Buckets};
 use super::moments::{finite, largest_share, sum_fits};
 use super::sketch::Others;
 use super::statistics::DOMINANT_SHARE;
@@ -44,15 +45,6 @@ struct Powers {
 }
 
 impl Powers {
-    #[inline(always)]
-    fn add(&mut self, x: f64, square: (f64, f64), fourth: (f64, f64)) {
-        self.largest = self.largest.max(x.abs());
-        self.squares.add(square.0);
-        self.squares.add(square.1);
-        self.fourths.add(fourth.0);
-        self.fourths.add(fourth.1);
-    }
-
     /// Whether these can be the sums of so many trials.
     fn are_of(&self, count: u64) -> bool {
         self.largest >= 0.0
@@ -86,10 +78,12 @@ impl Paired {
         with_fma(
             #[inline(always)]
             || {
-                for &(x, y) in &both {
-                    paired.smaller += u64::from(x < y);
-                    paired.ties += u64::from(x == y);
-                    paired.add_powers(x, y);
+                let mut buckets = [(); 5].map(|()| Buckets::new());
+                for bundle in both.chunks(BUNDLE) {
+                    paired.add_powers(bundle, &mut buckets);
+                }
+                for (sum, buckets) in paired.sums().into_iter().zip(&mut buckets) {
+                    buckets.empty_into(sum);
                 }
             },
         );
@@ -100,17 +94,41 @@ impl Paired {
         paired
     }
 
+    /// The sums of `x^2`, `x^4`, `y^2`, `y^4` and `x^2 y^2`.
+    fn sums(&mut self) -> [&mut ExactSum; 5] {
+        [
+            &mut self.first.squares,
+            &mut self.first.fourths,
+            &mut self.second.squares,
+            &mut self.second.fourths,
+            &mut self.product,
+        ]
+    }
+
     #[inline(always)]
-    fn add_powers(&mut self, x: f64, y: f64) {
-        let ([x2, _, x4], [y2, _, y4]) = (powers(x), powers(y));
-        let cross = product(x2, y2);
-        if finite(x4) && finite(y4) && finite(cross) {
-            self.first.add(x, x2, x4);
-            self.second.add(y, y2, y4);
-            self.product.add(cross.0);
-            self.product.add(cross.1);
-        } else {
-            self.overflowed += 1;
+    fn add_powers(&mut self, bundle: &[(f64, f64)], buckets: &mut [Buckets; 5]) {
+        // High and low part of each sum's terms.
+        let mut terms = [[[0.0; BUNDLE]; 2]; 5];
+        let (mut count, mut largest) = (0, (self.first.largest, self.second.largest));
+        for &(x, y) in bundle {
+            self.smaller += u64::from(x < y);
+            self.ties += u64::from(x == y);
+            let ([x2, _, x4], [y2, _, y4]) = (powers(x), powers(y));
+            let cross = product(x2, y2);
+            for (terms, (high, low)) in terms.iter_mut().zip([x2, x4, y2, y4, cross]) {
+                [terms[0][count], terms[1][count]] = [high, low];
+            }
+            if finite(x4) && finite(y4) && finite(cross) {
+                count += 1;
+                largest = (largest.0.max(x.abs()), largest.1.max(y.abs()));
+            } else {
+                self.overflowed += 1;
+            }
+        }
+        (self.first.largest, self.second.largest) = largest;
+        for ((sum, buckets), [high, low]) in self.sums().into_iter().zip(buckets).zip(&terms) {
+            buckets.add(&high[..count], sum);
+            buckets.add(&low[..count], sum);
         }
     }
 

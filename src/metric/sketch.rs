@@ -94,10 +94,31 @@ impl Sketch {
             bin_of(x)
         };
         let mut keys: Vec<i32> = values.into_iter().map(bin).collect();
+        let ends = keys.iter().fold((i32::MAX, i32::MIN), |(low, high), key| {
+            (low.min(*key), high.max(*key))
+        });
+        // Bins are close together where there are many values: counting them takes less than sorting.
+        let width = i64::from(ends.1) - i64::from(ends.0) + 1;
+        if (1..=8 * keys.len() as i64).contains(&width) {
+            return Self::counted(&keys, ends.0, width as usize);
+        }
         keys.sort_unstable();
         let runs = keys.chunk_by(|a, b| a == b);
         Self {
             bins: runs.map(|run| (run[0], run.len() as u64)).collect(),
+        }
+    }
+
+    /// The sketch of values in the bins `lowest ... lowest + width - 1`.
+    fn counted(keys: &[i32], lowest: i32, width: usize) -> Self {
+        let mut counts = vec![0_u32; width];
+        for key in keys {
+            counts[(key - lowest) as usize] += 1;
+        }
+        let bins = (lowest..).zip(counts);
+        let bins = bins.filter(|(_, count)| *count > 0);
+        Self {
+            bins: bins.map(|(bin, count)| (bin, u64::from(count))).collect(),
         }
     }
 

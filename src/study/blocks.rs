@@ -1,7 +1,8 @@
 //! Block files: what one worker computed, whole or not at all, with the design's fingerprint and a checksum.
 //!
 //! ```text
-//! "asobench" | format u32 | fingerprint u128 | cell u32 | first trial u64 | end u64 | content (postcard) | checksum u128
+//! "asobench" | format u32 | fingerprint u128 | cell u32 | first trial u64 | end u64 | content | checksum u128
+//! content: length of the tally u64 | tally (postcard) | rows by columns, where they are kept
 //! ```
 //!
 //! All little-endian; the checksum is XXH3 of everything before it. A block file may be any range of trials: ranges
@@ -10,11 +11,10 @@
 use super::experiment::Experiment;
 use super::file::{Store, TRIAL_LIMIT};
 use super::folder::{BLOCKS, DESIGN, span_of};
-use super::row::Row;
+use super::rows::{self, Rows};
 use super::runner::{Block, Span};
-use super::tally::{CellTally, OutputTally, outcomes};
+use super::tally::{CellTally, outcomes};
 use crate::files::{self, Kind, PathError};
-use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use xxhash_rust::xxh3::xxh3_128;
 
 const MAGIC: &[u8; 8] = b"asobench";
 /// The format of block files.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 const HEAD: usize = 8 + 4 + 16 + 4 + 8 + 8;
 const CHECKSUM: usize = 16;
 
@@ -66,15 +66,25 @@ pub struct StoredBlock {
 }
 
 /// What a block file holds.
-#[derive(Serialize, Deserialize)]
 pub struct Content {
     /// What is left of the trials.
     pub tally: CellTally,
     /// The trials themselves, where they are kept.
-    pub rows: Option<Vec<Row>>,
+    pub rows: Option<Rows>,
 }
 
 impl Content {
+    /// Appends the content to a block file.
+    pub(super) fn encode(&self, experiment: &Experiment, to: &mut Vec<u8>) -> postcard::Result<()> {
+        let tally = postcard::to_stdvec(&self.tally)?;
+        to.extend((tally.len() as u64).to_le_bytes());
+        to.extend(tally);
+        match &self.rows {
+            Some(rows) => rows::stored::encode(rows, experiment, to),
+            None => Ok(()),
+        }
+    }
+
     /// Decodes the content of a block of these trials of an experiment, and checks it: whoever wrote it, what comes out
     /// is what a run could have left.
     ///
@@ -85,33 +95,32 @@ impl Content {
         experiment: &Experiment,
         span: &Span,
     ) -> Result<Self, &'static str> {
-        let (content, rest): (Self, _) =
-            postcard::take_from_bytes(bytes).map_err(|_| "its content cannot be decoded")?;
+        const UNKNOWN: &str = "its content cannot be decoded";
+        let (length, bytes) = bytes.split_first_chunk().ok_or(UNKNOWN)?;
+        let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| UNKNOWN)?;
+        let (tally, bytes) = bytes.split_at_checked(length).ok_or(UNKNOWN)?;
+        let (tally, rest): (CellTally, _) =
+            postcard::take_from_bytes(tally).map_err(|_| UNKNOWN)?;
         if !rest.is_empty() {
-            return Err("more than its content");
+            return Err("more than its tally");
         }
         let cell = &experiment.cells[span.cell];
-        content.tally.check(experiment, cell, &span.trials)?;
-        match (&content.rows, experiment.file.store == Store::Trials) {
-            (None, false) => {}
-            (Some(rows), true) if content.rows_fit(rows, experiment, span) => {}
-            _ => return Err("rows that are not of its trials"),
+        tally.check(experiment, cell, &span.trials)?;
+        if experiment.file.store != Store::Trials {
+            return if bytes.is_empty() {
+                Ok(Self { tally, rows: None })
+            } else {
+                Err("rows that are not asked for")
+            };
         }
-        Ok(content)
-    }
-
-    fn rows_fit(&self, rows: &[Row], experiment: &Experiment, span: &Span) -> bool {
-        let outputs = experiment.output_count();
-        let count = outputs as u64;
-        let row = |(number, row): (u64, &Row)| {
-            row.trial == span.trials.start + number / count && row.output as u64 == number % count
-        };
-        let counted = |(number, of): (usize, &OutputTally)| {
-            outcomes(rows.iter().skip(number).step_by(outputs)) == of.outcomes
-        };
-        Some(rows.len() as u64) == span.len().checked_mul(count)
-            && (0..).zip(rows).all(row)
-            && self.tally.outputs.iter().enumerate().all(counted)
+        let rows = rows::stored::decode(bytes, experiment, &span.trials)?;
+        let mut outputs = rows.outputs().iter().zip(&tally.outputs);
+        if outputs.all(|(rows, tally)| outcomes(rows) == tally.outcomes) {
+            let rows = Some(rows);
+            Ok(Self { tally, rows })
+        } else {
+            Err("rows that are not of its trials")
+        }
     }
 }
 
@@ -140,7 +149,9 @@ impl<'e> BlockFolder<'e> {
     /// # Errors
     /// If it cannot be written; nothing is left then.
     pub fn write(&self, block: Block, keep: bool) -> Result<StoredBlock, BlockError> {
-        let Block { span, rows, tally } = block;
+        let Block {
+            span, rows, tally, ..
+        } = block;
         let content = Content {
             tally,
             rows: keep.then_some(rows),
@@ -160,9 +171,8 @@ impl<'e> BlockFolder<'e> {
         bytes.extend((span.cell as u32).to_le_bytes());
         bytes.extend(span.trials.start.to_le_bytes());
         bytes.extend(span.trials.end.to_le_bytes());
-        let encoded = postcard::to_stdvec(content)
-            .map_err(|error| PathError::io(&path)(io::Error::other(error)))?;
-        bytes.extend(encoded);
+        let encoded = content.encode(self.experiment, &mut bytes);
+        encoded.map_err(|error| PathError::io(&path)(io::Error::other(error)))?;
         bytes.extend(xxh3_128(&bytes).to_le_bytes());
         files::replace(&path, Kind::Block, &bytes)?;
         Ok(StoredBlock { span, path })

@@ -5,14 +5,19 @@ use super::engine::Engine;
 use super::experiment::Experiment;
 use super::file::{FileError, Store, TrialRule, Until, UntilDecided, UntilStatistic};
 use super::folder::{FolderError, ResultsFolder};
-use super::runner::{RunError, Span, run_spans};
-use super::store::{StoreError, TrialWriter, write_summary};
+use super::rows::Rows;
+use super::runner::{RunError, Span, pool, run_spans};
+use super::spent::{Spent, Watch};
+use super::store::{StoreError, write_summary};
 use super::summary::{CellSeries, CellSummary, SlopeStatistics, Summary};
 use super::tally::CellTally;
+use super::trial_table::{TrialTable, TrialWriter};
 use crate::files::Kind;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// What happens in a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,9 +35,13 @@ pub enum Event {
         trials: u64,
         /// Rows with a failure.
         failures: u64,
+        /// Where the time went.
+        spent: Spent,
     },
     /// All trials of a cell are there.
     Cell,
+    /// The results are there; putting them together took the threads so long.
+    Concluded(Duration),
 }
 
 /// Why a campaign ended.
@@ -212,7 +221,10 @@ impl<'e> Campaign<'e> {
                 break;
             }
         }
-        self.conclude(&targets, stop, figures)
+        let (threads, mut watch) = (self.options.threads.max(1), Watch::start());
+        let summary = self.conclude(&targets, stop, figures)?;
+        on_event(Event::Concluded(watch.lap() * threads as u32));
+        Ok(summary)
     }
 
     /// Where each cell begins: a fixed number, or the first step of the rule that covers what is
@@ -349,9 +361,15 @@ impl<'e> Campaign<'e> {
                 .map(|output| output.outcomes.failed())
                 .sum();
             let of_cell = &mut stored[cell];
+            let (mut spent, mut watch) = (block.spent, Watch::start());
             of_cell.push(blocks.write(block, keep)?);
+            spent.storage += watch.lap();
             left[cell] -= trials;
-            on_event(Event::Block { trials, failures });
+            on_event(Event::Block {
+                trials,
+                failures,
+                spent,
+            });
             if left[cell] == 0 {
                 of_cell.sort_by_key(|block| block.span.trials.start);
                 if !keep && of_cell.len() > 1 {
@@ -373,29 +391,12 @@ impl<'e> Campaign<'e> {
         figures: impl Fn(&Summary) -> Vec<(String, String)>,
     ) -> Result<Summary, CampaignError> {
         let experiment = self.experiment;
-        let keep = experiment.file.store == Store::Trials;
-        let mut writer = if keep {
+        let parts = if experiment.file.store == Store::Trials {
             let (file, path) = self.folder.stage("trials.parquet", Kind::Parquet)?;
-            Some(TrialWriter::new(file, path, experiment)?)
+            self.write_trials(file, path, stop)?
         } else {
-            None
+            self.read(stop, |_, _| Ok(()))?
         };
-        let mut parts = Parts::default();
-        for (cell, blocks) in self.stored.iter().enumerate() {
-            let mut tally = CellTally::default();
-            for block in blocks {
-                go_on(stop)?;
-                let content = self.blocks.read(block)?;
-                tally.merge(&content.tally);
-                if let (Some(writer), Some(rows)) = (&mut writer, &content.rows) {
-                    writer.write(cell, rows)?;
-                }
-            }
-            parts.add(experiment, &tally);
-        }
-        if let Some(writer) = writer {
-            writer.finish()?;
-        }
         let summary = parts.summary(experiment);
         let (file, path) = self.folder.stage("summary.parquet", Kind::Parquet)?;
         write_summary(&file, &path, experiment, &summary)?;
@@ -408,6 +409,48 @@ impl<'e> Campaign<'e> {
         go_on(stop)?;
         self.folder.publish()?;
         Ok(summary)
+    }
+
+    /// Reads every block once: what the summary takes of it, and its rows, where they are kept.
+    fn read(
+        &self,
+        stop: &AtomicBool,
+        mut on_rows: impl FnMut(usize, Rows) -> Result<(), StoreError>,
+    ) -> Result<Parts, CampaignError> {
+        let mut parts = Parts::default();
+        for (cell, blocks) in self.stored.iter().enumerate() {
+            let mut tally = CellTally::default();
+            for block in blocks {
+                go_on(stop)?;
+                let content = self.blocks.read(block)?;
+                tally.merge(&content.tally);
+                if let Some(rows) = content.rows {
+                    on_rows(cell, rows)?;
+                }
+            }
+            parts.add(self.experiment, &tally);
+        }
+        Ok(parts)
+    }
+
+    /// The same, and writes the rows to a table.
+    fn write_trials(
+        &self,
+        file: File,
+        path: PathBuf,
+        stop: &AtomicBool,
+    ) -> Result<Parts, CampaignError> {
+        let threads = self.options.threads.max(1);
+        let table = TrialTable::new(self.experiment).map_err(|source| StoreError::Parquet {
+            path: path.clone(),
+            source,
+        })?;
+        pool(threads)?.in_place_scope(|scope| {
+            let mut writer = TrialWriter::new(&table, file, path, threads)?;
+            let parts = self.read(stop, |cell, rows| writer.write(scope, cell, rows))?;
+            writer.finish(scope)?;
+            Ok(parts)
+        })
     }
 }
 

@@ -1,12 +1,12 @@
 //! What a run of a study costs in time, from a short run of a few of its cells.
 
-use super::curves::Curves;
+use super::blocks::Content;
 use super::file::Store;
 use super::need::row_of;
-use super::store::size_of_rows;
 use super::summary::SlopeStatistics;
 use super::tally::{CellTally, Trials};
-use super::{Cell, CellSummary, Experiment, Row, Source, Worker, WorkerError, block_size};
+use super::trial_table::TrialTable;
+use super::{Cell, CellSummary, Experiment, Rows, Source, Span, Worker, WorkerError, block_size};
 use crate::metric::expected_bins;
 use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::xxh3_128;
@@ -17,8 +17,6 @@ const CELLS: usize = 40;
 const BUDGET: Duration = Duration::from_millis(30);
 /// How often the rest is timed.
 const REPETITIONS: usize = 5;
-/// Rows of trials.parquet that are timed.
-const TIMED_ROWS: usize = 256;
 /// Seconds until a block file is safely on the disk, about.
 const DISK: f64 = 3e-4;
 /// A measure of an output in summary.parquet, seconds.
@@ -178,16 +176,21 @@ fn run_trials(worker: &mut Worker<'_>, to: &mut Trials) -> (u64, f64) {
 }
 
 /// Bytes of a row in trials.parquet, and seconds of writing it: what more rows take more.
-fn cost_of_row(experiment: &Experiment, cell: usize, rows: &[Row]) -> [f64; 2] {
-    let cost = |rows: &[Row]| {
-        let (seconds, bytes) = clocked(|| size_of_rows(experiment, cell, rows));
-        [bytes.map_or(f64::NAN, |bytes| bytes as f64), seconds]
+fn cost_of_row(experiment: &Experiment, cell: usize, rows: &Rows) -> [f64; 2] {
+    let Ok(table) = TrialTable::new(experiment) else {
+        return [f64::NAN; 2];
     };
-    let most = rows.len().min(TIMED_ROWS);
-    let (few, many, all) = (cost(&rows[..most / 4]), cost(&rows[..most]), cost(rows));
-    let row = (many[1] - few[1]) / (most - most / 4).max(1) as f64;
-    let bytes = (all[0] - few[0]) / (rows.len() - most / 4).max(1) as f64;
-    [bytes.min(row_of(experiment)), row.max(0.0)]
+    let cost = |trials: usize| {
+        let mut part = rows.clone();
+        part.truncate(trials);
+        let (seconds, bytes) = clocked(|| table.file_of(cell, part.clone()));
+        [bytes.map_or(f64::NAN, |bytes| bytes.len() as f64), seconds]
+    };
+    let most = rows.trial_count();
+    let (few, all) = (cost(most / 4), cost(most));
+    let outputs = experiment.output_count();
+    let row = |i: usize| (all[i] - few[i]) / ((most - most / 4) * outputs).max(1) as f64;
+    [row(0).min(row_of(experiment)), row(1).max(0.0)]
 }
 
 fn time_cell(
@@ -197,37 +200,45 @@ fn time_cell(
     trials: u64,
 ) -> Result<Timed, WorkerError> {
     let (cell, file) = (&experiment.cells[index], &experiment.file);
-    let mut found = Trials {
-        curves: file.curves.then(|| Curves::new(cell.horizon)),
-        ..Trials::default()
-    };
+    let mut found = Trials::new(experiment, cell);
     let (setup, worker) = clocked(|| Worker::new(experiment, cell));
     let mut worker = worker?;
-    worker.run_into(0..worker.stride(), &mut Trials::default());
+    worker.run_into(0..worker.stride(), &mut Trials::new(experiment, cell));
     let (count, trial) = run_trials(&mut worker, &mut found);
     let block = block_size(experiment, index);
     let sampled = count.min(block).min(trials);
-    let outputs = experiment.output_count();
-    found.rows.truncate(sampled as usize * outputs);
+    found.rows.truncate(sampled as usize);
     let curves = found.curves.take();
     let (tally_time, tally) = clocked(|| {
         found.curves.clone_from(&curves);
         CellTally::of(experiment, cell, &mut found)
     });
     let kept = file.store == Store::Trials;
-    let rows = kept.then_some(&found.rows);
+    let content = Content {
+        tally,
+        rows: kept.then(|| found.rows.clone()),
+    };
     let (encode, encoded) = clocked(|| {
-        let bytes = postcard::to_stdvec(&(&tally, rows)).unwrap_or_default();
-        (xxh3_128(&bytes), bytes)
+        let mut bytes = Vec::new();
+        let encoded = content.encode(experiment, &mut bytes);
+        (
+            xxh3_128(&bytes),
+            encoded.map_or_else(|_| Vec::new(), |()| bytes),
+        )
     });
+    let span = Span {
+        cell: index,
+        trials: 0..sampled,
+    };
     let (decode, _) = clocked(|| {
-        let read = postcard::from_bytes::<(CellTally, Option<Vec<Row>>)>(&encoded.1);
+        let read = Content::decode(&encoded.1, experiment, &span);
         let mut merged = CellTally::default();
-        if let Ok((tally, _)) = &read {
-            merged.merge(tally);
+        if let Ok(content) = &read {
+            merged.merge(&content.tally);
         }
         xxh3_128(&encoded.1)
     });
+    let tally = content.tally;
     let (summary, values) = clocked(|| {
         let summary = CellSummary::of(experiment, index, &tally);
         let _ = SlopeStatistics::of(experiment, &tally);

@@ -5,6 +5,7 @@
 //! relative error is at most [`CURVE_BIN_ERROR`].
 
 use crate::metric::ascend;
+use crate::real::{MOST_LANES, Real};
 use serde::{Deserialize, Serialize};
 
 const BINS_PER_OCTAVE_LOG2: u32 = 4;
@@ -146,6 +147,33 @@ impl Curves {
             }
         }
         assert!(histograms.next().is_none(), "K errors");
+    }
+
+    /// Counts e_x(k)^2 of a pack of trials, all lanes of k = 0, then of k = 1, ...; of the lanes whose bits are set.
+    ///
+    /// # Panics
+    /// If there are not K times the lanes.
+    pub(super) fn add_squares<R: Real>(&mut self, last: bool, squares: &[f64], lanes: u8) {
+        assert_eq!(squares.len(), self.horizon * R::LANES);
+        let from = usize::from(last) * self.horizon * BINS;
+        let histograms = self.counts[from..].chunks_exact_mut(BINS);
+        R::run(
+            #[inline(always)]
+            || {
+                for (squares, histogram) in squares.chunks_exact(R::LANES).zip(histograms) {
+                    let mut bins = [0; MOST_LANES];
+                    let mut counted = [0; MOST_LANES];
+                    for lane in 0..R::LANES {
+                        let error = squares[lane].sqrt();
+                        bins[lane] = bin(error);
+                        counted[lane] = u32::from(lanes >> lane & 1 == 1 && !error.is_nan());
+                    }
+                    for lane in 0..R::LANES {
+                        histogram[bins[lane]] += counted[lane];
+                    }
+                }
+            },
+        );
     }
 
     /// Adds another worker's counts.

@@ -514,12 +514,40 @@ impl Experiment {
         found.into_iter()
     }
 
+    /// The measures that slopes are of, each once: what the jackknife's groups are kept of.
+    pub fn sloped_measures(&self) -> Vec<Measure> {
+        let slopes = self.file.slopes.iter();
+        each_once(slopes.map(|slope| slope.measure))
+    }
+
+    /// The measures that the file or its bounds ask for, each once; those of the file first.
+    pub fn measures_asked(&self) -> Vec<Measure> {
+        let ExperimentFile {
+            measures, bounds, ..
+        } = &self.file;
+        let rounding = bounds.iter().any(|bound| bound.rounding.is_some());
+        let of_bounds = bounds.iter().map(|bound| bound.measure);
+        let of_bounds = of_bounds.chain(rounding.then_some(Measure::Condition));
+        each_once(measures.iter().copied().chain(of_bounds))
+    }
+
     /// The index of a measure among the measures.
     fn measure(&self, key: &str, measure: Measure) -> Result<usize, FileError> {
         let mut measures = self.file.measures.iter();
         let found = measures.position(|of| *of == measure);
         found.ok_or_else(|| FileError::key(key, format!("'{measure}' is not among the measures")))
     }
+}
+
+/// Measures in their order, without those that were there before.
+fn each_once(measures: impl Iterator<Item = Measure>) -> Vec<Measure> {
+    let mut once = Vec::new();
+    for measure in measures {
+        if !once.contains(&measure) {
+            once.push(measure);
+        }
+    }
+    once
 }
 
 /// What of a resolved file makes results comparable bit for bit.

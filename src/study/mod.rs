@@ -23,14 +23,17 @@ mod peak;
 pub mod place;
 mod plan;
 mod row;
+mod rows;
 mod runner;
 mod score;
+mod spent;
 mod state_feedback;
 mod store;
 mod summary;
 mod tally;
 mod times;
 mod trial;
+mod trial_table;
 
 pub use blocks::{BlockError, Done, done};
 #[cfg(test)]
@@ -53,9 +56,11 @@ pub use pack::PackTrial;
 pub use peak::fma_peak;
 pub use plan::Plan;
 pub use row::Row;
-pub use runner::{Block, RunError, Span, block_size, run, run_spans};
+pub use rows::{OutputRows, Rows};
+pub use runner::{Block, RunError, Span, block_size, run, run_and_forget, run_spans};
+pub use spent::Spent;
 pub use state_feedback::StateFeedback;
-pub use store::{StoreError, TrialWriter, stored_alike};
+pub use store::{StoreError, stored_alike};
 pub use summary::{
     BoundSummary, CellSummary, ComparisonSummary, OutputShare, OutputSummary, SlopeStatistics,
     SlopeSummary, Summary,

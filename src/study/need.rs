@@ -6,7 +6,6 @@
 use super::curves::Curves;
 use super::file::Store;
 use super::measure::Measure;
-use super::row::Row;
 use super::{Cell, Engine, Experiment, block_size};
 use crate::metric::{
     JACKKNIFE_GROUPS, Jackknife, Paired, PairedStatistics, Sample, Statistics, expected_bins,
@@ -29,10 +28,11 @@ const BIN: [f64; 2] = [16.0, 2.7];
 const SAMPLE_STORED: f64 = 135.0;
 const PAIRED_STORED: f64 = 420.0;
 /// A row in a block file beside its values.
-const ROW_STORED: f64 = 7.0;
+const ROW_STORED: f64 = 1.2;
 /// A row in trials.parquet beside its values.
 const ROW_AT_MOST: f64 = 2.0;
-/// Rows in a group of trials.parquet, and how many times they are in memory: as rows, as columns, and compressed.
+/// Of a group of trials.parquet: bytes of a row beside its measures, rows, and how many times they are in memory.
+const LABELS: f64 = 60.0;
 const GROUP: f64 = 65_536.0;
 const COPIES: f64 = 3.0;
 /// In summary.json and summary.parquet: a cell's settings, a measure of an output, a share; of a curve a quantile.
@@ -74,6 +74,8 @@ struct Counts<'e> {
     measures: usize,
     pairs: f64,
     slopes: f64,
+    /// Measures that slopes are of.
+    sloped: f64,
     kept: bool,
     /// The most trials of a cell.
     trials: f64,
@@ -88,6 +90,7 @@ impl<'e> Counts<'e> {
             measures: file.measures.len(),
             pairs: experiment.compare.len() as f64,
             slopes: file.slopes.len() as f64,
+            sloped: experiment.sloped_measures().len() as f64,
             kept: file.store == Store::Trials,
             trials: trials as f64,
         }
@@ -114,7 +117,7 @@ impl<'e> Counts<'e> {
     /// What is counted of so many trials of a cell: bytes in memory, and in a file.
     fn tally(&self, cell: &Cell, trials: f64) -> [f64; 2] {
         let samples = self.outputs * self.values(cell);
-        let groups = self.slopes * self.outputs * JACKKNIFE_GROUPS as f64;
+        let groups = self.sloped * self.outputs * JACKKNIFE_GROUPS as f64;
         let pairs = self.pairs * self.measures as f64;
         let (all, part) = (
             expected_bins(trials),
@@ -141,7 +144,8 @@ impl<'e> Counts<'e> {
 
     /// Rows of trials with their signed errors, in memory.
     fn rows(&self, cell: &Cell, trials: f64) -> f64 {
-        let row = size_of::<Row>() as f64 + self.parameters(cell) * size_of::<f64>() as f64;
+        let values = self.experiment.measures_asked().len() as f64 + self.parameters(cell);
+        let row = 1.0 + values * size_of::<f64>() as f64;
         trials * self.outputs * row
     }
 
@@ -224,7 +228,8 @@ pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
     }
     if counts.kept {
         let rows = experiment.cells.len() as f64 * counts.trials * counts.outputs;
-        merging += COPIES * rows.min(GROUP) * size_of::<Row>() as f64;
+        let row = size_of::<f64>() as f64 * experiment.file.measures.len() as f64 + LABELS;
+        merging += COPIES * (threads + 2) as f64 * rows.min(GROUP) * row;
     }
     PROGRAM + cells + computing.max(merging)
 }

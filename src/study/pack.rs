@@ -1,12 +1,14 @@
 //! A pack of trials of one cell: draw, estimate, measure; rows as [`super::Trial`] leaves them.
 
 use super::plan::Plan;
-use super::{Measure, Row, Trials};
+use super::rows::Flags;
+use super::spent::Watch;
+use super::{Measure, Trials};
 use crate::estimator::{Failure, FailureKind, Stage};
+use crate::lanes::order;
 use crate::lanes::passes::{PassPack, Passes};
 use crate::lanes::record::Record;
 use crate::lanes::score::{Errors, Observer, Scorer};
-use crate::lanes::{lane, order};
 use crate::metric::relative_error;
 use crate::plant::radius::spectral_radius;
 use crate::real::{MOST_LANES, Mask, Real};
@@ -86,19 +88,28 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         // Lanes beyond repeat the last trial; nothing of them is kept.
         let indices = std::array::from_fn(|lane| trials.start + lane.min(count - 1) as u64);
         let asked = R::Mask::from_bits(((1_u16 << count) - 1) as u8);
+        let mut watch = Watch::start();
         self.record.draw(&self.plan.source, &indices);
+        to.spent.simulation += watch.lap();
         let (u, y) = (&self.record.u[..self.plan.cell.window], &self.record.y[..]);
         for method in &mut self.methods {
             to.fallbacks += method.estimate(u, y, asked);
         }
+        to.spent.estimation += watch.lap();
         if self.plan.wanted_states {
             self.observe();
         }
         for output in 0..self.outputs.len() {
             self.measure(output);
         }
-        for (lane, trial) in trials.enumerate() {
-            self.emit(lane, trial, to);
+        self.emit(&trials, to);
+        to.spent.measures += watch.lap();
+        if let Some(curves) = &mut to.curves {
+            for (last, output) in [(false, self.outputs.first()), (true, self.outputs.last())] {
+                let observed = output.map_or(0, |of| of.observed) & asked.bits();
+                curves.add_squares::<R>(last, &self.curves[usize::from(last)], observed);
+            }
+            to.spent.statistics += watch.lap();
         }
     }
 
@@ -189,48 +200,52 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         }
     }
 
-    /// The rows of one lane.
-    fn emit(&mut self, lane_index: usize, trial: u64, to: &mut Trials) {
+    /// Appends the rows of a pack.
+    fn emit(&self, trials: &Range<u64>, to: &mut Trials) {
+        let count = (trials.end - trials.start) as usize;
         let plan = &self.plan;
-        for (index, output) in self.outputs.iter().enumerate() {
-            let pass = &self.methods[output.method].done[output.pass];
-            let known = pass.parameters.lane(lane_index);
+        let kept = to.rows.measures().to_vec();
+        for (output, rows) in self.outputs.iter().zip(to.rows.at(trials.start)) {
             let passes = &self.methods[output.method].done[..=output.pass];
-            let is_unstable = |of: &PassPack<R, N>| (of.parameters & of.unstable).lane(lane_index);
-            let observed = output.observed >> lane_index & 1 == 1;
-            let mut row = Row::new(trial, index);
-            row.unstable_so_far = passes.iter().any(is_unstable);
-            for (&measure, lanes) in Measure::ALL.iter().zip(&output.values) {
-                row[measure] = lanes[lane_index];
-            }
-            row.failure = pass.failures[lane_index];
-            if pass.state.lane(lane_index) && plan.wanted_states && !observed {
-                row.failure = Some(Failure {
+            let pass = &passes[output.pass];
+            let known = pass.parameters.bits();
+            let is_unstable = |of: &PassPack<R, N>| (of.parameters & of.unstable).bits();
+            let unstable = is_unstable(pass);
+            let so_far = passes.iter().fold(0, |all, of| all | is_unstable(of));
+            let not_observed = if plan.wanted_states {
+                pass.state.bits() & !output.observed
+            } else {
+                0
+            };
+            for lane in 0..count {
+                let has = |bits: u8| bits >> lane & 1 == 1;
+                let unstable = has(known).then(|| has(unstable));
+                let not_finite = has(not_observed).then_some(Failure {
                     kind: FailureKind::NonFinite,
                     stage: Stage::Observer,
                     pass: output.pass,
                 });
+                let flags = Flags::new(unstable, has(so_far));
+                rows.push(flags, not_finite.or(pass.failures[lane]));
             }
-            if known {
-                row.unstable = Some(pass.unstable.lane(lane_index));
+            let [values, parameters] = rows.columns();
+            for (column, &measure) in values.iter_mut().zip(&kept) {
+                column.extend_from_slice(&output.values[measure as usize][..count]);
             }
-            to.rows.push(row);
-            if plan.parameters {
-                for (found, truth) in [(&pass.a, &plan.truth.a), (&pass.h, &plan.truth.h)] {
-                    let found: [f64; N] = lane(found, lane_index);
-                    let errors = found.iter().zip(truth);
-                    let errors = errors.map(|(found, truth)| found - truth);
-                    to.parameters
-                        .extend(errors.map(|error| if known { error } else { f64::NAN }));
-                }
-            }
-            if let (Some(curves), true) = (&mut to.curves, observed) {
-                for (last, at) in [(false, 0), (true, self.outputs.len() - 1)] {
-                    if index == at {
-                        let curve = self.curves[usize::from(last)].iter();
-                        let curve = curve.skip(lane_index).step_by(R::LANES);
-                        curves.add(last, curve.map(|square| square.sqrt()));
-                    }
+            let n = plan.cell.order;
+            let parts = [(&pass.a, &plan.truth.a), (&pass.h, &plan.truth.h)];
+            for ((found, truth), columns) in parts.into_iter().zip(parameters.chunks_mut(n)) {
+                for ((column, found), truth) in columns.iter_mut().zip(found).zip(truth) {
+                    let mut lanes = [0.0; MOST_LANES];
+                    found.store(&mut lanes);
+                    let errors = lanes.iter().enumerate().take(count);
+                    column.extend(errors.map(|(lane, found)| {
+                        if known >> lane & 1 == 1 {
+                            found - truth
+                        } else {
+                            f64::NAN
+                        }
+                    }));
                 }
             }
         }

@@ -1,6 +1,5 @@
 //! What of an experiment the lanes can run.
 
-use super::file::ExperimentFile;
 use super::pack::{Pack, PackTrial};
 use super::{Cell, Experiment, Measure, ObserverStart, ScoredFrom};
 use crate::data::{Process, Truth};
@@ -40,7 +39,6 @@ pub struct Plan<'e> {
     pub(super) wanted_states: bool,
     pub(super) wanted: Wanted,
     pub(super) wanted_radius: bool,
-    pub(super) parameters: bool,
     pub(super) from_zero: bool,
 }
 
@@ -53,7 +51,8 @@ impl<'e> Plan<'e> {
         use Measure as F;
         let (process, (plant, noise, variances)) = covered(experiment, cell)?;
         let file = &experiment.file;
-        let any = |measures: &[F]| asked_for(file).any(|measure| measures.contains(&measure));
+        let asked = experiment.measures_asked();
+        let any = |measures: &[F]| asked.iter().any(|measure| measures.contains(measure));
         let methods = experiment.methods.iter().filter_map(|method| {
             Some(PlannedMethod {
                 options: iv_options(method.options()?)?,
@@ -61,7 +60,6 @@ impl<'e> Plan<'e> {
                 reported: method.reported(),
             })
         });
-        let rounding = file.bounds.iter().any(|bound| bound.rounding.is_some());
         Ok(Self {
             cell,
             source: Source {
@@ -80,14 +78,13 @@ impl<'e> Plan<'e> {
                 x0: process.settings().x0.clone(),
             },
             methods: methods.collect(),
-            wanted_condition: rounding || any(&[F::Condition]),
-            wanted_states: file.curves || asked_for(file).any(Measure::is_of_state),
+            wanted_condition: any(&[F::Condition]),
+            wanted_states: file.curves || asked.iter().any(|of| of.is_of_state()),
             wanted: Wanted {
                 states_as_printed: any(&[F::ExMaxPrinted, F::ExRmsPrinted]),
                 curves: file.curves,
             },
             wanted_radius: any(&[F::SpectralRadius]),
-            parameters: file.parameters,
             from_zero: cell.observer_start == ObserverStart::Zero,
         })
     }
@@ -107,12 +104,6 @@ impl<'e> Call for Plan<'e> {
     fn with<R: Real, const N: usize>(self) -> Self::Output {
         Box::new(Pack::<R, N>::new(self))
     }
-}
-
-/// The measures that the file or one of its bounds is about.
-fn asked_for(file: &ExperimentFile) -> impl Iterator<Item = Measure> {
-    let measured = file.measures.iter().copied();
-    measured.chain(file.bounds.iter().map(|bound| bound.measure))
 }
 
 /// Least squares as IV without iterations; `None` for what lanes do not cover.
@@ -158,8 +149,8 @@ pub(super) fn covered<'e>(
     if cell.horizon > LONGEST_HORIZON {
         return Err(format!("records of more than {LONGEST_HORIZON} samples"));
     }
-    let mut asked = asked_for(&experiment.file);
-    if let Some(measure) = asked.find(|measure| !measure.is_in_lanes()) {
+    let asked = experiment.measures_asked();
+    if let Some(measure) = asked.iter().find(|measure| !measure.is_in_lanes()) {
         return Err(format!("the measure {measure}"));
     }
     for method in &experiment.methods {

@@ -1,9 +1,11 @@
 //! The runner: blocks of trials over rayon's threads.
 
 use super::experiment::Source;
+use super::spent::{Spent, Watch};
 use super::tally::{CellTally, Trials};
-use super::{Curves, Engine, Experiment, Row, Worker, WorkerError};
+use super::{Engine, Experiment, Rows, Worker, WorkerError};
 use crate::estimator::Method;
+use std::convert::Infallible;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -42,10 +44,12 @@ impl Span {
 pub struct Block {
     /// The cell and the trials.
     pub span: Span,
-    /// Their rows: all outputs of the first trial, then of the next.
-    pub rows: Vec<Row>,
+    /// Their rows.
+    pub rows: Rows,
     /// What is left of them.
     pub tally: CellTally,
+    /// Where the time went.
+    pub spent: Spent,
 }
 
 /// Why a run ended early.
@@ -106,12 +110,46 @@ pub fn run<E>(
     stop: &AtomicBool,
     consume: impl FnMut(Block) -> Result<(), E>,
 ) -> Result<(), RunError<E>> {
+    run_spans(
+        experiment,
+        &whole(experiment, trials),
+        None,
+        threads,
+        stop,
+        consume,
+    )
+}
+
+/// Runs the same trials and throws away what comes out: what simulation, estimation and measures alone take.
+///
+/// # Errors
+/// [`RunError`].
+///
+/// # Panics
+/// With the panic of an estimator.
+pub fn run_and_forget(
+    experiment: &Experiment,
+    trials: u64,
+    threads: usize,
+    stop: &AtomicBool,
+) -> Result<Spent, RunError<Infallible>> {
+    let spans = whole(experiment, trials);
+    let mut spent = Spent::default();
+    let shared = Shared::new(experiment, &spans, None, Keep::Nothing, stop);
+    shared.run(threads, |block| {
+        spent += block.spent;
+        Ok(())
+    })?;
+    Ok(spent)
+}
+
+/// Trials 0 ... `trials` - 1 of every cell, or the one that a deterministic cell has.
+fn whole(experiment: &Experiment, trials: u64) -> Vec<Span> {
     let whole = |cell| Span {
         cell,
         trials: 0..experiment.trials_of(cell, trials),
     };
-    let all: Vec<Span> = (0..experiment.cells.len()).map(whole).collect();
-    run_spans(experiment, &all, None, threads, stop, consume)
+    (0..experiment.cells.len()).map(whole).collect()
 }
 
 /// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]; no result depends on it.
@@ -133,37 +171,16 @@ pub fn run_spans<E>(
     stop: &AtomicBool,
     consume: impl FnMut(Block) -> Result<(), E>,
 ) -> Result<(), RunError<E>> {
-    let shared = Shared {
-        experiment,
-        spans,
-        block,
-        stop,
-        ended: AtomicBool::new(false),
-        next: Mutex::new((0, 0)),
-        failed: OnceLock::new(),
-    };
-    let threads = shared.blocks().clamp(1, threads.max(1) as u64) as usize;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| RunError::Threads {
-            threads,
-            reason: error.to_string(),
-        })?;
-    let (sender, receiver) = sync_channel(threads);
-    let delivered = pool.in_place_scope(|scope| {
-        scope.spawn_broadcast(|_, _| shared.work(&sender));
-        shared.deliver(receiver, threads, consume)
-    });
-    let of = spans.iter().map(Span::len).sum();
-    if let Some(error) = shared.failed.into_inner() {
-        return Err(RunError::Worker(error));
-    }
-    match delivered {
-        Err(error) => Err(RunError::Consumer(error)),
-        Ok(done) if done < of => Err(RunError::Interrupted { done, of }),
-        Ok(_) => Ok(()),
-    }
+    Shared::new(experiment, spans, block, Keep::All, stop).run(threads, consume)
+}
+
+/// So many threads.
+pub(super) fn pool<E>(threads: usize) -> Result<rayon::ThreadPool, RunError<E>> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().map_err(|error| RunError::Threads {
+        threads,
+        reason: error.to_string(),
+    })
 }
 
 /// Says that a worker is done, also where it panics, which ends the run.
@@ -188,6 +205,7 @@ struct Shared<'a> {
     spans: &'a [Span],
     /// Trials in a block.
     block: Option<u64>,
+    keep: Keep,
     stop: &'a AtomicBool,
     /// Raised where the consumer or a worker failed.
     ended: AtomicBool,
@@ -197,7 +215,58 @@ struct Shared<'a> {
     failed: OnceLock<WorkerError>,
 }
 
-impl Shared<'_> {
+/// What a block has of its trials.
+#[derive(Clone, Copy)]
+enum Keep {
+    /// Rows and their tally.
+    All,
+    /// Rows, which are thrown away.
+    Nothing,
+}
+
+impl<'a> Shared<'a> {
+    fn new(
+        experiment: &'a Experiment,
+        spans: &'a [Span],
+        block: Option<u64>,
+        keep: Keep,
+        stop: &'a AtomicBool,
+    ) -> Self {
+        Self {
+            experiment,
+            spans,
+            block,
+            keep,
+            stop,
+            ended: AtomicBool::new(false),
+            next: Mutex::new((0, 0)),
+            failed: OnceLock::new(),
+        }
+    }
+
+    /// Runs all blocks.
+    fn run<E>(
+        self,
+        threads: usize,
+        consume: impl FnMut(Block) -> Result<(), E>,
+    ) -> Result<(), RunError<E>> {
+        let threads = self.blocks().clamp(1, threads.max(1) as u64) as usize;
+        let (sender, receiver) = sync_channel(threads);
+        let delivered = pool(threads)?.in_place_scope(|scope| {
+            scope.spawn_broadcast(|_, _| self.work(&sender));
+            self.deliver(receiver, threads, consume)
+        });
+        let of = self.spans.iter().map(Span::len).sum();
+        if let Some(error) = self.failed.into_inner() {
+            return Err(RunError::Worker(error));
+        }
+        match delivered {
+            Err(error) => Err(RunError::Consumer(error)),
+            Ok(done) if done < of => Err(RunError::Interrupted { done, of }),
+            Ok(_) => Ok(()),
+        }
+    }
+
     fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed) || self.ended.load(Ordering::Relaxed)
     }
@@ -282,14 +351,8 @@ impl Shared<'_> {
     fn block(&self, worker: &mut Worker<'_>, cell: usize, trials: Range<u64>) -> Block {
         let settings = &self.experiment.cells[cell];
         let begin = Instant::now();
-        let mut of = Trials {
-            curves: self
-                .experiment
-                .file
-                .curves
-                .then(|| Curves::new(settings.horizon)),
-            ..Trials::default()
-        };
+        let mut of = Trials::new(self.experiment, settings);
+        of.rows.reserve((trials.end - trials.start) as usize);
         let mut end = trials.start;
         while end == trials.start
             || end < trials.end && !self.stopped() && begin.elapsed() < LONGEST
@@ -298,13 +361,20 @@ impl Shared<'_> {
             worker.run_into(end..next, &mut of);
             end = next;
         }
+        let mut watch = Watch::start();
+        let tally = match self.keep {
+            Keep::All => CellTally::of(self.experiment, settings, &mut of),
+            Keep::Nothing => CellTally::default(),
+        };
+        of.spent.statistics += watch.lap();
         Block {
             span: Span {
                 cell,
                 trials: trials.start..end,
             },
-            tally: CellTally::of(self.experiment, settings, &mut of),
+            tally,
             rows: of.rows,
+            spent: of.spent,
         }
     }
 

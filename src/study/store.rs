@@ -1,22 +1,20 @@
-//! Parquet files: the trials, written row group by row group, and the summary as a table.
+//! Parquet files: the summary as a table, and what of stored trials is read again.
 
 use super::experiment::{Cell, Experiment};
 use super::file::{Key, Scalar};
 use super::row::Row;
+use super::rows::Rows;
 use super::summary::{CellSummary, OutputSummary, Summary};
-use crate::estimator::Output;
-use crate::files::{self, Kind, PathError, Staged};
+use super::trial_table::{GROUP_ROWS, TrialTable};
+use crate::files::{self, PathError};
 use crate::metric::{Estimate, Quantile, Statistics};
 use polars::prelude::{
     BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
     PolarsError, PolarsResult, SerReader, Series,
 };
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Cursor};
 use std::path::{Path, PathBuf};
-
-/// Rows in a row group, at least; groups end with a trial. No measure depends on it.
-const GROUP_ROWS: usize = 1 << 16;
 
 /// Why trials could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -34,110 +32,6 @@ pub enum StoreError {
     },
 }
 
-/// Writes the trials of an experiment to one Parquet file.
-///
-/// Columns: `cell, claim, eta, window`, every other setting that varies, `trial, estimator, pass, status,
-/// failed_pass, failed_stage, unstable`, then every measure; eta in per cent; null where undefined.
-pub struct TrialWriter<'e> {
-    experiment: &'e Experiment,
-    settings: Vec<Setting>,
-    outputs: Vec<Output>,
-    path: PathBuf,
-    staged: Staged,
-    /// The file once more, for the disk to have it.
-    file: File,
-    writer: BatchedWriter<BufWriter<File>>,
-    /// Rows that wait for their group, with their cells.
-    rows: Vec<Waiting>,
-}
-
-/// A row and the index of its cell.
-type Waiting = (usize, Row);
-
-impl<'e> TrialWriter<'e> {
-    /// Begins a file that is there when it is finished; one of the program's own is replaced.
-    ///
-    /// # Errors
-    /// If the file cannot be created.
-    pub fn create(path: &Path, experiment: &'e Experiment) -> Result<Self, StoreError> {
-        let mut staged = Staged::default();
-        let (file, temporary) = staged.create(path, Kind::Parquet)?;
-        let writer = Self::new(file, temporary, experiment)?;
-        Ok(Self { staged, ..writer })
-    }
-
-    /// Begins a table in a new file.
-    pub(super) fn new(
-        file: File,
-        path: PathBuf,
-        experiment: &'e Experiment,
-    ) -> Result<Self, StoreError> {
-        let io = PathError::io(&path);
-        let to = BufWriter::new(file.try_clone().map_err(io)?);
-        let outputs = experiment.outputs();
-        let settings = settings(experiment);
-        let empty = frame(experiment, &settings, &outputs, &[]);
-        let writer = empty.and_then(|empty| batched(to, &empty));
-        match writer {
-            Ok(writer) => Ok(Self {
-                experiment,
-                settings,
-                outputs,
-                path,
-                staged: Staged::default(),
-                file,
-                writer,
-                rows: Vec::with_capacity(GROUP_ROWS),
-            }),
-            Err(source) => Err(StoreError::Parquet { path, source }),
-        }
-    }
-
-    /// Appends rows of a cell: whole trials.
-    ///
-    /// # Errors
-    /// If a group that became full cannot be written.
-    pub fn write(&mut self, cell: usize, rows: &[Row]) -> Result<(), StoreError> {
-        for trial in rows.chunks(self.outputs.len()) {
-            self.rows.extend(trial.iter().map(|row| (cell, *row)));
-            if self.rows.len() >= GROUP_ROWS {
-                self.write_group()?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Writes what waits and closes the file.
-    ///
-    /// # Errors
-    /// If the file cannot be written to its end.
-    pub fn finish(mut self) -> Result<(), StoreError> {
-        self.write_group()?;
-        let finished = self.writer.finish();
-        finished.map_err(|source| self.parquet_error(source))?;
-        let synced = self.file.sync_all();
-        synced.map_err(PathError::io(&self.path))?;
-        Ok(self.staged.publish()?)
-    }
-
-    fn parquet_error(&self, source: PolarsError) -> StoreError {
-        StoreError::Parquet {
-            path: self.path.clone(),
-            source,
-        }
-    }
-
-    fn write_group(&mut self) -> Result<(), StoreError> {
-        if self.rows.is_empty() {
-            return Ok(());
-        }
-        let frame = frame(self.experiment, &self.settings, &self.outputs, &self.rows);
-        let written = frame.and_then(|frame| self.writer.write_batch(&frame));
-        self.rows.clear();
-        written.map_err(|source| self.parquet_error(source))
-    }
-}
-
 /// A writer of row groups with the columns of a table.
 fn batched(to: BufWriter<File>, of: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
     ParquetWriter::new(to)
@@ -146,56 +40,10 @@ fn batched(to: BufWriter<File>, of: &DataFrame) -> PolarsResult<BatchedWriter<Bu
         .batched(of.schema())
 }
 
-/// The table of some rows.
-fn frame(
-    experiment: &Experiment,
-    settings: &[Setting],
-    outputs: &[Output],
-    rows: &[Waiting],
-) -> PolarsResult<DataFrame> {
-    let output = |row: &Waiting| &outputs[row.1.output];
-    let failure = |row: &Waiting| row.1.failure;
-    let mut columns = cell_columns(experiment, settings, rows, |row| row.0);
-    columns.extend([
-        column(rows, "trial", |row| row.1.trial),
-        column(rows, "estimator", |row| output(row).estimator.as_str()),
-        column(rows, "pass", |row| output(row).pass as u32),
-        column(rows, "status", |row| row.1.status()),
-        column(rows, "failed_pass", |row| {
-            failure(row).map(|f| f.pass as u32)
-        }),
-        column(rows, "failed_stage", |row| {
-            failure(row).map(|f| f.stage as u32)
-        }),
-        column(rows, "unstable", |row| row.1.unstable),
-        column(rows, "unstable_so_far", |row| row.1.unstable_so_far),
-    ]);
-    for &measure in &experiment.file.measures {
-        columns.push(column(rows, measure.name(), |row| defined(row.1[measure])));
-    }
-    DataFrame::new(rows.len(), columns)
-}
-
-/// The size of these rows of a cell as a file of their own, like trials.parquet.
-pub(super) fn size_of_rows(
-    experiment: &Experiment,
-    cell: usize,
-    rows: &[Row],
-) -> PolarsResult<usize> {
-    let waiting: Vec<Waiting> = rows.iter().map(|row| (cell, *row)).collect();
-    let (settings, outputs) = (settings(experiment), experiment.outputs());
-    let mut bytes = Vec::new();
-    ParquetWriter::new(&mut bytes)
-        .with_compression(ParquetCompression::Zstd(None))
-        .set_parallel(false)
-        .finish(&mut frame(experiment, &settings, &outputs, &waiting)?)?;
-    Ok(bytes.len())
-}
-
 /// A setting that varies, and whether all of its values are numbers.
 type Setting = (Key, bool);
 
-fn settings(experiment: &Experiment) -> Vec<Setting> {
+pub(super) fn numeric_settings(experiment: &Experiment) -> Vec<Setting> {
     let axes = experiment.axes().into_iter();
     let numeric = |key: Key| {
         let mut cells = experiment.cells.iter();
@@ -256,7 +104,7 @@ pub fn write_summary(
     };
     let io = PathError::io(path);
     let to = BufWriter::new(file.try_clone().map_err(io)?);
-    let settings = settings(experiment);
+    let settings = numeric_settings(experiment);
     let table = |cells| summary_frame(experiment, &settings, cells).map_err(parquet);
     let mut writer = batched(to, &table(&[])?).map_err(parquet)?;
     for cells in summary.cells.chunks(group_cells(summary)) {
@@ -387,14 +235,12 @@ pub fn stored_alike(
         return Ok(None);
     };
     let stored = read_rows(path, first, rows.len())?;
-    let waiting: Vec<Waiting> = rows.iter().map(|row| (cell, *row)).collect();
-    let alike = frame(
-        experiment,
-        &settings(experiment),
-        &experiment.outputs(),
-        &waiting,
-    )
-    .and_then(|replayed| same_bits(&replayed, &stored));
+    let mut replayed = Rows::new(experiment, &experiment.cells[cell]);
+    rows.iter().for_each(|row| replayed.push(row, &[]));
+    let replayed = TrialTable::new(experiment)
+        .and_then(|table| table.file_of(cell, replayed))
+        .and_then(|bytes| ParquetReader::new(Cursor::new(bytes)).finish());
+    let alike = replayed.and_then(|replayed| same_bits(&replayed, &stored));
     alike.map(Some).map_err(|source| StoreError::Parquet {
         path: path.to_owned(),
         source,

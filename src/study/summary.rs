@@ -324,11 +324,17 @@ pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
 impl SlopeStatistics {
     /// Takes them from a cell's tally.
     pub fn of(experiment: &Experiment, tally: &CellTally) -> Self {
-        let asked = experiment.file.slopes.iter().zip(&tally.groups);
+        let measures = experiment.sloped_measures();
+        let groups_of = |table: &SlopeTable| {
+            let groups = measures.iter().zip(&tally.groups);
+            let mut groups = groups.filter(|(measure, _)| **measure == table.measure);
+            groups.next().map_or(&[][..], |(_, outputs)| outputs)
+        };
+        let slopes = experiment.file.slopes.iter();
         Self(
-            asked
-                .map(|(table, outputs)| {
-                    outputs
+            slopes
+                .map(|table| {
+                    groups_of(table)
                         .iter()
                         .map(|groups| Jackknife::of(groups, table.statistic, table.measure.worse()))
                         .collect()

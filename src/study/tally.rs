@@ -3,13 +3,16 @@
 use super::continuous::Traces;
 use super::curves::Curves;
 use super::experiment::Source;
+use super::file::BoundTable;
 use super::measure::Measure;
-use super::row::Row;
+use super::rows::{Flags, OutputRows, Rows};
+use super::spent::Spent;
 use super::summary::CellSeries;
 use super::{Cell, Experiment};
 use crate::estimator::FailureKind;
 use crate::metric::{JACKKNIFE_GROUPS, Paired, Sample};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -86,7 +89,7 @@ pub struct CellTally {
     pub outputs: Vec<OutputTally>,
     /// For every comparison, every measure.
     pub pairs: Vec<Vec<Paired>>,
-    /// For every slope and output, the jackknife's groups.
+    /// For every measure that slopes are of and every output, the jackknife's groups.
     pub groups: Vec<Vec<Vec<Sample>>>,
     /// For every series that the cell keeps, the measure trial by trial in runs, by their first
     /// trial; NaN of a lost one.
@@ -97,19 +100,44 @@ pub struct CellTally {
     pub traces: Option<Traces>,
 }
 
-/// Trials of one cell as they come: rows, signed parameter errors, curves.
-#[derive(Default)]
+/// Trials of one cell as they come: rows, curves.
 pub struct Trials {
-    /// All outputs of the first trial, then of the next.
-    pub rows: Vec<Row>,
-    /// For every row 2n signed errors of a and h, NaN where undefined; empty where they are not wanted.
-    pub parameters: Vec<f64>,
+    /// All outputs of every trial.
+    pub rows: Rows,
     /// e_x(k) over k, where wanted.
     pub curves: Option<Curves>,
     /// The course of trial 0 in continuous time, where it is wanted and among the trials.
     pub traces: Option<Traces>,
     /// Solves of a lane that were done again with pivots.
     pub fallbacks: u64,
+    /// Where the time went.
+    pub spent: Spent,
+}
+
+impl Trials {
+    /// None yet, with room for what a study keeps of a cell.
+    pub fn new(experiment: &Experiment, cell: &Cell) -> Self {
+        let curves = experiment.file.curves;
+        Self {
+            curves: curves.then(|| Curves::new(cell.horizon)),
+            ..Self::of(Rows::new(experiment, cell))
+        }
+    }
+
+    /// None yet, with room for every measure and no curves.
+    pub fn of_all_measures(experiment: &Experiment, cell: &Cell) -> Self {
+        Self::of(Rows::of_all_measures(experiment, cell))
+    }
+
+    fn of(rows: Rows) -> Self {
+        Self {
+            rows,
+            curves: None,
+            traces: None,
+            fallbacks: 0,
+            spent: Spent::default(),
+        }
+    }
 }
 
 fn merge_all<T>(left: &mut Vec<T>, right: &[T], merge: impl Fn(&mut T, &T))
@@ -129,62 +157,75 @@ impl CellTally {
     /// The tally of some trials; their curves move into it.
     pub fn of(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
         let (curves, traces) = (trials.curves.take(), trials.traces.take());
-        let trials = &*trials;
-        let count = experiment.output_count();
-        let rows = |output: usize| trials.rows.iter().skip(output).step_by(count);
-        let value =
-            |output: usize, measure: Measure| rows(output).map(move |row| row.counted(measure));
-        let measures = &experiment.file.measures;
-        let outputs = (0..count).map(|output| OutputTally {
-            outcomes: outcomes(rows(output)),
-            samples: measures
+        let rows = &trials.rows;
+        let file = &experiment.file;
+        // Every file's measure stands in its rows.
+        let place = |measure: Measure| rows.measures().iter().position(|of| *of == measure);
+        let counted = |output: usize, measure: Measure| -> Cow<'_, [f64]> {
+            let of = &rows.outputs()[output];
+            place(measure).map_or(Cow::default(), |at| of.counted(&of.values()[at]))
+        };
+        // Each column with its failed trials left out once, whoever counts it.
+        let columns: Vec<Vec<Cow<'_, [f64]>>> = (0..rows.outputs().len())
+            .map(|output| {
+                file.measures
+                    .iter()
+                    .map(|of| counted(output, *of))
+                    .collect()
+            })
+            .collect();
+        let column = |output: usize, measure: Measure| -> &[f64] {
+            let at = file.measures.iter().position(|of| *of == measure);
+            at.map_or(&[], |at| &columns[output][at])
+        };
+        let outputs = rows.outputs().iter().zip(&columns);
+        let outputs = outputs.map(|(of, columns)| OutputTally {
+            outcomes: outcomes(of),
+            samples: columns.iter().map(|column| sample(column)).collect(),
+            parameters: of
+                .parameters()
                 .iter()
-                .map(|measure| Sample::of(value(output, *measure)))
+                .map(|errors| sample(&of.counted(errors)))
                 .collect(),
-            parameters: parameters(trials, cell, output, count),
-            met: met(experiment, cell, rows(output)),
+            met: met(experiment, cell, rows.measures(), of),
         });
-        let defined = |x: f64| Some(x).filter(|x| !x.is_nan());
+        let defined = |x: &f64| Some(*x).filter(|x| !x.is_nan());
         let pair = |[first, second]: [usize; 2], measure: Measure| {
-            let pairs = value(first, measure).zip(value(second, measure));
+            let pairs = column(first, measure).iter().zip(column(second, measure));
             Paired::of(pairs.map(|(x, y)| (defined(x), defined(y))))
         };
         let pairs = experiment.compare.iter();
-        let pairs = pairs.map(|of| measures.iter().map(|measure| pair(*of, *measure)).collect());
-        let group = |output: usize, measure: Measure, group: usize| {
-            let of_group = move |row: &&Row| row.trial as usize % JACKKNIFE_GROUPS == group;
-            Sample::of(
-                rows(output)
-                    .filter(of_group)
-                    .map(move |row| row.counted(measure)),
-            )
+        let pairs = pairs.map(|of| {
+            file.measures
+                .iter()
+                .map(|measure| pair(*of, *measure))
+                .collect()
+        });
+        let first = rows.trials().start;
+        let group = |column: &[f64], group: usize| {
+            let groups = JACKKNIFE_GROUPS as u64;
+            let begin = (group as u64 + groups - first % groups) % groups;
+            let of_group = column.iter().skip(begin as usize);
+            Sample::of(of_group.step_by(JACKKNIFE_GROUPS).copied())
         };
         let groups_of = |measure: Measure| -> Vec<Vec<Sample>> {
             let of_output = |output| {
-                (0..JACKKNIFE_GROUPS)
-                    .map(|g| group(output, measure, g))
-                    .collect()
+                let column = column(output, measure);
+                (0..JACKKNIFE_GROUPS).map(|of| group(column, of)).collect()
             };
-            (0..count).map(of_output).collect()
+            (0..columns.len()).map(of_output).collect()
         };
+        let groups = experiment.sloped_measures().into_iter().map(groups_of);
+        let series = experiment.series_of(cell);
+        let series = series
+            .map(|(output, measure)| BTreeMap::from([(first, column(output, measure).to_vec())]));
         Self {
-            trials: (trials.rows.len() / count) as u64,
+            trials: rows.trial_count() as u64,
             fallbacks: trials.fallbacks,
             outputs: outputs.collect(),
             pairs: pairs.collect(),
-            groups: experiment
-                .file
-                .slopes
-                .iter()
-                .map(|slope| groups_of(slope.measure))
-                .collect(),
-            series: experiment
-                .series_of(cell)
-                .map(|(output, measure)| {
-                    let first = trials.rows.first().map_or(0, |row| row.trial);
-                    BTreeMap::from([(first, value(output, measure).collect())])
-                })
-                .collect(),
+            groups: groups.collect(),
+            series: series.collect(),
             curves,
             traces,
         }
@@ -261,7 +302,10 @@ impl CellTally {
             ),
             (self.series.len() == series, "the series"),
             (self.series.iter().all(whole), "a series"),
-            (self.groups.len() == file.slopes.len(), "slopes"),
+            (
+                self.groups.len() == experiment.sloped_measures().len(),
+                "slopes",
+            ),
             (self.groups.iter().all(slope), "a slope's groups"),
             (curves_fit, "curves"),
             (traces_fit, "the course of trial 0"),
@@ -317,50 +361,51 @@ fn group_size(group: u64, trials: &Range<u64>) -> u64 {
     before(trials.end) - before(trials.start)
 }
 
-pub(super) fn outcomes<'a>(rows: impl Iterator<Item = &'a Row>) -> Outcomes {
-    let mut outcomes = Outcomes::default();
-    for row in rows {
-        outcomes.trials += 1;
-        outcomes.unstable += u64::from(row.unstable == Some(true));
-        outcomes.unstable_so_far += u64::from(row.unstable_so_far);
-        outcomes.lost += u64::from(row.is_lost());
-        if let Some(failure) = row.failure {
-            *outcomes
-                .failures
-                .entry(failure.kind.to_string())
-                .or_default() += 1;
-        }
+fn sample(column: &[f64]) -> Sample {
+    Sample::of(column.iter().copied())
+}
+
+pub(super) fn outcomes(rows: &OutputRows) -> Outcomes {
+    let count =
+        |is: &dyn Fn(&Flags) -> bool| rows.flags().iter().filter(|of| is(of)).count() as u64;
+    let is_unstable = |flags: &Flags| flags.unstable() == Some(true);
+    let unstable = count(&is_unstable);
+    let mut outcomes = Outcomes {
+        trials: rows.len() as u64,
+        unstable,
+        unstable_so_far: count(&|flags| flags.unstable_so_far()),
+        lost: unstable,
+        failures: BTreeMap::new(),
+    };
+    for (place, failure) in rows.failures() {
+        outcomes.lost += u64::from(!is_unstable(&rows.flags()[*place]));
+        let of_kind = outcomes.failures.entry(failure.kind.to_string());
+        *of_kind.or_default() += 1;
     }
     outcomes
 }
 
-fn parameters(trials: &Trials, cell: &Cell, output: usize, count: usize) -> Vec<Sample> {
-    if trials.parameters.is_empty() {
-        return Vec::new();
-    }
-    let width = 2 * cell.order;
-    let rows = || {
-        let errors = trials.parameters.chunks_exact(width);
-        let rows = errors.zip(&trials.rows).skip(output).step_by(count);
-        rows.map(|(errors, row)| (errors, row.failure.is_some()))
-    };
-    let error =
-        |(errors, failed): (&[f64], bool), i: usize| if failed { f64::NAN } else { errors[i] };
-    (0..width)
-        .map(|i| Sample::of(rows().map(|row| error(row, i))))
-        .collect()
-}
-
 /// How many rows meet each bound of the file.
-fn met<'a>(experiment: &Experiment, cell: &Cell, rows: impl Iterator<Item = &'a Row>) -> Vec<u64> {
-    let bounds = &experiment.file.bounds;
-    let asked = |claim: &Option<String>| claim.as_ref().is_none_or(|claim| *claim == cell.claim);
-    let mut counts = vec![0; bounds.len()];
-    for row in rows {
-        for (count, bound) in counts.iter_mut().zip(bounds) {
-            let met = bound.is_met(row.counted(bound.measure), row[Measure::Condition]);
-            *count += u64::from(asked(&bound.claim) && met);
-        }
-    }
-    counts
+fn met(experiment: &Experiment, cell: &Cell, measures: &[Measure], rows: &OutputRows) -> Vec<u64> {
+    let column = |measure: Measure| {
+        let at = measures.iter().position(|of| *of == measure);
+        at.map(|at| &rows.values()[at][..])
+    };
+    let condition = column(Measure::Condition);
+    let of_bound = |bound: &BoundTable| {
+        let asked = bound
+            .claim
+            .as_ref()
+            .is_none_or(|claim| *claim == cell.claim);
+        let values = column(bound.measure).filter(|_| asked);
+        let Some(values) = values.map(|values| rows.counted(values)) else {
+            return 0;
+        };
+        let condition = |place: usize| condition.map_or(f64::NAN, |of| of[place]);
+        let values = values.iter().enumerate();
+        values
+            .filter(|(place, value)| bound.is_met(**value, condition(*place)))
+            .count() as u64
+    };
+    experiment.file.bounds.iter().map(of_bound).collect()
 }

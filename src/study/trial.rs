@@ -3,6 +3,7 @@
 use super::measure::Measure;
 use super::row::Row;
 use super::score::{self, Scorer};
+use super::spent::{Spent, Watch};
 use super::tally::Trials;
 use super::{Cell, Experiment};
 use crate::data::{Process, Realisation};
@@ -18,8 +19,8 @@ pub struct Trial<'e> {
     realisation: Realisation,
     methods: Vec<MethodRun<'e>>,
     scorer: Scorer,
-    /// What [`Self::run`] computed last.
-    last: Trials,
+    /// The rows of the last trial.
+    rows: Vec<Row>,
 }
 
 /// A method's estimator and its passes.
@@ -65,22 +66,45 @@ impl<'e> Trial<'e> {
             realisation: Realisation::default(),
             methods,
             scorer: Scorer::new(experiment, cell, process)?,
-            last: Trials::default(),
+            rows: Vec::new(),
         })
     }
 
     /// Runs a trial: its rows, one per output.
     pub fn run(&mut self, trial: u64) -> &[Row] {
-        let mut last = std::mem::take(&mut self.last);
-        last.rows.clear();
-        last.parameters.clear();
-        self.run_into(trial, &mut last);
-        self.last = last;
-        &self.last.rows
+        self.measure(trial, |_, _, _, _| ());
+        &self.rows
     }
 
     /// Runs a trial and appends what is wanted of it.
     pub fn run_into(&mut self, trial: u64, to: &mut Trials) {
+        let (wanted, last) = (self.experiment.file.parameters, self.outputs.len() - 1);
+        let mut parameters = Vec::new();
+        let spent = self.measure(trial, |row, pass, record, curve| {
+            if wanted {
+                parameters.clear();
+                score::append_parameter_errors(pass, record, &mut parameters);
+            }
+            to.rows.push(row, &parameters);
+            if let Some(curves) = &mut to.curves {
+                for (is_last, output) in [(false, 0), (true, last)] {
+                    if row.output == output {
+                        curves.add(is_last, curve.iter().copied());
+                    }
+                }
+            }
+        });
+        to.spent += spent;
+    }
+
+    /// Runs a trial; `on_row` sees each row with its pass, the record and e_x(k).
+    fn measure(
+        &mut self,
+        trial: u64,
+        mut on_row: impl FnMut(&Row, &Pass, &Realisation, &[f64]),
+    ) -> Spent {
+        self.rows.clear();
+        let (mut spent, mut watch) = (Spent::default(), Watch::start());
         let (file, cell) = (&self.experiment.file, self.cell);
         let record = &mut self.realisation;
         self.process.realise(
@@ -93,6 +117,7 @@ impl<'e> Trial<'e> {
         );
         self.scorer.begin(file.seed, trial, record);
         let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
+        spent.simulation += watch.lap();
         let mut output = 0;
         for (method, run) in self.methods.iter_mut().enumerate() {
             let MethodRun {
@@ -105,6 +130,7 @@ impl<'e> Trial<'e> {
                 None => estimator.estimate(window, passes),
                 Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
             }
+            spent.estimation += watch.lap();
             for &number in *reported {
                 let pass = &passes[number];
                 let mut row = Row::new(trial, output);
@@ -115,21 +141,13 @@ impl<'e> Trial<'e> {
                 let pass_number = self.outputs[output].pass;
                 self.scorer
                     .score(method, pass_number, pass, record, &mut row);
-                to.rows.push(row);
-                if file.parameters {
-                    score::append_parameter_errors(pass, record, &mut to.parameters);
-                }
-                if let Some(curves) = &mut to.curves {
-                    if output == 0 {
-                        curves.add(false, self.scorer.curve().iter().copied());
-                    }
-                    if output + 1 == self.outputs.len() {
-                        curves.add(true, self.scorer.curve().iter().copied());
-                    }
-                }
+                on_row(&row, pass, record, self.scorer.curve());
+                self.rows.push(row);
                 output += 1;
             }
+            spent.measures += watch.lap();
         }
+        spent
     }
 
     /// What the last [`Self::run`] computed.
@@ -146,7 +164,7 @@ impl<'e> Trial<'e> {
                 .iter()
                 .map(|method| &method.passes[..])
                 .collect(),
-            rows: &self.last.rows,
+            rows: &self.rows,
         }
     }
 }

@@ -99,20 +99,20 @@ fn compare(case: &Case, count: u64) -> Found {
         ..Found::default()
     };
     assert_eq!(lanes.rows.len(), found.rows);
-    assert_eq!(lanes.parameters.len(), faer.parameters.len());
     for trial in 0..count as usize {
-        let mut first = trial * outputs;
+        let mut first = 0;
         for method in &experiment.methods {
             let mut before = Before::default();
             for (index, pass) in method.reported().iter().enumerate() {
                 assert_eq!(index, *pass, "every pass is reported");
-                let row = first + index;
-                let errors = 2 * n * row..2 * n * (row + 1);
+                let output = first + index;
+                let row = |of: &Trials| of.rows.row(trial, output);
+                let errors = |of: &Trials| of.rows.parameters(trial, output);
                 let pair = Pair {
-                    faer: &faer.rows[row],
-                    lanes: &lanes.rows[row],
-                    faer_errors: &faer.parameters[errors.clone()],
-                    lanes_errors: &lanes.parameters[errors],
+                    faer: &row(&faer),
+                    lanes: &row(&lanes),
+                    faer_errors: &errors(&faer),
+                    lanes_errors: &errors(&lanes),
                     is_iv: index > 0,
                 };
                 before.account(&pair, window);

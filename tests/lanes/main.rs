@@ -81,11 +81,7 @@ impl Case {
 
 /// What the trials of the experiment's cell go to.
 fn empty(experiment: &Experiment) -> Trials {
-    let horizon = experiment.cells[0].horizon;
-    Trials {
-        curves: experiment.file.curves.then(|| Curves::new(horizon)),
-        ..Trials::default()
-    }
+    Trials::new(experiment, &experiment.cells[0])
 }
 
 /// Every order, and the shortest window.

@@ -31,32 +31,37 @@ fn parts(from: u64, to: u64, size: u64) -> impl Iterator<Item = Range<u64>> {
 
 /// Rows, parameters, curves and counts, from a row on.
 fn assert_same(found: &Trials, expected: &Trials, from: usize, what: &str) {
-    let width = expected.parameters.len() / expected.rows.len();
-    let rows = &expected.rows[from..];
-    assert_eq!(found.rows.len(), rows.len(), "{what}");
+    let outputs = expected.rows.outputs().len();
+    let rows = expected.rows.iter().skip(from);
+    assert_eq!(found.rows.len(), expected.rows.len() - from, "{what}");
     for (found, expected) in found.rows.iter().zip(rows) {
         assert!(
-            found.same_bits(expected),
+            found.same_bits(&expected),
             "{what}: {found:?} for {expected:?}"
         );
     }
     let bits = |of: &[f64]| of.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
-    let parameters = &expected.parameters[width * from..];
-    assert_eq!(
-        bits(&found.parameters),
-        bits(parameters),
-        "{what}: parameters"
-    );
+    for output in 0..outputs {
+        let (found, expected) = (
+            &found.rows.outputs()[output],
+            &expected.rows.outputs()[output],
+        );
+        let columns = found.parameters().iter().zip(expected.parameters());
+        for (found, expected) in columns {
+            let expected = &expected[from / outputs..];
+            assert_eq!(bits(found), bits(expected), "{what}: parameters");
+        }
+    }
 }
 
 /// How many trials have a failure, and how many of all have none.
 fn failures(trials: &Trials, outputs: usize) -> (usize, usize) {
-    let failed = trials
-        .rows
-        .chunks(outputs)
-        .filter(|rows| rows.iter().any(|row| row.failure.is_some()));
-    let failed = failed.count();
-    (failed, trials.rows.len() / outputs - failed)
+    let has_failed = |place: &usize| {
+        let mut rows = (0..outputs).map(|output| trials.rows.row(*place, output));
+        rows.any(|row| row.failure.is_some())
+    };
+    let failed = (0..trials.rows.trial_count()).filter(has_failed).count();
+    (failed, trials.rows.trial_count() - failed)
 }
 
 /// The whole at once by one lane is what every other width and partition is compared with.

@@ -137,15 +137,10 @@ pub fn windows() -> Vec<Check> {
     const TRIALS: u64 = 1500;
     let file = ExperimentFile::read(&study::path("window")).unwrap();
     let experiment = Experiment::new(file.set("window=[2000, 5000, 10000]").unwrap()).unwrap();
-    let found: Vec<Found> = (0..6).map(|cell| run(&experiment, cell, TRIALS)).collect();
-    let tally = |cell: usize| {
-        CellTally::of(
-            &experiment,
-            &experiment.cells[cell],
-            &mut found[cell].together(),
-        )
-    };
-    let tallies: Vec<CellTally> = (0..6).map(tally).collect();
+    let mut found: Vec<Found> = (0..6).map(|cell| run(&experiment, cell, TRIALS)).collect();
+    let found_in = experiment.cells.iter().zip(&mut found);
+    let tallies = found_in.map(|(cell, found)| found.tally(&experiment, cell));
+    let tallies: Vec<CellTally> = tallies.collect();
     let cells = tallies
         .iter()
         .enumerate()

@@ -44,7 +44,7 @@ pub fn solvers() -> Vec<Check> {
     let mut lost = vec![0.0_f64; labels.len()];
     for cell in 0..experiment.cells.len() {
         let found = run(&experiment, cell, TRIALS);
-        let rows: Vec<&Row> = found.rows().collect();
+        let rows: Vec<Row> = found.rows().collect();
         for trial in rows.chunks_exact(labels.len()) {
             let condition = trial[columns][Measure::Condition];
             for row in trial {

@@ -2,7 +2,7 @@
 
 use asobench::metric::quantile;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{Experiment, Measure, Trials, Worker};
+use asobench::study::{Cell, CellTally, Experiment, Measure, Trials, Worker};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,6 @@ pub fn cut(name: &str, set: &[&str]) -> Experiment {
 
 /// Trials 0 ... of one cell of an experiment, by the engine that a study of it runs on.
 pub struct Found {
-    outputs: usize,
     trials: Vec<Trials>,
 }
 
@@ -42,13 +41,12 @@ pub fn run(experiment: &Experiment, cell: usize, trials: u64) -> Found {
     let trials = (0..trials).into_par_iter().map_init(
         || Worker::new(experiment, cell).unwrap(),
         |worker, index| {
-            let mut one = Trials::default();
+            let mut one = Trials::of_all_measures(experiment, cell);
             worker.run_into(index..index + 1, &mut one);
             one
         },
     );
     Found {
-        outputs: experiment.outputs().len(),
         trials: trials.collect(),
     }
 }
@@ -57,20 +55,19 @@ impl Found {
     pub fn figure(&self, output: usize, figure: Measure) -> Vec<f64> {
         self.trials
             .iter()
-            .map(|trial| trial.rows[output][figure])
+            .map(|trial| trial.rows.row(0, output)[figure])
             .collect()
     }
 
-    pub fn rows(&self) -> impl Iterator<Item = &asobench::study::Row> {
-        self.trials.iter().flat_map(|trial| &trial.rows)
+    pub fn rows(&self) -> impl Iterator<Item = asobench::study::Row> {
+        self.trials.iter().flat_map(|trial| trial.rows.iter())
     }
 
-    /// All trials as one.
-    pub fn together(&self) -> Trials {
-        let mut all = Trials::default();
-        for trial in &self.trials {
-            all.rows.extend_from_slice(&trial.rows);
-            all.parameters.extend_from_slice(&trial.parameters);
+    /// What a study keeps of all trials.
+    pub fn tally(&mut self, experiment: &Experiment, cell: &Cell) -> CellTally {
+        let mut all = CellTally::default();
+        for trial in &mut self.trials {
+            all.merge(&CellTally::of(experiment, cell, trial));
         }
         all
     }
@@ -78,9 +75,8 @@ impl Found {
     /// Per trial the error of (alpha, beta), the paper's p: alpha_i = -a_(n+1-i), beta = h.
     pub fn errors(&self, output: usize) -> Vec<Vec<f64>> {
         let of_trial = |trial: &Trials| {
-            let width = trial.parameters.len() / self.outputs;
-            let errors = &trial.parameters[output * width..(output + 1) * width];
-            let (a, h) = errors.split_at(width / 2);
+            let errors = trial.rows.parameters(0, output);
+            let (a, h) = errors.split_at(errors.len() / 2);
             a.iter()
                 .rev()
                 .map(|a| -a)

@@ -20,22 +20,23 @@ pub(super) fn show(
         let message = "--data: a trial in continuous time has no record k, u, y";
         return Err(Error::Input(message.to_owned()));
     }
-    let mut trials = Trials::default();
+    let mut trials = Trials::of_all_measures(experiment, &experiment.cells[index]);
     let worker = ContinuousTrial::new(experiment, cell).map_err(failed)?;
     worker.run_with_course(trial, Some(cell.until / POINTS), &mut trials);
     let outputs = experiment.outputs();
+    let rows: Vec<Row> = trials.rows.iter().collect();
     let output = |row: &Row| outputs[row.output].clone();
     Replay {
         cell: &experiment.cells[index],
         index,
         trial,
         seed: experiment.file.seed,
-        stored: stored(options.folder, experiment, index, &trials.rows),
+        stored: stored(options.folder, experiment, index, &rows),
         stages: trials
             .traces
             .as_ref()
             .map_or_else(Vec::new, |of| course(of, &outputs)),
-        rows: trials.rows.iter().map(|row| (output(row), row)).collect(),
+        rows: rows.iter().map(|row| (output(row), row)).collect(),
     }
     .print(options)
 }

@@ -6,6 +6,7 @@ use crate::estimator::{Failure, FailureKind, Stage};
 use crate::observer::gpebo::{
     Cascade, CascadeError, Convergence, ObserverSpec, ObserverSummary, Outcome, Sample, halve,
 };
+use crate::study::spent::Watch;
 use crate::study::{Experiment, Measure, Row, Trials};
 
 /// Runs trials of one cell: one value per worker.
@@ -57,11 +58,14 @@ impl<'e> ContinuousTrial<'e> {
         let rows = 0..self.cell.observers.len();
         // Checked by `new`; but random phases may make steps of too many lengths.
         let Ok(cascade) = self.cell.cascade(self.seed, trial) else {
-            to.rows
-                .extend(rows.map(|output| failed(Row::new(trial, output), FailureKind::NotRun)));
+            for output in rows {
+                let row = failed(Row::new(trial, output), FailureKind::NotRun);
+                to.rows.push(&row, &[]);
+            }
             return;
         };
         let mut course = every.map(|every| self.course(every, &cascade));
+        let mut watch = Watch::start();
         let found = halve(&cascade, |sample| {
             if let Some(course) = &mut course {
                 course.add(sample);
@@ -77,8 +81,9 @@ impl<'e> ContinuousTrial<'e> {
             row[Measure::MixedDisturbance] = dbar;
             row[Measure::Excitation] = found.summary.smallest_eigenvalue.unwrap_or(f64::NAN);
             let (of, step) = (&found.summary.observers[output], found.observers[output]);
-            to.rows.push(self.row(row, of, step));
+            to.rows.push(&self.row(row, of, step), &[]);
         }
+        to.spent.simulation += watch.lap();
         if let Some(course) = course {
             to.traces = Some(course.traces);
         }

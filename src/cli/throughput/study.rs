@@ -1,0 +1,130 @@
+//! `asobench throughput FILE`: trials per second of a study's cells without statistics and files.
+
+use super::{Arguments, median};
+use crate::cli::error::{Error, failed};
+use crate::cli::progress::{self, rounded, shares};
+use crate::cli::{Format, print, print_json};
+use crate::study::file::{ExperimentFile, TrialRule};
+use crate::study::{Engine, Experiment, RunError, Spent, run_and_forget};
+use crate::text::visible;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// All cells on some threads.
+struct Timing {
+    threads: usize,
+    /// Trials per second of every repetition, ascending.
+    rates: Vec<f64>,
+    /// Of all repetitions.
+    spent: Spent,
+}
+
+impl Timing {
+    fn json(&self) -> Value {
+        let total = self.spent.total().as_secs_f64();
+        let share = |part: std::time::Duration| part.as_secs_f64() / total;
+        json!({
+            "threads": self.threads,
+            "repetitions": self.rates.len(),
+            "trials_per_second": median(&self.rates),
+            "slowest": self.rates.first(),
+            "fastest": self.rates.last(),
+            "simulation": share(self.spent.simulation),
+            "estimation": share(self.spent.estimation),
+            "measures": share(self.spent.measures),
+        })
+    }
+}
+
+/// Times the cells of a file on each number of threads.
+pub(super) fn time(
+    path: &Path,
+    arguments: &Arguments,
+    threads: &[usize],
+) -> Result<ExitCode, Error> {
+    let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
+    let mut file = ExperimentFile::read(path).map_err(|e| input(&e))?;
+    for assignment in &arguments.set {
+        let set = file.set(assignment);
+        file = set.map_err(|e| Error::Input(format!("--set {e}")))?;
+    }
+    let (fewest, _) = file.trials.extent();
+    let each = arguments.trials.unwrap_or(fewest);
+    file.trials = TrialRule::Fixed(each);
+    let experiment = Experiment::new(file);
+    let experiment = experiment.map_err(|e| input(&format!("{}: {e}", path.display())))?;
+    let cells = experiment.cells.len();
+    let trials: u64 = (0..cells)
+        .map(|cell| experiment.trials_of(cell, each))
+        .sum();
+    let engines = (0..cells).map(|cell| experiment.engine(cell));
+    let in_lanes = engines
+        .filter(|engine| *engine == Ok(Engine::Lanes))
+        .count();
+    let stop = progress::stop_flag()?;
+    let once = |threads: usize, each: u64| run(&experiment, each, threads, &stop);
+    let mut timings = Vec::new();
+    for &threads in threads {
+        // What is loaded and sized at first use is not timed.
+        once(threads, each.div_ceil(20))?;
+        let (mut rates, mut spent) = (Vec::new(), Spent::default());
+        for _ in 0..arguments.repetitions {
+            let begin = Instant::now();
+            spent += once(threads, each)?;
+            rates.push(trials as f64 / begin.elapsed().as_secs_f64());
+        }
+        rates.sort_by(f64::total_cmp);
+        timings.push(Timing {
+            threads,
+            rates,
+            spent,
+        });
+    }
+    match arguments.format {
+        Format::Text => print(&text(path, trials, [cells, in_lanes], &timings))?,
+        Format::Json => print_json(&json!({
+            "workload": path.display().to_string(),
+            "cells": cells,
+            "cells_in_lanes": in_lanes,
+            "trials": trials,
+            "engines": timings.iter().map(Timing::json).collect::<Vec<Value>>(),
+        }))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run(
+    experiment: &Experiment,
+    trials: u64,
+    threads: usize,
+    stop: &AtomicBool,
+) -> Result<Spent, Error> {
+    match run_and_forget(experiment, trials, threads, stop) {
+        Ok(spent) => Ok(spent),
+        Err(RunError::Interrupted { .. }) => Err(Error::Interrupted("interrupted".to_owned())),
+        Err(error) => Err(failed(error)),
+    }
+}
+
+fn text(path: &Path, trials: u64, [cells, in_lanes]: [usize; 2], timings: &[Timing]) -> String {
+    let lines = timings.iter().map(|of| {
+        let rates = [of.rates[0], of.rates[of.rates.len() - 1]].map(rounded);
+        format!(
+            "{:>7} {:>10}  {:<20} {}\n",
+            of.threads,
+            rounded(median(&of.rates)),
+            format!("({}, {})", rates[0], rates[1]),
+            shares(&of.spent),
+        )
+    });
+    format!(
+        "{}: {cells} cells, {in_lanes} of them in lanes, {trials} trials\n\n\
+         threads   trials/s  (slowest, fastest)   of which\n{}\n\
+         No statistics, no files: what `asobench run` on this file could reach at most.\n",
+        visible(path.display()),
+        lines.collect::<String>(),
+    )
+}

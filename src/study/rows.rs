@@ -1,0 +1,363 @@
+//! Rows of trials that follow each other, by columns: how they are gathered, counted, stored and written.
+
+use super::measure::Measure;
+use super::row::Row;
+use super::{Cell, Experiment};
+use crate::estimator::Failure;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// Rows of trials of one cell, all outputs of each trial. Trials follow each other without a gap.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    first: u64,
+    measures: Vec<Measure>,
+    outputs: Vec<OutputRows>,
+}
+
+/// The rows of one output: an entry per trial in every column.
+#[derive(Clone, Debug, Default)]
+pub struct OutputRows {
+    flags: Vec<Flags>,
+    /// What stopped a trial, with the trial's place; ascending.
+    failures: Vec<(usize, Failure)>,
+    /// Each measure of [`Rows::measures`], NaN where undefined.
+    values: Vec<Vec<f64>>,
+    /// Signed errors of a_1 ... a_n, h_1 ... h_n, NaN where undefined; no column where they are not wanted.
+    parameters: Vec<Vec<f64>>,
+}
+
+/// What is known of an output's A-hat.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Flags(u8);
+
+impl Flags {
+    const KNOWN: u8 = 1;
+    const UNSTABLE: u8 = 2;
+    const UNSTABLE_SO_FAR: u8 = 4;
+
+    pub(super) fn new(unstable: Option<bool>, unstable_so_far: bool) -> Self {
+        let set = |flag: u8, on: bool| if on { flag } else { 0 };
+        Self(
+            set(Self::KNOWN, unstable.is_some())
+                | set(Self::UNSTABLE, unstable == Some(true))
+                | set(Self::UNSTABLE_SO_FAR, unstable_so_far),
+        )
+    }
+
+    fn has(self, flag: u8) -> bool {
+        self.0 & flag != 0
+    }
+
+    /// Whether A-hat has a pole on or outside the unit circle; `None` where there is no A-hat.
+    pub(super) fn unstable(self) -> Option<bool> {
+        self.has(Self::KNOWN).then(|| self.has(Self::UNSTABLE))
+    }
+
+    /// Whether this or an earlier pass had one.
+    pub(super) fn unstable_so_far(self) -> bool {
+        self.has(Self::UNSTABLE_SO_FAR)
+    }
+}
+
+impl OutputRows {
+    /// How many trials there are.
+    pub fn len(&self) -> usize {
+        self.flags.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.flags.is_empty()
+    }
+
+    /// Appends a trial's flags; its values are appended to [`Self::columns`].
+    pub(super) fn push(&mut self, flags: Flags, failure: Option<Failure>) {
+        let place = self.flags.len();
+        self.failures
+            .extend(failure.map(|failure| (place, failure)));
+        self.flags.push(flags);
+    }
+
+    /// The columns of measures and of parameters, to append to.
+    pub(super) fn columns(&mut self) -> [&mut [Vec<f64>]; 2] {
+        [&mut self.values, &mut self.parameters]
+    }
+
+    pub(super) fn flags(&self) -> &[Flags] {
+        &self.flags
+    }
+
+    /// What stopped trials, with their places; ascending.
+    pub(super) fn failures(&self) -> &[(usize, Failure)] {
+        &self.failures
+    }
+
+    /// A column of [`Self::parameters`] or of a measure as statistics take it: NaN of failed trials, whatever they had
+    /// got to.
+    pub(super) fn counted<'a>(&self, column: &'a [f64]) -> Cow<'a, [f64]> {
+        if self.failures.is_empty() {
+            return Cow::Borrowed(column);
+        }
+        let mut counted = column.to_vec();
+        for (place, _) in &self.failures {
+            counted[*place] = f64::NAN;
+        }
+        Cow::Owned(counted)
+    }
+
+    /// Each measure, in the order of [`Rows::measures`].
+    pub(super) fn values(&self) -> &[Vec<f64>] {
+        &self.values
+    }
+
+    /// Signed errors of a_1 ... a_n, h_1 ... h_n; none where they are not wanted.
+    pub fn parameters(&self) -> &[Vec<f64>] {
+        &self.parameters
+    }
+
+    /// What stopped a trial.
+    pub(super) fn failure(&self, place: usize) -> Option<Failure> {
+        let found = self.failures.binary_search_by_key(&place, |(of, _)| *of);
+        found.ok().map(|index| self.failures[index].1)
+    }
+}
+
+impl Rows {
+    /// No rows yet, with room for the measures that a file or its bounds ask for.
+    pub fn new(experiment: &Experiment, cell: &Cell) -> Self {
+        Self::with(experiment.measures_asked(), experiment, cell)
+    }
+
+    /// No rows yet, with room for every measure.
+    pub fn of_all_measures(experiment: &Experiment, cell: &Cell) -> Self {
+        Self::with(Measure::ALL.to_vec(), experiment, cell)
+    }
+
+    fn with(measures: Vec<Measure>, experiment: &Experiment, cell: &Cell) -> Self {
+        let width = if experiment.file.parameters {
+            2 * cell.order
+        } else {
+            0
+        };
+        let output = OutputRows {
+            values: vec![Vec::new(); measures.len()],
+            parameters: vec![Vec::new(); width],
+            ..OutputRows::default()
+        };
+        Self {
+            first: 0,
+            measures,
+            outputs: vec![output; experiment.output_count()],
+        }
+    }
+
+    /// The trials.
+    pub fn trials(&self) -> Range<u64> {
+        self.first..self.first + self.trial_count() as u64
+    }
+
+    /// How many trials there are.
+    pub fn trial_count(&self) -> usize {
+        self.outputs.first().map_or(0, OutputRows::len)
+    }
+
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.trial_count() * self.outputs.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The measures that are kept.
+    pub fn measures(&self) -> &[Measure] {
+        &self.measures
+    }
+
+    /// Every output.
+    pub fn outputs(&self) -> &[OutputRows] {
+        &self.outputs
+    }
+
+    /// Where the next trials go, of which this is the first one.
+    pub(super) fn at(&mut self, trial: u64) -> &mut [OutputRows] {
+        if self.is_empty() {
+            self.first = trial;
+        }
+        debug_assert!(trial <= self.trials().end, "trials follow each other");
+        &mut self.outputs
+    }
+
+    /// Appends the row of an output of the next trial, its signed errors too where they are wanted.
+    pub(super) fn push(&mut self, row: &Row, parameters: &[f64]) {
+        let measures = std::mem::take(&mut self.measures);
+        let output = &mut self.at(row.trial)[row.output];
+        output.push(Flags::new(row.unstable, row.unstable_so_far), row.failure);
+        for (column, measure) in output.values.iter_mut().zip(&measures) {
+            column.push(row[*measure]);
+        }
+        for (column, error) in output.parameters.iter_mut().zip(parameters) {
+            column.push(*error);
+        }
+        self.measures = measures;
+    }
+
+    /// One row; measures that are not kept are NaN.
+    ///
+    /// # Panics
+    /// If there is no such trial or output.
+    pub fn row(&self, place: usize, output: usize) -> Row {
+        let of = &self.outputs[output];
+        let mut row = Row::new(self.first + place as u64, output);
+        row.failure = of.failure(place);
+        row.unstable = of.flags[place].unstable();
+        row.unstable_so_far = of.flags[place].unstable_so_far();
+        for (measure, column) in self.measures.iter().zip(&of.values) {
+            row[*measure] = column[place];
+        }
+        row
+    }
+
+    /// Signed errors of a_1 ... a_n, h_1 ... h_n of one row; none where they are not wanted.
+    ///
+    /// # Panics
+    /// If there is no such trial or output.
+    pub fn parameters(&self, place: usize, output: usize) -> Vec<f64> {
+        let columns = self.outputs[output].parameters.iter();
+        columns.map(|column| column[place]).collect()
+    }
+
+    /// Every row: all outputs of the first trial, then of the next.
+    pub fn iter(&self) -> impl Iterator<Item = Row> {
+        let outputs = 0..self.outputs.len();
+        (0..self.trial_count())
+            .flat_map(move |place| outputs.clone().map(move |output| self.row(place, output)))
+    }
+
+    /// Makes room for so many trials.
+    pub(super) fn reserve(&mut self, trials: usize) {
+        for output in &mut self.outputs {
+            output.flags.reserve_exact(trials);
+            let [values, parameters] = output.columns();
+            for column in values.iter_mut().chain(parameters) {
+                column.reserve_exact(trials);
+            }
+        }
+    }
+
+    /// Leaves as many trials as these, from the first one on.
+    pub(super) fn truncate(&mut self, trials: usize) {
+        for output in &mut self.outputs {
+            output.flags.truncate(trials);
+            output.failures.retain(|(place, _)| *place < trials);
+            let OutputRows {
+                values, parameters, ..
+            } = output;
+            for column in values.iter_mut().chain(parameters) {
+                column.truncate(trials);
+            }
+        }
+    }
+}
+
+/// Bytes of rows in a block file: of each output the failures, then the flags, then the measures of the file.
+///
+/// ```text
+/// length of failures u64 | failures (postcard) | of each output: flags u8 ... | of each measure: f64 ...
+/// ```
+pub(super) mod stored {
+    use super::{
+        Deserialize, Experiment, Failure, Flags, Measure, OutputRows, Range, Rows, Serialize,
+    };
+
+    /// Failures of each output, with their places.
+    #[derive(Serialize, Deserialize)]
+    struct Failures(Vec<Vec<(u32, Failure)>>);
+
+    /// Appends the rows with the measures of the experiment's file.
+    pub fn encode(rows: &Rows, experiment: &Experiment, to: &mut Vec<u8>) -> postcard::Result<()> {
+        let places = |of: &OutputRows| -> Vec<(u32, Failure)> {
+            of.failures
+                .iter()
+                .map(|(place, of)| (*place as u32, *of))
+                .collect()
+        };
+        let failures = postcard::to_stdvec(&Failures(rows.outputs.iter().map(places).collect()))?;
+        to.extend((failures.len() as u64).to_le_bytes());
+        to.extend(failures);
+        for output in &rows.outputs {
+            to.extend(output.flags.iter().map(|flags| flags.0));
+            for measure in &experiment.file.measures {
+                let at = rows.measures.iter().position(|of| of == measure);
+                let column = at.map(|at| &output.values[at]);
+                append(to, column.map_or(&[], |column| column));
+            }
+        }
+        Ok(())
+    }
+
+    fn append(to: &mut Vec<u8>, column: &[f64]) {
+        let begin = to.len();
+        to.resize(begin + 8 * column.len(), 0);
+        for (bytes, x) in to[begin..].as_chunks_mut::<8>().0.iter_mut().zip(column) {
+            *bytes = x.to_le_bytes();
+        }
+    }
+
+    /// The rows of these trials; what is wrong where there are others.
+    pub fn decode(
+        mut bytes: &[u8],
+        experiment: &Experiment,
+        trials: &Range<u64>,
+    ) -> Result<Rows, &'static str> {
+        const SHORT: &str = "rows that end too early";
+        let mut take = |count: usize| bytes.split_off(..count).ok_or(SHORT);
+        let mut length = [0; 8];
+        length.copy_from_slice(take(8)?);
+        let length = usize::try_from(u64::from_le_bytes(length)).map_err(|_| SHORT)?;
+        let Failures(failures) =
+            postcard::from_bytes(take(length)?).map_err(|_| "failures that cannot be decoded")?;
+        let count = usize::try_from(trials.end - trials.start).map_err(|_| SHORT)?;
+        let outputs = experiment.output_count();
+        if failures.len() != outputs {
+            return Err("failures of another number of outputs");
+        }
+        let measures: Vec<Measure> = experiment.file.measures.clone();
+        let mut rows = Rows {
+            first: trials.start,
+            measures,
+            outputs: Vec::with_capacity(outputs),
+        };
+        let width = count.checked_mul(8).ok_or(SHORT)?;
+        for failures in failures {
+            let places = failures.iter().map(|(place, _)| *place as usize);
+            if !places.clone().is_sorted_by(|a, b| a < b) || places.max() >= Some(count) {
+                return Err("failures of other trials");
+            }
+            let flags = take(count)?.iter().map(|byte| Flags(*byte)).collect();
+            let mut values = Vec::with_capacity(rows.measures.len());
+            for _ in &rows.measures {
+                let column = take(width)?.as_chunks::<8>().0.iter();
+                values.push(column.map(|bytes| f64::from_le_bytes(*bytes)).collect());
+            }
+            rows.outputs.push(OutputRows {
+                flags,
+                failures: failures
+                    .into_iter()
+                    .map(|(place, of)| (place as usize, of))
+                    .collect(),
+                values,
+                parameters: Vec::new(),
+            });
+        }
+        if bytes.is_empty() {
+            Ok(rows)
+        } else {
+            Err("more than its rows")
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Where the time of trials goes.
+
+use std::ops::AddAssign;
+use std::time::{Duration, Instant};
+
+/// Time that threads spent on trials, summed over the threads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// Drawing records: random numbers, noise, the plant. In continuous time the observers too, which run along.
+    pub simulation: Duration,
+    /// Stages 1 to 11.
+    pub estimation: Duration,
+    /// Observers, errors and whatever else is measured.
+    pub measures: Duration,
+    /// Sums, counts and distributions over trials.
+    pub statistics: Duration,
+    /// Files.
+    pub storage: Duration,
+}
+
+impl Spent {
+    /// All of it.
+    pub fn total(&self) -> Duration {
+        let parts = self.parts().map(|(_, part)| part);
+        parts.into_iter().sum()
+    }
+
+    /// Each part by its name.
+    pub fn parts(&self) -> [(&'static str, Duration); 5] {
+        let Self {
+            simulation,
+            estimation,
+            measures,
+            statistics,
+            storage,
+        } = *self;
+        [
+            ("simulation", simulation),
+            ("estimation", estimation),
+            ("measures", measures),
+            ("statistics", statistics),
+            ("storage", storage),
+        ]
+    }
+}
+
+impl AddAssign for Spent {
+    fn add_assign(&mut self, other: Self) {
+        self.simulation += other.simulation;
+        self.estimation += other.estimation;
+        self.measures += other.measures;
+        self.statistics += other.statistics;
+        self.storage += other.storage;
+    }
+}
+
+/// Tells laps.
+pub(super) struct Watch(Instant);
+
+impl Watch {
+    pub(super) fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// The time since the start or the last lap.
+    pub(super) fn lap(&mut self) -> Duration {
+        let now = Instant::now();
+        now.duration_since(std::mem::replace(&mut self.0, now))
+    }
+}

@@ -1,0 +1,442 @@
+//! trials.parquet: groups of rows, encoded on any thread and written in their order.
+
+use super::experiment::Experiment;
+use super::file::{Key, Scalar};
+use super::measure::Measure;
+use super::rows::{OutputRows, Rows};
+use super::store::{StoreError, numeric_settings};
+use crate::estimator::{FailureKind, Output};
+use crate::files::PathError;
+use polars::prelude::{PlSmallStr, PolarsError, PolarsResult};
+use polars_arrow::array::{Array, BooleanArray, DictionaryArray, PrimitiveArray, Utf8ViewArray};
+use polars_arrow::bitmap::Bitmap;
+use polars_arrow::datatypes::{ArrowDataType, ArrowSchema, Field};
+use polars_parquet::read::ParquetError;
+use polars_parquet::write::{
+    CompressedPage, CompressionOptions, Compressor, DynIter, DynStreamingIterator, Encoding,
+    FileWriter, ParquetType, StatisticsOptions, Version, WriteOptions, ZstdLevel, array_to_columns,
+    fallible_streaming_iterator, to_parquet_schema,
+};
+use rayon::Scope;
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, sync_channel};
+
+/// Rows in a group, at least; groups end with a trial. No measure depends on it.
+pub(super) const GROUP_ROWS: usize = 1 << 16;
+
+/// Numbers hardly compress, so the fastest level does nearly what the others do.
+const ZSTD_LEVEL: i32 = 1;
+
+/// The columns of trials.parquet for an experiment.
+///
+/// `cell, claim, eta, window`, every other setting that varies, `trial, estimator, pass, status, failed_pass,
+/// failed_stage, unstable, unstable_so_far`, then every measure; eta in per cent; null where undefined.
+pub(super) struct TrialTable<'e> {
+    experiment: &'e Experiment,
+    /// Settings that vary, and whether all values are numbers.
+    settings: Vec<(Key, bool)>,
+    outputs: Vec<Output>,
+    schema: ArrowSchema,
+    types: Vec<ParquetType>,
+    options: WriteOptions,
+}
+
+/// Trials of a cell that are in a group, as places in their rows.
+#[derive(Clone)]
+struct Part {
+    cell: usize,
+    rows: Arc<Rows>,
+    places: Range<usize>,
+}
+
+/// A group of rows as it stands in a file: the pages of every column.
+struct Encoded {
+    rows: usize,
+    columns: Vec<Vec<CompressedPage>>,
+}
+
+/// A column of a group, and how it is encoded.
+type Column = (Box<dyn Array>, Encoding);
+
+impl<'e> TrialTable<'e> {
+    /// # Errors
+    /// If a name cannot be that of a column.
+    pub(super) fn new(experiment: &'e Experiment) -> PolarsResult<Self> {
+        use ArrowDataType::{Boolean, Float64, UInt32, UInt64, Utf8View};
+        let settings = numeric_settings(experiment);
+        let mut fields = vec![
+            ("cell", UInt32),
+            ("claim", Utf8View),
+            ("eta", Float64),
+            ("window", UInt32),
+        ];
+        let varying = settings.iter();
+        fields.extend(
+            varying.map(|(key, numeric)| (key.name(), if *numeric { Float64 } else { Utf8View })),
+        );
+        fields.extend([
+            ("trial", UInt64),
+            ("estimator", Utf8View),
+            ("pass", UInt32),
+            ("status", Utf8View),
+            ("failed_pass", UInt32),
+            ("failed_stage", UInt32),
+            ("unstable", Boolean),
+            ("unstable_so_far", Boolean),
+        ]);
+        let measures = experiment.file.measures.iter();
+        fields.extend(measures.map(|measure| (measure.name(), Float64)));
+        let fields = fields.into_iter().map(|(name, dtype)| {
+            let name = PlSmallStr::from(name);
+            (name.clone(), Field::new(name, dtype, true))
+        });
+        let schema: ArrowSchema = fields.collect();
+        let types = to_parquet_schema(&schema)?.fields().to_vec();
+        Ok(Self {
+            experiment,
+            settings,
+            outputs: experiment.outputs(),
+            schema,
+            types,
+            options: WriteOptions {
+                statistics: StatisticsOptions::default(),
+                version: Version::V1,
+                compression: CompressionOptions::Zstd(Some(ZstdLevel::try_new(ZSTD_LEVEL)?)),
+                data_page_size: None,
+            },
+        })
+    }
+
+    /// Trials in a group.
+    fn group_trials(&self) -> usize {
+        GROUP_ROWS.div_ceil(self.outputs.len())
+    }
+
+    /// The table of some rows of a cell, as a file of its own.
+    pub(super) fn file_of(&self, cell: usize, rows: Rows) -> PolarsResult<Vec<u8>> {
+        let places = 0..rows.trial_count();
+        let rows = Arc::new(rows);
+        let part = Part { cell, rows, places };
+        let mut writer = self.writer(Vec::new())?;
+        append(&mut writer, &self.encode(&[part])?)?;
+        writer.end(None)?;
+        Ok(writer.into_inner())
+    }
+
+    fn writer<W: Write>(&self, to: W) -> PolarsResult<FileWriter<W>> {
+        FileWriter::try_new(to, self.schema.clone(), self.options)
+    }
+
+    /// Encodes and compresses a group.
+    fn encode(&self, group: &[Part]) -> PolarsResult<Encoded> {
+        let columns = self.columns(group)?;
+        let columns = columns.iter().zip(&self.types);
+        let columns = columns.map(|((array, encoding), type_)| {
+            let pages = array_to_columns(array, type_.clone(), self.options, &[*encoding])?;
+            let pages = pages.into_iter().flatten().map(|page| {
+                page.map_err(|error| ParquetError::FeatureNotSupported(error.to_string()))
+            });
+            let pages = Compressor::new(pages, self.options.compression, Vec::new());
+            Ok(pages.collect::<Result<_, _>>()?)
+        });
+        Ok(Encoded {
+            rows: self.row_count(group),
+            columns: columns.collect::<PolarsResult<_>>()?,
+        })
+    }
+
+    fn row_count(&self, group: &[Part]) -> usize {
+        let trials: usize = group.iter().map(|part| part.places.len()).sum();
+        trials * self.outputs.len()
+    }
+
+    /// Every column of a group, in the order of the schema.
+    fn columns(&self, group: &[Part]) -> PolarsResult<Vec<Column>> {
+        let cell = |part: &Part| &self.experiment.cells[part.cell];
+        let mut columns = vec![
+            self.of_cells(group, |part| Some(part.cell as u32), numbers)?,
+            self.of_cells(group, |part| Some(cell(part).claim.clone()), texts)?,
+            self.of_cells(group, |part| Some(cell(part).eta), numbers)?,
+            self.of_cells(group, |part| Some(cell(part).window as u32), numbers)?,
+        ];
+        for (key, numeric) in &self.settings {
+            let setting = |part: &Part| cell(part).settings.get(key);
+            columns.push(if *numeric {
+                let number = |part: &Part| match setting(part) {
+                    Some(Scalar::Number(number)) => Some(*number),
+                    _ => None,
+                };
+                self.of_cells(group, number, numbers)?
+            } else {
+                self.of_cells(group, |part| setting(part).map(ToString::to_string), texts)?
+            });
+        }
+        let outputs = self.outputs.iter();
+        let estimators: Vec<String> = outputs.clone().map(|of| of.estimator.clone()).collect();
+        let passes: Vec<u32> = outputs.map(|of| of.pass as u32).collect();
+        let kinds = FailureKind::ALL.iter().map(|kind| kind.name().to_owned());
+        let statuses: Vec<String> = std::iter::once("ok".to_owned()).chain(kinds).collect();
+        let status = |of: &OutputRows, place: usize| match of.failure(place) {
+            None => 0,
+            Some(failure) => 1 + failure.kind as u32,
+        };
+        let failed_pass = |of: &OutputRows, place: usize| Some(of.failure(place)?.pass as u32);
+        let failed_stage = |of: &OutputRows, place: usize| Some(of.failure(place)?.stage as u32);
+        let trials = self.rows(group, |rows, place, _| rows.trials().start + place as u64);
+        columns.extend([
+            (PrimitiveArray::from_vec(trials).boxed(), Encoding::Plain),
+            self.by_key(group, |_, _, output| Some(output as u32), texts(estimators))?,
+            self.by_key(group, |_, _, output| Some(output as u32), numbers(passes))?,
+            self.by_key(
+                group,
+                |rows, place, output| Some(status(&rows.outputs()[output], place)),
+                texts(statuses),
+            )?,
+            self.optional(group, failed_pass),
+            self.optional(group, failed_stage),
+            self.flags(group, |of, place| of.flags()[place].unstable()),
+            self.flags(group, |of, place| Some(of.flags()[place].unstable_so_far())),
+        ]);
+        let measures = self.experiment.file.measures.iter();
+        columns.extend(measures.map(|measure| self.measure(group, *measure)));
+        Ok(columns)
+    }
+
+    /// A value for every row: all outputs of the first trial, then of the next.
+    fn rows<T>(&self, group: &[Part], value: impl Fn(&Rows, usize, usize) -> T) -> Vec<T> {
+        let mut values = Vec::with_capacity(self.row_count(group));
+        for Part { rows, places, .. } in group {
+            for place in places.clone() {
+                values.extend((0..self.outputs.len()).map(|output| value(rows, place, output)));
+            }
+        }
+        values
+    }
+
+    /// A column of few values, of which each row has one by its key.
+    fn by_key(
+        &self,
+        group: &[Part],
+        key: impl Fn(&Rows, usize, usize) -> Option<u32>,
+        values: Box<dyn Array>,
+    ) -> PolarsResult<Column> {
+        let keys = PrimitiveArray::from(self.rows(group, key));
+        let array = DictionaryArray::try_from_keys(keys, values, false)?;
+        Ok((Box::new(array), Encoding::RleDictionary))
+    }
+
+    /// A column of what all rows of a cell share.
+    fn of_cells<T>(
+        &self,
+        group: &[Part],
+        value: impl Fn(&Part) -> Option<T>,
+        array: impl Fn(Vec<T>) -> Box<dyn Array>,
+    ) -> PolarsResult<Column> {
+        let (mut keys, mut values) = (Vec::with_capacity(self.row_count(group)), Vec::new());
+        let mut last = None;
+        for part in group {
+            if last.is_none_or(|(cell, _)| cell != part.cell) {
+                let value = value(part);
+                let key = value.is_some().then_some(values.len() as u32);
+                values.extend(value);
+                last = Some((part.cell, key));
+            }
+            let key = last.and_then(|(_, key)| key);
+            let rows = part.places.len() * self.outputs.len();
+            keys.extend(std::iter::repeat_n(key, rows));
+        }
+        let array =
+            DictionaryArray::try_from_keys(PrimitiveArray::from(keys), array(values), false)?;
+        Ok((Box::new(array), Encoding::RleDictionary))
+    }
+
+    /// A column of numbers that most rows do not have.
+    fn optional(
+        &self,
+        group: &[Part],
+        value: impl Fn(&OutputRows, usize) -> Option<u32>,
+    ) -> Column {
+        let values = self.rows(group, |rows, place, output| {
+            value(&rows.outputs()[output], place)
+        });
+        (PrimitiveArray::from(values).boxed(), Encoding::Plain)
+    }
+
+    fn flags(&self, group: &[Part], value: impl Fn(&OutputRows, usize) -> Option<bool>) -> Column {
+        let values = self.rows(group, |rows, place, output| {
+            value(&rows.outputs()[output], place)
+        });
+        (BooleanArray::from(values).boxed(), Encoding::Plain)
+    }
+
+    /// A measure of the file, null where it is undefined.
+    fn measure(&self, group: &[Part], measure: Measure) -> Column {
+        let mut values = Vec::with_capacity(self.row_count(group));
+        for Part { rows, places, .. } in group {
+            let at = rows.measures().iter().position(|of| *of == measure);
+            let columns = rows.outputs().iter();
+            let columns = columns.filter_map(|of| Some(&of.values()[at?][places.clone()]));
+            let columns: Vec<&[f64]> = columns.collect();
+            for place in 0..places.len() {
+                values.extend(columns.iter().map(|column| column[place]));
+            }
+        }
+        let defined = |x: &f64| !x.is_nan();
+        let validity =
+            (!values.iter().all(defined)).then(|| values.iter().map(defined).collect::<Bitmap>());
+        let array = PrimitiveArray::new(ArrowDataType::Float64, values.into(), validity);
+        (array.boxed(), Encoding::Plain)
+    }
+}
+
+fn numbers<T: polars_arrow::types::NativeType>(values: Vec<T>) -> Box<dyn Array> {
+    PrimitiveArray::from_vec(values).boxed()
+}
+
+fn texts(values: Vec<String>) -> Box<dyn Array> {
+    Utf8ViewArray::from_slice_values(values).boxed()
+}
+
+/// Appends a group to a file.
+fn append<W: Write>(to: &mut FileWriter<W>, group: &Encoded) -> PolarsResult<()> {
+    let columns = group.columns.iter().map(|pages| {
+        let pages = pages.iter().map(PolarsResult::Ok);
+        let pages = fallible_streaming_iterator::convert(pages);
+        Ok::<_, PolarsError>(DynStreamingIterator::new(pages))
+    });
+    to.write(group.rows as u64, DynIter::new(columns))
+}
+
+/// Writes the trials of an experiment to one file, cell after cell; groups are encoded on the threads of a scope.
+pub(super) struct TrialWriter<'t> {
+    table: &'t TrialTable<'t>,
+    path: PathBuf,
+    /// The file once more, for the disk to have it.
+    file: File,
+    writer: FileWriter<BufWriter<File>>,
+    /// Trials that wait for their group to be full.
+    waiting: Vec<Part>,
+    /// Groups on the way, in their order.
+    encoding: VecDeque<Receiver<PolarsResult<Encoded>>>,
+    /// How many of these there are at most.
+    most: usize,
+}
+
+impl<'t> TrialWriter<'t> {
+    /// Begins a table in a new file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub(super) fn new(
+        table: &'t TrialTable<'t>,
+        file: File,
+        path: PathBuf,
+        threads: usize,
+    ) -> Result<Self, StoreError> {
+        let to = BufWriter::new(file.try_clone().map_err(PathError::io(&path))?);
+        match table.writer(to) {
+            Ok(writer) => Ok(Self {
+                table,
+                path,
+                file,
+                writer,
+                waiting: Vec::new(),
+                encoding: VecDeque::new(),
+                most: threads + 1,
+            }),
+            Err(source) => Err(StoreError::Parquet { path, source }),
+        }
+    }
+
+    /// Appends trials of a cell.
+    ///
+    /// # Errors
+    /// If a group cannot be encoded or written.
+    pub(super) fn write<'s>(
+        &mut self,
+        scope: &Scope<'s>,
+        cell: usize,
+        rows: Rows,
+    ) -> Result<(), StoreError>
+    where
+        't: 's,
+    {
+        let (count, whole) = (rows.trial_count(), self.table.group_trials());
+        let rows = Arc::new(rows);
+        let mut from = 0;
+        while from < count {
+            let waiting: usize = self.waiting.iter().map(|part| part.places.len()).sum();
+            let to = count.min(from + whole - waiting);
+            self.waiting.push(Part {
+                cell,
+                rows: rows.clone(),
+                places: from..to,
+            });
+            if waiting + to - from == whole {
+                self.encode(scope)?;
+            }
+            from = to;
+        }
+        Ok(())
+    }
+
+    /// Hands the group that waits to a thread of the scope.
+    fn encode<'s>(&mut self, scope: &Scope<'s>) -> Result<(), StoreError>
+    where
+        't: 's,
+    {
+        let group = std::mem::take(&mut self.waiting);
+        if group.is_empty() {
+            return Ok(());
+        }
+        if self.encoding.len() == self.most {
+            self.append_next()?;
+        }
+        let (sender, receiver) = sync_channel(1);
+        let table = self.table;
+        // Where nobody waits any more, the writer has failed.
+        scope.spawn(move |_| drop(sender.send(table.encode(&group))));
+        self.encoding.push_back(receiver);
+        Ok(())
+    }
+
+    /// Appends the first group on the way.
+    fn append_next(&mut self) -> Result<(), StoreError> {
+        let Some(receiver) = self.encoding.pop_front() else {
+            return Ok(());
+        };
+        let lost = |_| PolarsError::ComputeError("a group of rows was lost".into());
+        let group = receiver.recv().map_err(lost).and_then(|group| group);
+        let appended = group.and_then(|group| append(&mut self.writer, &group));
+        appended.map_err(|source| self.parquet_error(source))
+    }
+
+    /// Writes what waits and closes the file.
+    ///
+    /// # Errors
+    /// If the file cannot be written to its end.
+    pub(super) fn finish<'s>(mut self, scope: &Scope<'s>) -> Result<(), StoreError>
+    where
+        't: 's,
+    {
+        self.encode(scope)?;
+        while !self.encoding.is_empty() {
+            self.append_next()?;
+        }
+        let ended = self.writer.end(None);
+        ended.map_err(|source| self.parquet_error(source))?;
+        Ok(self.file.sync_all().map_err(PathError::io(&self.path))?)
+    }
+
+    fn parquet_error(&self, source: PolarsError) -> StoreError {
+        StoreError::Parquet {
+            path: self.path.clone(),
+            source,
+        }
+    }
+}
