@@ -97,9 +97,15 @@ fn poles(criterion: &mut Criterion) {
 }
 
 /// Packs of trials, one after the other.
-fn bench_pack(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, pack: &mut dyn PackTrial) {
+fn bench_pack(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    id: BenchmarkId,
+    experiment: &Experiment,
+    pack: &mut dyn PackTrial,
+) {
     let lanes = pack.lanes() as u64;
-    bench_trials(group, id, lanes, |from, trials| {
+    let trials = Trials::new(experiment, &experiment.cells[0]);
+    bench_trials(group, id, lanes, trials, |from, trials| {
         pack.run_into(from..from + lanes, trials);
     });
 }
@@ -109,7 +115,8 @@ fn bench_faer(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, experim
     let mut experiment = Experiment::new(experiment.file.clone()).expect("a valid experiment");
     experiment.file.engine = Engine::Faer;
     let mut worker = Worker::new(&experiment, &experiment.cells[0]).expect("a valid cell");
-    bench_trials(group, id, 1, |from, trials| {
+    let trials = Trials::new(&experiment, &experiment.cells[0]);
+    bench_trials(group, id, 1, trials, |from, trials| {
         worker.run_into(from..from + 1, trials);
     });
 }
@@ -118,9 +125,10 @@ fn bench_trials(
     group: &mut BenchmarkGroup<'_, WallTime>,
     id: BenchmarkId,
     at_once: u64,
+    mut trials: Trials,
     mut run: impl FnMut(u64, &mut Trials),
 ) {
-    let (mut trials, mut from) = (Trials::default(), 0);
+    let mut from = 0;
     group.throughput(Throughput::Elements(at_once));
     group.bench_function(id, |b| {
         b.iter(|| {
@@ -138,7 +146,7 @@ fn packs(criterion: &mut Criterion) {
     for isa in widths() {
         let mut pack = plan(&w98).pack(isa);
         let id = BenchmarkId::new("trials", isa.name());
-        bench_pack(&mut group, id, &mut *pack);
+        bench_pack(&mut group, id, &w98, &mut *pack);
     }
     bench_faer(&mut group, BenchmarkId::new("trials", "faer"), &w98);
     group.finish();
@@ -157,7 +165,12 @@ fn scaling(criterion: &mut Criterion) {
     for (name, size, experiment) in of_windows.into_iter().chain(of_orders) {
         let mut group = group(criterion, name);
         let mut pack = plan(&experiment).pack(Isa::best());
-        bench_pack(&mut group, BenchmarkId::new("lanes", &size), &mut *pack);
+        bench_pack(
+            &mut group,
+            BenchmarkId::new("lanes", &size),
+            &experiment,
+            &mut *pack,
+        );
         bench_faer(&mut group, BenchmarkId::new("faer", &size), &experiment);
         group.finish();
     }

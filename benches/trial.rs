@@ -1,7 +1,7 @@
 //! One whole trial of the paper's experiment: record, least squares, four IV passes, observers, errors.
 
 use asobench::data::Realisation;
-use asobench::study::{Curves, Experiment, Trial, Trials};
+use asobench::study::{Experiment, Trial, Trials};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 
@@ -11,10 +11,7 @@ fn trial(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(1));
     for cell in &experiment.cells[1..] {
         let mut trial = Trial::new(&experiment, cell).expect("a valid cell");
-        let mut trials = Trials {
-            curves: Some(Curves::new(cell.horizon)),
-            ..Trials::default()
-        };
+        let mut trials = Trials::new(&experiment, cell);
         let mut index = 0;
         group.bench_function(BenchmarkId::new("whole", cell.window), |b| {
             b.iter(|| {

@@ -27,7 +27,7 @@ fn main() -> Result<()> {
         Worker::Lanes(Plan::new(&experiment, cell)?.pack(isa))
     };
     // Room for all rows, so that their number does not count.
-    let mut trials = Trials::default();
+    let mut trials = Trials::new(&experiment, cell);
     trials.rows.reserve(count as usize);
     worker.run_into(0..count, &mut trials);
     println!("{} rows, {} fallbacks", trials.rows.len(), trials.fallbacks);

@@ -300,8 +300,8 @@ fn stage<'e>(
 }
 
 /// Whole trials, `at_once` in a run.
-fn whole(at_once: u64, mut worker: Worker<'_>) -> Timed<'_> {
-    let (mut trials, mut from) = (Trials::default(), 0);
+fn whole<'e>(experiment: &Experiment, at_once: u64, mut worker: Worker<'e>) -> Timed<'e> {
+    let (mut trials, mut from) = (Trials::new(experiment, &experiment.cells[0]), 0);
     Timed::new(move || {
         trials.rows.clear();
         worker.run_into(from..from + at_once, &mut trials);
@@ -387,7 +387,7 @@ fn main() -> Result<()> {
     timed.push(stage(&fast, &slow, isa, Kernel::Estimate)?);
     let pack = Worker::Lanes(Plan::new(&fast, cell)?.pack(isa));
     let trial = Worker::new(&slow, &slow.cells[0])?;
-    timed.push([whole(lanes as u64, pack), whole(1, trial)]);
+    timed.push([whole(&fast, lanes as u64, pack), whole(&slow, 1, trial)]);
     let mut peaks = Vec::new();
     for _ in 0..ROUNDS {
         peaks.push(fma_peak(isa, 1, STRETCH));

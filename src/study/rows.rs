@@ -239,7 +239,7 @@ impl Rows {
     }
 
     /// Makes room for so many trials.
-    pub(super) fn reserve(&mut self, trials: usize) {
+    pub fn reserve(&mut self, trials: usize) {
         for output in &mut self.outputs {
             output.flags.reserve_exact(trials);
             let [values, parameters] = output.columns();
@@ -247,6 +247,11 @@ impl Rows {
                 column.reserve_exact(trials);
             }
         }
+    }
+
+    /// Removes all rows; the room stays.
+    pub fn clear(&mut self) {
+        self.truncate(0);
     }
 
     /// Leaves as many trials as these, from the first one on.
