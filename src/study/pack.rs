@@ -1,10 +1,12 @@
 //! A pack of trials of one cell: draw, estimate, measure; rows as [`super::Trial`] leaves them.
 
 use super::plan::Plan;
+use super::score::RESPONSE_SAMPLES;
 use super::{Measure, Row, Trials};
 use crate::estimator::{Failure, FailureKind, Stage};
 use crate::lanes::passes::{PassPack, Passes};
 use crate::lanes::record::Record;
+use crate::lanes::response::Responses;
 use crate::lanes::score::{Errors, Observer, Scorer};
 use crate::lanes::{lane, order};
 use crate::metric::relative_error;
@@ -18,6 +20,7 @@ pub(super) struct Pack<'e, R: Real, const N: usize> {
     pub(super) record: Record<R, N>,
     pub(super) methods: Vec<Passes<R, N>>,
     scorer: Scorer<R, N>,
+    pub(super) responses: Responses<R, N>,
     outputs: Vec<Output>,
     /// One per output.
     observers: Vec<Observer<R, N>>,
@@ -73,6 +76,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             record: Record::new(&plan.source, horizon),
             methods: methods.collect(),
             scorer: Scorer::new(cell.window, horizon, gain, &plan.truth, plan.wanted),
+            responses: Responses::new(&plan.source, RESPONSE_SAMPLES),
             observers,
             outputs,
             curves: [(); 2].map(|()| vec![0.0; curve * R::LANES]),
@@ -87,6 +91,9 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         let indices = std::array::from_fn(|lane| trials.start + lane.min(count - 1) as u64);
         let asked = R::Mask::from_bits(((1_u16 << count) - 1) as u8);
         self.record.draw(&self.plan.source, &indices);
+        if self.plan.wanted_fresh_fit {
+            self.responses.draw(&self.plan.source, &indices);
+        }
         let (u, y) = (&self.record.u[..self.plan.cell.window], &self.record.y[..]);
         for method in &mut self.methods {
             to.fallbacks += method.estimate(u, y, asked);
@@ -143,6 +150,9 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         }
         let before = number.checked_sub(1).map(|before| &passes[before]);
         let (n, wanted_radius) = (self.plan.cell.order, self.plan.wanted_radius);
+        let (plan, responses) = (&self.plan, &self.responses);
+        let e_g = (plan.wanted_impulse_response).then(|| responses.impulse_response_error(pass));
+        let fit = (plan.wanted_fresh_fit).then(|| responses.fresh_fit(pass));
         R::run(
             #[inline(always)]
             || {
@@ -154,6 +164,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
                     as_printed: [a_printed, b_printed, h_printed, x0_printed],
                     state: [maximum, rms],
                     state_as_printed: [maximum_printed, rms_printed],
+                    state_absolute,
                 } = errors;
                 put(Measure::Ea, e_a);
                 put(Measure::Eb, e_b);
@@ -167,6 +178,13 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
                 put(Measure::ExRms, rms);
                 put(Measure::ExMaxPrinted, maximum_printed);
                 put(Measure::ExRmsPrinted, rms_printed);
+                put(Measure::RmsState, state_absolute);
+                if let Some(e_g) = e_g {
+                    put(Measure::ImpulseResponse, e_g);
+                }
+                if let Some(fit) = fit {
+                    put(Measure::FreshFit, fit);
+                }
                 put(Measure::Condition, pass.condition);
                 if wanted_radius {
                     let radius = spectral_radius::<R, N>(&pass.a[..n], !pass.unstable);
