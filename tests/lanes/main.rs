@@ -255,12 +255,18 @@ fn cases() -> Vec<Case> {
     records(&mut cases);
     figures(&mut cases);
     // The paper's cells.
-    for (window, eta) in [(18, 0.0), (98, 10.018), (218, 10.014)] {
+    for (window, eta, noise) in [
+        (18, 0.0, "ar"),
+        (98, 10.018, "ar"),
+        (218, 10.014, "ar"),
+        (98, 10.0, "white"),
+        (218, 10.0, "white"),
+    ] {
         let text = format!(
             "seed = 1\nmeasures = {ALL_MEASURES}\nparameters = true\n[settings]\nwindow = {window}\nhorizon = 400\n\
-             eta = {eta:?}\n{IV}"
+             eta = {eta:?}\nnoise = \"{noise}\"\n{IV}"
         );
-        let name = format!("nikolov2023, N = {window}");
+        let name = format!("nikolov2023, {noise}, N = {window}");
         cases.push(Case { name, text });
     }
     if small() {

@@ -20,7 +20,7 @@ const SEED: u64 = 5;
 /// A model in each lane, and the trial whose input it gets.
 struct Models<'a> {
     source: &'a Source<'a>,
-    models: &'a [[Vec<f64>; 2]; MOST_LANES],
+    systems: &'a [[Vec<f64>; 2]; MOST_LANES],
     trials: &'a [u64; MOST_LANES],
     samples: usize,
 }
@@ -33,7 +33,7 @@ impl Call for Models<'_> {
         let mut pass = PassPack::<R, N>::new();
         pass.parameters = Mask::from_bits(u8::MAX >> 1);
         for lane in 0..R::LANES {
-            let [a, b] = &self.models[lane];
+            let [a, b] = &self.systems[lane];
             for i in 0..a.len() {
                 pass.a[i] = pass.a[i].with_lane(lane, a[i]);
                 pass.b[i] = pass.b[i].with_lane(lane, b[i]);
@@ -141,7 +141,7 @@ fn a_lane_has_the_bits_of_its_model_alone() {
                     order,
                     Models {
                         source: &source,
-                        models: &models,
+                        systems: &models,
                         trials: &trials,
                         samples,
                     },
@@ -165,7 +165,6 @@ fn a_lane_has_the_bits_of_its_model_alone() {
             }
         }
     }
-    println!("{finite} finite, {infinite} infinite");
     let packs = tested().iter().any(|isa| *isa != Isa::Portable);
     assert!(finite > 0 && (infinite > 0 || !packs));
 }
