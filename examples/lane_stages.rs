@@ -13,9 +13,10 @@ use asobench::estimator::{
     Window,
 };
 use asobench::lanes::Isa;
-use asobench::metric::StateError;
+use asobench::metric::{Response, StateError, System};
 use asobench::observer::{Gain, ObservedModel, Observer};
 use asobench::plant::PoleFinder;
+use asobench::signal::{Purpose, stream};
 use asobench::study::file::ExperimentFile;
 use asobench::study::kernels::{Kernel, W98};
 use asobench::study::{Cell, Engine, Experiment, Plan, Trials, Worker, fma_peak};
@@ -28,6 +29,9 @@ const ROUNDS: usize = 51;
 
 /// How long one stage is measured in a round.
 const STRETCH: Duration = Duration::from_millis(2);
+
+/// Samples of responses.
+const FRESH: usize = 200;
 
 /// The stages of a trial: name, how often, kernel.
 const STAGES: [(&str, usize, Kernel); 7] = [
@@ -62,6 +66,8 @@ const STAGES: [(&str, usize, Kernel); 7] = [
 /// - Observer: the observer 6n K; for each of K - N samples the truth S, y(k) 2, the state's size 2n + 1, the error
 ///   3n + 2.
 /// - Spectral radius: six steps of n numbers; p and its derivative 16 n, its terms 2n, distances 18 (n - 1), the rest.
+/// - Impulse response: for each of L = 200 samples n products, all but one of them fused, and the error 3.
+/// - FIT on fresh data: for each of L samples S twice, the mean 1, the spread 3, the error 3; no normal numbers.
 fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
     let m = 2 * n;
@@ -87,6 +93,8 @@ fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
             6 * n * horizon + (sample + 2 + 2 * n + 1 + 3 * n + 2) * (horizon - window)
         }
         Kernel::SpectralRadius => 6 * n * (18 * n + 18 * (n - 1) + 48),
+        Kernel::ImpulseResponse => (2 * n - 1 + 3) * FRESH,
+        Kernel::FreshFit => (2 * sample + 1 + 3 + 3) * FRESH,
         Kernel::Estimate => {
             let of = |kernel| flop(kernel, cell, rows);
             of(Kernel::LeastSquaresSums)
@@ -105,6 +113,7 @@ fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
 /// - Initial state: u and y in as many samples as D has rows; D'D, n (n + 1).
 /// - Auxiliary model: u, yhat.
 /// - Observer: u and f to the horizon, y in the window; true states of K - N samples, written and read.
+/// - Impulse response: that of the plant. FIT on fresh data: u and y.
 fn bytes(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
     let m = 2 * n;
@@ -117,6 +126,8 @@ fn bytes(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
         Kernel::Auxiliary => 2 * window,
         Kernel::Observer => 2 * horizon + window + 2 * n * (horizon - window),
         Kernel::SpectralRadius => n,
+        Kernel::ImpulseResponse => FRESH,
+        Kernel::FreshFit => 2 * FRESH,
         Kernel::Estimate => {
             let of = |kernel| bytes(kernel, cell, rows) / 8;
             of(Kernel::LeastSquaresSums)
@@ -152,6 +163,7 @@ struct Faer<'e> {
     solution: Solution,
     pass: Pass,
     initial_state: InitialState,
+    response: Response,
     x0: Vec<f64>,
     auxiliary: AuxiliaryModel,
     observer: Observer,
@@ -176,6 +188,7 @@ impl<'e> Faer<'e> {
             solution: Solution::new(n),
             pass: Pass::new(n),
             initial_state: InitialState::new(n),
+            response: Response::new(FRESH),
             x0: vec![0.0; n],
             auxiliary: AuxiliaryModel::new(n, cell.window, Drive::Model, Gain::DeadBeat),
             observer: Observer::new(Gain::DeadBeat, n),
@@ -226,6 +239,24 @@ impl<'e> Faer<'e> {
             }
             Kernel::SpectralRadius => {
                 black_box(PoleFinder::new(cell.order).poles(a));
+            }
+            Kernel::ImpulseResponse => {
+                black_box(
+                    self.response
+                        .impulse_response_error(System { a, b }, &mut self.x0),
+                );
+            }
+            Kernel::FreshFit => {
+                let plant = System {
+                    a: &record.truth.a,
+                    b: &record.truth.b,
+                };
+                if let Some(process) = cell.process() {
+                    let mut fresh = stream(1, 0, Purpose::FreshInput);
+                    process.input().fill(&mut fresh, self.response.input());
+                }
+                self.response.set_fresh_output(plant, &mut self.x0);
+                black_box(self.response.fresh_fit(System { a, b }, &mut self.x0));
             }
             Kernel::Estimate => {
                 self.passes.iter_mut().for_each(Pass::clear);

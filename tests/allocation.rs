@@ -2,7 +2,7 @@
 
 #![expect(unsafe_code, reason = "a global allocator that counts")]
 
-use asobench::study::{Cell, Curves, Engine, Experiment, Trials, Worker};
+use asobench::study::{Cell, Curves, Engine, Experiment, Measure, Trials, Worker};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -35,6 +35,8 @@ fn a_trial_allocates_nothing() {
         experiment.file.engine = engine;
         // Everything that a trial can be asked for.
         experiment.file.parameters = true;
+        let discrete = Measure::ALL.iter().filter(|measure| measure.is_of(false));
+        experiment.file.measures = discrete.copied().collect();
         let diverging = Cell {
             claim: "diverging".to_owned(),
             eta: 60.0,

@@ -14,6 +14,7 @@ pub(crate) mod partitioned;
 pub(crate) mod passes;
 mod peak;
 pub(crate) mod record;
+pub(crate) mod response;
 pub(crate) mod score;
 mod single;
 mod sorted_qr;

@@ -13,10 +13,10 @@ use crate::signal::{
 
 /// xoshiro256++, a stream in each lane.
 #[derive(Clone, Copy)]
-struct Streams<R: Real>([R::Word; 4]);
+pub(super) struct Streams<R: Real>([R::Word; 4]);
 
 impl<R: Real> Streams<R> {
-    fn new(seed: u64, trials: &[u64; MOST_LANES], purpose: Purpose) -> Self {
+    pub(super) fn new(seed: u64, trials: &[u64; MOST_LANES], purpose: Purpose) -> Self {
         Self(R::run(
             #[inline(always)]
             || state_of(seed, R::Word::load(trials), purpose),
@@ -36,6 +36,22 @@ impl<R: Real> Streams<R> {
             s3.left::<45>() | s3.right::<19>(),
         ];
         word
+    }
+
+    /// [`Input::fill`].
+    pub(super) fn fill(self, input: Input, u: &mut [R]) {
+        R::run(
+            #[inline(always)]
+            || match input {
+                Input::Signs(signs) => self.fill_signs(signs, u),
+                Input::Gaussian { amplitude } => {
+                    Normals::new(self).fill(u);
+                    for u in u {
+                        *u = *u * R::splat(amplitude);
+                    }
+                }
+            },
+        );
     }
 
     /// [`RandomSigns::fill`].
@@ -169,19 +185,8 @@ impl<R: Real, const N: usize> Record<R, N> {
             streams(Purpose::NoiseStart),
             streams(Purpose::NoiseDrive),
         );
-        let (u, v) = (&mut self.u[..], &mut self.v[..]);
-        R::run(
-            #[inline(always)]
-            || match source.settings.input {
-                Input::Signs(signs) => input.fill_signs(signs, u),
-                Input::Gaussian { amplitude } => {
-                    Normals::new(input).fill(u);
-                    for u in u {
-                        *u = *u * R::splat(amplitude);
-                    }
-                }
-            },
-        );
+        let v = &mut self.v[..];
+        input.fill(source.settings.input, &mut self.u);
         R::run(
             #[inline(always)]
             || {

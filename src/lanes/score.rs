@@ -21,6 +21,8 @@ pub(crate) struct Errors<R> {
     pub(crate) state: [R; 2],
     /// The same as printed.
     pub(crate) state_as_printed: [R; 2],
+    /// Root mean square of `|x(k) - xhat(k)|`, k >= N.
+    pub(crate) state_absolute: R,
 }
 
 impl<R: Real> Errors<R> {
@@ -31,6 +33,7 @@ impl<R: Real> Errors<R> {
             as_printed: [undefined; 4],
             state: [undefined; 2],
             state_as_printed: [undefined; 2],
+            state_absolute: undefined,
         }
     }
 }
@@ -40,6 +43,8 @@ impl<R: Real> Errors<R> {
 pub(crate) struct Wanted {
     /// The state's errors as printed too.
     pub(crate) states_as_printed: bool,
+    /// The state's error in the states' units too.
+    pub(crate) states_absolute: bool,
     /// e_x(k) for every k.
     pub(crate) curves: bool,
 }
@@ -112,6 +117,8 @@ pub(crate) struct Observer<R: Real, const N: usize> {
     x: [R; N],
     relative: Gathered<R>,
     as_printed: Gathered<R>,
+    /// The sum of `|x(k) - xhat(k)|^2`, k >= N.
+    absolute: R,
     /// e_x(k)^2, where wanted.
     pub(crate) curve: Vec<R>,
 }
@@ -125,6 +132,7 @@ impl<R: Real, const N: usize> Observer<R, N> {
             x: zero,
             relative: Gathered::new(),
             as_printed: Gathered::new(),
+            absolute: R::zero(),
             curve: vec![R::zero(); samples],
         }
     }
@@ -216,6 +224,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         observer.x = *x0;
         observer.relative = Gathered::new();
         observer.as_printed = Gathered::new();
+        observer.absolute = R::zero();
         let Observer { g, x, .. } = observer;
         R::run(
             #[inline(always)]
@@ -322,13 +331,18 @@ impl<R: Real, const N: usize> Scorer<R, N> {
     ) {
         let (from, count) = (k.start, k.len());
         let (u, chunk) = (&record.u[k], &self.chunk);
-        let printed = self.wanted.states_as_printed;
+        let Wanted {
+            states_as_printed,
+            states_absolute,
+            ..
+        } = self.wanted;
         let gather = from >= self.window;
         let Observer {
             g,
             x,
             relative,
             as_printed,
+            absolute,
             curve,
         } = observer;
         let with_curve = !curve.is_empty();
@@ -337,7 +351,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
             #[inline(always)]
             || {
                 let n = order::<N>(self.n);
-                let (mut of_size, mut of_sum) = (*relative, *as_printed);
+                let (mut of_size, mut of_sum, mut sum) = (*relative, *as_printed, *absolute);
                 let (of_g, mut of_x) = (*g, *x);
                 let states = &chunk.states[..n * count];
                 let sizes = &chunk.sizes[..count];
@@ -354,8 +368,11 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                         let square = distance * sizes[k];
                         if gather {
                             of_size.add(square);
-                            if printed {
+                            if states_as_printed {
                                 of_sum.add(distance * chunk.sums[k]);
+                            }
+                            if states_absolute {
+                                sum = sum + distance;
                             }
                         }
                         if with_curve {
@@ -368,6 +385,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                 *x = of_x;
                 *relative = of_size;
                 *as_printed = of_sum;
+                *absolute = sum;
             },
         );
     }
@@ -392,16 +410,23 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                 if self.wanted.states_as_printed {
                     errors.state_as_printed = observer.as_printed.finish(self.sum_count, known);
                 }
+                if self.wanted.states_absolute {
+                    let count = R::splat((self.horizon - self.window) as f64);
+                    let rms = (observer.absolute / count).sqrt();
+                    let any = R::zero().less(count) & known;
+                    errors.state_absolute = R::select(any, rms, R::splat(f64::NAN));
+                }
                 // Squares overflow before the state does.
                 let infinite = R::splat(f64::INFINITY);
                 let Errors {
                     state: [maximum, rms],
                     state_as_printed: [maximum_printed, rms_printed],
+                    state_absolute,
                     ..
                 } = errors;
-                let all = [maximum, rms, maximum_printed, rms_printed];
+                let all = [maximum, rms, maximum_printed, rms_printed, state_absolute];
                 let mut finite = check.is_finite();
-                for i in 0..4 {
+                for i in 0..all.len() {
                     finite = finite & !infinite.at_most(*all[i]);
                 }
                 for measure in all {

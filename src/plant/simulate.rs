@@ -134,6 +134,27 @@ pub(crate) mod inlined {
         }
     }
 
+    /// The same without input, for some samples: `x(k+1) = A x(k)`.
+    #[inline(always)]
+    pub(crate) fn decay<R: Real>(
+        a: &[R],
+        x: &mut [R],
+        samples: usize,
+        mut visit: impl FnMut(usize, &[R]),
+    ) {
+        let n = x.len();
+        assert!(n > 0 && a.len() == n);
+        for k in 0..samples {
+            visit(k, x);
+            let mut last = a[0] * x[0];
+            for i in 1..n {
+                last = a[i].mul_add(x[i], last);
+                x[i - 1] = x[i];
+            }
+            x[n - 1] = last;
+        }
+    }
+
     /// [`super::observe`].
     #[inline(always)]
     pub(crate) fn observe<R: Real>(

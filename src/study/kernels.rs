@@ -45,6 +45,10 @@ named_enum! {
         Observer = "observer",
         /// The spectral radius of the last pass.
         SpectralRadius = "spectral_radius",
+        /// The error of the last pass's impulse response.
+        ImpulseResponse = "impulse_response",
+        /// A fresh input, the plant's output under it, and the last pass's FIT.
+        FreshFit = "fresh_fit",
     }
 }
 
@@ -87,10 +91,12 @@ impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
             plan,
             record,
             methods,
+            responses,
             ..
         } = &mut self.0;
+        let trials = std::array::from_fn(|lane| lane as u64);
         if kernel == Kernel::Draw {
-            return record.draw(&plan.source, &std::array::from_fn(|lane| lane as u64));
+            return record.draw(&plan.source, &trials);
         }
         let (u, y) = (&record.u[..plan.cell.window], &record.y[..]);
         let all = R::Mask::from_bits(u8::MAX);
@@ -116,6 +122,13 @@ impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
                 passes.estimate(u, y, all);
             }
             Kernel::Observer => self.0.observe(),
+            Kernel::ImpulseResponse => {
+                pass.a[0] = responses.impulse_response_error(&passes.done[last]);
+            }
+            Kernel::FreshFit => {
+                responses.draw(&plan.source, &trials);
+                pass.a[0] = responses.fresh_fit(&passes.done[last]);
+            }
             Kernel::SpectralRadius => {
                 let PassPack { a, unstable, .. } = &passes.done[last];
                 let n = plan.cell.order;

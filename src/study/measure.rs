@@ -109,13 +109,14 @@ named_table! {
         /// Condition number of the matrix that the solver factorises; null where the solve failed.
         Condition = "condition": Entry { label: "condition number", in_lanes: true, ..PLAIN },
         /// Relative error of the impulse response.
-        ImpulseResponse = "e_g": Entry { label: "e_g", relative: true, ..PLAIN },
+        ImpulseResponse = "e_g": Entry { label: "e_g", ..RELATIVE },
         /// Simulated FIT on fresh data, per cent.
         FreshFit = "fit_fresh": Entry {
             label: "FIT on fresh data",
             unit: "%",
             better: Better::Larger,
             scale: Scale::Percent,
+            in_lanes: true,
             ..PLAIN
         },
         /// Relative change of a from the pass before; null for pass 0.
@@ -129,6 +130,7 @@ named_table! {
             label: "rms of the state's error",
             time: Time::Both,
             of_state: true,
+            in_lanes: true,
             ..PLAIN
         },
         /// Continuous time: of x_1 - xhat_1.

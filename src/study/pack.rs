@@ -2,12 +2,14 @@
 
 use super::plan::Plan;
 use super::rows::Flags;
+use super::score::RESPONSE_SAMPLES;
 use super::spent::Watch;
 use super::{Measure, Trials};
 use crate::estimator::{Failure, FailureKind, Stage};
 use crate::lanes::order;
 use crate::lanes::passes::{PassPack, Passes};
 use crate::lanes::record::Record;
+use crate::lanes::response::Responses;
 use crate::lanes::score::{Errors, Observer, Scorer};
 use crate::metric::relative_error;
 use crate::plant::radius::spectral_radius;
@@ -20,6 +22,7 @@ pub(super) struct Pack<'e, R: Real, const N: usize> {
     pub(super) record: Record<R, N>,
     pub(super) methods: Vec<Passes<R, N>>,
     scorer: Scorer<R, N>,
+    pub(super) responses: Responses<R, N>,
     outputs: Vec<Output>,
     /// One per output.
     observers: Vec<Observer<R, N>>,
@@ -75,6 +78,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             record: Record::new(&plan.source, horizon),
             methods: methods.collect(),
             scorer: Scorer::new(cell.window, horizon, gain, &plan.truth, plan.wanted),
+            responses: Responses::new(&plan.source, RESPONSE_SAMPLES),
             observers,
             outputs,
             curves: [(); 2].map(|()| vec![0.0; curve * R::LANES]),
@@ -90,6 +94,9 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         let asked = R::Mask::from_bits(((1_u16 << count) - 1) as u8);
         let mut watch = Watch::start();
         self.record.draw(&self.plan.source, &indices);
+        if self.plan.wanted_fresh_fit {
+            self.responses.draw(&self.plan.source, &indices);
+        }
         to.spent.simulation += watch.lap();
         let (u, y) = (&self.record.u[..self.plan.cell.window], &self.record.y[..]);
         for method in &mut self.methods {
@@ -154,6 +161,9 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         }
         let before = number.checked_sub(1).map(|before| &passes[before]);
         let (n, wanted_radius) = (self.plan.cell.order, self.plan.wanted_radius);
+        let (plan, responses) = (&self.plan, &self.responses);
+        let e_g = (plan.wanted_impulse_response).then(|| responses.impulse_response_error(pass));
+        let fit = (plan.wanted_fresh_fit).then(|| responses.fresh_fit(pass));
         R::run(
             #[inline(always)]
             || {
@@ -165,6 +175,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
                     as_printed: [a_printed, b_printed, h_printed, x0_printed],
                     state: [maximum, rms],
                     state_as_printed: [maximum_printed, rms_printed],
+                    state_absolute,
                 } = errors;
                 put(Measure::Ea, e_a);
                 put(Measure::Eb, e_b);
@@ -178,6 +189,13 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
                 put(Measure::ExRms, rms);
                 put(Measure::ExMaxPrinted, maximum_printed);
                 put(Measure::ExRmsPrinted, rms_printed);
+                put(Measure::RmsState, state_absolute);
+                if let Some(e_g) = e_g {
+                    put(Measure::ImpulseResponse, e_g);
+                }
+                if let Some(fit) = fit {
+                    put(Measure::FreshFit, fit);
+                }
                 put(Measure::Condition, pass.condition);
                 if wanted_radius {
                     let radius = spectral_radius::<R, N>(&pass.a[..n], !pass.unstable);

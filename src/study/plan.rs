@@ -2,9 +2,10 @@
 
 use super::pack::{Pack, PackTrial};
 use super::{Cell, Experiment, Measure, ObserverStart, ScoredFrom};
-use crate::data::{Process, Truth};
+use crate::data::{Feedback, PlantSource, Process, ProcessSettings, Truth};
 use crate::estimator::{
-    Drive, InstrumentSource, IvOptions, MethodOptions, Solver, Stabilise, Stage10,
+    Auxiliary, Drive, InstrumentSource, IvOptions, LsOptions, MethodOptions, Solver, Stabilise,
+    Stage10, StartState,
 };
 use crate::lanes::record::Source;
 use crate::lanes::score::Wanted;
@@ -39,6 +40,8 @@ pub struct Plan<'e> {
     pub(super) wanted_states: bool,
     pub(super) wanted: Wanted,
     pub(super) wanted_radius: bool,
+    pub(super) wanted_impulse_response: bool,
+    pub(super) wanted_fresh_fit: bool,
     pub(super) from_zero: bool,
 }
 
@@ -55,7 +58,7 @@ impl<'e> Plan<'e> {
         let any = |measures: &[F]| asked.iter().any(|measure| measures.contains(measure));
         let methods = experiment.methods.iter().filter_map(|method| {
             Some(PlannedMethod {
-                options: iv_options(method.options()?)?,
+                options: iv_options(method.options()?).ok()?,
                 passes: method.passes(),
                 reported: method.reported(),
             })
@@ -82,9 +85,12 @@ impl<'e> Plan<'e> {
             wanted_states: file.curves || asked.iter().any(|of| of.is_of_state()),
             wanted: Wanted {
                 states_as_printed: any(&[F::ExMaxPrinted, F::ExRmsPrinted]),
+                states_absolute: any(&[F::RmsState]),
                 curves: file.curves,
             },
             wanted_radius: any(&[F::SpectralRadius]),
+            wanted_impulse_response: any(&[F::ImpulseResponse]),
+            wanted_fresh_fit: any(&[F::FreshFit]),
             from_zero: cell.observer_start == ObserverStart::Zero,
         })
     }
@@ -106,19 +112,6 @@ impl<'e> Call for Plan<'e> {
     }
 }
 
-/// Least squares as IV without iterations; `None` for what lanes do not cover.
-fn iv_options(options: &MethodOptions) -> Option<IvOptions> {
-    match options {
-        MethodOptions::LeastSquares(options) => Some(IvOptions {
-            solver: options.solver,
-            initial_state: options.initial_state,
-            ..IvOptions::default()
-        }),
-        MethodOptions::InstrumentalVariables(options) => Some(options.clone()),
-        MethodOptions::Known => None,
-    }
-}
-
 /// A process, with its fixed plant, noise filter and variances.
 type Covered<'e> = (
     &'e Process,
@@ -131,24 +124,10 @@ pub(super) fn covered<'e>(
     cell: &'e Cell,
 ) -> Result<Covered<'e>, String> {
     let process = cell.process().ok_or("continuous time")?;
-    let open_loop = process.open_loop();
-    let open_loop = open_loop.ok_or("feedback, input noise or random plants")?;
-    if process.undisturbed().is_none() {
-        return Err("process noise or random initial states".to_owned());
-    }
-    if cell.scored_from != ScoredFrom::Window {
-        return Err(format!("scored_from = \"{}\"", cell.scored_from));
-    }
-    let order = open_loop.0.order();
-    if cell.order != order {
-        return Err("an order that is not the plant's".to_owned());
-    }
-    if order > LARGEST_ORDER {
-        return Err(format!("orders above {LARGEST_ORDER}"));
-    }
-    if cell.horizon > LONGEST_HORIZON {
-        return Err(format!("records of more than {LONGEST_HORIZON} samples"));
-    }
+    covers_process(process.settings())?;
+    let open_loop = process.undisturbed();
+    let open_loop = open_loop.ok_or("what moves the plant beside its input")?;
+    covers_cell(cell, open_loop.0.order())?;
     let asked = experiment.measures_asked();
     if let Some(measure) = asked.iter().find(|measure| !measure.is_in_lanes()) {
         return Err(format!("the measure {measure}"));
@@ -157,35 +136,132 @@ pub(super) fn covered<'e>(
         if method.observer().is_some() {
             return Err("observers of a method's own".to_owned());
         }
-        covers(method.options().ok_or("an estimator of your own")?)?;
+        iv_options(method.options().ok_or("an estimator of your own")?)?;
     }
     Ok((process, open_loop))
 }
 
-/// Whether a method is covered.
-fn covers(options: &MethodOptions) -> Result<(), String> {
-    let solver = match options {
+// What follows takes every field apart and names the values that lanes have: a new field does not
+// compile before somebody says whether they have it, a new value runs on faer.
+
+/// Whether what draws the records is covered.
+fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
+    // `_`: drawn by the code that draws one record too.
+    let ProcessSettings {
+        plant,
+        x0: _,
+        x0_deviation,
+        input: _,
+        noise: _,
+        level: _,
+        input_noise,
+        process_noise,
+        feedback,
+    } = settings;
+    let has = [
+        (matches!(feedback, Feedback::None), "feedback"),
+        (matches!(plant, PlantSource::Fixed(_)), "random plants"),
+        (*input_noise == 0.0, "input noise"),
+        (*process_noise == 0.0, "process noise"),
+        (*x0_deviation == 0.0, "random initial states"),
+    ];
+    first_missing(has).map_or(Ok(()), Err)
+}
+
+/// Whether a cell of a plant of some order is covered.
+fn covers_cell(cell: &Cell, of_plant: usize) -> Result<(), String> {
+    let Cell {
+        settings: _,
+        source: _,
+        claim: _,
+        eta: _,
+        order,
+        window: _,
+        horizon,
+        gain: _,
+        observer_start,
+        scored_from,
+    } = cell;
+    if *order != of_plant {
+        return Err("an order that is not the plant's".to_owned());
+    }
+    if *order > LARGEST_ORDER {
+        return Err(format!("orders above {LARGEST_ORDER}"));
+    }
+    if *horizon > LONGEST_HORIZON {
+        return Err(format!("records of more than {LONGEST_HORIZON} samples"));
+    }
+    let starts = matches!(
+        observer_start,
+        ObserverStart::Estimate | ObserverStart::Zero
+    );
+    let scores = matches!(scored_from, ScoredFrom::Window);
+    let has = [
+        (starts, ("observer_start", observer_start.name())),
+        (scores, ("scored_from", scored_from.name())),
+    ];
+    has_values(has)
+}
+
+/// A method's options as those of IV: least squares is IV without iterations.
+///
+/// # Errors
+/// What of them is not covered, in words.
+fn iv_options(options: &MethodOptions) -> Result<IvOptions, String> {
+    let options = match options {
         MethodOptions::Known => return Err("the estimator \"known\"".to_owned()),
-        MethodOptions::LeastSquares(options) => options.solver,
-        MethodOptions::InstrumentalVariables(options) => options.solver,
+        MethodOptions::LeastSquares(LsOptions {
+            solver,
+            initial_state,
+        }) => IvOptions {
+            solver: *solver,
+            initial_state: *initial_state,
+            ..IvOptions::default()
+        },
+        MethodOptions::InstrumentalVariables(options) => options.clone(),
     };
-    if solver != Solver::Partitioned {
-        return Err(format!("the solver \"{solver}\""));
-    }
-    let MethodOptions::InstrumentalVariables(options) = options else {
-        return Ok(());
-    };
-    match options {
-        IvOptions { stage10, .. } if *stage10 != Stage10::Corrected => {
-            Err(format!("stage10 = \"{stage10}\""))
-        }
-        IvOptions { drive, .. } if *drive != Drive::Model => Err(format!("drive = \"{drive}\"")),
-        IvOptions { instruments, .. } if *instruments != InstrumentSource::Input => {
-            Err(format!("instruments = \"{instruments}\""))
-        }
-        IvOptions { stabilise, .. } if *stabilise != Stabilise::None => {
-            Err(format!("stabilise = \"{stabilise}\""))
-        }
-        _ => Ok(()),
-    }
+    // `_`: any number of passes; the gain is of a drive that lanes do not have.
+    let IvOptions {
+        iterations: _,
+        solver,
+        stage10,
+        auxiliary,
+        drive,
+        gain: _,
+        instruments,
+        stabilise,
+        initial_state,
+    } = &options;
+    let partitioned = matches!(solver, Solver::Partitioned);
+    let corrected = matches!(stage10, Stage10::Corrected);
+    let renews = matches!(
+        auxiliary,
+        Auxiliary::Refresh | Auxiliary::Frozen | Auxiliary::Literal
+    );
+    let by_model = matches!(drive, Drive::Model);
+    let of_input = matches!(instruments, InstrumentSource::Input);
+    let as_found = matches!(stabilise, Stabilise::None);
+    let starts = matches!(initial_state, StartState::Estimate | StartState::Zero);
+    has_values([
+        (partitioned, ("solver", solver.name())),
+        (corrected, ("stage10", stage10.name())),
+        (renews, ("auxiliary", auxiliary.name())),
+        (by_model, ("drive", drive.name())),
+        (of_input, ("instruments", instruments.name())),
+        (as_found, ("stabilise", stabilise.name())),
+        (starts, ("initial_state", initial_state.name())),
+    ])?;
+    Ok(options)
+}
+
+/// Whether lanes have the values of some keys; or the first that they do not have, in words.
+fn has_values<const N: usize>(has: [(bool, (&str, &str)); N]) -> Result<(), String> {
+    let missing = first_missing(has);
+    missing.map_or(Ok(()), |(key, value)| Err(format!("{key} = \"{value}\"")))
+}
+
+/// The first that lanes do not have.
+fn first_missing<T, const N: usize>(has: [(bool, T); N]) -> Option<T> {
+    has.into_iter()
+        .find_map(|(has, what)| (!has).then_some(what))
 }

@@ -10,10 +10,12 @@ use crate::estimator::{Failure, FailureKind, Pass, Progress, SetupError, Stage};
 use crate::metric::{Response, StateError, System, relative_error, relative_error_as_printed};
 use crate::observer::ObservedModel;
 use crate::plant::PoleFinder;
-use crate::signal::Input;
+use crate::real::with_fma;
+use crate::signal::{Input, Purpose, stream};
 
-/// Markov parameters over which [`Measure::ImpulseResponse`] is taken, and samples of [`Measure::FreshFit`].
-const RESPONSE_SAMPLES: usize = 200;
+/// Markov parameters over which [`Measure::ImpulseResponse`] is taken, and samples of
+/// [`Measure::FreshFit`].
+pub(super) const RESPONSE_SAMPLES: usize = 200;
 
 /// Measures passes of one cell, with buffers of its own.
 pub(super) struct Scorer {
@@ -26,6 +28,8 @@ pub(super) struct Scorer {
     poles: PoleFinder,
     input: Input,
     response: Response,
+    /// Room for the state of the plant or of a model.
+    x: Vec<f64>,
     wanted: Wanted,
     /// e_x(k), k = 0 ... K-1, of the pass that was measured last; NaN where undefined, empty where not wanted.
     curve: Vec<f64>,
@@ -37,7 +41,8 @@ struct Wanted {
     states: bool,
     absolute: bool,
     radius: bool,
-    response: bool,
+    impulse_response: bool,
+    fresh_fit: bool,
 }
 
 impl Scorer {
@@ -49,7 +54,7 @@ impl Scorer {
         process: &Process,
     ) -> Result<Self, SetupError> {
         use Measure as F;
-        let measures = &experiment.file.measures;
+        let measures = experiment.measures_asked();
         let any = |values: &[Measure]| values.iter().any(|measure| measures.contains(measure));
         // States of another order cannot be compared.
         let comparable = process.order() == cell.order;
@@ -65,12 +70,14 @@ impl Scorer {
             poles: PoleFinder::new(cell.order),
             input: *process.input(),
             response: Response::new(RESPONSE_SAMPLES),
+            x: vec![0.0; process.order().max(cell.order)],
             wanted: Wanted {
                 states: comparable
                     && (experiment.file.curves || measures.iter().any(|of| of.is_of_state())),
                 absolute: any(&[F::RmsState]),
                 radius: any(&[F::SpectralRadius]),
-                response: any(&[F::ImpulseResponse, F::FreshFit]),
+                impulse_response: any(&[F::ImpulseResponse]),
+                fresh_fit: any(&[F::FreshFit]),
             },
             curve: vec![
                 f64::NAN;
@@ -85,10 +92,25 @@ impl Scorer {
 
     /// Prepares for the passes of a trial.
     pub(super) fn begin(&mut self, seed: u64, trial: u64, record: &Realisation) {
-        if self.wanted.response && record.failure.is_none() {
-            let Truth { a, b, .. } = &record.truth;
-            self.response
-                .set_plant(System { a, b }, &self.input, seed, trial);
+        if record.failure.is_some() {
+            return;
+        }
+        let Truth { a, b, .. } = &record.truth;
+        let (plant, x) = (System { a, b }, &mut self.x[..a.len()]);
+        let response = &mut self.response;
+        if self.wanted.impulse_response {
+            with_fma(
+                #[inline(always)]
+                || response.set_impulse_response(plant, x),
+            );
+        }
+        if self.wanted.fresh_fit {
+            let mut fresh = stream(seed, trial, Purpose::FreshInput);
+            self.input.fill(&mut fresh, response.input());
+            with_fma(
+                #[inline(always)]
+                || response.set_fresh_output(plant, x),
+            );
         }
     }
 
@@ -117,10 +139,20 @@ impl Scorer {
         if self.wanted.radius {
             row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a, !pass.unstable);
         }
-        if self.wanted.response {
-            let Pass { a, b, .. } = pass;
-            row[Measure::ImpulseResponse] = self.response.impulse_response_error(System { a, b });
-            row[Measure::FreshFit] = self.response.fresh_fit(System { a, b });
+        let Pass { a, b, .. } = pass;
+        let (model, x) = (System { a, b }, &mut self.x[..a.len()]);
+        let response = &self.response;
+        if self.wanted.impulse_response {
+            row[Measure::ImpulseResponse] = with_fma(
+                #[inline(always)]
+                || response.impulse_response_error(model, x),
+            );
+        }
+        if self.wanted.fresh_fit {
+            row[Measure::FreshFit] = with_fma(
+                #[inline(always)]
+                || response.fresh_fit(model, x),
+            );
         }
         if truth.a.len() != pass.a.len() {
             return;

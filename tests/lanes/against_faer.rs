@@ -31,6 +31,9 @@ struct Found {
     estimates: Vec<f64>,
     conditions: Vec<f64>,
     figures: Vec<f64>,
+    /// Differences of e_g, of FIT as a share, and of rms_x relative to the state or to its error,
+    /// whichever is larger.
+    responses: [Vec<f64>; 3],
     /// The largest estimate's difference, of eps times the condition number of the worst pass: least squares, IV.
     multiples: [f64; 2],
     /// Rows whose failure or stability differs where rounding can have grown to any size.
@@ -74,13 +77,16 @@ fn undefined_differ(pair: &Pair<'_>) -> Vec<&'static str> {
     differ.map(|figure| figure.name()).collect()
 }
 
-const FIGURES: [Measure; 6] = [
+const FIGURES: [Measure; 9] = [
     Measure::Ea,
     Measure::Eb,
     Measure::Eh,
     Measure::Ex0,
     Measure::ExMax,
     Measure::ExRms,
+    Measure::ImpulseResponse,
+    Measure::FreshFit,
+    Measure::RmsState,
 ];
 
 fn compare(case: &Case, count: u64) -> Found {
@@ -209,8 +215,20 @@ impl Found {
         for figure in FIGURES {
             let (x, y) = (lanes[figure], faer[figure]);
             if !x.is_nan() {
-                self.figures.push((x - y).abs() / y);
+                self.figures.push((x - y).abs() / y.abs());
             }
+        }
+        let difference = |of: Measure| (lanes[of] - faer[of]).abs();
+        let error = faer[Measure::RmsState];
+        let size = error.max(error / faer[Measure::ExRms]);
+        let differences = [
+            difference(Measure::ImpulseResponse),
+            difference(Measure::FreshFit) / 100.0,
+            difference(Measure::RmsState) / size,
+        ];
+        for (all, difference) in self.responses.iter_mut().zip(differences) {
+            assert!(difference.is_finite(), "{name}: {differences:?}");
+            all.push(difference);
         }
     }
 }
@@ -223,6 +241,9 @@ fn median(values: &mut [f64]) -> f64 {
 /// Every estimate of a trial that is stable in every pass differs by at most what rounding takes, `8 n N eps` times the
 /// largest condition number so far. That is derived for least squares; in later passes what differs before enters through
 /// instruments, which move an estimate by its residual only, and the same bound is asserted.
+///
+/// What e_g, FIT and rms_x differ by is in the middle at most a thousand times what the estimates
+/// differ by: the responses of these models move by up to 50 times as much.
 ///
 /// The median is at most 1e-10, or `2n eps` times the median condition number where that is more (order 20).
 ///
@@ -258,6 +279,14 @@ fn estimates_and_failures_are_those_of_faer() {
         }
         let ill = found.truth.len() as f64 * f64::EPSILON * median(&mut found.conditions);
         assert!(middle <= ill.max(1e-10), "{}: {middle:e}", case.name);
+        let responses = found.responses.each_mut().map(|of| median(of));
+        println!("    e_g, FIT, rms_x: {responses:?}");
+        let most = 1e3 * middle.max(f64::EPSILON);
+        assert!(
+            responses.iter().all(|of| *of <= most),
+            "{}: {responses:?} for {middle:e}",
+            case.name
+        );
         rows += found.rows;
         wild += found.rows - tame;
         explained += found.explained;
@@ -268,6 +297,26 @@ fn estimates_and_failures_are_those_of_faer() {
     );
     assert_eq!(unexplained, 0);
     assert!(50 * explained <= wild, "{explained} of {wild}");
+}
+
+/// What else is asked for moves no bit of a measure, by either engine.
+#[test]
+fn a_measure_alone_is_what_it_is_among_all() {
+    let case = Case::all("all", 6, "window = 30\nhorizon = 90\neta = 30.0", super::IV);
+    let all = case.experiment();
+    for engine in [by_faer, by_lanes] {
+        let expected = engine(&all, 40);
+        for &measure in &all.file.measures {
+            let top = format!("measures = [\"{measure}\"]");
+            let settings = "window = 30\nhorizon = 90\neta = 30.0";
+            let case = Case::new("alone", 6, &top, settings, super::IV);
+            let found = engine(&case.experiment(), 40);
+            for (found, expected) in found.rows.iter().zip(&expected.rows) {
+                let bits = |row: &Row| row[measure].to_bits();
+                assert_eq!(bits(found), bits(expected), "{measure}");
+            }
+        }
+    }
 }
 
 /// Quantiles of e_x(k) for every k: an order statistic that differs by rounding is in the same bin or the next one.

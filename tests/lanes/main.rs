@@ -46,7 +46,7 @@ struct Case {
 
 const ALL_MEASURES: &str = r#"["e_a", "e_b", "e_h", "e_x0", "e_x_max", "e_x_rms", "e_a_as_printed", "e_b_as_printed",
     "e_h_as_printed", "e_x0_as_printed", "e_x_max_as_printed", "e_x_rms_as_printed", "spectral_radius", "condition",
-    "change"]"#;
+    "e_g", "fit_fresh", "rms_x", "change"]"#;
 
 /// Least squares and four passes, all reported.
 const IV: &str = "[[methods]]\nestimator = \"iv\"\nreport = [0, 1, 2, 3, 4]\n";
@@ -211,6 +211,9 @@ fn figures(cases: &mut Vec<Case>) {
             "three figures",
             "measures = [\"e_a\", \"e_b\", \"e_x_max\"]",
         ),
+        ("impulse response", "measures = [\"e_a\", \"e_g\"]"),
+        ("fresh data", "measures = [\"fit_fresh\"]"),
+        ("rms of the state", "measures = [\"rms_x\"]"),
         ("no states", "measures = [\"e_a\", \"spectral_radius\"]"),
         ("curves", "measures = [\"e_a\", \"e_x_rms\"]\ncurves = true"),
         (
@@ -248,12 +251,18 @@ fn cases() -> Vec<Case> {
     records(&mut cases);
     figures(&mut cases);
     // The paper's cells.
-    for (window, eta) in [(18, 0.0), (98, 10.018), (218, 10.014)] {
+    for (window, eta, noise) in [
+        (18, 0.0, "ar"),
+        (98, 10.018, "ar"),
+        (218, 10.014, "ar"),
+        (98, 10.0, "white"),
+        (218, 10.0, "white"),
+    ] {
         let text = format!(
             "seed = 1\nmeasures = {ALL_MEASURES}\nparameters = true\n[settings]\nwindow = {window}\nhorizon = 400\n\
-             eta = {eta:?}\n{IV}"
+             eta = {eta:?}\nnoise = \"{noise}\"\n{IV}"
         );
-        let name = format!("nikolov2023, N = {window}");
+        let name = format!("nikolov2023, {noise}, N = {window}");
         cases.push(Case { name, text });
     }
     if small() {

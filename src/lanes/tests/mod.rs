@@ -2,6 +2,7 @@
 
 mod initial_state;
 mod radius;
+mod response;
 mod solve;
 
 use super::Isa;
