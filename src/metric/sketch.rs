@@ -115,10 +115,15 @@ impl Sketch {
         for key in keys {
             counts[(key - lowest) as usize] += 1;
         }
-        let bins = (lowest..).zip(counts);
-        let bins = bins.filter(|(_, count)| *count > 0);
+        // Every bin is put where the next one goes, and stays where it is not empty: no branch to be guessed.
+        let mut bins = vec![(0, 0); width + 1];
+        let mut filled = 0;
+        for (bin, count) in (lowest..).zip(counts) {
+            bins[filled] = (bin, u64::from(count));
+            filled += usize::from(count > 0);
+        }
         Self {
-            bins: bins.map(|(bin, count)| (bin, u64::from(count))).collect(),
+            bins: bins[..filled].to_vec(),
         }
     }
 

@@ -12,7 +12,7 @@ use super::experiment::Experiment;
 use super::file::{Store, TRIAL_LIMIT};
 use super::folder::{BLOCKS, DESIGN, span_of};
 use super::rows::{self, Rows};
-use super::runner::{Block, Span};
+use super::runner::Span;
 use super::tally::{CellTally, outcomes};
 use crate::files::{self, Kind, PathError};
 use serde_json::Value;
@@ -63,6 +63,23 @@ pub struct StoredBlock {
     pub span: Span,
     /// The file.
     pub path: PathBuf,
+}
+
+/// A block file that is to be written.
+pub struct EncodedBlock {
+    stored: StoredBlock,
+    bytes: Vec<u8>,
+}
+
+impl EncodedBlock {
+    /// Writes it.
+    ///
+    /// # Errors
+    /// If it cannot be written; nothing is left then.
+    pub fn write(self) -> Result<StoredBlock, BlockError> {
+        files::replace(&self.stored.path, Kind::Block, &self.bytes)?;
+        Ok(self.stored)
+    }
 }
 
 /// What a block file holds.
@@ -144,22 +161,11 @@ impl<'e> BlockFolder<'e> {
         })
     }
 
-    /// Writes a block; `keep` tells whether with its rows.
+    /// The file of a block, on whatever thread.
     ///
     /// # Errors
-    /// If it cannot be written; nothing is left then.
-    pub fn write(&self, block: Block, keep: bool) -> Result<StoredBlock, BlockError> {
-        let Block {
-            span, rows, tally, ..
-        } = block;
-        let content = Content {
-            tally,
-            rows: keep.then_some(rows),
-        };
-        self.write_content(span, &content)
-    }
-
-    fn write_content(&self, span: Span, content: &Content) -> Result<StoredBlock, BlockError> {
+    /// If it cannot be encoded.
+    pub fn encode(&self, span: Span, content: &Content) -> Result<EncodedBlock, BlockError> {
         let name = format!(
             "c{:05}-{:010}-{:010}.block",
             span.cell, span.trials.start, span.trials.end
@@ -174,8 +180,8 @@ impl<'e> BlockFolder<'e> {
         let encoded = content.encode(self.experiment, &mut bytes);
         encoded.map_err(|error| PathError::io(&path)(io::Error::other(error)))?;
         bytes.extend(xxh3_128(&bytes).to_le_bytes());
-        files::replace(&path, Kind::Block, &bytes)?;
-        Ok(StoredBlock { span, path })
+        let stored = StoredBlock { span, path };
+        Ok(EncodedBlock { stored, bytes })
     }
 
     /// Every block file, each cell's trials ascending and without overlap, and the damaged ones. Files within
@@ -314,7 +320,7 @@ impl<'e> BlockFolder<'e> {
             tally: self.tally(blocks)?,
             rows: None,
         };
-        let whole = self.write_content(span, &content)?;
+        let whole = self.encode(span, &content)?.write()?;
         for block in blocks {
             files::remove(&block.path, Kind::Block)?;
         }

@@ -1,18 +1,19 @@
 //! A study in a folder: what is there already, what is missing, and the results of it all.
 
-use super::blocks::{BlockError, BlockFolder, StoredBlock, discard};
+use super::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredBlock, discard};
 use super::engine::Engine;
 use super::experiment::Experiment;
 use super::file::{FileError, Store, TrialRule, Until, UntilDecided, UntilStatistic};
 use super::folder::{FolderError, ResultsFolder};
 use super::rows::Rows;
-use super::runner::{RunError, Span, pool, run_spans};
+use super::runner::{Block, Delivery, Keep, RunError, Span, pool, run_spans};
 use super::spent::{Spent, Watch};
 use super::store::{StoreError, write_summary};
 use super::summary::{CellSeries, CellSummary, SlopeStatistics, Summary};
 use super::tally::CellTally;
 use super::trial_table::{TrialTable, TrialWriter};
 use crate::files::Kind;
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -273,12 +274,7 @@ impl<'e> Campaign<'e> {
 
     /// The summary of what is there.
     fn summary(&self, stop: &AtomicBool) -> Result<Summary, CampaignError> {
-        let mut parts = Parts::default();
-        for blocks in &self.stored {
-            go_on(stop)?;
-            parts.add(self.experiment, &self.blocks.tally(blocks)?);
-        }
-        Ok(parts.summary(self.experiment))
+        Ok(self.read_tallies(stop)?.summary(self.experiment))
     }
 
     /// Doubles the trials of every cell whose measure is not known well enough; false where none is left.
@@ -352,33 +348,42 @@ impl<'e> Campaign<'e> {
         let RunOptions { threads, block, .. } = self.options;
         let experiment = self.experiment;
         let (blocks, stored) = (&self.blocks, &mut self.stored);
-        run_spans(experiment, &missing, block, threads, stop, |block| {
-            let (cell, trials) = (block.span.cell, block.span.len());
-            let failures = block
-                .tally
-                .outputs
-                .iter()
-                .map(|output| output.outcomes.failed())
-                .sum();
+        let rows_or_tally = if keep { Keep::Rows } else { Keep::Tally };
+        let encode = |block: Block| Computed::of(block, blocks);
+        let store = |computed: Computed| {
+            let (cell, trials) = (computed.span.cell, computed.span.len());
+            let mut watch = Watch::start();
             let of_cell = &mut stored[cell];
-            let (mut spent, mut watch) = (block.spent, Watch::start());
-            of_cell.push(blocks.write(block, keep)?);
-            spent.storage += watch.lap();
+            of_cell.push(computed.encoded?.write()?);
             left[cell] -= trials;
-            on_event(Event::Block {
-                trials,
-                failures,
-                spent,
-            });
             if left[cell] == 0 {
                 of_cell.sort_by_key(|block| block.span.trials.start);
                 if !keep && of_cell.len() > 1 {
                     *of_cell = vec![blocks.consolidate(of_cell)?];
                 }
+            }
+            let mut spent = computed.spent;
+            spent.storage += watch.lap();
+            on_event(Event::Block {
+                trials,
+                failures: computed.failures,
+                spent,
+            });
+            if left[cell] == 0 {
                 on_event(Event::Cell);
             }
             Ok(())
-        })?;
+        };
+        let spans = (&missing[..], block);
+        run_spans(
+            experiment,
+            spans,
+            rows_or_tally,
+            threads,
+            stop,
+            encode,
+            store,
+        )?;
         Ok(())
     }
 
@@ -395,7 +400,7 @@ impl<'e> Campaign<'e> {
             let (file, path) = self.folder.stage("trials.parquet", Kind::Parquet)?;
             self.write_trials(file, path, stop)?
         } else {
-            self.read(stop, |_, _| Ok(()))?
+            self.read_tallies(stop)?
         };
         let summary = parts.summary(experiment);
         let (file, path) = self.folder.stage("summary.parquet", Kind::Parquet)?;
@@ -409,6 +414,27 @@ impl<'e> Campaign<'e> {
         go_on(stop)?;
         self.folder.publish()?;
         Ok(summary)
+    }
+
+    /// What the summary takes of every cell, of as many at a time as there are threads.
+    fn read_tallies(&self, stop: &AtomicBool) -> Result<Parts, CampaignError> {
+        let threads = self.options.threads.max(1);
+        let mut parts = Parts::default();
+        let of_cell = |cell: usize| {
+            go_on(stop)?;
+            let tally = self.blocks.tally(&self.stored[cell])?;
+            Ok(Part::of(self.experiment, cell, &tally))
+        };
+        let pool = pool(threads)?;
+        for first in (0..self.stored.len()).step_by(threads) {
+            let cells = first..self.stored.len().min(first + threads);
+            let found: Vec<Result<Part, CampaignError>> =
+                pool.install(|| cells.into_par_iter().map(of_cell).collect());
+            for part in found {
+                parts.add(part?);
+            }
+        }
+        Ok(parts)
     }
 
     /// Reads every block once: what the summary takes of it, and its rows, where they are kept.
@@ -428,7 +454,7 @@ impl<'e> Campaign<'e> {
                     on_rows(cell, rows)?;
                 }
             }
-            parts.add(self.experiment, &tally);
+            parts.add(Part::of(self.experiment, cell, &tally));
         }
         Ok(parts)
     }
@@ -454,6 +480,42 @@ impl<'e> Campaign<'e> {
     }
 }
 
+/// A block on its way from the thread that computed it to its file.
+struct Computed {
+    span: Span,
+    failures: u64,
+    spent: Spent,
+    encoded: Result<EncodedBlock, BlockError>,
+}
+
+impl Computed {
+    fn of(block: Block, blocks: &BlockFolder<'_>) -> Self {
+        let mut watch = Watch::start();
+        let Block {
+            span,
+            rows,
+            tally,
+            mut spent,
+        } = block;
+        let outputs = tally.outputs.iter();
+        let failures = outputs.map(|output| output.outcomes.failed()).sum();
+        let encoded = blocks.encode(span.clone(), &Content { tally, rows });
+        spent.storage += watch.lap();
+        Self {
+            span,
+            failures,
+            spent,
+            encoded,
+        }
+    }
+}
+
+impl Delivery for Computed {
+    fn trials(&self) -> u64 {
+        self.span.len()
+    }
+}
+
 /// What the summary takes of every cell.
 #[derive(Default)]
 struct Parts {
@@ -462,13 +524,29 @@ struct Parts {
     series: Vec<CellSeries>,
 }
 
+/// The same of one cell.
+struct Part {
+    cell: CellSummary,
+    slopes: SlopeStatistics,
+    series: CellSeries,
+}
+
+impl Part {
+    fn of(experiment: &Experiment, cell: usize, tally: &CellTally) -> Self {
+        Self {
+            cell: CellSummary::of(experiment, cell, tally),
+            slopes: SlopeStatistics::of(experiment, tally),
+            series: tally.whole_series(),
+        }
+    }
+}
+
 impl Parts {
     /// Adds the next cell.
-    fn add(&mut self, experiment: &Experiment, tally: &CellTally) {
-        let cell = self.cells.len();
-        self.cells.push(CellSummary::of(experiment, cell, tally));
-        self.slopes.push(SlopeStatistics::of(experiment, tally));
-        self.series.push(tally.whole_series());
+    fn add(&mut self, part: Part) {
+        self.cells.push(part.cell);
+        self.slopes.push(part.slopes);
+        self.series.push(part.series);
     }
 
     fn summary(self, experiment: &Experiment) -> Summary {

@@ -98,6 +98,52 @@ fn bin(value: f64) -> usize {
     index.min(BINS - 1)
 }
 
+/// Errors that wait to be counted: those of many trials at one k are counted together, while its histogram is in the
+/// first cache.
+pub(super) struct Waiting {
+    /// The bins of all trials at k = 0, then at k = 1, ...; [`BINS`] where there is no error.
+    bins: Vec<u16>,
+    count: usize,
+}
+
+/// Trials that wait at most.
+const WAITING: usize = 128;
+
+impl Waiting {
+    /// None, for records of K samples.
+    pub(super) fn new(horizon: usize) -> Self {
+        Self {
+            bins: vec![0; horizon * WAITING],
+            count: 0,
+        }
+    }
+
+    /// Whether there is no room for another pack.
+    pub(super) fn is_full(&self) -> bool {
+        self.count + MOST_LANES > WAITING
+    }
+
+    /// Adds e_x(k)^2 of a pack of trials, of the lanes whose bits are set.
+    pub(super) fn add_squares<R: Real>(&mut self, squares: &[R], lanes: u8) {
+        let at = self.count;
+        R::run(
+            #[inline(always)]
+            || {
+                for (square, bins) in squares.iter().zip(self.bins.chunks_exact_mut(WAITING)) {
+                    let mut error = [0.0; MOST_LANES];
+                    square.sqrt().store(&mut error);
+                    let bins = &mut bins[at..at + R::LANES];
+                    for lane in 0..R::LANES {
+                        let counted = lanes >> lane & 1 == 1 && !error[lane].is_nan();
+                        bins[lane] = if counted { bin(error[lane]) } else { BINS } as u16;
+                    }
+                }
+            },
+        );
+        self.count += R::LANES;
+    }
+}
+
 /// The middle of a bin.
 fn middle(bin: usize) -> f64 {
     let per_octave = 1 << BINS_PER_OCTAVE_LOG2;
@@ -149,31 +195,22 @@ impl Curves {
         assert!(histograms.next().is_none(), "K errors");
     }
 
-    /// Counts e_x(k)^2 of a pack of trials, all lanes of k = 0, then of k = 1, ...; of the lanes whose bits are set.
+    /// Counts what waits, and empties it.
     ///
     /// # Panics
-    /// If there are not K times the lanes.
-    pub(super) fn add_squares<R: Real>(&mut self, last: bool, squares: &[f64], lanes: u8) {
-        assert_eq!(squares.len(), self.horizon * R::LANES);
+    /// If the horizons differ.
+    pub(super) fn add_waiting(&mut self, last: bool, waiting: &mut Waiting) {
+        assert_eq!(waiting.bins.len(), self.horizon * WAITING);
         let from = usize::from(last) * self.horizon * BINS;
         let histograms = self.counts[from..].chunks_exact_mut(BINS);
-        R::run(
-            #[inline(always)]
-            || {
-                for (squares, histogram) in squares.chunks_exact(R::LANES).zip(histograms) {
-                    let mut bins = [0; MOST_LANES];
-                    let mut counted = [0; MOST_LANES];
-                    for lane in 0..R::LANES {
-                        let error = squares[lane].sqrt();
-                        bins[lane] = bin(error);
-                        counted[lane] = u32::from(lanes >> lane & 1 == 1 && !error.is_nan());
-                    }
-                    for lane in 0..R::LANES {
-                        histogram[bins[lane]] += counted[lane];
-                    }
+        for (bins, histogram) in waiting.bins.chunks_exact(WAITING).zip(histograms) {
+            for &bin in &bins[..waiting.count] {
+                if let Some(count) = histogram.get_mut(usize::from(bin)) {
+                    *count += 1;
                 }
-            },
-        );
+            }
+        }
+        waiting.count = 0;
     }
 
     /// Adds another worker's counts.

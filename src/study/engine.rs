@@ -92,11 +92,12 @@ impl<'e> Worker<'e> {
         }
     }
 
-    /// How many trials it computes at a time.
-    pub fn stride(&self) -> u64 {
+    /// How many trials it should compute at a time: of packs as many as take a few milliseconds.
+    pub fn stride(&self, cell: &Cell) -> u64 {
+        const SAMPLES: usize = 1 << 16;
         match self {
             Self::Faer(_) | Self::Continuous(_) => 1,
-            Self::Lanes(pack) => pack.lanes() as u64,
+            Self::Lanes(pack) => pack.lanes() as u64 * (SAMPLES / cell.horizon).clamp(1, 16) as u64,
         }
     }
 

@@ -57,7 +57,7 @@ pub use peak::fma_peak;
 pub use plan::Plan;
 pub use row::Row;
 pub use rows::{OutputRows, Rows};
-pub use runner::{Block, RunError, Span, block_size, run, run_and_forget, run_spans};
+pub use runner::{Block, RunError, Span, block_size, run, run_and_forget};
 pub use spent::Spent;
 pub use state_feedback::StateFeedback;
 pub use store::{StoreError, stored_alike};

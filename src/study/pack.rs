@@ -1,5 +1,6 @@
 //! A pack of trials of one cell: draw, estimate, measure; rows as [`super::Trial`] leaves them.
 
+use super::curves::Waiting;
 use super::plan::Plan;
 use super::rows::Flags;
 use super::score::RESPONSE_SAMPLES;
@@ -26,8 +27,8 @@ pub(super) struct Pack<'e, R: Real, const N: usize> {
     outputs: Vec<Output>,
     /// One per output.
     observers: Vec<Observer<R, N>>,
-    /// e_x(k)^2 of the first and of the last output: all lanes of k = 0, then of k = 1, ...
-    curves: [Vec<f64>; 2],
+    /// e_x(k) of the first and of the last output.
+    curves: [Waiting; 2],
 }
 
 /// One output of a pack.
@@ -81,7 +82,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             responses: Responses::new(&plan.source, RESPONSE_SAMPLES),
             observers,
             outputs,
-            curves: [(); 2].map(|()| vec![0.0; curve * R::LANES]),
+            curves: [(); 2].map(|()| Waiting::new(curve)),
             plan,
         }
     }
@@ -111,12 +112,25 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         }
         self.emit(&trials, to);
         to.spent.measures += watch.lap();
-        if let Some(curves) = &mut to.curves {
-            for (last, output) in [(false, self.outputs.first()), (true, self.outputs.last())] {
-                let observed = output.map_or(0, |of| of.observed) & asked.bits();
-                curves.add_squares::<R>(last, &self.curves[usize::from(last)], observed);
+        if to.curves.is_some() {
+            let ends = [0, self.outputs.len() - 1];
+            for (waiting, at) in self.curves.iter_mut().zip(ends) {
+                let observed = self.outputs[at].observed & asked.bits();
+                waiting.add_squares(&self.observers[at].curve, observed);
+            }
+            if self.curves[0].is_full() {
+                self.count_curves(to);
             }
             to.spent.statistics += watch.lap();
+        }
+    }
+
+    /// Counts the errors that wait.
+    fn count_curves(&mut self, to: &mut Trials) {
+        if let Some(curves) = &mut to.curves {
+            for (last, waiting) in [false, true].into_iter().zip(&mut self.curves) {
+                curves.add_waiting(last, waiting);
+            }
         }
     }
 
@@ -142,7 +156,6 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
 
     /// Fills an output.
     fn measure(&mut self, output: usize) {
-        let last = self.outputs.len() - 1;
         let Output {
             method,
             pass: number,
@@ -209,13 +222,6 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
                 }
             },
         );
-        if self.plan.wanted.curves {
-            for (which, at) in [(0, 0), (1, last)] {
-                if output == at {
-                    store(&self.observers[output].curve, &mut self.curves[which]);
-                }
-            }
-        }
     }
 
     /// Appends the rows of a pack.
@@ -270,18 +276,6 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
     }
 }
 
-/// All lanes of k = 0, then of k = 1, ...
-fn store<R: Real>(curve: &[R], to: &mut [f64]) {
-    R::run(
-        #[inline(always)]
-        || {
-            for (k, square) in curve.iter().enumerate() {
-                square.store(&mut to[k * R::LANES..]);
-            }
-        },
-    );
-}
-
 impl<R: Real, const N: usize> PackTrial for Pack<'_, R, N> {
     fn run_into(&mut self, trials: Range<u64>, to: &mut Trials) {
         let mut from = trials.start;
@@ -290,6 +284,7 @@ impl<R: Real, const N: usize> PackTrial for Pack<'_, R, N> {
             self.run_pack(from..end, to);
             from = end;
         }
+        self.count_curves(to);
     }
 
     fn lanes(&self) -> usize {

@@ -249,6 +249,21 @@ impl Rows {
         }
     }
 
+    /// Takes the rows out; the same columns, empty, stay.
+    pub(super) fn take(&mut self) -> Self {
+        let output = |of: &OutputRows| OutputRows {
+            values: vec![Vec::new(); of.values.len()],
+            parameters: vec![Vec::new(); of.parameters.len()],
+            ..OutputRows::default()
+        };
+        let empty = Self {
+            first: 0,
+            measures: self.measures.clone(),
+            outputs: self.outputs.iter().map(output).collect(),
+        };
+        std::mem::replace(self, empty)
+    }
+
     /// Removes all rows; the room stays.
     pub fn clear(&mut self) {
         self.truncate(0);

@@ -1,9 +1,10 @@
 //! The runner: blocks of trials over rayon's threads.
 
 use super::experiment::Source;
+use super::file::Store;
 use super::spent::{Spent, Watch};
 use super::tally::{CellTally, Trials};
-use super::{Engine, Experiment, Rows, Worker, WorkerError};
+use super::{Curves, Engine, Experiment, Rows, Worker, WorkerError};
 use crate::estimator::Method;
 use std::convert::Infallible;
 use std::ops::Range;
@@ -13,13 +14,16 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How many times more trials lanes do in that time, about.
-const LANES_SPEED: usize = 16;
+const LANES_SPEED: usize = 64;
 
 /// Samples times outputs that take as long as a step of all observers in continuous time, with its halves, about.
 const STEP_WORK: usize = 32;
 
 /// Samples times outputs in a block, about: half a second of work.
 const BLOCK_WORK: usize = 1 << 21;
+
+/// Trials whose rows are tallied at once where rows are not kept.
+const TALLIED: u64 = 1 << 14;
 
 /// A block that takes longer is delivered as far as it is, and goes on as another.
 const LONGEST: Duration = Duration::from_secs(5);
@@ -44,12 +48,23 @@ impl Span {
 pub struct Block {
     /// The cell and the trials.
     pub span: Span,
-    /// Their rows.
-    pub rows: Rows,
+    /// Their rows, where they are kept.
+    pub rows: Option<Rows>,
     /// What is left of them.
     pub tally: CellTally,
     /// Where the time went.
     pub spent: Spent,
+}
+
+/// What a block has of its trials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Rows and their tally.
+    Rows,
+    /// Their tally.
+    Tally,
+    /// Nothing.
+    Nothing,
 }
 
 /// Why a run ended early.
@@ -92,11 +107,16 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
         Ok(Engine::Lanes) => LANES_SPEED * work,
         _ => work,
     };
-    (work as u64).clamp(1, 1 << 16)
+    // Rows wait in memory for their block's end.
+    let most = match experiment.file.store {
+        Store::Trials => TALLIED,
+        Store::Summaries => 1 << 20,
+    };
+    (work as u64).clamp(1, most)
 }
 
 /// Runs trials 0 ... `trials` - 1 of every cell, or the one that a deterministic cell has, on
-/// `threads` threads; see [`run_spans`].
+/// `threads` threads. `consume` sees each block on the calling thread as it is finished, in no certain order.
 ///
 /// # Errors
 /// [`RunError`].
@@ -110,14 +130,9 @@ pub fn run<E>(
     stop: &AtomicBool,
     consume: impl FnMut(Block) -> Result<(), E>,
 ) -> Result<(), RunError<E>> {
-    run_spans(
-        experiment,
-        &whole(experiment, trials),
-        None,
-        threads,
-        stop,
-        consume,
-    )
+    let spans = whole(experiment, trials);
+    let shared = Shared::new(experiment, &spans, None, Keep::Rows, stop);
+    shared.run(threads, |block| block, consume)
 }
 
 /// Runs the same trials and throws away what comes out: what simulation, estimation and measures alone take.
@@ -136,10 +151,11 @@ pub fn run_and_forget(
     let spans = whole(experiment, trials);
     let mut spent = Spent::default();
     let shared = Shared::new(experiment, &spans, None, Keep::Nothing, stop);
-    shared.run(threads, |block| {
+    let consume = |block: Block| {
         spent += block.spent;
         Ok(())
-    })?;
+    };
+    shared.run(threads, |block| block, consume)?;
     Ok(spent)
 }
 
@@ -154,24 +170,37 @@ fn whole(experiment: &Experiment, trials: u64) -> Vec<Span> {
 
 /// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]; no result depends on it.
 ///
-/// `consume` sees blocks on the calling thread as they are finished, in no certain order; a block that takes long
-/// comes as several. The error of `consume`, or raising `stop`, ends the run with the trials under way: what
-/// is finished of every span is still delivered.
+/// `finish` makes something of a block on the thread that computed it. `consume` sees that on the calling thread as
+/// blocks are finished, in no certain order; a block that takes long comes as several. The error of `consume`, or
+/// raising `stop`, ends the run with the trials under way: what is finished of every span is still delivered.
 ///
 /// # Errors
 /// [`RunError`].
 ///
 /// # Panics
-/// With the panic of an estimator or of `consume`.
-pub fn run_spans<E>(
+/// With the panic of an estimator, of `finish` or of `consume`.
+pub fn run_spans<E, T: Delivery>(
     experiment: &Experiment,
-    spans: &[Span],
-    block: Option<u64>,
+    (spans, block): (&[Span], Option<u64>),
+    keep: Keep,
     threads: usize,
     stop: &AtomicBool,
-    consume: impl FnMut(Block) -> Result<(), E>,
+    finish: impl Fn(Block) -> T + Sync,
+    consume: impl FnMut(T) -> Result<(), E>,
 ) -> Result<(), RunError<E>> {
-    Shared::new(experiment, spans, block, Keep::All, stop).run(threads, consume)
+    Shared::new(experiment, spans, block, keep, stop).run(threads, finish, consume)
+}
+
+/// What is delivered of a block.
+pub trait Delivery: Send {
+    /// How many trials it has.
+    fn trials(&self) -> u64;
+}
+
+impl Delivery for Block {
+    fn trials(&self) -> u64 {
+        self.span.len()
+    }
 }
 
 /// So many threads.
@@ -184,12 +213,12 @@ pub(super) fn pool<E>(threads: usize) -> Result<rayon::ThreadPool, RunError<E>> 
 }
 
 /// Says that a worker is done, also where it panics, which ends the run.
-struct Done<'a> {
-    sender: &'a SyncSender<Option<Block>>,
+struct Done<'a, T> {
+    sender: &'a SyncSender<Option<T>>,
     ended: &'a AtomicBool,
 }
 
-impl Drop for Done<'_> {
+impl<T> Drop for Done<'_, T> {
     fn drop(&mut self) {
         if std::thread::panicking() {
             self.ended.store(true, Ordering::Relaxed);
@@ -215,15 +244,6 @@ struct Shared<'a> {
     failed: OnceLock<WorkerError>,
 }
 
-/// What a block has of its trials.
-#[derive(Clone, Copy)]
-enum Keep {
-    /// Rows and their tally.
-    All,
-    /// Rows, which are thrown away.
-    Nothing,
-}
-
 impl<'a> Shared<'a> {
     fn new(
         experiment: &'a Experiment,
@@ -245,15 +265,16 @@ impl<'a> Shared<'a> {
     }
 
     /// Runs all blocks.
-    fn run<E>(
+    fn run<E, T: Delivery>(
         self,
         threads: usize,
-        consume: impl FnMut(Block) -> Result<(), E>,
+        finish: impl Fn(Block) -> T + Sync,
+        consume: impl FnMut(T) -> Result<(), E>,
     ) -> Result<(), RunError<E>> {
         let threads = self.blocks().clamp(1, threads.max(1) as u64) as usize;
         let (sender, receiver) = sync_channel(threads);
         let delivered = pool(threads)?.in_place_scope(|scope| {
-            scope.spawn_broadcast(|_, _| self.work(&sender));
+            scope.spawn_broadcast(|_, _| self.work(&sender, &finish));
             self.deliver(receiver, threads, consume)
         });
         let of = self.spans.iter().map(Span::len).sum();
@@ -308,23 +329,29 @@ impl<'a> Shared<'a> {
     }
 
     /// One worker: takes blocks in order until none is left.
-    fn work(&self, sender: &SyncSender<Option<Block>>) {
+    fn work<T>(&self, sender: &SyncSender<Option<T>>, finish: impl Fn(Block) -> T) {
         let _done = Done {
             sender,
             ended: &self.ended,
         };
-        let mut current: Option<(usize, Worker<'_>)> = None;
+        let mut current: Option<(usize, Worker<'_>, Trials)> = None;
         while !self.stopped() {
             let Some(span) = self.take() else {
                 return;
             };
             if current
                 .as_ref()
-                .is_none_or(|(known, _)| *known != span.cell)
+                .is_none_or(|(known, ..)| *known != span.cell)
             {
                 let cell = &self.experiment.cells[span.cell];
                 match Worker::new(self.experiment, cell) {
-                    Ok(worker) => current = Some((span.cell, worker)),
+                    Ok(worker) => {
+                        let mut trials = Trials::new(self.experiment, cell);
+                        if self.keep == Keep::Nothing {
+                            trials.curves = None;
+                        }
+                        current = Some((span.cell, worker, trials));
+                    }
                     Err(error) => {
                         // The first one is told.
                         let _ = self.failed.set(error);
@@ -333,14 +360,14 @@ impl<'a> Shared<'a> {
                     }
                 }
             }
-            let Some((_, worker)) = &mut current else {
+            let Some((_, worker, room)) = &mut current else {
                 return;
             };
             let mut from = span.trials.start;
             while from < span.trials.end && !self.stopped() {
-                let block = self.block(worker, span.cell, from..span.trials.end);
+                let block = self.block(worker, room, span.cell, from..span.trials.end);
                 from = block.span.trials.end;
-                if sender.send(Some(block)).is_err() {
+                if sender.send(Some(finish(block))).is_err() {
                     return;
                 }
             }
@@ -348,33 +375,60 @@ impl<'a> Shared<'a> {
     }
 
     /// Trials of one cell, at least one, as far as time and the stop flag allow.
-    fn block(&self, worker: &mut Worker<'_>, cell: usize, trials: Range<u64>) -> Block {
+    fn block(
+        &self,
+        worker: &mut Worker<'_>,
+        room: &mut Trials,
+        cell: usize,
+        trials: Range<u64>,
+    ) -> Block {
         let settings = &self.experiment.cells[cell];
         let begin = Instant::now();
-        let mut of = Trials::new(self.experiment, settings);
-        of.rows.reserve((trials.end - trials.start) as usize);
-        let mut end = trials.start;
-        while end == trials.start
-            || end < trials.end && !self.stopped() && begin.elapsed() < LONGEST
-        {
-            let next = trials.end.min(end + worker.stride());
-            worker.run_into(end..next, &mut of);
-            end = next;
-        }
-        let mut watch = Watch::start();
-        let tally = match self.keep {
-            Keep::All => CellTally::of(self.experiment, settings, &mut of),
-            Keep::Nothing => CellTally::default(),
+        let goes_on = |end: u64| {
+            end == trials.start || end < trials.end && !self.stopped() && begin.elapsed() < LONGEST
         };
-        of.spent.statistics += watch.lap();
+        let (mut tally, mut end) = (CellTally::default(), trials.start);
+        let mut rows = None;
+        while goes_on(end) {
+            // Rows that are not kept are tallied as soon as they are many.
+            let most = match self.keep {
+                Keep::Rows => trials.end - trials.start,
+                Keep::Tally | Keep::Nothing => TALLIED,
+            };
+            let to = trials.end.min(end + most);
+            room.rows.reserve((to - end) as usize);
+            let stride = worker.stride(settings);
+            let first = end;
+            while end < to && (end == first || goes_on(end)) {
+                let next = to.min(end + stride);
+                worker.run_into(end..next, room);
+                end = next;
+            }
+            let mut watch = Watch::start();
+            if self.keep != Keep::Nothing {
+                // Curves are counted over the whole block.
+                let curves = room.curves.take();
+                tally.merge(&CellTally::of(self.experiment, settings, room));
+                room.curves = curves;
+            }
+            room.spent.statistics += watch.lap();
+            if self.keep == Keep::Rows {
+                rows = Some(room.rows.take());
+            }
+            room.clear();
+        }
+        if let Some(curves) = &mut room.curves {
+            let next = Curves::new(settings.horizon);
+            tally.curves = Some(std::mem::replace(curves, next));
+        }
         Block {
             span: Span {
                 cell,
                 trials: trials.start..end,
             },
             tally,
-            rows: of.rows,
-            spent: of.spent,
+            rows,
+            spent: std::mem::take(&mut room.spent),
         }
     }
 
@@ -383,11 +437,11 @@ impl<'a> Shared<'a> {
         reason = "dropping the receiver ends the workers"
     )]
     /// Hands blocks over until every worker is done; returns the number of trials delivered.
-    fn deliver<E>(
+    fn deliver<E, T: Delivery>(
         &self,
-        receiver: Receiver<Option<Block>>,
+        receiver: Receiver<Option<T>>,
         mut working: usize,
-        mut consume: impl FnMut(Block) -> Result<(), E>,
+        mut consume: impl FnMut(T) -> Result<(), E>,
     ) -> Result<u64, E> {
         /// Where the consumer panics, the workers end; the receiver, dropped with it, frees those that wait to send.
         struct EndOnPanic<'a>(&'a AtomicBool);
@@ -408,7 +462,7 @@ impl<'a> Shared<'a> {
                 working -= 1;
                 continue;
             };
-            done += block.span.len();
+            done += block.trials();
             if let Err(error) = consume(block) {
                 self.ended.store(true, Ordering::Relaxed);
                 return Err(error);

@@ -129,6 +129,13 @@ impl Trials {
         Self::of(Rows::of_all_measures(experiment, cell))
     }
 
+    /// Removes rows, traces and counts; room, curves and times stay.
+    pub(super) fn clear(&mut self) {
+        self.rows.clear();
+        self.traces = None;
+        self.fallbacks = 0;
+    }
+
     fn of(rows: Rows) -> Self {
         Self {
             rows,

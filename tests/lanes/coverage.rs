@@ -104,7 +104,7 @@ fn runs_on_faer_or_is_refused(top: &str, settings: &str, more: &str, reason: &st
         assert_eq!(plan.err().as_deref(), Some(reason));
         let worker = Worker::new(&experiment, &experiment.cells[0]).expect("a worker");
         assert!(
-            matches!(worker, Worker::Faer(_)) && worker.stride() == 1,
+            matches!(worker, Worker::Faer(_)) && worker.stride(&experiment.cells[0]) == 1,
             "{reason}"
         );
     }
