@@ -164,6 +164,19 @@ pub(super) struct Buckets {
 /// Numbers that are added to buckets at a time: few enough that the additions to several buckets overlap.
 pub(super) const BUNDLE: usize = 16;
 
+/// As many numbers as there are, and zeros.
+pub(super) type Bundle = [f64; BUNDLE];
+
+/// Numbers in bundles, the last one filled up with zeros; beside each the numbers alone.
+#[inline(always)]
+pub(super) fn bundles<T: Copy + Default>(of: &[T]) -> impl Iterator<Item = ([T; BUNDLE], &[T])> {
+    of.chunks(BUNDLE).map(|numbers| {
+        let mut bundle = [T::default(); BUNDLE];
+        bundle[..numbers.len()].copy_from_slice(numbers);
+        (bundle, numbers)
+    })
+}
+
 impl Buckets {
     /// Mantissas of 53 bits that a sum of 63 bits takes.
     const LIMIT: usize = (1 << 10) - 1;
@@ -177,29 +190,29 @@ impl Buckets {
         }
     }
 
-    /// Adds at most [`BUNDLE`] numbers to what will enter `sum`.
+    /// Adds numbers to what will enter `sum`.
     ///
     /// # Panics
     /// In debug builds, if a number is not finite.
     #[inline(always)]
-    pub(super) fn add(&mut self, terms: &[f64], sum: &mut ExactSum) {
-        debug_assert!(terms.len() <= BUNDLE);
-        if self.count + terms.len() > Self::LIMIT {
+    pub(super) fn add(&mut self, terms: &Bundle, sum: &mut ExactSum) {
+        if self.count + BUNDLE > Self::LIMIT {
             self.empty_into(sum);
         }
-        self.count += terms.len();
+        self.count += BUNDLE;
         let (mut mantissas, mut exponents) = ([0; BUNDLE], [0; BUNDLE]);
-        let (mut lowest, mut highest) = (self.lowest, self.highest);
-        for ((x, mantissa), exponent) in terms.iter().zip(&mut mantissas).zip(&mut exponents) {
-            (*mantissa, *exponent) = parts(*x);
+        for i in 0..BUNDLE {
+            let (mantissa, exponent) = parts(terms[i]);
+            mantissas[i] = mantissa;
             // Zero goes anywhere.
-            *exponent = if *mantissa == 0 { 1023 } else { *exponent };
-            lowest = lowest.min(*exponent);
-            highest = highest.max(*exponent);
+            exponents[i] = if mantissa == 0 { 1023 } else { exponent };
         }
-        (self.lowest, self.highest) = (lowest, highest);
-        for (mantissa, exponent) in mantissas.iter().zip(&exponents).take(terms.len()) {
-            self.sums[exponent & 2047] += mantissa;
+        for i in 0..BUNDLE {
+            self.lowest = self.lowest.min(exponents[i]);
+            self.highest = self.highest.max(exponents[i]);
+        }
+        for i in 0..BUNDLE {
+            self.sums[exponents[i] & 2047] += mantissas[i];
         }
     }
 
@@ -466,8 +479,8 @@ mod tests {
         #[test]
         fn by_buckets_it_is_the_same_sum(terms in prop::collection::vec(finite(), 0..3000)) {
             let (mut buckets, mut by_buckets) = (Buckets::new(), ExactSum::default());
-            for terms in terms.chunks(BUNDLE) {
-                buckets.add(terms, &mut by_buckets);
+            for (terms, _) in bundles(&terms) {
+                buckets.add(&terms, &mut by_buckets);
             }
             buckets.empty_into(&mut by_buckets);
             prop_assert_eq!(bytes(&by_buckets), bytes(&sum(terms)));

@@ -6,7 +6,7 @@
 
 use super::dd::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
-use super::exact_sum::{BUNDLE, Buckets};
+use super::exact_sum::{BUNDLE, Buckets, Bundle, bundles};
 use super::sketch::Others;
 use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM};
 use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
@@ -47,9 +47,10 @@ impl Sample {
             #[inline(always)]
             || {
                 let mut buckets = [(); 4].map(|()| Buckets::new());
-                for bundle in defined.chunks(BUNDLE) {
-                    sample.add_powers(bundle, &mut buckets);
+                for (bundle, numbers) in bundles(&defined) {
+                    sample.add_powers(&bundle, numbers, &mut buckets);
                 }
+                sample.extremes = extremes(&defined);
                 for (sum, buckets) in sample.sums().into_iter().zip(&mut buckets) {
                     buckets.empty_into(sum);
                 }
@@ -59,27 +60,22 @@ impl Sample {
         sample
     }
 
-    /// Adds numbers and their second to fourth powers.
+    /// Adds numbers and their second to fourth powers; zeros at the bundle's end add nothing.
     #[inline(always)]
-    fn add_powers(&mut self, bundle: &[f64], buckets: &mut [Buckets; 4]) {
-        let first = bundle[0];
-        let (mut low, mut high) = self.extremes.unwrap_or((first, first));
-        let count = bundle.len();
+    fn add_powers(&mut self, bundle: &Bundle, numbers: &[f64], buckets: &mut [Buckets; 4]) {
         // High and low part of each power.
         let mut terms = [[0.0; BUNDLE]; 6];
-        let mut check = 0.0;
-        for (i, &x) in bundle.iter().enumerate() {
-            (low, high) = (low.min(x), high.max(x));
-            let [square, cube, fourth] = powers(x);
+        let mut check = [0.0; BUNDLE];
+        for i in 0..BUNDLE {
+            let [square, cube, fourth] = powers(bundle[i]);
             [terms[0][i], terms[1][i]] = [square.0, square.1];
             [terms[2][i], terms[3][i]] = [cube.0, cube.1];
             [terms[4][i], terms[5][i]] = [fourth.0, fourth.1];
-            // A power that is beyond the range leaves NaN.
-            check += (fourth.0 + fourth.1) * 0.0;
+            // 0, but NaN where a power is beyond the range.
+            check[i] = (fourth.0 + fourth.1) * 0.0;
         }
-        self.extremes = Some((low, high));
-        if check != 0.0 {
-            for &x in bundle {
+        if check.iter().sum::<f64>() != 0.0 {
+            for &x in numbers {
                 self.add_far_powers(x, buckets);
             }
             return;
@@ -87,25 +83,27 @@ impl Sample {
         let [sum, sums @ ..] = self.sums();
         let [first, others @ ..] = buckets;
         first.add(bundle, sum);
-        for ((sum, buckets), terms) in sums.into_iter().zip(others).zip(terms.as_chunks::<2>().0) {
-            buckets.add(&terms[0][..count], sum);
-            buckets.add(&terms[1][..count], sum);
+        for ((sum, buckets), [high, low]) in sums.into_iter().zip(others).zip(terms.as_chunks().0) {
+            buckets.add(high, sum);
+            buckets.add(low, sum);
         }
     }
 
     /// The same of one number, whose powers may be beyond the range of doubles: those that are not enter.
     #[cold]
     fn add_far_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
+        let alone = |x: f64| std::array::from_fn(|i| if i == 0 { x } else { 0.0 });
         let powers = powers(x);
         let [sum, sums @ ..] = self.sums();
         let [first, others @ ..] = buckets;
         for ((sum, buckets), (high, low)) in sums.into_iter().zip(others).zip(powers) {
             if high.is_finite() && low.is_finite() {
-                buckets.add(&[high, low], sum);
+                buckets.add(&alone(high), sum);
+                buckets.add(&alone(low), sum);
             }
         }
         if x.is_finite() {
-            first.add(&[x], sum);
+            first.add(&alone(x), sum);
         }
         self.overflowed += u64::from(!finite(powers[2]));
     }
@@ -419,6 +417,18 @@ pub(super) fn largest_share(count: u64, largest: f64, squares: &ExactSum) -> f64
     } else {
         square / sum
     }
+}
+
+/// Smallest and largest of some numbers; `None` where there is none.
+#[inline(always)]
+fn extremes(numbers: &[f64]) -> Option<(f64, f64)> {
+    let first = *numbers.first()?;
+    let (mut low, mut high) = (first, first);
+    for &x in numbers {
+        low = if x < low { x } else { low };
+        high = if high < x { x } else { high };
+    }
+    Some((low, high))
 }
 
 #[inline(always)]

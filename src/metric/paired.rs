@@ -2,7 +2,7 @@
 
 use super::dd::{Dd, powers, product};
 use super::estimate::{Estimate, FEWEST_FOR_SQUARES, ascend, not_negative};
-use super::exact_sum::{BUNDLE, Buckets};
+use super::exact_sum::{BUNDLE, Buckets, bundles};
 use super::moments::{finite, largest_share, sum_fits};
 use super::sketch::Others;
 use super::statistics::DOMINANT_SHARE;
@@ -79,8 +79,8 @@ impl Paired {
             #[inline(always)]
             || {
                 let mut buckets = [(); 5].map(|()| Buckets::new());
-                for bundle in both.chunks(BUNDLE) {
-                    paired.add_powers(bundle, &mut buckets);
+                for (bundle, pairs) in bundles(&both) {
+                    paired.add_powers(&bundle, pairs, &mut buckets);
                 }
                 for (sum, buckets) in paired.sums().into_iter().zip(&mut buckets) {
                     buckets.empty_into(sum);
@@ -105,30 +105,42 @@ impl Paired {
         ]
     }
 
+    /// Adds pairs; zeros at the bundle's end add nothing.
     #[inline(always)]
-    fn add_powers(&mut self, bundle: &[(f64, f64)], buckets: &mut [Buckets; 5]) {
+    fn add_powers(
+        &mut self,
+        bundle: &[(f64, f64); BUNDLE],
+        pairs: &[(f64, f64)],
+        buckets: &mut [Buckets; 5],
+    ) {
         // High and low part of each sum's terms.
         let mut terms = [[[0.0; BUNDLE]; 2]; 5];
-        let (mut count, mut largest) = (0, (self.first.largest, self.second.largest));
-        for &(x, y) in bundle {
-            self.smaller += u64::from(x < y);
-            self.ties += u64::from(x == y);
+        let mut largest = [self.first.largest, self.second.largest];
+        let mut overflowed = 0;
+        for i in 0..BUNDLE {
+            let (x, y) = bundle[i];
             let ([x2, _, x4], [y2, _, y4]) = (powers(x), powers(y));
             let cross = product(x2, y2);
+            let fits = finite(x4) && finite(y4) && finite(cross);
+            overflowed += u64::from(!fits);
             for (terms, (high, low)) in terms.iter_mut().zip([x2, x4, y2, y4, cross]) {
-                [terms[0][count], terms[1][count]] = [high, low];
+                terms[0][i] = if fits { high } else { 0.0 };
+                terms[1][i] = if fits { low } else { 0.0 };
             }
-            if finite(x4) && finite(y4) && finite(cross) {
-                count += 1;
-                largest = (largest.0.max(x.abs()), largest.1.max(y.abs()));
-            } else {
-                self.overflowed += 1;
+            for (largest, x) in largest.iter_mut().zip([x, y]) {
+                let size = if fits { x.abs() } else { 0.0 };
+                *largest = if *largest < size { size } else { *largest };
             }
         }
-        (self.first.largest, self.second.largest) = largest;
+        for (x, y) in pairs {
+            self.smaller += u64::from(x < y);
+            self.ties += u64::from(x == y);
+        }
+        self.overflowed += overflowed;
+        [self.first.largest, self.second.largest] = largest;
         for ((sum, buckets), [high, low]) in self.sums().into_iter().zip(buckets).zip(&terms) {
-            buckets.add(&high[..count], sum);
-            buckets.add(&low[..count], sum);
+            buckets.add(high, sum);
+            buckets.add(low, sum);
         }
     }
 

@@ -107,7 +107,7 @@ pub(super) struct Waiting {
 }
 
 /// Trials that wait at most.
-const WAITING: usize = 128;
+const WAITING: usize = 256;
 
 impl Waiting {
     /// None, for records of K samples.
