@@ -1,26 +1,32 @@
 //! Runs trials of W98 and prints nothing of interest: `.ci/instructions` counts its instructions.
 //!
-//! `cargo run --release --example lane_instructions avx2|portable|faer TRIALS`
+//! `cargo run --release --example lane_instructions avx2|portable|faer|reproduce TRIALS`
 
 use asobench::lanes::Isa;
 use asobench::study::file::ExperimentFile;
 use asobench::study::kernels::W98;
-use asobench::study::{Engine, Experiment, Plan, Trials, Worker};
+use asobench::study::{CellTally, Engine, Experiment, NIKOLOV2023, Plan, Trials, Worker};
+use std::hint::black_box;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
-    let what = arguments.next().ok_or("avx2, portable or faer?")?;
+    let what = arguments
+        .next()
+        .ok_or("avx2, portable, faer or reproduce?")?;
     let count: u64 = arguments.next().ok_or("how many trials?")?.parse()?;
-    let mut file = ExperimentFile::parse(W98)?;
+    let reproduce = what == "reproduce";
+    let text = if reproduce { NIKOLOV2023 } else { W98 };
+    let mut file = ExperimentFile::parse(text)?;
     file.engine = Engine::Faer;
     let experiment = Experiment::new(file)?;
-    let cell = &experiment.cells[0];
+    // The paper's cell with the settings of W98.
+    let cell = &experiment.cells[usize::from(reproduce)];
     let mut worker = if what == "faer" {
         Worker::new(&experiment, cell)?
     } else {
-        let isa: Isa = what.parse()?;
+        let isa: Isa = if reproduce { Isa::Avx2 } else { what.parse()? };
         if !isa.is_here() {
             return Err(format!("{isa} is not on this machine").into());
         }
@@ -30,6 +36,9 @@ fn main() -> Result<()> {
     let mut trials = Trials::new(&experiment, cell);
     trials.rows.reserve(count as usize);
     worker.run_into(0..count, &mut trials);
+    if reproduce {
+        black_box(CellTally::of(&experiment, cell, &mut trials));
+    }
     println!("{} rows, {} fallbacks", trials.rows.len(), trials.fallbacks);
     Ok(())
 }

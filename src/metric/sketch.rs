@@ -3,7 +3,7 @@
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, Z, not_negative};
 use super::quantile::interval_ends;
 use super::{Quantile, Share};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// Largest error of a value taken as the middle of its bin, relative to the value, for normal numbers:
 /// 1024 bins of equal width in every octave. Subnormal numbers have bins of width 2^-1032.
@@ -19,8 +19,8 @@ const INFINITE: i32 = (0x7ff << 10) + 1;
 /// Zero has a bin of its own, as have the infinities; -0 is 0. Counts are integers, so a sketch does not
 /// depend on the order of values or merges. The j-th of the c values of a bin [low, high) is taken to be
 /// `low + (j + 1/2) / c (high - low)`, j = 0 ... c-1.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(into = "Canonical", try_from = "Canonical")]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "Canonical")]
 pub struct Sketch {
     /// Bins with their counts above zero, in ascending order of value.
     bins: Vec<(i32, u64)>,
@@ -378,18 +378,17 @@ impl Among<'_> {
 
 /// A sketch as it is stored: the gap between a bin and the one before (the first: from the lowest bin
 /// there is), and the count.
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 struct Canonical(Vec<(u32, u64)>);
 
-impl From<Sketch> for Canonical {
-    fn from(sketch: Sketch) -> Self {
+impl Serialize for Sketch {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut previous = -INFINITE;
-        let gap = |(bin, count): (i32, u64)| {
+        serializer.collect_seq(self.bins.iter().map(|&(bin, count)| {
             let gap = bin.abs_diff(previous);
             previous = bin;
             (gap, count)
-        };
-        Self(sketch.bins.into_iter().map(gap).collect())
+        }))
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::metric::ascend;
 use crate::real::{MOST_LANES, Real};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 const BINS_PER_OCTAVE_LOG2: u32 = 4;
 const LOWEST_EXPONENT: i32 = -64;
@@ -20,8 +20,8 @@ pub(super) const CURVES_LIMIT: usize = 1 << 30;
 pub const CURVE_BIN_ERROR: f64 = 1.0 / 32.0;
 
 /// Histograms of e_x(k) for the first and the last output of a trial, k = 0 ... K-1.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Sparse", into = "Sparse")]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "Sparse")]
 pub struct Curves {
     horizon: usize,
     counts: Vec<u32>,
@@ -34,13 +34,14 @@ struct Sparse {
     bins: Vec<(u32, u32)>,
 }
 
-impl From<Curves> for Sparse {
-    fn from(curves: Curves) -> Self {
-        let bins = (0..).zip(curves.counts).filter(|(_, count)| *count > 0);
-        Self {
-            horizon: curves.horizon,
-            bins: bins.collect(),
-        }
+impl Serialize for Curves {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let bins = (0..).zip(self.counts.iter().copied());
+        let sparse = Sparse {
+            horizon: self.horizon,
+            bins: bins.filter(|(_, count)| *count > 0).collect(),
+        };
+        sparse.serialize(serializer)
     }
 }
 

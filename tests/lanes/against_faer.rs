@@ -98,7 +98,6 @@ fn compare(case: &Case, count: u64) -> Found {
     };
     let truth = [plant.a(), &plant.h()].concat();
     let (faer, lanes) = (by_faer(&experiment, count), by_lanes(&experiment, count));
-    let outputs = experiment.outputs().len();
     let mut found = Found {
         rows: faer.rows.len(),
         truth: truth.clone(),
@@ -311,9 +310,9 @@ fn a_measure_alone_is_what_it_is_among_all() {
             let settings = "window = 30\nhorizon = 90\neta = 30.0";
             let case = Case::new("alone", 6, &top, settings, super::IV);
             let found = engine(&case.experiment(), 40);
-            for (found, expected) in found.rows.iter().zip(&expected.rows) {
+            for (found, expected) in found.rows.iter().zip(expected.rows.iter()) {
                 let bits = |row: &Row| row[measure].to_bits();
-                assert_eq!(bits(found), bits(expected), "{measure}");
+                assert_eq!(bits(&found), bits(&expected), "{measure}");
             }
         }
     }

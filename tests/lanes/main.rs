@@ -18,7 +18,7 @@ mod widths;
 use asobench::lanes::Isa;
 use asobench::plant::random_stable;
 use asobench::signal::{Purpose, stream};
-use asobench::study::{Curves, Experiment, Trials, file::ExperimentFile};
+use asobench::study::{Experiment, Trials, file::ExperimentFile};
 
 /// The widths of this machine, of those that are asked for.
 fn tested() -> Vec<Isa> {
