@@ -2,7 +2,7 @@
 
 #![expect(unsafe_code, reason = "a global allocator that counts")]
 
-use asobench::study::{Cell, Curves, Engine, Experiment, Measure, Trials, Worker};
+use asobench::study::{Cell, Engine, Experiment, Measure, OutputRows, Trials, Worker};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -46,16 +46,13 @@ fn a_trial_allocates_nothing() {
         for cell in &experiment.cells {
             let mut worker = Worker::new(&experiment, cell).expect("a valid cell");
             assert_eq!(matches!(worker, Worker::Lanes(_)), engine == Engine::Lanes);
-            let mut trials = Trials {
-                curves: Some(Curves::new(cell.horizon)),
-                ..Trials::default()
-            };
+            let mut trials = Trials::new(&experiment, cell);
             let mut run = |from: u64| {
                 trials.rows.clear();
-                trials.parameters.clear();
                 worker.run_into(from..from + 50, &mut trials);
                 assert_eq!(trials.rows.len(), 50 * 5);
-                assert_eq!(trials.parameters.len(), 50 * 5 * 12);
+                let width = |of: &OutputRows| of.parameters().len();
+                assert!(trials.rows.outputs().iter().all(|of| width(of) == 12));
                 trials.fallbacks
             };
             // Long enough to meet ill-conditioned models, whose buffers grow to the longest problem met.

@@ -1,9 +1,10 @@
 //! Same bits for any number of threads, any order of cells, any length of the run.
 
 use asobench::estimator::{Estimator, Method, Output, Pass, Window};
+use asobench::study::file::TrialRule;
 use asobench::study::{
-    Cell, CellTally, Engine, Experiment, Measure, Row, Trial, TrialWriter, Trials, Worker, run,
-    stored_alike,
+    Campaign, Cell, CellTally, Engine, Experiment, Measure, Row, RunOptions, Trial, Trials, Worker,
+    run, stored_alike,
 };
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use std::path::Path;
@@ -24,14 +25,15 @@ fn rows_after(experiment: &Experiment, cell: &Cell, before: &[u64], trial: u64) 
     let by_lanes = matches!(worker, Worker::Lanes(_));
     assert_eq!(by_lanes, experiment.file.engine != Engine::Faer);
     for other in before {
-        worker.run_into(*other..other + 1, &mut Trials::default());
+        worker.run_into(*other..other + 1, &mut Trials::new(experiment, cell));
     }
-    let mut trials = Trials::default();
+    let mut trials = Trials::of_all_measures(experiment, cell);
     worker.run_into(trial..trial + 1, &mut trials);
-    trials.rows
+    trials.rows.iter().collect()
 }
 
-/// Runs into a file; returns its bytes and the cells' tallies.
+/// Runs into a folder in blocks of its own length for each number of threads; returns the bytes of its trials and the
+/// cells' tallies.
 fn bytes(
     experiment: &Experiment,
     trials: u64,
@@ -39,20 +41,22 @@ fn bytes(
     path: &Path,
 ) -> (Vec<u8>, Vec<CellTally>) {
     let stop = AtomicBool::new(false);
-    let mut rows: Vec<Vec<Row>> = vec![Vec::new(); experiment.cells.len()];
+    let options = RunOptions {
+        threads,
+        block: Some(331 / threads as u64),
+        fresh: true,
+        ..RunOptions::default()
+    };
+    let folder = path.parent().expect("a folder");
+    Campaign::open(folder, experiment, TrialRule::Fixed(trials), options)
+        .and_then(|campaign| campaign.run(&stop, |_| (), |_| true, |_| Vec::new()))
+        .expect("a run");
     let mut tallies = vec![CellTally::default(); experiment.cells.len()];
     run(experiment, trials, threads, &stop, |block| {
-        rows[block.span.cell].extend(block.rows);
         tallies[block.span.cell].merge(&block.tally);
         Ok::<(), std::io::Error>(())
     })
     .expect("a run");
-    let mut writer = TrialWriter::create(path, experiment).expect("a writable file");
-    for (cell, mut rows) in rows.into_iter().enumerate() {
-        rows.sort_by_key(|row| (row.trial, row.output));
-        writer.write(cell, &rows).expect("written");
-    }
-    writer.finish().expect("a whole file");
     (std::fs::read(path).expect("the file"), tallies)
 }
 

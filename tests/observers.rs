@@ -152,7 +152,7 @@ fn study(changes: &[&str]) -> Experiment {
 
 fn summary(experiment: &Experiment, index: usize, trials: u64) -> CellSummary {
     let cell = &experiment.cells[index];
-    let mut all = Trials::default();
+    let mut all = Trials::new(experiment, cell);
     Worker::new(experiment, cell)
         .unwrap()
         .run_into(0..trials, &mut all);

@@ -349,7 +349,7 @@ impl<'e> Campaign<'e> {
         let experiment = self.experiment;
         let (blocks, stored) = (&self.blocks, &mut self.stored);
         let rows_or_tally = if keep { Keep::Rows } else { Keep::Tally };
-        let encode = |block: Block| Computed::of(block, blocks);
+        let encode = |block: Block| Computed::of(block, keep, blocks);
         let store = |computed: Computed| {
             let (cell, trials) = (computed.span.cell, computed.span.len());
             let mut watch = Watch::start();
@@ -489,7 +489,7 @@ struct Computed {
 }
 
 impl Computed {
-    fn of(block: Block, blocks: &BlockFolder<'_>) -> Self {
+    fn of(block: Block, keep: bool, blocks: &BlockFolder<'_>) -> Self {
         let mut watch = Watch::start();
         let Block {
             span,
@@ -499,6 +499,7 @@ impl Computed {
         } = block;
         let outputs = tally.outputs.iter();
         let failures = outputs.map(|output| output.outcomes.failed()).sum();
+        let rows = keep.then_some(rows);
         let encoded = blocks.encode(span.clone(), &Content { tally, rows });
         spent.storage += watch.lap();
         Self {

@@ -228,8 +228,8 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
     fn emit(&self, trials: &Range<u64>, to: &mut Trials) {
         let count = (trials.end - trials.start) as usize;
         let plan = &self.plan;
-        let kept = to.rows.measures().to_vec();
-        for (output, rows) in self.outputs.iter().zip(to.rows.at(trials.start)) {
+        let (kept, outputs) = to.rows.next(trials.start);
+        for (output, rows) in self.outputs.iter().zip(outputs) {
             let passes = &self.methods[output.method].done[..=output.pass];
             let pass = &passes[output.pass];
             let known = pass.parameters.bits();
@@ -253,7 +253,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
                 rows.push(flags, not_finite.or(pass.failures[lane]));
             }
             let [values, parameters] = rows.columns();
-            for (column, &measure) in values.iter_mut().zip(&kept) {
+            for (column, &measure) in values.iter_mut().zip(kept) {
                 column.extend_from_slice(&output.values[measure as usize][..count]);
             }
             let n = plan.cell.order;

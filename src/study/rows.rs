@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 /// Rows of trials of one cell, all outputs of each trial. Trials follow each other without a gap.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Rows {
     first: u64,
     measures: Vec<Measure>,
@@ -183,27 +183,26 @@ impl Rows {
         &self.outputs
     }
 
-    /// Where the next trials go, of which this is the first one.
-    pub(super) fn at(&mut self, trial: u64) -> &mut [OutputRows] {
+    /// The measures that are kept, and where the next trials go, of which this is the first one.
+    pub(super) fn next(&mut self, trial: u64) -> (&[Measure], &mut [OutputRows]) {
         if self.is_empty() {
             self.first = trial;
         }
         debug_assert!(trial <= self.trials().end, "trials follow each other");
-        &mut self.outputs
+        (&self.measures, &mut self.outputs)
     }
 
     /// Appends the row of an output of the next trial, its signed errors too where they are wanted.
     pub(super) fn push(&mut self, row: &Row, parameters: &[f64]) {
-        let measures = std::mem::take(&mut self.measures);
-        let output = &mut self.at(row.trial)[row.output];
+        let (measures, outputs) = self.next(row.trial);
+        let output = &mut outputs[row.output];
         output.push(Flags::new(row.unstable, row.unstable_so_far), row.failure);
-        for (column, measure) in output.values.iter_mut().zip(&measures) {
+        for (column, measure) in output.values.iter_mut().zip(measures) {
             column.push(row[*measure]);
         }
         for (column, error) in output.parameters.iter_mut().zip(parameters) {
             column.push(*error);
         }
-        self.measures = measures;
     }
 
     /// One row; measures that are not kept are NaN.

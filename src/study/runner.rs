@@ -48,8 +48,8 @@ impl Span {
 pub struct Block {
     /// The cell and the trials.
     pub span: Span,
-    /// Their rows, where they are kept.
-    pub rows: Option<Rows>,
+    /// Their rows; none where they are not kept.
+    pub rows: Rows,
     /// What is left of them.
     pub tally: CellTally,
     /// Where the time went.
@@ -388,7 +388,7 @@ impl<'a> Shared<'a> {
             end == trials.start || end < trials.end && !self.stopped() && begin.elapsed() < LONGEST
         };
         let (mut tally, mut end) = (CellTally::default(), trials.start);
-        let mut rows = None;
+        let mut rows = Rows::default();
         while goes_on(end) {
             // Rows that are not kept are tallied as soon as they are many.
             let most = match self.keep {
@@ -413,7 +413,7 @@ impl<'a> Shared<'a> {
             }
             room.spent.statistics += watch.lap();
             if self.keep == Keep::Rows {
-                rows = Some(room.rows.take());
+                rows = room.rows.take();
             }
             room.clear();
         }

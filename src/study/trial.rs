@@ -21,6 +21,8 @@ pub struct Trial<'e> {
     scorer: Scorer,
     /// The rows of the last trial.
     rows: Vec<Row>,
+    /// Room for the signed errors of a row.
+    parameters: Vec<f64>,
 }
 
 /// A method's estimator and its passes.
@@ -67,6 +69,7 @@ impl<'e> Trial<'e> {
             methods,
             scorer: Scorer::new(experiment, cell, process)?,
             rows: Vec::new(),
+            parameters: Vec::new(),
         })
     }
 
@@ -79,7 +82,7 @@ impl<'e> Trial<'e> {
     /// Runs a trial and appends what is wanted of it.
     pub fn run_into(&mut self, trial: u64, to: &mut Trials) {
         let (wanted, last) = (self.experiment.file.parameters, self.outputs.len() - 1);
-        let mut parameters = Vec::new();
+        let mut parameters = std::mem::take(&mut self.parameters);
         let spent = self.measure(trial, |row, pass, record, curve| {
             if wanted {
                 parameters.clear();
@@ -94,6 +97,7 @@ impl<'e> Trial<'e> {
                 }
             }
         });
+        self.parameters = parameters;
         to.spent += spent;
     }
 
