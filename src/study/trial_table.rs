@@ -137,7 +137,12 @@ impl<'e> TrialTable<'e> {
         let columns = self.columns(group)?;
         let columns = columns.iter().zip(&self.types);
         let columns = columns.map(|((array, encoding), type_)| {
-            let pages = array_to_columns(array, type_.clone(), self.options, &[*encoding])?;
+            // Ranges of measures tell a reader nothing, and take time.
+            let ranges = !matches!(array.dtype(), ArrowDataType::Float64);
+            let mut options = self.options;
+            options.statistics.min_value = ranges;
+            options.statistics.max_value = ranges;
+            let pages = array_to_columns(array, type_.clone(), options, &[*encoding])?;
             let pages = pages.into_iter().flatten().map(|page| {
                 page.map_err(|error| ParquetError::FeatureNotSupported(error.to_string()))
             });
