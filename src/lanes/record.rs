@@ -5,7 +5,7 @@ use crate::data::ProcessSettings;
 use crate::plant::StateSpace;
 use crate::plant::inlined::simulate;
 use crate::real::{MOST_LANES, Real, Word};
-use crate::signal::noise::{DRAW_PAIRS, Draw};
+use crate::signal::noise::Draw;
 use crate::signal::normal::{radius_square, turn};
 use crate::signal::{
     Input, NoiseFilter, ProcessVariances, Purpose, RandomSigns, Sequence, state_of,
@@ -60,43 +60,30 @@ impl<R: Real> Streams<R> {
     }
 }
 
-/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`], the radii of a block before its angles:
-/// each loop is short enough for a processor to have several rounds of it under way.
+/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`]. The radius of the next pair is made
+/// beside the angle of this one: neither waits for the other.
 struct Normals<R: Real> {
     streams: Streams<R>,
-    radius_squares: [R; DRAW_PAIRS],
-    angles: [R::Word; DRAW_PAIRS],
+    radius_square: R,
+    angle: R::Word,
 }
 
 impl<R: Real> Normals<R> {
     #[inline(always)]
-    fn new(streams: Streams<R>) -> Self {
+    fn new(mut streams: Streams<R>) -> Self {
         Self {
+            radius_square: radius_square(streams.next()),
+            angle: streams.next(),
             streams,
-            radius_squares: [R::zero(); DRAW_PAIRS],
-            angles: [R::Word::splat(0); DRAW_PAIRS],
         }
     }
 }
 
 impl<R: Real> Draw<R> for Normals<R> {
     #[inline(always)]
-    fn begin(&mut self, pairs: usize) {
-        // A variable of its own stays in registers.
-        let mut streams = self.streams;
-        for (radius, angle) in self.radius_squares[..pairs]
-            .iter_mut()
-            .zip(&mut self.angles)
-        {
-            *radius = radius_square(streams.next());
-            *angle = streams.next();
-        }
-        self.streams = streams;
-    }
-
-    #[inline(always)]
-    fn pair(&mut self, index: usize, to: &mut [R]) {
-        let [first, second] = turn(self.radius_squares[index], self.angles[index]);
+    fn pair(&mut self, to: &mut [R]) {
+        let [first, second] = turn(self.radius_square, self.angle);
+        *self = Self::new(self.streams);
         to[0] = first;
         if let Some(last) = to.get_mut(1) {
             *last = second;

@@ -6,7 +6,7 @@ use super::{order, splat};
 use crate::data::Truth;
 use crate::metric::{relative_error, relative_error_as_printed};
 use crate::observer::Gain;
-use crate::plant::inlined::{observe, simulate};
+use crate::plant::inlined::{observe, observe_step, simulate};
 use crate::real::Real;
 use std::ops::Range;
 
@@ -127,6 +127,72 @@ impl<R: Real, const N: usize> Observer<R, N> {
             as_printed: Gathered::new(),
             curve: vec![R::zero(); samples],
         }
+    }
+}
+
+/// An observer on its way through a chunk: what changes from k to k + 1 is a variable of its own, so that it stays in
+/// registers.
+struct Follower<R, const N: usize> {
+    n: usize,
+    a: [R; N],
+    b: [R; N],
+    g: [R; N],
+    x: [R; N],
+    relative: Gathered<R>,
+    as_printed: Gathered<R>,
+    printed: bool,
+    gather: bool,
+}
+
+impl<R: Real, const N: usize> Follower<R, N> {
+    #[inline(always)]
+    fn new(
+        n: usize,
+        pass: &PassPack<R, N>,
+        observer: &Observer<R, N>,
+        printed: bool,
+        gather: bool,
+    ) -> Self {
+        Self {
+            n,
+            a: pass.a,
+            b: pass.b,
+            g: observer.g,
+            x: observer.x,
+            relative: observer.relative,
+            as_printed: observer.as_printed,
+            printed,
+            gather,
+        }
+    }
+
+    /// Gathers the error at x(k), whose size and sum come as their reciprocals; returns e_x(k)^2, NaN where x(k) = 0.
+    #[inline(always)]
+    fn compare(&mut self, x: &[R], size: R, sum: R) -> R {
+        let distance = distance(x, &self.x[..self.n]);
+        let square = distance * size;
+        if self.gather {
+            self.relative.add(square);
+            if self.printed {
+                self.as_printed.add(distance * sum);
+            }
+        }
+        R::select(R::zero().less(size), square, R::splat(f64::NAN))
+    }
+
+    /// From k to k + 1.
+    #[inline(always)]
+    fn step(&mut self, u: R, y: R) {
+        let n = self.n;
+        let Self { a, b, g, x, .. } = self;
+        observe_step(&a[..n], &b[..n], &g[..n], &mut x[..n], u, y);
+    }
+
+    #[inline(always)]
+    fn leave(self, observer: &mut Observer<R, N>) {
+        observer.x = self.x;
+        observer.relative = self.relative;
+        observer.as_printed = self.as_printed;
     }
 }
 
@@ -255,15 +321,21 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         }
     }
 
-    /// Simulates the truth for some k, at most to the next chunk.
-    pub(crate) fn advance(&mut self, record: &Record<R, N>, from: usize) -> Range<usize> {
+    /// Simulates the truth for some k, at most to the next chunk, and runs the first output's observer beside it: their
+    /// recursions, each of which waits for itself, share the time. What other observers need is kept where `KEEP`.
+    pub(crate) fn advance<const KEEP: bool>(
+        &mut self,
+        record: &Record<R, N>,
+        from: usize,
+        pass: &PassPack<R, N>,
+        observer: &mut Observer<R, N>,
+    ) -> Range<usize> {
         let mut to = self.horizon.min(from + CHUNK);
         if from < self.window {
             to = to.min(self.window);
         }
         let (u, f) = (&record.u[from..to], &record.noise()[from..to]);
-        let (window, printed) = (self.window, self.wanted.states_as_printed);
-        let (chunk, x) = (&mut self.chunk, &mut self.x);
+        let (printed, gather) = (self.wanted.states_as_printed, from >= self.window);
         let count = to - from;
         R::run(
             #[inline(always)]
@@ -271,48 +343,62 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                 let n = order::<N>(self.n);
                 let (zero, one) = (R::zero(), R::splat(1.0));
                 let (mut size_count, mut sum_count) = (zero, zero);
-                let (mut of_x, scale, f) = (*x, record.scale, &f[..count]);
+                let (a, b, mut x) = (record.a, record.b, self.x);
+                let (scale, f) = (record.scale, &f[..count]);
+                let chunk = &mut self.chunk;
                 let (y, sizes) = (&mut chunk.y[..count], &mut chunk.sizes[..count]);
                 let (sums, states) = (&mut chunk.sums[..count], &mut chunk.states[..n * count]);
+                let mut follower = Follower::new(n, pass, observer, printed, gather);
+                let curve = &mut observer.curve[..];
                 simulate(
-                    &record.a[..n],
-                    &record.b[..n],
-                    &mut of_x[..n],
+                    &a[..n],
+                    &b[..n],
+                    &mut x[..n],
                     u,
                     #[inline(always)]
                     |k, x| {
-                        y[k] = scale.mul_add(f[k], x[0]);
-                        let to = &mut states[n * k..n * (k + 1)];
+                        let of_y = scale.mul_add(f[k], x[0]);
                         let mut size = zero;
                         for i in 0..n {
-                            to[i] = x[i];
                             size = x[i].mul_add(x[i], size);
                         }
                         let defined = zero.less(size);
-                        sizes[k] = R::select(defined, one / size, zero);
+                        let size = R::select(defined, one / size, zero);
                         size_count = size_count + R::select(defined, one, zero);
+                        let mut sum = zero;
                         if printed {
-                            let mut sum = zero;
                             for i in 0..n {
                                 sum = sum + x[i];
                             }
                             let defined = zero.less(sum);
-                            sums[k] = R::select(defined, one / sum, zero);
+                            sum = R::select(defined, one / sum, zero);
                             sum_count = sum_count + R::select(defined, one, zero);
                         }
+                        if KEEP {
+                            (y[k], sizes[k], sums[k]) = (of_y, size, sum);
+                            for i in 0..n {
+                                states[n * k + i] = x[i];
+                            }
+                        }
+                        let square = follower.compare(x, size, sum);
+                        if let Some(curve) = curve.get_mut(from + k) {
+                            *curve = square;
+                        }
+                        follower.step(u[k], of_y);
                     },
                 );
-                *x = of_x;
-                if from >= window {
+                self.x = x;
+                if gather {
                     self.size_count = self.size_count + size_count;
                     self.sum_count = self.sum_count + sum_count;
                 }
+                follower.leave(observer);
             },
         );
         from..to
     }
 
-    /// Runs an observer through what [`Self::advance`] simulated.
+    /// Runs another output's observer through what [`Self::advance`] kept.
     pub(crate) fn observe(
         &self,
         pass: &PassPack<R, N>,
@@ -322,52 +408,24 @@ impl<R: Real, const N: usize> Scorer<R, N> {
     ) {
         let (from, count) = (k.start, k.len());
         let (u, chunk) = (&record.u[k], &self.chunk);
-        let printed = self.wanted.states_as_printed;
-        let gather = from >= self.window;
-        let Observer {
-            g,
-            x,
-            relative,
-            as_printed,
-            curve,
-        } = observer;
-        let with_curve = !curve.is_empty();
-        let curve = &mut curve[if with_curve { from } else { 0 }..];
+        let (printed, gather) = (self.wanted.states_as_printed, from >= self.window);
         R::run(
             #[inline(always)]
             || {
                 let n = order::<N>(self.n);
-                let (mut of_size, mut of_sum) = (*relative, *as_printed);
-                let (of_g, mut of_x) = (*g, *x);
                 let states = &chunk.states[..n * count];
-                let sizes = &chunk.sizes[..count];
-                observe(
-                    &pass.a[..n],
-                    &pass.b[..n],
-                    &of_g[..n],
-                    &mut of_x[..n],
-                    u,
-                    &chunk.y[..count],
-                    #[inline(always)]
-                    |k, x_hat| {
-                        let distance = distance(&states[n * k..n * (k + 1)], x_hat);
-                        let square = distance * sizes[k];
-                        if gather {
-                            of_size.add(square);
-                            if printed {
-                                of_sum.add(distance * chunk.sums[k]);
-                            }
-                        }
-                        if with_curve {
-                            // Undefined where x(k) = 0.
-                            let defined = R::zero().less(sizes[k]);
-                            curve[k] = R::select(defined, square, R::splat(f64::NAN));
-                        }
-                    },
-                );
-                *x = of_x;
-                *relative = of_size;
-                *as_printed = of_sum;
+                let (y, sizes) = (&chunk.y[..count], &chunk.sizes[..count]);
+                let sums = &chunk.sums[..count];
+                let mut follower = Follower::new(n, pass, observer, printed, gather);
+                let curve = &mut observer.curve[..];
+                for k in 0..count {
+                    let square = follower.compare(&states[n * k..n * (k + 1)], sizes[k], sums[k]);
+                    if let Some(curve) = curve.get_mut(from + k) {
+                        *curve = square;
+                    }
+                    follower.step(u[k], y[k]);
+                }
+                follower.leave(observer);
             },
         );
     }

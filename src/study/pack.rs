@@ -112,11 +112,20 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             let x0 = if self.plan.from_zero { &zero } else { &pass.x0 };
             scorer.start(pass, x0, record, observer);
         }
+        let ([first, others @ ..], [observer, other_observers @ ..]) =
+            (&self.outputs[..], &mut self.observers[..])
+        else {
+            return;
+        };
         let mut k = scorer.begin(record);
         while k < self.plan.cell.horizon {
-            let chunk = scorer.advance(record, k);
+            let chunk = if others.is_empty() {
+                scorer.advance::<false>(record, k, pass_of(first), observer)
+            } else {
+                scorer.advance::<true>(record, k, pass_of(first), observer)
+            };
             k = chunk.end;
-            for (output, observer) in self.outputs.iter().zip(&mut self.observers) {
+            for (output, observer) in others.iter().zip(&mut *other_observers) {
                 scorer.observe(pass_of(output), record, chunk.clone(), observer);
             }
         }
