@@ -5,7 +5,7 @@ use crate::data::ProcessSettings;
 use crate::plant::StateSpace;
 use crate::plant::inlined::simulate;
 use crate::real::{MOST_LANES, Real, Word};
-use crate::signal::noise::Draw;
+use crate::signal::noise::{DRAW_PAIRS, Draw};
 use crate::signal::normal::{radius_square, turn};
 use crate::signal::{
     Input, NoiseFilter, ProcessVariances, Purpose, RandomSigns, Sequence, state_of,
@@ -60,15 +60,59 @@ impl<R: Real> Streams<R> {
     }
 }
 
-/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`]. The radius of the next pair is made
-/// beside the angle of this one: neither waits for the other.
+/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`], the radii of a block before its angles:
+/// each loop is short enough for a processor to have several rounds of it under way.
 struct Normals<R: Real> {
+    streams: Streams<R>,
+    radius_squares: [R; DRAW_PAIRS],
+    angles: [R::Word; DRAW_PAIRS],
+}
+
+impl<R: Real> Normals<R> {
+    #[inline(always)]
+    fn new(streams: Streams<R>) -> Self {
+        Self {
+            streams,
+            radius_squares: [R::zero(); DRAW_PAIRS],
+            angles: [R::Word::splat(0); DRAW_PAIRS],
+        }
+    }
+}
+
+impl<R: Real> Draw<R> for Normals<R> {
+    #[inline(always)]
+    fn begin(&mut self, pairs: usize) {
+        // A variable of its own stays in registers.
+        let mut streams = self.streams;
+        for (radius, angle) in self.radius_squares[..pairs]
+            .iter_mut()
+            .zip(&mut self.angles)
+        {
+            *radius = radius_square(streams.next());
+            *angle = streams.next();
+        }
+        self.streams = streams;
+    }
+
+    #[inline(always)]
+    fn pair(&mut self, index: usize, to: &mut [R]) {
+        let [first, second] = turn(self.radius_squares[index], self.angles[index]);
+        to[0] = first;
+        if let Some(last) = to.get_mut(1) {
+            *last = second;
+        }
+    }
+}
+
+/// The same numbers, the radius of the next pair beside the angle of this one: neither waits for the other, but the
+/// constants of both are at hand at once.
+struct OneAhead<R: Real> {
     streams: Streams<R>,
     radius_square: R,
     angle: R::Word,
 }
 
-impl<R: Real> Normals<R> {
+impl<R: Real> OneAhead<R> {
     #[inline(always)]
     fn new(mut streams: Streams<R>) -> Self {
         Self {
@@ -79,9 +123,12 @@ impl<R: Real> Normals<R> {
     }
 }
 
-impl<R: Real> Draw<R> for Normals<R> {
+impl<R: Real> Draw<R> for OneAhead<R> {
     #[inline(always)]
-    fn pair(&mut self, to: &mut [R]) {
+    fn begin(&mut self, _: usize) {}
+
+    #[inline(always)]
+    fn pair(&mut self, _: usize, to: &mut [R]) {
         let [first, second] = turn(self.radius_square, self.angle);
         *self = Self::new(self.streams);
         to[0] = first;
@@ -174,7 +221,11 @@ impl<R: Real, const N: usize> Record<R, N> {
             || {
                 Normals::new(start).fill(&mut v[..memory]);
                 source.noise.start(&mut v[..memory]);
-                source.noise.colour_as_drawn(v, Normals::new(drive));
+                if R::REGISTERS < 32 {
+                    source.noise.colour_as_drawn(v, Normals::new(drive));
+                } else {
+                    source.noise.colour_as_drawn(v, OneAhead::new(drive));
+                }
             },
         );
         self.simulate();

@@ -128,71 +128,45 @@ impl<R: Real, const N: usize> Observer<R, N> {
             curve: vec![R::zero(); samples],
         }
     }
-}
 
-/// An observer on its way through a chunk: what changes from k to k + 1 is a variable of its own, so that it stays in
-/// registers.
-struct Follower<R, const N: usize> {
-    n: usize,
-    a: [R; N],
-    b: [R; N],
-    g: [R; N],
-    x: [R; N],
-    relative: Gathered<R>,
-    as_printed: Gathered<R>,
-    printed: bool,
-    gather: bool,
-}
-
-impl<R: Real, const N: usize> Follower<R, N> {
     #[inline(always)]
-    fn new(
-        n: usize,
-        pass: &PassPack<R, N>,
-        observer: &Observer<R, N>,
-        printed: bool,
-        gather: bool,
-    ) -> Self {
-        Self {
-            n,
-            a: pass.a,
-            b: pass.b,
-            g: observer.g,
-            x: observer.x,
-            relative: observer.relative,
-            as_printed: observer.as_printed,
+    fn gathering(&self, printed: bool, counts: bool) -> Gathering<R> {
+        Gathering {
+            relative: self.relative,
+            as_printed: self.as_printed,
             printed,
-            gather,
+            counts,
         }
     }
+}
 
-    /// Gathers the error at x(k), whose size and sum come as their reciprocals; returns e_x(k)^2, NaN where x(k) = 0.
+/// What an observer gathers, in variables of their own on the way through a chunk, so that they stay in registers.
+struct Gathering<R> {
+    relative: Gathered<R>,
+    as_printed: Gathered<R>,
+    /// Whether errors as printed are wanted.
+    printed: bool,
+    /// Whether the window is behind.
+    counts: bool,
+}
+
+impl<R: Real> Gathering<R> {
+    /// Gathers the error at x(k), whose size and sum come as their reciprocals, and puts e_x(k)^2 where it is kept.
     #[inline(always)]
-    fn compare(&mut self, x: &[R], size: R, sum: R) -> R {
-        let distance = distance(x, &self.x[..self.n]);
+    fn add(&mut self, x: &[R], x_hat: &[R], size: R, sum: R, curve: Option<&mut R>) {
+        let distance = distance(x, x_hat);
         let square = distance * size;
-        if self.gather {
+        if self.counts {
             self.relative.add(square);
             if self.printed {
                 self.as_printed.add(distance * sum);
             }
         }
-        R::select(R::zero().less(size), square, R::splat(f64::NAN))
-    }
-
-    /// From k to k + 1.
-    #[inline(always)]
-    fn step(&mut self, u: R, y: R) {
-        let n = self.n;
-        let Self { a, b, g, x, .. } = self;
-        observe_step(&a[..n], &b[..n], &g[..n], &mut x[..n], u, y);
-    }
-
-    #[inline(always)]
-    fn leave(self, observer: &mut Observer<R, N>) {
-        observer.x = self.x;
-        observer.relative = self.relative;
-        observer.as_printed = self.as_printed;
+        if let Some(curve) = curve {
+            // Undefined where x(k) = 0.
+            let defined = R::zero().less(size);
+            *curve = R::select(defined, square, R::splat(f64::NAN));
+        }
     }
 }
 
@@ -321,8 +295,12 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         }
     }
 
-    /// Simulates the truth for some k, at most to the next chunk, and runs the first output's observer beside it: their
-    /// recursions, each of which waits for itself, share the time. What other observers need is kept where `KEEP`.
+    /// Whether the first output's observer runs beside the truth: their recursions, each of which waits for itself,
+    /// share the time, but 16 registers do not hold both.
+    pub(crate) const BESIDE: bool = R::REGISTERS >= 32;
+
+    /// Simulates the truth for some k, at most to the next chunk, with the first output's observer where
+    /// [`Self::BESIDE`]. What [`Self::observe`] needs is kept where `KEEP`.
     pub(crate) fn advance<const KEEP: bool>(
         &mut self,
         record: &Record<R, N>,
@@ -343,16 +321,18 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                 let n = order::<N>(self.n);
                 let (zero, one) = (R::zero(), R::splat(1.0));
                 let (mut size_count, mut sum_count) = (zero, zero);
-                let (a, b, mut x) = (record.a, record.b, self.x);
+                let (mut x, mut of_x) = (self.x, observer.x);
                 let (scale, f) = (record.scale, &f[..count]);
                 let chunk = &mut self.chunk;
                 let (y, sizes) = (&mut chunk.y[..count], &mut chunk.sizes[..count]);
                 let (sums, states) = (&mut chunk.sums[..count], &mut chunk.states[..n * count]);
-                let mut follower = Follower::new(n, pass, observer, printed, gather);
+                let (a, b, g) = (&pass.a[..n], &pass.b[..n], &observer.g[..n]);
+                let x_hat = &mut of_x[..n];
+                let mut gathering = observer.gathering(printed, gather);
                 let curve = &mut observer.curve[..];
                 simulate(
-                    &a[..n],
-                    &b[..n],
+                    &record.a[..n],
+                    &record.b[..n],
                     &mut x[..n],
                     u,
                     #[inline(always)]
@@ -375,16 +355,19 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                             sum_count = sum_count + R::select(defined, one, zero);
                         }
                         if KEEP {
-                            (y[k], sizes[k], sums[k]) = (of_y, size, sum);
+                            (y[k], sizes[k]) = (of_y, size);
+                            if printed {
+                                sums[k] = sum;
+                            }
+                            let to = &mut states[n * k..n * (k + 1)];
                             for i in 0..n {
-                                states[n * k + i] = x[i];
+                                to[i] = x[i];
                             }
                         }
-                        let square = follower.compare(x, size, sum);
-                        if let Some(curve) = curve.get_mut(from + k) {
-                            *curve = square;
+                        if Self::BESIDE {
+                            gathering.add(x, x_hat, size, sum, curve.get_mut(from + k));
+                            observe_step(a, b, g, x_hat, u[k], of_y);
                         }
-                        follower.step(u[k], of_y);
                     },
                 );
                 self.x = x;
@@ -392,13 +375,17 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                     self.size_count = self.size_count + size_count;
                     self.sum_count = self.sum_count + sum_count;
                 }
-                follower.leave(observer);
+                if Self::BESIDE {
+                    observer.x = of_x;
+                    (observer.relative, observer.as_printed) =
+                        (gathering.relative, gathering.as_printed);
+                }
             },
         );
         from..to
     }
 
-    /// Runs another output's observer through what [`Self::advance`] kept.
+    /// Runs an observer through what [`Self::advance`] kept.
     pub(crate) fn observe(
         &self,
         pass: &PassPack<R, N>,
@@ -413,19 +400,27 @@ impl<R: Real, const N: usize> Scorer<R, N> {
             #[inline(always)]
             || {
                 let n = order::<N>(self.n);
+                let (of_g, mut of_x) = (observer.g, observer.x);
                 let states = &chunk.states[..n * count];
-                let (y, sizes) = (&chunk.y[..count], &chunk.sizes[..count]);
-                let sums = &chunk.sums[..count];
-                let mut follower = Follower::new(n, pass, observer, printed, gather);
+                let (sizes, sums) = (&chunk.sizes[..count], &chunk.sums[..count]);
+                let mut gathering = observer.gathering(printed, gather);
                 let curve = &mut observer.curve[..];
-                for k in 0..count {
-                    let square = follower.compare(&states[n * k..n * (k + 1)], sizes[k], sums[k]);
-                    if let Some(curve) = curve.get_mut(from + k) {
-                        *curve = square;
-                    }
-                    follower.step(u[k], y[k]);
-                }
-                follower.leave(observer);
+                observe(
+                    &pass.a[..n],
+                    &pass.b[..n],
+                    &of_g[..n],
+                    &mut of_x[..n],
+                    u,
+                    &chunk.y[..count],
+                    #[inline(always)]
+                    |k, x_hat| {
+                        let x = &states[n * k..n * (k + 1)];
+                        gathering.add(x, x_hat, sizes[k], sums[k], curve.get_mut(from + k));
+                    },
+                );
+                observer.x = of_x;
+                (observer.relative, observer.as_printed) =
+                    (gathering.relative, gathering.as_printed);
             },
         );
     }

@@ -168,24 +168,35 @@ fn predict<R: Real>(d: &[f64], v: &[R], k: usize) -> R {
 
 /// Makes a sequence of numbers in order, two at a time.
 pub(crate) trait Draw<R> {
-    /// The next two numbers; only the first where the sequence ends.
-    fn pair(&mut self, to: &mut [R]);
+    /// Begins the next pairs, at most [`DRAW_PAIRS`].
+    fn begin(&mut self, pairs: usize);
+
+    /// The numbers of one of these pairs; only the first where the sequence ends.
+    fn pair(&mut self, index: usize, to: &mut [R]);
 
     /// The whole sequence.
     #[inline(always)]
     fn fill(&mut self, to: &mut [R]) {
-        for pair in to.chunks_mut(2) {
-            self.pair(pair);
+        for block in to.chunks_mut(2 * DRAW_PAIRS) {
+            self.begin(block.len().div_ceil(2));
+            for (i, pair) in block.chunks_mut(2).enumerate() {
+                self.pair(i, pair);
+            }
         }
     }
 }
+
+/// Pairs that are begun together.
+pub(crate) const DRAW_PAIRS: usize = 16;
 
 /// What is there already.
 struct Drawn;
 
 impl Draw<f64> for Drawn {
     #[inline(always)]
-    fn pair(&mut self, _: &mut [f64]) {}
+    fn begin(&mut self, _: usize) {}
+    #[inline(always)]
+    fn pair(&mut self, _: usize, _: &mut [f64]) {}
 }
 
 /// `v(k) <- w(k) - sum_i d_i v(k-i)` for all k from `from` on: [`predict`] with the past in registers.
@@ -207,15 +218,18 @@ fn recur<const P: usize, R: Real>(d: &[f64], v: &mut [R], from: usize, mut draw:
         }
         past[0] = *v;
     };
-    let (pairs, last) = v[from..].as_chunks_mut::<2>();
-    for pair in pairs {
-        draw.pair(pair);
-        step(&mut pair[0]);
-        step(&mut pair[1]);
-    }
-    if let [single] = last {
-        draw.pair(std::slice::from_mut(single));
-        step(single);
+    for block in v[from..].chunks_mut(2 * DRAW_PAIRS) {
+        draw.begin(block.len().div_ceil(2));
+        let (pairs, last) = block.as_chunks_mut::<2>();
+        for (i, pair) in pairs.iter_mut().enumerate() {
+            draw.pair(i, pair);
+            step(&mut pair[0]);
+            step(&mut pair[1]);
+        }
+        if let [single] = last {
+            draw.pair(pairs.len(), std::slice::from_mut(single));
+            step(single);
+        }
     }
 }
 
