@@ -21,6 +21,8 @@ pub trait Real:
 {
     /// Numbers in a pack.
     const LANES: usize;
+    /// Packs that registers hold, which decides how much a loop should do at once.
+    const REGISTERS: usize;
     /// What a comparison gives.
     type Mask: Mask;
     /// The same bits as integers.
@@ -172,6 +174,7 @@ pub fn with_fma<T>(kernel: impl FnOnce() -> T) -> T {
 
 impl Real for f64 {
     const LANES: usize = 1;
+    const REGISTERS: usize = 16;
     type Mask = bool;
     type Word = u64;
 

@@ -253,20 +253,26 @@ fn condition_by<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R
     (norm * inverse_norm.maximum(pivot_inverse)).maximum(schur_norm * schur_inverse)
 }
 
-/// The condition number of all lanes, by inverses without pivots; see [`condition_by`].
-#[inline(always)]
+/// The condition number of all lanes, by inverses without pivots; see [`condition_by`]. A function of its own: most
+/// solves do without its matrices, 28 KB of stack.
+#[inline(never)]
 pub(super) fn condition<R: Real, const N: usize>(of: &Information<R, N>) -> R {
-    let Ok(by) = Inverses::of(
-        of,
+    R::run(
         #[inline(always)]
-        |n, a| {
-            for k in 0..n {
-                eliminate(n, k, a);
-            }
-            Ok::<(), Infallible>(())
+        || {
+            let Ok(by) = Inverses::of(
+                of,
+                #[inline(always)]
+                |n, a| {
+                    for k in 0..n {
+                        eliminate(n, k, a);
+                    }
+                    Ok::<(), Infallible>(())
+                },
+            );
+            condition_by(of, &by)
         },
-    );
-    condition_by(of, &by)
+    )
 }
 
 /// One lane with pivots, its condition number and its failure.

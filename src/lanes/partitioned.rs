@@ -10,6 +10,7 @@ use super::information::Information;
 use super::{Square, each, inverses};
 use crate::estimator::solver::condition::rank_limit;
 use crate::real::{Mask, Real, Word};
+use std::hint::black_box;
 
 /// Eliminations whose multipliers sum up to more are done again with pivots: they lose up to as many digits.
 const LARGEST_MULTIPLIERS: f64 = 256.0;
@@ -43,6 +44,8 @@ pub(crate) struct Triangles<R, const N: usize> {
     multipliers: [R; 2],
     /// A power of two, which y is multiplied by.
     unit: R,
+    /// The largest row sum of `|G21|` and `|G22|`.
+    input_norm: R,
 }
 
 /// A row that is being eliminated, with its right-hand side.
@@ -98,6 +101,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
             sums: pair,
             multipliers: [R::zero(); 2],
             unit: R::splat(1.0),
+            input_norm: R::zero(),
         }
     }
 
@@ -108,6 +112,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
         let one = R::splat(1.0);
         let [g11, _, g21, g22] = &of.g;
         self.unit = unit(g22[0][0], g11[0][0]);
+        self.input_norm = norm(n, [g21, g22], self.unit);
         self.multipliers[0] = R::zero();
         each::<N>(
             n,
@@ -150,10 +155,12 @@ impl<R: Real, const N: usize> Triangles<R, N> {
                 sum: one,
                 multipliers: self.multipliers[1],
             };
+            // The top is read where it is: taken out of the loop it would be copied, since no register is free.
+            let top = black_box(&*self);
             each::<N>(
                 n,
                 #[inline(always)]
-                |k| row.eliminate_left(n, k, self),
+                |k| row.eliminate_left(n, k, top),
             );
             self.bottom[i] = row.right;
             self.keep(1, i, &row);
@@ -188,55 +195,41 @@ impl<R: Real, const N: usize> Triangles<R, N> {
         self.multipliers[half] = row.multipliers;
     }
 
-    /// p1 and p2 by `U (p2, p1) = L^-1 (r2, r1)`.
+    /// p1 and p2 by `U (p2, p1) = L^-1 (r2, r1)`, and beside them a bound on `|| G^-1 ||`, rows summed: `|U^-1| |L^-1|`
+    /// with the triangles' off-diagonal entries taken as negative.
     #[inline(always)]
-    fn parameters(&self, n: usize) -> [[R; N]; 2] {
+    fn substitute(&self, n: usize) -> ([[R; N]; 2], R) {
         let [mut p2, mut p1] = self.r;
+        let [mut sums2, mut sums1] = self.sums;
+        let mut largest = R::zero();
         for i in (0..n).rev() {
             p1[i] = p1[i] * self.inverse[1][i];
+            sums1[i] = sums1[i] * self.inverse[1][i].abs();
+            largest = larger(largest, sums1[i]);
             for j in 0..i {
-                p1[j] = self.bottom[j][i].neg_mul_add(p1[i], p1[j]);
+                let u = self.bottom[j][i];
+                p1[j] = u.neg_mul_add(p1[i], p1[j]);
+                sums1[j] = u.abs().mul_add(sums1[i], sums1[j]);
             }
         }
         for i in 0..n {
             for j in 0..n {
-                p2[j] = self.top[1][j][i].neg_mul_add(p1[i], p2[j]);
+                let u = self.top[1][j][i];
+                p2[j] = u.neg_mul_add(p1[i], p2[j]);
+                sums2[j] = u.abs().mul_add(sums1[i], sums2[j]);
             }
         }
         for i in (0..n).rev() {
             p2[i] = p2[i] * self.inverse[0][i];
+            sums2[i] = sums2[i] * self.inverse[0][i].abs();
+            largest = larger(largest, sums2[i]);
             for j in 0..i {
-                p2[j] = self.top[0][j][i].neg_mul_add(p2[i], p2[j]);
+                let u = self.top[0][j][i];
+                p2[j] = u.neg_mul_add(p2[i], p2[j]);
+                sums2[j] = u.abs().mul_add(sums2[i], sums2[j]);
             }
         }
-        [p1, scaled(n, &p2, R::splat(1.0) / self.unit)]
-    }
-
-    /// A bound on `|| G^-1 ||`, rows summed: `|U^-1| |L^-1|` with the triangles' off-diagonal entries taken as negative.
-    #[inline(always)]
-    fn inverse_bound(&self, n: usize) -> R {
-        let [mut top, mut bottom] = self.sums;
-        let mut largest = R::zero();
-        for i in (0..n).rev() {
-            bottom[i] = bottom[i] * self.inverse[1][i].abs();
-            largest = larger(largest, bottom[i]);
-            for j in 0..i {
-                bottom[j] = self.bottom[j][i].abs().mul_add(bottom[i], bottom[j]);
-            }
-        }
-        for i in 0..n {
-            for j in 0..n {
-                top[j] = self.top[1][j][i].abs().mul_add(bottom[i], top[j]);
-            }
-        }
-        for i in (0..n).rev() {
-            top[i] = top[i] * self.inverse[0][i].abs();
-            largest = larger(largest, top[i]);
-            for j in 0..i {
-                top[j] = self.top[0][j][i].abs().mul_add(top[i], top[j]);
-            }
-        }
-        largest
+        ([p1, scaled(n, &p2, R::splat(1.0) / self.unit)], largest)
     }
 }
 
@@ -246,21 +239,17 @@ fn larger<R: Real>(x: R, y: R) -> R {
     R::select(x.less(y), y, x)
 }
 
-/// `|| G ||`, rows summed, in the triangles' units.
+/// The largest row sum of `|left| unit + |right|`.
 #[inline(always)]
-fn norm<R: Real, const N: usize>(of: &Information<R, N>, unit: R) -> R {
-    let n = of.order();
+fn norm<R: Real, const N: usize>(n: usize, [left, right]: [&Square<R, N>; 2], unit: R) -> R {
     let mut largest = R::zero();
-    for half in 0..2 {
-        for i in 0..n {
-            let (mut left, mut right) = (R::zero(), R::zero());
-            for j in 0..n {
-                left = left + of.g[2 * half][i][j].abs();
-                right = right + of.g[2 * half + 1][i][j].abs();
-            }
-            let sum = left.mul_add(unit, right);
-            largest = larger(largest, if half == 0 { sum * unit } else { sum });
+    for i in 0..n {
+        let (mut of_left, mut of_right) = (R::zero(), R::zero());
+        for j in 0..n {
+            of_left = of_left + left[i][j].abs();
+            of_right = of_right + right[i][j].abs();
         }
+        largest = larger(largest, of_left.mul_add(unit, of_right));
     }
     largest
 }
@@ -295,7 +284,7 @@ pub(crate) fn solve<R: Real, const N: usize>(
 ) -> (Parameters<R, N>, R::Mask) {
     let n = of.order();
     by.eliminate_output(of);
-    let p = by.parameters(n);
+    let (p, inverse_bound) = by.substitute(n);
     let tame = by.multipliers[1].at_most(R::splat(LARGEST_MULTIPLIERS));
     // Half the rank rule's limit: what is nearer is judged alone.
     let limit = R::splat(0.5 / rank_limit(n));
@@ -303,7 +292,9 @@ pub(crate) fn solve<R: Real, const N: usize>(
         let condition = inverses::condition(of);
         (condition, condition.less(limit))
     } else {
-        let bound = norm(of, by.unit) * by.inverse_bound(n);
+        let [g11, g12, ..] = &of.g;
+        let of_output = norm(n, [g11, g12], by.unit) * by.unit;
+        let bound = larger(of_output, by.input_norm) * inverse_bound;
         let mut regular = bound.less(R::splat(SURELY_REGULAR));
         if (!regular).any() {
             regular = regular | inverses::condition(of).less(limit);

@@ -120,6 +120,40 @@ impl<R: Real> Draw<R> for Normals<R> {
     }
 }
 
+/// The same numbers, the radius of the next pair beside the angle of this one: neither waits for the other, but the
+/// constants of both are at hand at once.
+struct OneAhead<R: Real> {
+    streams: Streams<R>,
+    radius_square: R,
+    angle: R::Word,
+}
+
+impl<R: Real> OneAhead<R> {
+    #[inline(always)]
+    fn new(mut streams: Streams<R>) -> Self {
+        Self {
+            radius_square: radius_square(streams.next()),
+            angle: streams.next(),
+            streams,
+        }
+    }
+}
+
+impl<R: Real> Draw<R> for OneAhead<R> {
+    #[inline(always)]
+    fn begin(&mut self, _: usize) {}
+
+    #[inline(always)]
+    fn pair(&mut self, _: usize, to: &mut [R]) {
+        let [first, second] = turn(self.radius_square, self.angle);
+        *self = Self::new(self.streams);
+        to[0] = first;
+        if let Some(last) = to.get_mut(1) {
+            *last = second;
+        }
+    }
+}
+
 /// Records of one cell's trials: the window, and what the rest follows from.
 pub(crate) struct Record<R, const N: usize> {
     n: usize,
@@ -192,7 +226,11 @@ impl<R: Real, const N: usize> Record<R, N> {
             || {
                 Normals::new(start).fill(&mut v[..memory]);
                 source.noise.start(&mut v[..memory]);
-                source.noise.colour_as_drawn(v, Normals::new(drive));
+                if R::REGISTERS < 32 {
+                    source.noise.colour_as_drawn(v, Normals::new(drive));
+                } else {
+                    source.noise.colour_as_drawn(v, OneAhead::new(drive));
+                }
             },
         );
         self.simulate();

@@ -6,7 +6,7 @@ use super::{order, splat};
 use crate::data::Truth;
 use crate::metric::{relative_error, relative_error_as_printed};
 use crate::observer::Gain;
-use crate::plant::inlined::{observe, simulate};
+use crate::plant::inlined::{observe, observe_step, simulate};
 use crate::real::Real;
 use std::ops::Range;
 
@@ -134,6 +134,57 @@ impl<R: Real, const N: usize> Observer<R, N> {
             as_printed: Gathered::new(),
             absolute: R::zero(),
             curve: vec![R::zero(); samples],
+        }
+    }
+
+    #[inline(always)]
+    fn gathering(&self, wanted: Wanted, counts: bool) -> Gathering<R> {
+        Gathering {
+            relative: self.relative,
+            as_printed: self.as_printed,
+            absolute: self.absolute,
+            wanted,
+            counts,
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, gathering: &Gathering<R>) {
+        self.relative = gathering.relative;
+        self.as_printed = gathering.as_printed;
+        self.absolute = gathering.absolute;
+    }
+}
+
+/// What an observer gathers, in variables of their own on the way through a chunk, so that they stay in registers.
+struct Gathering<R> {
+    relative: Gathered<R>,
+    as_printed: Gathered<R>,
+    absolute: R,
+    wanted: Wanted,
+    /// Whether the window is behind.
+    counts: bool,
+}
+
+impl<R: Real> Gathering<R> {
+    /// Gathers the error at x(k), whose size and sum come as their reciprocals, and puts e_x(k)^2 where it is kept.
+    #[inline(always)]
+    fn add(&mut self, x: &[R], x_hat: &[R], size: R, sum: R, curve: Option<&mut R>) {
+        let distance = distance(x, x_hat);
+        let square = distance * size;
+        if self.counts {
+            self.relative.add(square);
+            if self.wanted.states_as_printed {
+                self.as_printed.add(distance * sum);
+            }
+            if self.wanted.states_absolute {
+                self.absolute = self.absolute + distance;
+            }
+        }
+        if let Some(curve) = curve {
+            // Undefined where x(k) = 0.
+            let defined = R::zero().less(size);
+            *curve = R::select(defined, square, R::splat(f64::NAN));
         }
     }
 }
@@ -264,64 +315,96 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         }
     }
 
-    /// Simulates the truth for some k, at most to the next chunk.
-    pub(crate) fn advance(&mut self, record: &Record<R, N>, from: usize) -> Range<usize> {
+    /// Whether the first output's observer runs beside the truth: their recursions, each of which waits for itself,
+    /// share the time, but 16 registers do not hold both.
+    pub(crate) const BESIDE: bool = R::REGISTERS >= 32;
+
+    /// Simulates the truth for some k, at most to the next chunk, with the first output's observer where
+    /// [`Self::BESIDE`]. What [`Self::observe`] needs is kept where `KEEP`.
+    pub(crate) fn advance<const KEEP: bool>(
+        &mut self,
+        record: &Record<R, N>,
+        from: usize,
+        pass: &PassPack<R, N>,
+        observer: &mut Observer<R, N>,
+    ) -> Range<usize> {
         let mut to = self.horizon.min(from + CHUNK);
         if from < self.window {
             to = to.min(self.window);
         }
         let (u, f) = (&record.u[from..to], &record.noise()[from..to]);
-        let (window, printed) = (self.window, self.wanted.states_as_printed);
-        let (chunk, x) = (&mut self.chunk, &mut self.x);
-        let count = to - from;
+        let (wanted, gather) = (self.wanted, from >= self.window);
+        let (printed, count) = (wanted.states_as_printed, to - from);
         R::run(
             #[inline(always)]
             || {
                 let n = order::<N>(self.n);
                 let (zero, one) = (R::zero(), R::splat(1.0));
                 let (mut size_count, mut sum_count) = (zero, zero);
-                let (mut of_x, scale, f) = (*x, record.scale, &f[..count]);
+                let (mut x, mut of_x) = (self.x, observer.x);
+                let (scale, f) = (record.scale, &f[..count]);
+                let chunk = &mut self.chunk;
                 let (y, sizes) = (&mut chunk.y[..count], &mut chunk.sizes[..count]);
                 let (sums, states) = (&mut chunk.sums[..count], &mut chunk.states[..n * count]);
+                let (a, b, g) = (&pass.a[..n], &pass.b[..n], &observer.g[..n]);
+                let x_hat = &mut of_x[..n];
+                let mut gathering = observer.gathering(wanted, gather);
+                let curve = &mut observer.curve[..];
                 simulate(
                     &record.a[..n],
                     &record.b[..n],
-                    &mut of_x[..n],
+                    &mut x[..n],
                     u,
                     #[inline(always)]
                     |k, x| {
-                        y[k] = scale.mul_add(f[k], x[0]);
-                        let to = &mut states[n * k..n * (k + 1)];
+                        let of_y = scale.mul_add(f[k], x[0]);
                         let mut size = zero;
                         for i in 0..n {
-                            to[i] = x[i];
                             size = x[i].mul_add(x[i], size);
                         }
                         let defined = zero.less(size);
-                        sizes[k] = R::select(defined, one / size, zero);
+                        let size = R::select(defined, one / size, zero);
                         size_count = size_count + R::select(defined, one, zero);
+                        let mut sum = zero;
                         if printed {
-                            let mut sum = zero;
                             for i in 0..n {
                                 sum = sum + x[i];
                             }
                             let defined = zero.less(sum);
-                            sums[k] = R::select(defined, one / sum, zero);
+                            sum = R::select(defined, one / sum, zero);
                             sum_count = sum_count + R::select(defined, one, zero);
+                        }
+                        if KEEP {
+                            (y[k], sizes[k]) = (of_y, size);
+                            if printed {
+                                sums[k] = sum;
+                            }
+                            let to = &mut states[n * k..n * (k + 1)];
+                            for (to, x) in to.iter_mut().zip(x) {
+                                *to = *x;
+                            }
+                        }
+                        if Self::BESIDE {
+                            gathering.add(x, x_hat, size, sum, curve.get_mut(from + k));
+                            observe_step(a, b, g, x_hat, u[k], of_y);
                         }
                     },
                 );
-                *x = of_x;
-                if from >= window {
+                self.x = x;
+                if gather {
                     self.size_count = self.size_count + size_count;
                     self.sum_count = self.sum_count + sum_count;
+                }
+                if Self::BESIDE {
+                    observer.x = of_x;
+                    observer.keep(&gathering);
                 }
             },
         );
         from..to
     }
 
-    /// Runs an observer through what [`Self::advance`] simulated.
+    /// Runs an observer through what [`Self::advance`] kept.
     pub(crate) fn observe(
         &self,
         pass: &PassPack<R, N>,
@@ -331,30 +414,16 @@ impl<R: Real, const N: usize> Scorer<R, N> {
     ) {
         let (from, count) = (k.start, k.len());
         let (u, chunk) = (&record.u[k], &self.chunk);
-        let Wanted {
-            states_as_printed,
-            states_absolute,
-            ..
-        } = self.wanted;
-        let gather = from >= self.window;
-        let Observer {
-            g,
-            x,
-            relative,
-            as_printed,
-            absolute,
-            curve,
-        } = observer;
-        let with_curve = !curve.is_empty();
-        let curve = &mut curve[if with_curve { from } else { 0 }..];
+        let (wanted, gather) = (self.wanted, from >= self.window);
         R::run(
             #[inline(always)]
             || {
                 let n = order::<N>(self.n);
-                let (mut of_size, mut of_sum, mut sum) = (*relative, *as_printed, *absolute);
-                let (of_g, mut of_x) = (*g, *x);
+                let (of_g, mut of_x) = (observer.g, observer.x);
                 let states = &chunk.states[..n * count];
-                let sizes = &chunk.sizes[..count];
+                let (sizes, sums) = (&chunk.sizes[..count], &chunk.sums[..count]);
+                let mut gathering = observer.gathering(wanted, gather);
+                let curve = &mut observer.curve[..];
                 observe(
                     &pass.a[..n],
                     &pass.b[..n],
@@ -364,28 +433,12 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                     &chunk.y[..count],
                     #[inline(always)]
                     |k, x_hat| {
-                        let distance = distance(&states[n * k..n * (k + 1)], x_hat);
-                        let square = distance * sizes[k];
-                        if gather {
-                            of_size.add(square);
-                            if states_as_printed {
-                                of_sum.add(distance * chunk.sums[k]);
-                            }
-                            if states_absolute {
-                                sum = sum + distance;
-                            }
-                        }
-                        if with_curve {
-                            // Undefined where x(k) = 0.
-                            let defined = R::zero().less(sizes[k]);
-                            curve[k] = R::select(defined, square, R::splat(f64::NAN));
-                        }
+                        let x = &states[n * k..n * (k + 1)];
+                        gathering.add(x, x_hat, sizes[k], sums[k], curve.get_mut(from + k));
                     },
                 );
-                *x = of_x;
-                *relative = of_size;
-                *as_printed = of_sum;
-                *absolute = sum;
+                observer.x = of_x;
+                observer.keep(&gathering);
             },
         );
     }

@@ -170,8 +170,13 @@ pub(crate) mod inlined {
         assert!(n > 0 && a.len() == n && b.len() == n && g.len() == n && u.len() == y.len());
         for k in 0..u.len() {
             visit(k, x);
-            let innovation = y[k] - x[0];
-            advance::<true, R>(a, b, g, x, u[k], innovation);
+            observe_step(a, b, g, x, u[k], y[k]);
         }
+    }
+
+    /// One step of [`super::observe`].
+    #[inline(always)]
+    pub(crate) fn observe_step<R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R], u: R, y: R) {
+        advance::<true, R>(a, b, g, x, u, y - x[0]);
     }
 }

@@ -144,11 +144,21 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
             let x0 = if self.plan.from_zero { &zero } else { &pass.x0 };
             scorer.start(pass, x0, record, observer);
         }
+        let Some(first) = self.outputs.first() else {
+            return;
+        };
+        let beside = usize::from(Scorer::<R, N>::BESIDE);
         let mut k = scorer.begin(record);
         while k < self.plan.cell.horizon {
-            let chunk = scorer.advance(record, k);
+            let observer = &mut self.observers[0];
+            let chunk = if self.outputs.len() == beside {
+                scorer.advance::<false>(record, k, pass_of(first), observer)
+            } else {
+                scorer.advance::<true>(record, k, pass_of(first), observer)
+            };
             k = chunk.end;
-            for (output, observer) in self.outputs.iter().zip(&mut self.observers) {
+            let others = self.outputs.iter().zip(&mut self.observers).skip(beside);
+            for (output, observer) in others {
                 scorer.observe(pass_of(output), record, chunk.clone(), observer);
             }
         }

@@ -239,7 +239,7 @@ fn newer_versions_and_other_designs_are_left_alone() {
         .expect("a name")
         .to_owned();
     let whole = std::fs::read(&victim).expect("a file");
-    let newer = with_checksum(&whole, |bytes| bytes[8] = 3);
+    let newer = with_checksum(&whole, |bytes| bytes[8] += 1);
     std::fs::write(&victim, newer).expect("written");
     for more in [&[][..], &["--repair"]] {
         refuses(more, &[&name, "newer version of asobench"]);

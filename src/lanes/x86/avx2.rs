@@ -33,6 +33,7 @@ impl Neg for Avx2 {
 
 impl Real for Avx2 {
     const LANES: usize = 4;
+    const REGISTERS: usize = 16;
     type Mask = Avx2Mask;
     type Word = Avx2Word;
 

@@ -32,6 +32,7 @@ impl Neg for Avx512 {
 
 impl Real for Avx512 {
     const LANES: usize = 8;
+    const REGISTERS: usize = 32;
     type Mask = Avx512Mask;
     type Word = Avx512Word;
 
