@@ -360,8 +360,8 @@ impl<R: Real, const N: usize> Scorer<R, N> {
                                 sums[k] = sum;
                             }
                             let to = &mut states[n * k..n * (k + 1)];
-                            for i in 0..n {
-                                to[i] = x[i];
+                            for (to, x) in to.iter_mut().zip(x) {
+                                *to = *x;
                             }
                         }
                         if Self::BESIDE {
