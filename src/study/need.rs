@@ -5,7 +5,6 @@
 
 use super::curves::Curves;
 use super::file::Store;
-use super::measure::Measure;
 use super::{Cell, Engine, Experiment, block_size};
 use crate::metric::{
     JACKKNIFE_GROUPS, Jackknife, Paired, PairedStatistics, Sample, Statistics, expected_bins,
@@ -151,9 +150,9 @@ impl<'e> Counts<'e> {
 
     /// Rows of trials in block files, where they are kept.
     fn rows_stored(&self, trials: f64) -> f64 {
-        let values = size_of::<[f64; Measure::ALL.len()]>() as f64;
+        let values = size_of::<f64>() * self.experiment.file.measures.len();
         if self.kept {
-            trials * self.outputs * (values + ROW_STORED)
+            trials * self.outputs * (values as f64 + ROW_STORED)
         } else {
             0.0
         }
@@ -208,9 +207,9 @@ impl<'e> Counts<'e> {
 
 /// Bytes of memory that a run of an experiment with so many trials of each cell needs at most on so many threads.
 ///
-/// While trials are computed each thread has a record, a block that it makes and one that waits; the calling thread has
-/// the one that it writes, as it is and encoded twice. While results are put together there are the summaries of all
-/// cells, two tallies of one that are merged, a block as it is read, and a group of rows of trials.parquet.
+/// While trials are computed each thread has a record, a block that it makes and encodes, and one that waits; the calling
+/// thread has the one that it writes. While results are put together there are the summaries of all
+/// cells, two tallies of one that are merged, a block as it is read, and a few groups of rows of trials.parquet.
 pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
     let counts = Counts::of(experiment, trials);
     let (mut computing, mut merging, mut cells) = (0.0_f64, 0.0_f64, 0.0);
@@ -219,8 +218,8 @@ pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
         let [tally, stored] = counts.tally(cell, trials);
         let rows = counts.rows(cell, trials);
         let encoded = stored + counts.rows_stored(trials);
-        let thread = counts.record(index) + 2.0 * (rows + tally);
-        computing = computing.max(threads as f64 * thread + rows + tally + 2.0 * encoded);
+        let thread = counts.record(index) + rows + tally + 2.0 * encoded;
+        computing = computing.max(threads as f64 * thread + encoded);
         let [merged, _] = counts.tally(cell, counts.trials);
         let read = tally + encoded + if counts.kept { rows } else { 0.0 };
         merging = merging.max(2.0 * merged + read);
