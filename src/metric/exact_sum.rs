@@ -153,8 +153,8 @@ fn parts(x: f64) -> (i64, usize) {
 /// Numbers on their way into an [`ExactSum`]: the mantissas of each exponent are summed first, one addition for each
 /// number instead of three (Neal's large superaccumulator).
 pub(super) struct Buckets {
-    /// By exponent.
-    sums: Box<[i64; 2048]>,
+    /// By exponent, in four parts: an addition need not wait for the one before it.
+    sums: Box<[[i64; 4]; 2048]>,
     lowest: usize,
     highest: usize,
     /// Numbers since the sums were zero.
@@ -183,7 +183,7 @@ impl Buckets {
 
     pub(super) fn new() -> Self {
         Self {
-            sums: Box::new([0; 2048]),
+            sums: Box::new([[0; 4]; 2048]),
             lowest: 2047,
             highest: 0,
             count: 0,
@@ -212,14 +212,15 @@ impl Buckets {
             self.highest = self.highest.max(exponents[i]);
         }
         for i in 0..BUNDLE {
-            self.sums[exponents[i] & 2047] += mantissas[i];
+            self.sums[exponents[i] & 2047][i & 3] += mantissas[i];
         }
     }
 
     /// Adds everything to `sum`.
     pub(super) fn empty_into(&mut self, sum: &mut ExactSum) {
         for exponent in self.lowest..=self.highest {
-            let mantissa = std::mem::take(&mut self.sums[exponent]);
+            let parts = std::mem::take(&mut self.sums[exponent]);
+            let mantissa: i64 = parts.iter().sum();
             if mantissa != 0 {
                 sum.add_scaled(mantissa, exponent);
             }
