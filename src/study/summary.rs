@@ -389,6 +389,9 @@ pub struct Summary {
     pub hypothesis: String,
     /// The claims that it speaks to.
     pub claims: Vec<String>,
+    /// Whether trials that the study asks for are missing.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub partial: bool,
     /// The seed.
     pub seed: u64,
     /// The settings that vary, beside claim, eta and window.
@@ -431,6 +434,7 @@ impl Summary {
             title: file.title.clone(),
             question: file.question.clone(),
             hypothesis: file.hypothesis.clone(),
+            partial: false,
             claims: file.claims.iter().map(|claim| claim.id.clone()).collect(),
             seed: file.seed,
             axes: experiment.axes(),
