@@ -138,9 +138,9 @@ struct Places {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let name = arguments.study.name();
-    if name == "-" {
-        let message = "expected an experiment file: the same command must find it again";
-        return Err(Error::Input(message.to_owned()));
+    if name == "-" || name.chars().any(|c| c.is_control() || c.is_whitespace()) {
+        let message = "expected an experiment file with a name without blanks: it is a job's too";
+        return Err(Error::Input(format!("'{name}': {message}")));
     }
     let file = arguments.config.as_deref().map(Job::read).transpose()?;
     let job = arguments.job.clone().or(file.unwrap_or_default());

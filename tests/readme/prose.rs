@@ -22,6 +22,7 @@ const WITHOUT_RESULTS: [(&str, &str); 17] = [
     ("README.md", "Where to read on"),
     ("README.md", "Citation"),
     ("docs/claims.md", "*"),
+    ("docs/cluster.md", "*"),
     ("docs/continuous-observers.md", "*"),
     ("docs/files.md", "*"),
     ("docs/methods.md", "Your own estimator"),

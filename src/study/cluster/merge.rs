@@ -3,6 +3,7 @@
 use super::collect::{Collection, Verified};
 use super::plan::ShardPlan;
 use super::{ClusterError, Status};
+use crate::files::{self, Kind, PathError};
 use crate::study::blocks::{BlockFolder, StoredBlock};
 use crate::study::campaign::{Campaign, CampaignError, Origin, RunOptions, go_on};
 use crate::study::file::{Store, TrialRule};
@@ -67,10 +68,12 @@ pub fn merge(
         faer_instructions,
         partial,
     };
-    campaign.stored = found.chosen(|cell| plan.trials[cell]);
+    let chosen = found.chosen(|cell| plan.trials[cell]);
+    let before = std::mem::replace(&mut campaign.stored, chosen);
     drop(found);
     if experiment.file.store == Store::Summaries {
         campaign.stored = fold(&campaign, options.threads, stop)?;
+        remove_parts(before.iter().flatten(), &campaign.stored)?;
     }
     let mut targets = plan.trials.clone();
     if partial {
@@ -108,6 +111,20 @@ fn fold(
     };
     let pool = pool(threads)?;
     pool.install(|| campaign.stored.par_iter().map(of_cell).collect())
+}
+
+/// Removes blocks that were in the folder of the results before and lie within others.
+fn remove_parts<'a>(
+    before: impl Iterator<Item = &'a StoredBlock>,
+    whole: &[Vec<StoredBlock>],
+) -> Result<(), PathError> {
+    for block in before {
+        let is_part = |of: &StoredBlock| of.path != block.path && of.span.holds(&block.span);
+        if whole[block.span.cell].iter().any(is_part) {
+            files::remove(&block.path, Kind::Block)?;
+        }
+    }
+    Ok(())
 }
 
 /// The vector instructions of all cells by faer, and the machines' blocks of these alone. Where no one kind has all

@@ -122,11 +122,23 @@ impl ShardPlan {
                 "trials or engines not of {cells} cells; plan again"
             ));
         }
-        let in_range = |part: &Part| {
-            part.from < part.to && self.trials.get(part.cell).is_some_and(|of| part.to <= *of)
+        let (_, most) = experiment.file.trials.extent();
+        let mut counts = self.trials.iter().enumerate();
+        if !counts.all(|(cell, count)| *count <= experiment.trials_of(cell, most)) {
+            return Err("more trials than its experiment asks for; plan again".to_owned());
+        }
+        // Of each cell the parts ascend without overlap.
+        let mut ends = vec![0; cells];
+        let mut in_range = |part: &Part| {
+            let end = ends.get_mut(part.cell);
+            end.is_some_and(|end| {
+                let fits = *end <= part.from && part.from < part.to;
+                *end = part.to;
+                fits && part.to <= self.trials[part.cell]
+            })
         };
         for (i, parts) in self.shards.iter().enumerate() {
-            if !parts.iter().all(in_range) {
+            if !parts.iter().all(&mut in_range) {
                 return Err(format!(
                     "shard {} has trials that are not there; plan again",
                     i + 1

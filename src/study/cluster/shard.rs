@@ -4,16 +4,14 @@ use super::ClusterError;
 use super::collect::{Collection, Found, RUN};
 use super::plan::{Part, ShardPlan};
 use crate::files::{self, Kind, PathError};
-use crate::study::blocks::{BlockFolder, StoredBlock};
+use crate::study::blocks::{BlockError, BlockFolder, StoredBlock};
 use crate::study::campaign::{Computed, Event};
 use crate::study::file::Store;
 use crate::study::rounds::gaps;
-use crate::study::runner::{Block, Keep, run_spans};
+use crate::study::runner::{Block, Keep, pool, run_spans};
 use crate::study::spent::Watch;
 use crate::study::{Engine, Experiment, Span};
 use serde::{Deserialize, Serialize};
-use std::io::ErrorKind;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -97,7 +95,8 @@ pub fn compute_shard(
     // One level only: a shared folder that is not there on this machine is not made up.
     if let Some(within) = folder.parent().filter(|of| !of.as_os_str().is_empty()) {
         if !files::is_there(within) {
-            return Err(PathError::io(within)(ErrorKind::NotFound.into()).into());
+            let what = "no such folder; expected one that the machines share";
+            return Err(PathError::foreign(within, what).into());
         }
     }
     let path = shard_folder(folder, index);
@@ -139,7 +138,8 @@ impl Shard<'_> {
                 what: "runs of another design".to_owned(),
             });
         }
-        found.verify(self.experiment)?;
+        let pool = pool::<BlockError>(self.options.threads)?;
+        pool.install(|| found.verify(self.experiment))?;
         let notes = std::mem::take(&mut found.refused);
         // Faer's last bits are those of a machine's vector instructions.
         let here = Engine::faer_instructions();
@@ -216,7 +216,7 @@ impl Shard<'_> {
         let encode = |block: Block| Computed::of(block, &blocks);
         let store = |computed: Computed| {
             let (span, mut watch) = (computed.span, Watch::start());
-            let of_span = missing.iter().position(|of| holds(of, &span));
+            let of_span = missing.iter().position(|of| of.holds(&span));
             let stored = computed.encoded?.write()?;
             if let Some(of_span) = of_span {
                 own[of_span].push(stored);
@@ -269,17 +269,8 @@ impl Shard<'_> {
     }
 }
 
-/// Whether a span lies within another.
-fn holds(whole: &Span, part: &Span) -> bool {
-    let (of, trials): (&Range<u64>, &Range<u64>) = (&whole.trials, &part.trials);
-    whole.cell == part.cell && of.start <= trials.start && trials.end <= of.end
-}
-
 /// Puts blocks that follow each other together.
-fn join_neighbours(
-    blocks: &BlockFolder<'_>,
-    own: &mut Vec<StoredBlock>,
-) -> Result<(), crate::study::BlockError> {
+fn join_neighbours(blocks: &BlockFolder<'_>, own: &mut Vec<StoredBlock>) -> Result<(), BlockError> {
     own.sort_by_key(|block| block.span.trials.start);
     let follows = |a: &StoredBlock, b: &StoredBlock| a.span.trials.end == b.span.trials.start;
     let joined: Result<Vec<StoredBlock>, _> = own
