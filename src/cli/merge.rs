@@ -87,7 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         }
         Merged::More(cells) => Err(Error::Again(format!(
             "all trials of the plan are there, and by the rule of 'trials' {cells} cells need more; plan the \
-             next round: asobench plan {} --out {}",
+             next round by the command that made the plan, or: asobench plan {} --out {}",
             word(path),
             word(path)
         ))),

@@ -63,16 +63,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         &path,
         &arguments.from,
     )?;
-    let mut text = planned.text(&path);
     let count = planned.plan.shards.len();
     let out = word(&Path::new("results").join(name));
-    if count > 0 {
-        text += &format!(
-            "each shard: asobench shard {} I/{count}, I = 1 to {count}\n",
-            word(&path)
-        );
-    }
-    text += &format!("then: asobench merge {} --out {out}\n", word(&path));
+    let plan = word(&path);
+    let shard = match count {
+        0 => String::new(),
+        _ => format!("each shard: asobench shard {plan} I/{count}, I = 1 to {count}\n"),
+    };
+    let text = planned.text(&path);
+    let text = format!("{text}{shard}then: asobench merge {plan} --out {out}\n");
     print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

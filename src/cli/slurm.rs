@@ -209,7 +209,7 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
     // What is under way is finished, and written: a block takes about five seconds at most, unless one trial does.
     let limit = time.map_or_else(String::new, |time| {
         let notice = Duration::from_mins(1).min(time / 4);
-        format!(" --time-limit {}", slurm_time(time - notice))
+        format!(" --time-limit {}", slurm_time(time.saturating_sub(notice)))
     });
     format!(
         "#!/bin/bash\n\

@@ -66,9 +66,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(75))
 }
 
-/// How many places are whole, and a line for each that is not.
+/// How many places are whole, and a line for each of the first that are not.
 fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
-    let (mut whole, mut begun, mut text) = (0, 0, String::new());
+    let (mut whole, mut begun, mut told, mut text) = (0, 0, 0, String::new());
     for (i, place) in places.iter().enumerate() {
         let PlaceStatus { wanted, missing } = *place;
         if missing == 0 {
@@ -76,12 +76,19 @@ fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
             continue;
         }
         begun += usize::from(missing < wanted);
+        told += 1;
+        if told > cluster::LINES {
+            continue;
+        }
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
             "  {name} {}: {missing} of {wanted} trials missing",
             i + first
         );
+    }
+    if let Some(more @ 1..) = told.checked_sub(cluster::LINES) {
+        let _ = writeln!(text, "  and {more} more");
     }
     let not_begun = places.len() - whole - begun;
     format!(

@@ -22,7 +22,8 @@ const JOINED: usize = 64;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Run {
     /// "asobench".
-    run: String,
+    #[serde(rename = "run")]
+    program: String,
     version: String,
     git_revision: Option<String>,
     pub(super) fingerprint: String,
@@ -93,11 +94,10 @@ pub fn compute_shard(
     mut on_note: impl FnMut(&str),
 ) -> Result<(), ClusterError> {
     // One level only: a shared folder that is not there on this machine is not made up.
-    if let Some(within) = folder.parent().filter(|of| !of.as_os_str().is_empty()) {
-        if !files::is_there(within) {
-            let what = "no such folder; expected one that the machines share";
-            return Err(PathError::foreign(within, what).into());
-        }
+    let within = folder.parent().filter(|of| !of.as_os_str().is_empty());
+    if let Some(within) = within.filter(|of| !files::is_there(of)) {
+        let what = "no such folder; expected one that the machines share";
+        return Err(PathError::foreign(within, what).into());
     }
     let path = shard_folder(folder, index);
     files::make_folder(&path)?;
@@ -114,7 +114,9 @@ pub fn compute_shard(
         let (there, notes) = shard.there()?;
         // Told once: when this process has computed something, it has its own folder.
         if shard.own.is_none() {
-            notes.iter().for_each(|line| on_note(line));
+            for line in &notes {
+                on_note(line);
+            }
         }
         let missing = shard.missing(&there);
         if missing.is_empty() {
@@ -182,7 +184,7 @@ impl Shard<'_> {
             again += 1;
         }
         let run = Run {
-            run: "asobench".to_owned(),
+            program: "asobench".to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             git_revision: option_env!("ASOBENCH_GIT_REVISION").map(str::to_owned),
             fingerprint: self.plan.fingerprint().to_owned(),
