@@ -550,6 +550,11 @@ fn help_texts() {
         ("help_schema", vec!["schema", "--help"]),
         ("help_replay", vec!["replay", "--help"]),
         ("help_throughput", vec!["throughput", "--help"]),
+        ("help_plan", vec!["plan", "--help"]),
+        ("help_shard", vec!["shard", "--help"]),
+        ("help_merge", vec!["merge", "--help"]),
+        ("help_status", vec!["status", "--help"]),
+        ("help_slurm", vec!["slurm", "--help"]),
     ] {
         insta::assert_snapshot!(name, stdout(&asobench(&arguments)));
     }

@@ -14,6 +14,9 @@ pub(super) enum Error {
     /// Ctrl-C: exit code 130.
     #[error("{0}")]
     Interrupted(String),
+    /// Stopped before the end, or trials are missing, and the same again goes on: exit code 75.
+    #[error("{0}")]
+    Again(String),
     /// Standard output: exit code 1.
     #[error("cannot write to standard output: {0}")]
     Output(std::io::Error),
@@ -24,6 +27,7 @@ impl Error {
         match self {
             Self::Failed(_) | Self::Output(_) => ExitCode::from(1),
             Self::Input(_) => ExitCode::from(2),
+            Self::Again(_) => ExitCode::from(75),
             Self::Interrupted(_) => ExitCode::from(130),
         }
     }

@@ -7,16 +7,22 @@
 )]
 
 mod check;
+mod cluster;
 mod error;
 mod estimate;
 mod files;
 mod memory;
+mod merge;
 mod need;
+mod plan;
 mod progress;
 mod replay;
 mod report;
 mod reproduce;
 mod run;
+mod shard;
+mod slurm;
+mod status;
 mod template;
 mod throughput;
 mod timing;
@@ -34,7 +40,9 @@ use std::process::ExitCode;
     name = "asobench",
     version,
     arg_required_else_help = true,
-    max_term_width = 80
+    max_term_width = 80,
+    after_help = "Exit codes: 0 done, 1 the run failed, 2 bad input, 75 trials are missing: run again, \
+                  130 interrupted"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -51,6 +59,11 @@ enum Command {
     Report(report::Arguments),
     Estimate(estimate::Arguments),
     Throughput(throughput::Arguments),
+    Plan(plan::Arguments),
+    Shard(shard::Arguments),
+    Merge(merge::Arguments),
+    Status(status::Arguments),
+    Slurm(slurm::Arguments),
     /// Print the JSON schema of experiment files, for editors
     Schema,
 }
@@ -66,7 +79,7 @@ named_enum! {
 }
 
 /// Runs the program; returns its exit code: 0 done, 1 the run or a single estimate failed, 2 bad
-/// input, 130 interrupted.
+/// input, 75 stopped or trials missing: run again, 130 interrupted.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let done = match Cli::try_parse_from(arguments) {
         Ok(Cli { command }) => match command {
@@ -76,6 +89,11 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::New(arguments) => template::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Throughput(arguments) => throughput::run_command(&arguments),
+            Command::Plan(arguments) => plan::run(&arguments),
+            Command::Shard(arguments) => shard::run(&arguments),
+            Command::Merge(arguments) => merge::run(&arguments),
+            Command::Status(arguments) => status::run(&arguments),
+            Command::Slurm(arguments) => slurm::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
             Command::Schema => template::schema(),

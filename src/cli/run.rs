@@ -121,7 +121,7 @@ fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
 }
 
 /// Marks the claims that were not there when the results in a folder were made.
-fn mark_added(file: &mut ExperimentFile, folder: &Path) {
+pub(super) fn mark_added(file: &mut ExperimentFile, folder: &Path) {
     let manifest = read_manifest(folder).ok().flatten();
     let stored = manifest.and_then(|of| ExperimentFile::from_json(&of["experiment"]).ok());
     let Some(stored) = stored else { return };
@@ -174,7 +174,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 /// What was computed, and what came out of it.
-fn results(path: &Path, summary: &Summary) -> Result<String, Error> {
+pub(super) fn results(path: &Path, summary: &Summary) -> Result<String, Error> {
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
     let outputs = summary.cells.iter().flat_map(|cell| &cell.outputs);
@@ -256,7 +256,7 @@ pub(super) fn execute(
 }
 
 /// What the user can mend is bad input; the rest failed.
-fn refused(flag: &str, error: CampaignError) -> Error {
+pub(super) fn refused(flag: &str, error: CampaignError) -> Error {
     match error {
         CampaignError::Folder(FolderError::File(error))
         | CampaignError::Block(BlockError::File(error))

@@ -41,6 +41,12 @@ pub enum Kind {
     Verdicts,
     /// A CSV table of a report.
     Table,
+    /// The plan of a study in shards.
+    Plan,
+    /// `run.json` of a process that computed blocks of a shard.
+    Run,
+    /// A job script. It is the user's from the moment it is there.
+    Script,
 }
 
 impl Kind {
@@ -60,7 +66,14 @@ impl Kind {
         match self {
             Self::Experiment => 64 * MIB,
             Self::Signal => 256 * MIB,
-            Self::Record | Self::Manifest | Self::Design | Self::Block | Self::Times => GIB,
+            Self::Record
+            | Self::Manifest
+            | Self::Design
+            | Self::Block
+            | Self::Times
+            | Self::Plan
+            | Self::Run
+            | Self::Script => GIB,
             Self::Summary => 4 * GIB,
             // Never read as a whole.
             Self::States
@@ -89,6 +102,9 @@ impl Kind {
             Self::Page => "page",
             Self::Verdicts => "verdicts",
             Self::Table => "table",
+            Self::Plan => "plan",
+            Self::Run => "run",
+            Self::Script => "script",
         }
     }
 
@@ -96,7 +112,13 @@ impl Kind {
     pub(super) const fn is_synced(self) -> bool {
         matches!(
             self,
-            Self::Manifest | Self::Design | Self::Block | Self::Summary | Self::Parquet
+            Self::Manifest
+                | Self::Design
+                | Self::Block
+                | Self::Summary
+                | Self::Parquet
+                | Self::Plan
+                | Self::Run
         )
     }
 
@@ -111,13 +133,18 @@ impl Kind {
         let text = String::from_utf8_lossy(&head);
         // JSON that was only laid out anew is still the program's.
         let json: String = match self {
-            Self::Manifest | Self::Design | Self::Summary | Self::Times => {
-                text.split_ascii_whitespace().collect()
-            }
+            Self::Manifest
+            | Self::Design
+            | Self::Summary
+            | Self::Times
+            | Self::Plan
+            | Self::Run => text.split_ascii_whitespace().collect(),
             _ => String::new(),
         };
         Ok(match self {
-            Self::Experiment | Self::Signal => false,
+            Self::Experiment | Self::Signal | Self::Script => false,
+            Self::Plan => json.starts_with("{\"plan\":\"asobench\","),
+            Self::Run => json.starts_with("{\"run\":\"asobench\","),
             Self::Manifest => json.starts_with("{\"program\":\"asobench\","),
             Self::Design => {
                 json.starts_with("{\"version\":\"") && json.contains("\",\"experiment\":{")

@@ -322,6 +322,38 @@ pub(crate) fn make_subfolder(folder: &Path, name: &str) -> Result<PathBuf, PathE
     Ok(path)
 }
 
+/// Makes a folder within another that is there; false where anything has that name already.
+///
+/// # Errors
+/// If it cannot be made.
+pub(crate) fn make_new_subfolder(path: &Path) -> Result<bool, PathError> {
+    match fs::create_dir(path) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
+        Err(error) => Err(PathError::io(path)(error)),
+    }
+}
+
+/// What is in a folder: its files, and the folders within. Links are neither.
+///
+/// # Errors
+/// If it cannot be read.
+pub(crate) fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), PathError> {
+    let io = PathError::io(folder);
+    let (mut found, mut folders) = (Vec::new(), Vec::new());
+    for entry in fs::read_dir(folder).map_err(&io)? {
+        let entry = entry.map_err(&io)?;
+        let kind = entry.file_type().map_err(&io)?;
+        if kind.is_dir() {
+            folders.push(entry.path());
+        } else if kind.is_file() {
+            found.push(entry.path());
+        }
+    }
+    folders.sort();
+    Ok((found, folders))
+}
+
 /// Removes a folder if nothing is left in it.
 ///
 /// # Errors

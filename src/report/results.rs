@@ -172,6 +172,16 @@ impl Study {
         }
     }
 
+    /// What is said of results that lack trials.
+    pub fn partial_line(&self) -> Option<String> {
+        let (cells, trials) = (self.summary.cells.len(), self.trials());
+        self.summary.partial.then(|| {
+            format!(
+                "Partial results: {trials} trials of {cells} cells, and others that the study asks for are missing."
+            )
+        })
+    }
+
     /// Every output's label, in order.
     pub fn labels(&self) -> &[String] {
         &self.index.labels

@@ -25,7 +25,11 @@ const OUTPUTS: usize = 6;
 
 /// The first measures of a study by cells and outputs, what is lost, and how to see more.
 pub fn overview(study: &Study) -> String {
-    let mut text = "Medians with standard errors in units of the last digit:\n\n".to_owned();
+    let mut text = String::new();
+    if let Some(line) = study.partial_line() {
+        text.push_str(&wrap(&line, WIDTH, "  "));
+    }
+    text.push_str("Medians with standard errors in units of the last digit:\n\n");
     let worst = wrap(&worst(study), WIDTH, "  ");
     // Beside the table there are two lines above it, and the last one.
     let sheet = Sheet::of(study, LINES.saturating_sub(3 + worst.lines().count()));

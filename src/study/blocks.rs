@@ -161,16 +161,21 @@ impl<'e> BlockFolder<'e> {
         })
     }
 
+    /// A folder that is there and that blocks go to as they are.
+    pub(super) fn at(path: PathBuf, experiment: &'e Experiment) -> Self {
+        Self {
+            path,
+            experiment,
+            fingerprint: experiment.fingerprint(),
+        }
+    }
+
     /// The file of a block, on whatever thread.
     ///
     /// # Errors
     /// If it cannot be encoded.
     pub fn encode(&self, span: Span, content: &Content) -> Result<EncodedBlock, BlockError> {
-        let name = format!(
-            "c{:05}-{:010}-{:010}.block",
-            span.cell, span.trials.start, span.trials.end
-        );
-        let path = self.path.join(name);
+        let path = self.path.join(name_of(&span));
         let mut bytes = Vec::from(MAGIC);
         bytes.extend(FORMAT.to_le_bytes());
         bytes.extend(self.fingerprint.to_le_bytes());
@@ -230,7 +235,7 @@ impl<'e> BlockFolder<'e> {
     }
 
     /// The span and the content's bytes of a whole file of this design.
-    fn verified(&self, path: &Path) -> Result<(Span, Vec<u8>), BlockError> {
+    pub(super) fn verified(&self, path: &Path) -> Result<(Span, Vec<u8>), BlockError> {
         let bytes = files::read_own(path, Kind::Block)?;
         let bytes = bytes.ok_or_else(|| PathError::io(path)(io::ErrorKind::NotFound.into()))?;
         self.parsed(path, bytes)
@@ -311,6 +316,18 @@ impl<'e> BlockFolder<'e> {
     /// # Errors
     /// If a file cannot be read, written or removed.
     pub fn consolidate(&self, blocks: &[StoredBlock]) -> Result<StoredBlock, BlockError> {
+        let whole = self.join(blocks)?;
+        for block in blocks {
+            files::remove(&block.path, Kind::Block)?;
+        }
+        Ok(whole)
+    }
+
+    /// Writes one block of what blocks without rows that follow each other hold.
+    ///
+    /// # Errors
+    /// If a file cannot be read or written.
+    pub(super) fn join(&self, blocks: &[StoredBlock]) -> Result<StoredBlock, BlockError> {
         let (first, last) = (&blocks[0].span, &blocks[blocks.len() - 1].span);
         let span = Span {
             cell: first.cell,
@@ -320,12 +337,14 @@ impl<'e> BlockFolder<'e> {
             tally: self.tally(blocks)?,
             rows: None,
         };
-        let whole = self.encode(span, &content)?.write()?;
-        for block in blocks {
-            files::remove(&block.path, Kind::Block)?;
-        }
-        Ok(whole)
+        self.encode(span, &content)?.write()
     }
+}
+
+/// The name of the file of a block.
+pub(super) fn name_of(span: &Span) -> String {
+    let Span { cell, trials } = span;
+    format!("c{cell:05}-{:010}-{:010}.block", trials.start, trials.end)
 }
 
 /// Takes a damaged file out of the way: removes it, or gives it another name where it does not begin as blocks do.

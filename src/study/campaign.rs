@@ -3,14 +3,15 @@
 use super::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredBlock, discard};
 use super::engine::Engine;
 use super::experiment::Experiment;
-use super::file::{FileError, Store, TrialRule, Until, UntilDecided, UntilStatistic};
+use super::file::{FileError, Store, TrialRule};
 use super::folder::{FolderError, ResultsFolder};
+use super::rounds::Rounds;
 use super::rows::Rows;
 use super::runner::{Block, Delivery, Keep, RunError, Span, pool, run_spans};
 use super::spent::{Spent, Watch};
 use super::store::{StoreError, write_summary};
 use super::summary::{CellSeries, CellSummary, SlopeStatistics, Summary};
-use super::tally::CellTally;
+use super::tally::{CellTally, Trials};
 use super::trial_table::{TrialTable, TrialWriter};
 use crate::files::Kind;
 use rayon::prelude::*;
@@ -101,13 +102,24 @@ pub struct RunOptions {
 
 /// A study in its folder.
 pub struct Campaign<'e> {
-    experiment: &'e Experiment,
+    pub(super) experiment: &'e Experiment,
     rule: TrialRule,
     options: RunOptions,
     folder: ResultsFolder,
-    blocks: BlockFolder<'e>,
+    pub(super) blocks: BlockFolder<'e>,
     /// For every cell the blocks that are there, ascending.
-    stored: Vec<Vec<StoredBlock>>,
+    pub(super) stored: Vec<Vec<StoredBlock>>,
+    /// What the results say of where they come from.
+    pub(super) origin: Origin,
+}
+
+/// Where results come from.
+#[derive(Clone, Debug)]
+pub(super) struct Origin {
+    /// The vector instructions of faer's cells.
+    pub(super) faer_instructions: String,
+    /// Whether trials are missing.
+    pub(super) partial: bool,
 }
 
 impl<'e> Campaign<'e> {
@@ -166,21 +178,29 @@ impl<'e> Campaign<'e> {
             folder,
             blocks,
             stored,
+            origin: Origin {
+                faer_instructions: Engine::faer_instructions().to_owned(),
+                partial: false,
+            },
         };
         campaign.check_extent()?;
         Ok(campaign)
     }
 
-    fn extent(&self, cell: usize) -> u64 {
-        self.stored[cell]
-            .last()
-            .map_or(0, |block| block.span.trials.end)
+    /// What is there, and the rule.
+    pub(super) fn rounds(&self) -> Rounds<'_> {
+        Rounds {
+            experiment: self.experiment,
+            rule: &self.rule,
+            blocks: &self.blocks,
+            stored: &self.stored,
+        }
     }
 
     fn check_extent(&self) -> Result<(), CampaignError> {
         let (_, asked) = self.rule.extent();
         for cell in 0..self.stored.len() {
-            let there = self.extent(cell);
+            let there = self.rounds().extent(cell);
             let asked = self.experiment.trials_of(cell, asked);
             if there > asked {
                 let folder = self.folder.path().display().to_string();
@@ -207,17 +227,11 @@ impl<'e> Campaign<'e> {
         is_decided: impl Fn(&Summary) -> bool,
         figures: impl Fn(&Summary) -> Vec<(String, String)>,
     ) -> Result<Summary, CampaignError> {
-        let mut targets = self.first_targets();
+        let mut targets = self.rounds().first_targets();
         loop {
             self.compute(&targets, stop, &mut on_event)?;
-            let raised = match &self.rule {
-                TrialRule::Fixed(_) => false,
-                TrialRule::Until(until) => self.raise_unknown(&mut targets, until, stop)?,
-                TrialRule::Decided(until) => {
-                    let decided = || Ok(is_decided(&self.summary(stop)?));
-                    self.raise_all(&mut targets, until, decided)?
-                }
-            };
+            let decided = || Ok(is_decided(&self.summary(stop)?));
+            let raised = self.rounds().raise(&mut targets, stop, decided)?;
             if !raised {
                 break;
             }
@@ -228,100 +242,9 @@ impl<'e> Campaign<'e> {
         Ok(summary)
     }
 
-    /// Where each cell begins: a fixed number, or the first step of the rule that covers what is
-    /// there. A step is only left behind when its target was missed, so the steps before need no
-    /// second look. A deterministic cell has one trial, whatever the rule.
-    fn first_targets(&self) -> Vec<u64> {
-        let first = |cell: usize| match &self.rule {
-            TrialRule::Fixed(trials) => self.experiment.trials_of(cell, *trials),
-            TrialRule::Until(until) => {
-                let mut target = self.experiment.trials_of(cell, until.minimum);
-                while target < self.extent(cell) {
-                    target = next_step(target, until);
-                }
-                target
-            }
-            TrialRule::Decided(until) => {
-                let there = (0..self.stored.len()).map(|cell| self.extent(cell)).max();
-                let mut target = until.minimum;
-                while target < there.unwrap_or(0) {
-                    target = until.next(target);
-                }
-                self.experiment.trials_of(cell, target)
-            }
-        };
-        (0..self.stored.len()).map(first).collect()
-    }
-
-    /// Doubles the trials of every cell where a claim is not decided; false where it is, or where
-    /// there are no more.
-    fn raise_all(
-        &self,
-        targets: &mut [u64],
-        until: &UntilDecided,
-        is_decided: impl Fn() -> Result<bool, CampaignError>,
-    ) -> Result<bool, CampaignError> {
-        let most = targets.iter().max().copied().unwrap_or(0);
-        let next = until.next(most);
-        let raised = |cell: usize| self.experiment.trials_of(cell, next);
-        let more = (0..targets.len()).any(|cell| raised(cell) > targets[cell]);
-        if !more || is_decided()? {
-            return Ok(false);
-        }
-        (0..targets.len()).for_each(|cell| targets[cell] = raised(cell));
-        Ok(true)
-    }
-
     /// The summary of what is there.
-    fn summary(&self, stop: &AtomicBool) -> Result<Summary, CampaignError> {
+    pub(super) fn summary(&self, stop: &AtomicBool) -> Result<Summary, CampaignError> {
         Ok(self.read_tallies(stop)?.summary(self.experiment))
-    }
-
-    /// Doubles the trials of every cell whose measure is not known well enough; false where none is left.
-    fn raise_unknown(
-        &self,
-        targets: &mut [u64],
-        until: &Until,
-        stop: &AtomicBool,
-    ) -> Result<bool, CampaignError> {
-        let mut raised = false;
-        for (cell, target) in targets.iter_mut().enumerate() {
-            go_on(stop)?;
-            let most = self.experiment.trials_of(cell, until.maximum);
-            if *target < most && !self.is_known(cell, until)? {
-                *target = next_step(*target, until);
-                raised = true;
-            }
-        }
-        Ok(raised)
-    }
-
-    fn is_known(&self, cell: usize, until: &Until) -> Result<bool, CampaignError> {
-        let (output, measure) = self.experiment.target(until)?;
-        let tally = self.blocks.tally(&self.stored[cell])?;
-        let sample = &tally.outputs[output].samples[measure];
-        let (value, mcse) = match until.statistic {
-            UntilStatistic::Median => {
-                let quantile = sample.quantile(0.5, until.until.worse());
-                (quantile.value, quantile.mcse)
-            }
-            UntilStatistic::Mean => (sample.mean().value, sample.mean().mcse),
-            UntilStatistic::Rmse => (sample.rmse().value, sample.rmse().mcse),
-        };
-        Ok(mcse <= until.relative_mcse * value.abs())
-    }
-
-    /// The ranges of a cell's trials below `target` that no block covers.
-    fn missing(&self, cell: usize, target: u64) -> impl Iterator<Item = Span> {
-        let stored = self.stored[cell].iter().map(|block| &block.span.trials);
-        let ends = std::iter::once(0).chain(stored.clone().map(|trials| trials.end));
-        let starts = stored.map(|trials| trials.start).chain([target]);
-        ends.zip(starts)
-            .filter(|(from, to)| from < to)
-            .map(move |(from, to)| Span {
-                cell,
-                trials: from..to,
-            })
     }
 
     fn compute(
@@ -330,9 +253,9 @@ impl<'e> Campaign<'e> {
         stop: &AtomicBool,
         on_event: &mut impl FnMut(Event),
     ) -> Result<(), CampaignError> {
-        let cells = 0..targets.len();
+        let (cells, rounds) = (0..targets.len(), self.rounds());
         let missing: Vec<Span> = cells
-            .flat_map(|cell| self.missing(cell, targets[cell]))
+            .flat_map(|cell| rounds.missing(cell, targets[cell]))
             .collect();
         let trials = targets.iter().sum();
         let mut left = vec![0; targets.len()];
@@ -389,7 +312,7 @@ impl<'e> Campaign<'e> {
 
     /// Writes the results, one cell in memory at a time. Nothing is published before all of it is written, so it can
     /// be stopped at any block.
-    fn conclude(
+    pub(super) fn conclude(
         mut self,
         targets: &[u64],
         stop: &AtomicBool,
@@ -402,7 +325,8 @@ impl<'e> Campaign<'e> {
         } else {
             self.read_tallies(stop)?
         };
-        let summary = parts.summary(experiment);
+        let mut summary = parts.summary(experiment);
+        summary.partial = self.origin.partial;
         let (file, path) = self.folder.stage("summary.parquet", Kind::Parquet)?;
         write_summary(&file, &path, experiment, &summary)?;
         self.folder
@@ -410,7 +334,8 @@ impl<'e> Campaign<'e> {
         for (name, content) in figures(&summary) {
             self.folder.write(&name, Kind::Figure, content.as_bytes())?;
         }
-        self.folder.write_manifest(&manifest(experiment, targets))?;
+        self.folder
+            .write_manifest(&manifest(experiment, targets, &self.origin))?;
         go_on(stop)?;
         self.folder.publish()?;
         Ok(summary)
@@ -418,23 +343,27 @@ impl<'e> Campaign<'e> {
 
     /// What the summary takes of every cell, of as many at a time as there are threads.
     fn read_tallies(&self, stop: &AtomicBool) -> Result<Parts, CampaignError> {
-        let threads = self.options.threads.max(1);
-        let mut parts = Parts::default();
         let of_cell = |cell: usize| {
-            go_on(stop)?;
-            let tally = self.blocks.tally(&self.stored[cell])?;
-            Ok(Part::of(self.experiment, cell, &tally))
+            let mut tally = self.no_trials(cell);
+            tally.merge(&self.blocks.tally(&self.stored[cell])?);
+            Ok(self.part(cell, tally))
         };
-        let pool = pool(threads)?;
-        for first in (0..self.stored.len()).step_by(threads) {
-            let cells = first..self.stored.len().min(first + threads);
-            let found: Vec<Result<Part, CampaignError>> =
-                pool.install(|| cells.into_par_iter().map(of_cell).collect());
-            for part in found {
-                parts.add(part?);
-            }
-        }
-        Ok(parts)
+        Parts::read(self.stored.len(), self.options.threads, stop, of_cell)
+    }
+
+    /// The summary of some blocks of all cells.
+    pub(super) fn summary_of(
+        experiment: &Experiment,
+        blocks: &BlockFolder<'_>,
+        stored: &[Vec<StoredBlock>],
+        threads: usize,
+        stop: &AtomicBool,
+    ) -> Result<Summary, CampaignError> {
+        let of_cell = |cell: usize| {
+            let tally = blocks.tally(&stored[cell])?;
+            Ok(Part::of(experiment, cell, &tally))
+        };
+        Ok(Parts::read(stored.len(), threads, stop, of_cell)?.summary(experiment))
     }
 
     /// Reads every block once: what the summary takes of it, and its rows, where they are kept.
@@ -445,7 +374,7 @@ impl<'e> Campaign<'e> {
     ) -> Result<Parts, CampaignError> {
         let mut parts = Parts::default();
         for (cell, blocks) in self.stored.iter().enumerate() {
-            let mut tally = CellTally::default();
+            let mut tally = self.no_trials(cell);
             for block in blocks {
                 go_on(stop)?;
                 let content = self.blocks.read(block)?;
@@ -454,9 +383,38 @@ impl<'e> Campaign<'e> {
                     on_rows(cell, rows)?;
                 }
             }
-            parts.add(Part::of(self.experiment, cell, &tally));
+            parts.add(self.part(cell, tally));
         }
         Ok(parts)
+    }
+
+    /// What a cell begins with: nothing, or where a study may lack all of its trials the tally of none.
+    fn no_trials(&self, cell: usize) -> CellTally {
+        if self.origin.partial && self.stored[cell].is_empty() {
+            let cell = &self.experiment.cells[cell];
+            return CellTally::of(
+                self.experiment,
+                cell,
+                &mut Trials::new(self.experiment, cell),
+            );
+        }
+        CellTally::default()
+    }
+
+    /// What the summary takes of a cell. Of a series with gaps only the trials before the first: cells are paired by
+    /// trials.
+    fn part(&self, cell: usize, mut tally: CellTally) -> Part {
+        if self.origin.partial {
+            for series in &mut tally.series {
+                let mut next = 0;
+                series.retain(|first, values| {
+                    let follows = *first == next;
+                    next += if follows { values.len() as u64 } else { 0 };
+                    follows
+                });
+            }
+        }
+        Part::of(self.experiment, cell, &tally)
     }
 
     /// The same, and writes the rows to a table.
@@ -481,15 +439,15 @@ impl<'e> Campaign<'e> {
 }
 
 /// A block on its way from the thread that computed it to its file.
-struct Computed {
-    span: Span,
-    failures: u64,
-    spent: Spent,
-    encoded: Result<EncodedBlock, BlockError>,
+pub(super) struct Computed {
+    pub(super) span: Span,
+    pub(super) failures: u64,
+    pub(super) spent: Spent,
+    pub(super) encoded: Result<EncodedBlock, BlockError>,
 }
 
 impl Computed {
-    fn of(block: Block, keep: bool, blocks: &BlockFolder<'_>) -> Self {
+    pub(super) fn of(block: Block, keep: bool, blocks: &BlockFolder<'_>) -> Self {
         let mut watch = Watch::start();
         let Block {
             span,
@@ -543,6 +501,28 @@ impl Part {
 }
 
 impl Parts {
+    /// Reads every cell, as many at a time as there are threads.
+    fn read(
+        cells: usize,
+        threads: usize,
+        stop: &AtomicBool,
+        of_cell: impl Fn(usize) -> Result<Part, CampaignError> + Sync,
+    ) -> Result<Self, CampaignError> {
+        let threads = threads.max(1);
+        let mut parts = Self::default();
+        let pool = pool(threads)?;
+        let of_cell = |cell| go_on(stop).and_then(|()| of_cell(cell));
+        for first in (0..cells).step_by(threads) {
+            let next = first..cells.min(first + threads);
+            let found: Vec<Result<Part, CampaignError>> =
+                pool.install(|| next.into_par_iter().map(of_cell).collect());
+            for part in found {
+                parts.add(part?);
+            }
+        }
+        Ok(parts)
+    }
+
     /// Adds the next cell.
     fn add(&mut self, part: Part) {
         self.cells.push(part.cell);
@@ -565,19 +545,15 @@ impl Drop for Campaign<'_> {
 }
 
 /// An error where the flag is raised.
-fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
+pub(super) fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
     if stop.load(Ordering::Relaxed) {
         return Err(CampaignError::Stopped);
     }
     Ok(())
 }
 
-fn next_step(trials: u64, until: &Until) -> u64 {
-    trials.saturating_mul(2).min(until.maximum)
-}
-
 /// What made the results: nothing of the time or the threads, and of the host only what faer's bits depend on.
-fn manifest(experiment: &Experiment, targets: &[u64]) -> Value {
+fn manifest(experiment: &Experiment, targets: &[u64], origin: &Origin) -> Value {
     let trials = match targets {
         [first, rest @ ..] if rest.iter().all(|other| other == first) => json!(first),
         _ => json!(targets),
@@ -589,15 +565,19 @@ fn manifest(experiment: &Experiment, targets: &[u64]) -> Value {
         [first, rest @ ..] if rest.iter().all(|other| other == first) => json!(first),
         _ => json!(engines),
     };
-    json!({
+    let mut manifest = json!({
         "program": "asobench",
         "version": env!("CARGO_PKG_VERSION"),
         "git_revision": option_env!("ASOBENCH_GIT_REVISION"),
         "trials": trials,
         "engine": engines,
-        "faer_instructions": by_faer.then(Engine::faer_instructions),
+        "faer_instructions": by_faer.then_some(&origin.faer_instructions),
         "experiment": experiment.file,
-    })
+    });
+    if origin.partial {
+        manifest["partial"] = true.into();
+    }
+    manifest
 }
 
 #[cfg(test)]

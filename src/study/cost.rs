@@ -23,9 +23,10 @@ const DISK: f64 = 3e-4;
 const TABLE: f64 = 4e-6;
 
 /// Seconds on one thread.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Timed {
-    /// How many cells this one stands for.
+    /// The cells that this one stands for, and how many they are.
+    members: Vec<usize>,
     cells: f64,
     /// Trials of a whole block, and of the one that was timed.
     block: u64,
@@ -59,12 +60,12 @@ impl Cost {
     /// If a cell has no worker.
     pub fn measure(experiment: &Experiment, trials: u64) -> Result<Self, WorkerError> {
         let mut timed = Vec::new();
-        for (index, cells) in sampled(experiment) {
+        for members in sampled(experiment) {
             if timed.is_empty() {
                 // What is loaded and sized at first use is not timed.
-                time_cell(experiment, index, cells, trials)?;
+                time_cell(experiment, members.clone(), trials)?;
             }
-            timed.push(time_cell(experiment, index, cells, trials)?);
+            timed.push(time_cell(experiment, members, trials)?);
         }
         Ok(Self {
             timed,
@@ -76,6 +77,18 @@ impl Cost {
     /// One trial of every cell on one thread, seconds.
     pub fn seconds_per_trial(&self) -> f64 {
         self.timed.iter().map(|of| of.cells * of.trial).sum()
+    }
+
+    /// A trial of each cell on one thread, with its part of a block, seconds.
+    pub fn seconds_of_cells(&self) -> Vec<f64> {
+        let count: usize = self.timed.iter().map(|of| of.members.len()).sum();
+        let mut seconds = vec![0.0; count];
+        for of in &self.timed {
+            let of_block = of.tally * (of.block as f64 / of.sampled as f64).max(1.0);
+            let trial = of.trial + (of_block + of.encode + DISK) / of.block as f64;
+            of.members.iter().for_each(|cell| seconds[*cell] = trial);
+        }
+        seconds
     }
 
     /// Bytes of a row in trials.parquet.
@@ -115,8 +128,8 @@ impl Cost {
     }
 }
 
-/// Cells that stand for all: those in the middle of equal parts of all cells, ordered by what their trials are like.
-fn sampled(experiment: &Experiment) -> Vec<(usize, f64)> {
+/// Equal parts of all cells, ordered by what their trials are like: the cell in the middle of each stands for it.
+fn sampled(experiment: &Experiment) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..experiment.cells.len()).collect();
     let kind = |index: &usize| {
         let cell: &Cell = &experiment.cells[*index];
@@ -138,10 +151,7 @@ fn sampled(experiment: &Experiment) -> Vec<(usize, f64)> {
     let parts = CELLS.min(order.len());
     let bound = |part: usize| part * order.len() / parts;
     (0..parts)
-        .map(|part| {
-            let (from, to) = (bound(part), bound(part + 1));
-            (order[usize::midpoint(from, to - 1)], (to - from) as f64)
-        })
+        .map(|part| order[bound(part)..bound(part + 1)].to_vec())
         .collect()
 }
 
@@ -195,10 +205,10 @@ fn cost_of_row(experiment: &Experiment, cell: usize, rows: &Rows) -> [f64; 2] {
 
 fn time_cell(
     experiment: &Experiment,
-    index: usize,
-    cells: f64,
+    members: Vec<usize>,
     trials: u64,
 ) -> Result<Timed, WorkerError> {
+    let index = members[(members.len() - 1) / 2];
     let (cell, file) = (&experiment.cells[index], &experiment.file);
     let mut found = Trials::new(experiment, cell);
     let (setup, worker) = clocked(|| Worker::new(experiment, cell));
@@ -260,7 +270,8 @@ fn time_cell(
         [0.0; 2]
     };
     Ok(Timed {
-        cells,
+        cells: members.len() as f64,
+        members,
         block,
         sampled,
         setup,

@@ -42,6 +42,12 @@ impl Span {
     pub(super) fn len(&self) -> u64 {
         self.trials.end - self.trials.start
     }
+
+    /// Whether another lies within it.
+    pub(super) fn holds(&self, part: &Self) -> bool {
+        let (of, trials) = (&self.trials, &part.trials);
+        self.cell == part.cell && of.start <= trials.start && trials.end <= of.end
+    }
 }
 
 /// A contiguous range of trials of one cell, computed.

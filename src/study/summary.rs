@@ -218,7 +218,8 @@ impl CellSummary {
     }
 
     /// Checks that a stored cell can be what [`Self::of`] makes, with the outputs of the others.
-    fn check(&self, index: usize, labels: &[String]) -> Result<(), &'static str> {
+    /// What is wrong with a stored cell, that must have `least` trials.
+    fn check(&self, index: usize, labels: &[String], least: u64) -> Result<(), &'static str> {
         let (trials, n) = (self.trials, self.order);
         let output = |of: &OutputSummary| {
             let parameters = of.parameters.iter().map(|(_, of)| of);
@@ -244,7 +245,10 @@ impl CellSummary {
         let traces = |of: &Traces| of.are_of(n, self.outputs.len());
         for (fits, part) in [
             (self.cell == index, "the index"),
-            ((1..=TRIAL_LIMIT).contains(&trials), "the number of trials"),
+            (
+                (least..=TRIAL_LIMIT).contains(&trials),
+                "the number of trials",
+            ),
             ((1..=ORDER_LIMIT).contains(&n), "the order"),
             (self.window <= self.horizon, "the window"),
             (self.horizon as f64 <= LARGEST_COUNT, "the horizon"),
@@ -389,6 +393,9 @@ pub struct Summary {
     pub hypothesis: String,
     /// The claims that it speaks to.
     pub claims: Vec<String>,
+    /// Whether trials that the study asks for are missing.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub partial: bool,
     /// The seed.
     pub seed: u64,
     /// The settings that vary, beside claim, eta and window.
@@ -431,6 +438,7 @@ impl Summary {
             title: file.title.clone(),
             question: file.question.clone(),
             hypothesis: file.hypothesis.clone(),
+            partial: false,
             claims: file.claims.iter().map(|claim| claim.id.clone()).collect(),
             seed: file.seed,
             axes: experiment.axes(),
@@ -462,7 +470,7 @@ impl Summary {
             .first()
             .map_or_else(Vec::new, CellSummary::labels);
         for (index, cell) in summary.cells.iter().enumerate() {
-            if let Err(part) = cell.check(index, &labels) {
+            if let Err(part) = cell.check(index, &labels, u64::from(!summary.partial)) {
                 return Err(format!("damaged: {part} of cell {index}"));
             }
         }

@@ -72,6 +72,7 @@ fn summary(cells: Vec<CellSummary>) -> Summary {
         question: String::new(),
         hypothesis: String::new(),
         claims: Vec::new(),
+        partial: false,
         seed: 1,
         axes: Vec::new(),
         quantile_relative_error: 0.0,

@@ -173,6 +173,9 @@ fn experiment(
     on_step: &mut dyn FnMut(&str),
 ) {
     let summary = &study.summary;
+    if let Some(line) = study.partial_line() {
+        section.paragraph(&line);
+    }
     if !summary.question.is_empty() {
         section.question(&summary.question);
     }

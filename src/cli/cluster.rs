@@ -1,0 +1,193 @@
+//! What the commands of studies over many machines share.
+
+use super::error::{Error, failed};
+use super::run;
+use crate::study::RunError;
+use crate::study::cluster::{ClusterError, ShardPlan, Status};
+use crate::text::shell_word;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Lines of what was not taken or is missing that are told.
+pub(super) const LINES: usize = 20;
+
+/// What the user can mend is bad input; the rest failed.
+pub(super) fn refused(error: ClusterError) -> Error {
+    match error {
+        ClusterError::File(error)
+            if error.foreign || error.source.kind() == std::io::ErrorKind::NotFound =>
+        {
+            Error::Input(error.to_string())
+        }
+        ClusterError::Run(RunError::Interrupted { .. })
+        | ClusterError::Campaign(crate::study::CampaignError::Stopped) => {
+            Error::Interrupted("interrupted; nothing was written".to_owned())
+        }
+        ClusterError::Campaign(error) => run::refused("--out ", error),
+        ClusterError::Plan { .. }
+        | ClusterError::Experiment(_)
+        | ClusterError::Foreign { .. }
+        | ClusterError::Instructions(_) => Error::Input(error.to_string()),
+        ClusterError::File(_)
+        | ClusterError::Block(_)
+        | ClusterError::Worker(_)
+        | ClusterError::Run(_) => failed(error),
+    }
+}
+
+/// The name of the study of a plan: NAME of NAME.plan.json.
+pub(super) fn name_of(plan: &Path) -> String {
+    let folder = ShardPlan::default_folder(plan);
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    name.strip_suffix("-shards").unwrap_or(&name).to_owned()
+}
+
+/// The job script of a plan, which `slurm` writes beside it.
+pub(super) fn script_of(plan: &Path) -> PathBuf {
+    plan.with_file_name(format!("{}.sbatch", name_of(plan)))
+}
+
+/// A path as a word of a command.
+pub(super) fn word(path: &Path) -> String {
+    shell_word(path.display())
+}
+
+/// The folders of a command, those of a plan where none are given.
+pub(super) fn folders(plan: &Path, given: &[PathBuf]) -> Vec<PathBuf> {
+    match given {
+        [] => vec![ShardPlan::default_folder(plan)],
+        given => given.to_vec(),
+    }
+}
+
+/// What is missing and how to go on, in lines.
+pub(super) fn missing(plan_path: &Path, plan: &ShardPlan, status: &Status) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for span in status.missing.iter().take(LINES) {
+        let (from, last) = (span.trials.start, span.trials.end - 1);
+        lines.push(format!(
+            "missing: cell {}, trials {from} to {last}",
+            span.cell
+        ));
+    }
+    if let Some(more @ 1..) = status.missing.len().checked_sub(LINES) {
+        lines.push(format!("missing: {more} more ranges of trials"));
+    }
+    if status.unplanned > 0 {
+        lines.push(format!(
+            "{} trials are in no shard of this plan; plan again: asobench plan {} --out {}",
+            status.unplanned,
+            word(plan_path),
+            word(plan_path),
+        ));
+    }
+    lines.extend(again(plan_path, plan, status));
+    lines.join("\n") + "\n"
+}
+
+/// The line that computes what is missing, as a job where there is a script of one; none where no shard has it.
+pub(super) fn again(plan_path: &Path, plan: &ShardPlan, status: &Status) -> Option<String> {
+    let array = status.array();
+    let first = array.split([',', '-']).next().unwrap_or_default();
+    if array.is_empty() {
+        return None;
+    }
+    let script = script_of(plan_path);
+    Some(if crate::files::is_there(&script) {
+        format!("run again: sbatch --array={array} {}", word(&script))
+    } else {
+        format!(
+            "run again: shards {array}, such as: asobench shard {} {first}/{}",
+            word(plan_path),
+            plan.shards.len()
+        )
+    })
+}
+
+/// A time as people and Slurm write it: 90s, 30m, 2h, 1d, 1:30:00, 1-12:00:00.
+pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
+    let wrong = || "expected a time such as 90s, 30m, 2h, 12:00:00 or 1-12:00:00".to_owned();
+    let number = |text: &str| {
+        let digits =
+            !text.is_empty() && text.len() <= 9 && text.bytes().all(|b| b.is_ascii_digit());
+        text.parse::<u64>()
+            .ok()
+            .filter(|_| digits)
+            .ok_or_else(wrong)
+    };
+    for (unit, seconds) in [("s", 1), ("m", 60), ("h", 3600), ("d", 86_400)] {
+        if let Some(count) = text.strip_suffix(unit) {
+            return positive(number(count)? * seconds).ok_or_else(wrong);
+        }
+    }
+    let (days, rest) = match text.split_once('-') {
+        Some((days, rest)) => (Some(number(days)?), rest),
+        None => (None, text),
+    };
+    let parts: Vec<u64> = rest.split(':').map(number).collect::<Result<_, _>>()?;
+    let seconds = match (days, &parts[..]) {
+        (_, [h, m, s]) => h * 3600 + m * 60 + s,
+        (Some(_), [h, m]) => h * 3600 + m * 60,
+        (Some(_), [h]) => h * 3600,
+        (None, [m, s]) => m * 60 + s,
+        _ => return Err(wrong()),
+    };
+    positive(days.unwrap_or(0) * 86_400 + seconds).ok_or_else(wrong)
+}
+
+fn positive(seconds: u64) -> Option<Duration> {
+    (seconds > 0).then(|| Duration::from_secs(seconds))
+}
+
+/// A time as Slurm writes it.
+pub(super) fn slurm_time(time: Duration) -> String {
+    let seconds = time.as_secs();
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    let clock = format!("{:02}:{:02}:{:02}", rest / 3600, rest / 60 % 60, rest % 60);
+    if days > 0 {
+        format!("{days}-{clock}")
+    } else {
+        clock
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The forms of sbatch(1), --time, but for a bare number, which is minutes there and could be anything here.
+    #[test]
+    fn times_are_those_of_slurm() {
+        for (text, seconds) in [
+            ("90s", 90),
+            ("30m", 1800),
+            ("2h", 7200),
+            ("1d", 86_400),
+            ("10:30", 630),
+            ("01:30:00", 5400),
+            ("1-12", 129_600),
+            ("1-12:30", 131_400),
+            ("1-12:00:01", 129_601),
+        ] {
+            assert_eq!(parse_time(text), Ok(Duration::from_secs(seconds)), "{text}");
+        }
+        for text in [
+            "",
+            "90",
+            "0s",
+            "-1h",
+            "1.5h",
+            "h",
+            "1:2:3:4",
+            "1-",
+            "99999999999h",
+            "1-1:1:1:1",
+        ] {
+            assert!(parse_time(text).is_err(), "{text}");
+        }
+        for seconds in [1, 59, 3600, 86_399, 86_400, 129_601] {
+            let time = Duration::from_secs(seconds);
+            assert_eq!(parse_time(&slurm_time(time)), Ok(time));
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! `asobench merge`: results of what the shards of a plan left.
+
+use super::cluster::{self, folders, refused, word};
+use super::error::Error;
+use super::run::{mark_added, results, threads};
+use super::{note, print, progress};
+use crate::claim;
+use crate::study::Summary;
+use crate::study::cluster::{Collection, MergeOptions, Merged, ShardPlan, merge};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Put the results together from what shards left, to the same bytes as `run` on one machine. Any folders, in any order,
+/// twice the same: all that is damaged or of another experiment is named and not taken. Where trials are missing they are
+/// named, and it ends with exit code 75.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// The plan, as `asobench plan` writes it
+    plan: PathBuf,
+    /// Folders with what shards left, at any depth [default: NAME-shards beside the plan]
+    folders: Vec<PathBuf>,
+    /// Folder of the results [default: results/NAME of NAME.plan.json]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Make results of what there is, marked as partial
+    #[arg(long)]
+    partial: bool,
+    /// Take cells by faer that machines with different vector instructions computed
+    #[arg(long)]
+    mix_instructions: bool,
+    /// Threads [default: one per processor]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let path = &arguments.plan;
+    let (plan, mut experiment) = ShardPlan::read(path).map_err(refused)?;
+    let out = arguments.out.clone();
+    let out = out.unwrap_or_else(|| Path::new("results").join(cluster::name_of(path)));
+    mark_added(&mut experiment.file, &out);
+    let folders = folders(path, &arguments.folders);
+    let found = Collection::of(&folders, &experiment).map_err(|e| refused(e.into()))?;
+    let stop = progress::stop_flag()?;
+    let options = MergeOptions {
+        threads: threads(arguments.threads),
+        partial: arguments.partial,
+        mix_instructions: arguments.mix_instructions,
+    };
+    let is_decided = |summary: &Summary| claim::decides(&experiment.file, summary);
+    let merged = merge(
+        (&plan, &experiment),
+        found,
+        &out,
+        options,
+        &stop,
+        is_decided,
+    );
+    let (merged, notes, read) = merged.map_err(refused)?;
+    for line in notes.iter().take(cluster::LINES) {
+        note(line);
+    }
+    if let Some(more @ 1..) = notes.len().checked_sub(cluster::LINES) {
+        note(&format!("{more} more that were not taken"));
+    }
+    note(&format!("{} blocks, {} bytes", read.files, read.bytes));
+    match merged {
+        Merged::Done(summary) => {
+            if experiment.file.timing {
+                note(&format!(
+                    "the methods are not timed; asobench run {} --out {} does that alone",
+                    word(path),
+                    word(&out)
+                ));
+            }
+            print(&results(&out, &summary)?)?;
+            Ok(ExitCode::SUCCESS)
+        }
+        Merged::Missing(status) => {
+            for line in cluster::missing(path, &plan, &status).lines() {
+                note(line);
+            }
+            let missing: u64 = status.cells.iter().map(|cell| cell.missing).sum();
+            Err(Error::Again(format!(
+                "{missing} trials are missing, nothing was written; --partial makes results of the others"
+            )))
+        }
+        Merged::More(cells) => Err(Error::Again(format!(
+            "all trials of the plan are there, and by the rule of 'trials' {cells} cells need more; plan the \
+             next round by the command that made the plan, or: asobench plan {} --out {}",
+            word(path),
+            word(path)
+        ))),
+    }
+}

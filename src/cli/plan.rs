@@ -1,0 +1,165 @@
+//! `asobench plan`: which trials which shard of a study computes.
+
+use super::cluster::{self, folders, parse_time, refused, word};
+use super::error::{Error, failed};
+use super::need::duration;
+use super::run::{StudyArguments, threads};
+use super::{note, print, progress};
+use crate::claim;
+use crate::files::is_there;
+use crate::study::cluster::{Collection, ShardPlan, next_targets};
+use crate::study::file::TrialRule;
+use crate::study::{Cost, Experiment};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Plan a study in shards for many machines, balanced by a short timing. The same command again plans what is still
+/// missing, and the next round where `trials` is a rule.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    study: StudyArguments,
+    #[command(flatten)]
+    size: SizeArguments,
+    /// Threads that a shard will have, for --target-time
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// The plan [default: NAME.plan.json of NAME.toml]
+    #[arg(long, value_name = "PLAN")]
+    out: Option<PathBuf>,
+    /// Folders with blocks that need not be computed again [default: NAME-shards beside the plan]
+    #[arg(long, value_name = "DIR", num_args = 1..)]
+    from: Vec<PathBuf>,
+}
+
+/// How many shards.
+#[derive(clap::Args)]
+pub(super) struct SizeArguments {
+    /// How many shards, about
+    #[arg(long, value_name = "S", conflicts_with = "target_time", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(super) shards: Option<u32>,
+    /// What a shard is to take, such as 90s, 30m, 2h or 1-12:00:00 [default: 1h]
+    #[arg(long, value_name = "T", value_parser = parse_time)]
+    pub(super) target_time: Option<Duration>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let name = arguments.study.name();
+    let name = name.strip_suffix(".plan").unwrap_or(&name);
+    let path = match &arguments.out {
+        Some(out) => out.clone(),
+        None if name == "-" => {
+            let message =
+                "--out: expected a plan's name where the experiment comes from standard input";
+            return Err(Error::Input(message.to_owned()));
+        }
+        None => PathBuf::from(format!("{name}.plan.json")),
+    };
+    let planned = plan(
+        &arguments.study,
+        &arguments.size,
+        usize::from(arguments.threads),
+        &path,
+        &arguments.from,
+    )?;
+    let count = planned.plan.shards.len();
+    let out = word(&Path::new("results").join(name));
+    let plan = word(&path);
+    let shard = match count {
+        0 => String::new(),
+        _ => format!("each shard: asobench shard {plan} I/{count}, I = 1 to {count}\n"),
+    };
+    let text = planned.text(&path);
+    let text = format!("{text}{shard}then: asobench merge {plan} --out {out}\n");
+    print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A plan that was written.
+pub(super) struct Planned {
+    pub(super) plan: ShardPlan,
+    /// Trials that are missing.
+    missing: u64,
+}
+
+impl Planned {
+    /// What the plan says.
+    pub(super) fn text(&self, path: &Path) -> String {
+        let trials: u64 = self.plan.trials.iter().sum();
+        let cells = self.plan.trials.len();
+        let size = match self.plan.shards.len() {
+            0 => "nothing is missing".to_owned(),
+            count => format!(
+                "{count} shards, each about {} on one thread of this machine",
+                duration(self.plan.seconds)
+            ),
+        };
+        format!(
+            "{cells} cells, {trials} trials, {} of them missing\n{}: {size}\n",
+            self.missing,
+            word(path)
+        )
+    }
+}
+
+/// Plans what is missing of a study, and writes the plan.
+pub(super) fn plan(
+    study: &StudyArguments,
+    size: &SizeArguments,
+    threads_of_shard: usize,
+    path: &Path,
+    from: &[PathBuf],
+) -> Result<Planned, Error> {
+    let results = study.folder(None);
+    let (experiment, rule) = study.experiment(&results)?;
+    let (trials, missing) = wanted(&experiment, &rule, path, from)?;
+    let (_, most) = rule.extent();
+    let seconds = if missing.is_empty() {
+        vec![0.0; trials.len()]
+    } else {
+        let cost = Cost::measure(&experiment, most).map_err(failed)?;
+        cost.seconds_of_cells()
+    };
+    let of_span = missing
+        .iter()
+        .map(|span| (span.trials.end - span.trials.start, span.cell));
+    let all: f64 = of_span
+        .map(|(trials, cell)| trials as f64 * seconds[cell])
+        .sum();
+    let target = size.target_time.unwrap_or(Duration::from_hours(1));
+    let by_time = all / threads_of_shard as f64 / target.as_secs_f64();
+    let shards = size
+        .shards
+        .map_or(by_time.ceil() as usize, |count| count as usize);
+    let plan = ShardPlan::new(&experiment, trials, &missing, &seconds, shards.max(1));
+    let plan = plan.map_err(refused)?;
+    plan.write(path).map_err(refused)?;
+    let missing = missing
+        .iter()
+        .map(|span| span.trials.end - span.trials.start);
+    let missing = missing.sum();
+    Ok(Planned { plan, missing })
+}
+
+/// The trials of each cell, and those that are missing.
+fn wanted(
+    experiment: &Experiment,
+    rule: &TrialRule,
+    path: &Path,
+    from: &[PathBuf],
+) -> Result<(Vec<u64>, Vec<crate::study::Span>), Error> {
+    let mut from = folders(path, from);
+    // By default nothing need be there yet.
+    if from == folders(path, &[]) {
+        from.retain(|folder| is_there(folder));
+    }
+    let mut found = Collection::of(&from, experiment).map_err(|e| refused(e.into()))?;
+    found.verify(experiment).map_err(|e| refused(e.into()))?;
+    for line in found.refused.iter().take(cluster::LINES) {
+        note(line);
+    }
+    let stop = progress::stop_flag()?;
+    let is_decided = |summary: &crate::study::Summary| claim::decides(&experiment.file, summary);
+    next_targets(experiment, rule, &found, (threads(None), &stop), is_decided).map_err(refused)
+}

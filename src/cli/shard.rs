@@ -1,0 +1,186 @@
+//! `asobench shard`: computes one shard of a plan.
+
+use super::cluster::{parse_time, refused, word};
+use super::error::Error;
+use super::run::threads;
+use super::{memory, note, print, progress};
+use crate::study::RunError;
+use crate::study::cluster::{
+    ClusterError, Process, ShardOptions, ShardPlan, compute_shard, shard_folder,
+};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Compute one shard of a plan, in a folder of this process's own. What earlier processes left of the shard is not
+/// computed again. Stopped by SIGTERM or --time-limit it ends with exit code 75: run it again.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// The plan, as `asobench plan` writes it
+    plan: PathBuf,
+    /// The shard, such as 3 or 3/12, from 1 [default: SLURM_ARRAY_TASK_ID]
+    #[arg(value_name = "I/S")]
+    shard: Option<String>,
+    /// Folder of what all shards leave, on a file system that the machines share [default: NAME-shards beside the plan]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Threads [default: SLURM_CPUS_PER_TASK, else as many processors as this process may use]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Stop after so long, such as 90s, 30m or 2h
+    #[arg(long, value_name = "T", value_parser = parse_time)]
+    time_limit: Option<Duration>,
+    /// Trials in a block, the unit of work and of storage [default: half a second of work]
+    #[arg(long, value_name = "B", value_parser = clap::value_parser!(u64).range(1..))]
+    block: Option<u64>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let path = &arguments.plan;
+    let (plan, experiment) = ShardPlan::read(path).map_err(refused)?;
+    let index = index(arguments.shard.as_deref(), plan.shards.len(), path)?;
+    let options = ShardOptions {
+        threads: allocated(arguments.threads),
+        block: arguments.block,
+    };
+    for part in &plan.shards[index] {
+        memory::fits(&experiment, part.cell..part.cell + 1, options.threads)?;
+    }
+    let default = || ShardPlan::default_folder(path);
+    let folder = arguments.out.clone().unwrap_or_else(default);
+    let stop = progress::stop_flag()?;
+    if let Some(limit) = arguments.time_limit {
+        stop_after(limit, &stop);
+    }
+    let mut display = progress::Display::new(plan.shards[index].len());
+    let done = compute_shard(
+        &plan,
+        &experiment,
+        index,
+        &folder,
+        (options, &this_process()),
+        &stop,
+        |event| display.show(&event),
+        note,
+    );
+    display.clear();
+    let of = plan.shards.len();
+    let number = index + 1;
+    match done {
+        Ok(()) => {
+            if let Some(speed) = display.speed() {
+                note(&speed);
+            }
+            print(&format!(
+                "shard {number} of {of}: all {} trials are there, in {}\n",
+                plan.trials_of_shard(index),
+                word(&shard_folder(&folder, index))
+            ))?;
+            Ok(ExitCode::SUCCESS)
+        }
+        Err(ClusterError::Run(RunError::Interrupted { .. })) => {
+            let out = arguments.out.as_ref();
+            let out = out.map_or_else(String::new, |out| format!(" --out {}", word(out)));
+            Err(Error::Again(format!(
+                "stopped, run again: asobench shard {} {number}/{of}{out}",
+                word(path)
+            )))
+        }
+        Err(error) => Err(refused(error)),
+    }
+}
+
+/// The index of the shard, from 0. How many there are, only the plan says: a job that is submitted again for some of its
+/// tasks has another number of them.
+fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error> {
+    const TASK: &str = "SLURM_ARRAY_TASK_ID";
+    let (flag, text) = match (given, std::env::var(TASK)) {
+        (Some(given), _) => ("", given.to_owned()),
+        (None, Ok(task)) => (TASK, task),
+        (None, Err(_)) => {
+            let message = format!("expected a shard's number, such as 3/{shards}, or {TASK}");
+            return Err(Error::Input(message));
+        }
+    };
+    let wrong = |what: &str| {
+        let space = if flag.is_empty() { "" } else { " " };
+        let plan = plan.display();
+        Error::Input(format!(
+            "{flag}{space}'{text}': {what}; {plan} has the shards 1 to {shards}"
+        ))
+    };
+    let (number, of) = match text.split_once('/') {
+        Some((number, of)) => (number, Some(of)),
+        None => (&text[..], None),
+    };
+    let parsed = |text: &str| text.parse::<usize>().ok();
+    match (parsed(number), of.map(parsed)) {
+        (_, Some(of)) if of != Some(shards) => Err(wrong("not the plan's number of shards")),
+        (Some(number), _) if (1..=shards).contains(&number) => Ok(number - 1),
+        (Some(_), _) => Err(wrong("no such shard")),
+        (None, _) => Err(wrong("not a shard's number")),
+    }
+}
+
+/// The threads that are asked for, that a job has, or that this process may use, by its group and affinity.
+fn allocated(asked: Option<u16>) -> usize {
+    let of_job = || std::env::var("SLURM_CPUS_PER_TASK").ok()?.parse().ok();
+    threads(asked.or_else(|| of_job().filter(|count| (1..=1024).contains(count))))
+}
+
+/// Raises the flag after some time.
+fn stop_after(limit: Duration, stop: &Arc<AtomicBool>) {
+    let stop = Arc::clone(stop);
+    std::thread::spawn(move || {
+        std::thread::sleep(limit);
+        stop.store(true, Ordering::Relaxed);
+    });
+}
+
+/// Who writes. Slurm's name of the node comes first: a machine can have several.
+#[expect(clippy::disallowed_methods, reason = "a short file of the kernel")]
+fn this_process() -> Process {
+    let of_kernel = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
+    let host = std::env::var("SLURMD_NODENAME").ok().or_else(of_kernel);
+    let host = host.or_else(|| std::env::var("HOSTNAME").ok());
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '.' || c == '_';
+    let host: String = host.unwrap_or_default().trim().chars().take(60).collect();
+    let host = host.replace(|c| !plain(c), "_");
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    Process {
+        host: if host.is_empty() {
+            "host".to_owned()
+        } else {
+            host
+        },
+        pid: std::process::id(),
+        begin: since.map_or(0, |time| time.as_secs()),
+        job: std::env::var("SLURM_JOB_ID").ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shard_is_one_of_the_plan() {
+        let plan = Path::new("a.plan.json");
+        let of = |text| index(Some(text), 12, plan).map_err(|error| error.to_string());
+        assert_eq!(of("1"), Ok(0));
+        assert_eq!(of("12/12"), Ok(11));
+        for (text, part) in [
+            ("0", "no such shard"),
+            ("13", "no such shard"),
+            ("3/7", "not the plan's number"),
+            ("x", "not a shard's number"),
+            ("", "not a shard's number"),
+            ("-1", "not a shard's number"),
+        ] {
+            let error = of(text).unwrap_err();
+            assert!(error.contains(part) && error.contains("1 to 12"), "{error}");
+        }
+    }
+}

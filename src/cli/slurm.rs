@@ -1,0 +1,313 @@
+//! `asobench slurm`: job scripts of a study for Slurm.
+
+use super::cluster::{parse_time, script_of, slurm_time, word};
+use super::error::{Error, failed};
+use super::plan::{SizeArguments, plan};
+use super::run::StudyArguments;
+use super::{note, print};
+use crate::files::{self, Kind};
+use crate::study::cluster::ShardPlan;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::time::Duration;
+
+/// Write a plan of a study, a job script of its shards and one that puts their results together, for Slurm. The same command
+/// again plans what is still missing, and the next round where `trials` is a rule.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    study: StudyArguments,
+    #[command(flatten)]
+    size: SizeArguments,
+    /// Submit the jobs too
+    #[arg(long)]
+    submit: bool,
+    /// Folder of plan, scripts, logs and shards, which all nodes share [default: NAME-slurm]
+    #[arg(long, value_name = "DIR")]
+    work: Option<PathBuf>,
+    /// Folder of the results [default: results/NAME of NAME.toml]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    job: Job,
+    /// TOML file with these: partition, account, time, mem, cpus-per-task, array-limit, and options, a list of more
+    /// options of sbatch, such as "--constraint=avx512"; flags come first
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+}
+
+/// What a job asks of Slurm.
+#[derive(clap::Args, Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+struct Job {
+    /// Partition
+    #[arg(long, value_name = "P")]
+    partition: Option<String>,
+    /// Account
+    #[arg(long, value_name = "A")]
+    account: Option<String>,
+    /// Time limit of a job, such as 2h or 1-12:00:00
+    #[arg(long, value_name = "T")]
+    time: Option<String>,
+    /// Memory of a job, such as 4G
+    #[arg(long, value_name = "M")]
+    mem: Option<String>,
+    /// Processors of a shard, a thread on each [default: 1]
+    #[arg(long, value_name = "C", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    cpus_per_task: Option<u16>,
+    /// Shards that run at once, at most
+    #[arg(long, value_name = "L", value_parser = clap::value_parser!(u32).range(1..))]
+    array_limit: Option<u32>,
+    #[arg(skip)]
+    options: Vec<String>,
+}
+
+impl Job {
+    /// These flags, and what a file says for those that are not there.
+    fn or(self, file: Self) -> Self {
+        Self {
+            partition: self.partition.or(file.partition),
+            account: self.account.or(file.account),
+            time: self.time.or(file.time),
+            mem: self.mem.or(file.mem),
+            cpus_per_task: self.cpus_per_task.or(file.cpus_per_task),
+            array_limit: self.array_limit.or(file.array_limit),
+            options: file.options,
+        }
+    }
+
+    fn read(path: &Path) -> Result<Self, Error> {
+        let wrong = |reason: &dyn std::fmt::Display| {
+            let reason = reason.to_string();
+            let lines: Vec<&str> = reason.lines().map(str::trim).collect();
+            Error::Input(format!("--config {}: {}", path.display(), lines.join(" ")))
+        };
+        let text = files::read_named(path, Kind::Experiment).map_err(|e| wrong(&e))?;
+        toml::from_str(&text).map_err(|e: toml::de::Error| wrong(&e.message()))
+    }
+
+    /// What can end the lines of a script is refused.
+    fn check(&self) -> Result<Option<Duration>, Error> {
+        let texts = [&self.partition, &self.account, &self.mem, &self.time];
+        let texts = texts.into_iter().flatten().chain(&self.options);
+        for text in texts {
+            if text.is_empty() || text.chars().any(char::is_control) {
+                return Err(Error::Input(format!(
+                    "{text:?}: expected an option of sbatch on one line"
+                )));
+            }
+        }
+        for option in &self.options {
+            if !option.starts_with('-') {
+                return Err(Error::Input(format!(
+                    "options: '{option}'; expected an option of sbatch such as --constraint=avx512"
+                )));
+            }
+        }
+        let time = self.time.as_deref().map(parse_time).transpose();
+        time.map_err(|error| Error::Input(format!("--time: {error}")))
+    }
+
+    /// The lines of both scripts.
+    fn lines(&self, time: Option<Duration>) -> String {
+        let known = [
+            ("partition", self.partition.clone()),
+            ("account", self.account.clone()),
+            ("time", time.map(slurm_time)),
+            ("mem", self.mem.clone()),
+        ];
+        let known = known.into_iter();
+        let known =
+            known.filter_map(|(name, value)| Some(format!("#SBATCH --{name}={}\n", value?)));
+        let more = self
+            .options
+            .iter()
+            .map(|option| format!("#SBATCH {option}\n"));
+        known.chain(more).collect()
+    }
+}
+
+/// Where everything is, as words of a script.
+struct Places {
+    program: String,
+    folder: PathBuf,
+    plan: PathBuf,
+    name: String,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let name = arguments.study.name();
+    if name == "-" || name.chars().any(|c| c.is_control() || c.is_whitespace()) {
+        let message = "expected an experiment file with a name without blanks: it is a job's too";
+        return Err(Error::Input(format!("'{name}': {message}")));
+    }
+    let file = arguments.config.as_deref().map(Job::read).transpose()?;
+    let job = arguments.job.clone().or(file.unwrap_or_default());
+    let time = job.check()?;
+    let work = arguments.work.clone();
+    let work = work.unwrap_or_else(|| PathBuf::from(format!("{name}-slurm")));
+    files::make_folder(&work).map_err(failed)?;
+    files::make_folder(&work.join("logs")).map_err(failed)?;
+    let path = work.join(format!("{name}.plan.json"));
+    let size = SizeArguments {
+        // A shard that ends well before the limit need not be run twice.
+        target_time: arguments.size.target_time.or(time.map(|limit| limit / 2)),
+        shards: arguments.size.shards,
+    };
+    let cpus = job.cpus_per_task.unwrap_or(1);
+    let planned = plan(&arguments.study, &size, usize::from(cpus), &path, &[])?;
+    let places = Places {
+        program: word(&std::env::current_exe().map_err(failed)?),
+        folder: std::path::absolute(&work).map_err(failed)?,
+        plan: std::path::absolute(&path).map_err(failed)?,
+        name,
+    };
+    let out = std::path::absolute(arguments.study.folder(arguments.out.as_deref()));
+    let merge_script = work.join(format!("{}-merge.sbatch", places.name));
+    let script = script_of(&path);
+    write(&script, &shard_script(&places, &job, time))?;
+    write(
+        &merge_script,
+        &merge_script_of(&places, &job, &out.map_err(failed)?),
+    )?;
+    let shards = planned.plan.shards.len();
+    let array = match (shards, job.array_limit) {
+        (0, _) => None,
+        (count, None) => Some(format!("1-{count}")),
+        (count, Some(limit)) => Some(format!("1-{count}%{limit}")),
+    };
+    print(&planned.text(&path))?;
+    submit(arguments.submit, array, (&script, &merge_script))?;
+    print(&format!("what is there: asobench status {}\n", word(&path)))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes a script, unless the user's is there.
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    if files::is_there(path) {
+        let there = files::read_named(path, Kind::Script).map_err(failed)?;
+        if there != text {
+            note(&format!(
+                "{}: kept as it is, and not what this command would write; remove it to have it written anew",
+                path.display()
+            ));
+        }
+        return Ok(());
+    }
+    files::create(path, text.as_bytes())
+        .map_err(|error| Error::Failed(format!("{}: {error}", path.display())))
+}
+
+fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
+    let Places {
+        program,
+        folder,
+        plan,
+        name,
+    } = places;
+    // What is under way is finished, and written: a block takes about five seconds at most, unless one trial does.
+    let limit = time.map_or_else(String::new, |time| {
+        let notice = Duration::from_mins(1).min(time / 4);
+        format!(" --time-limit {}", slurm_time(time.saturating_sub(notice)))
+    });
+    format!(
+        "#!/bin/bash\n\
+         # Written by `asobench slurm`, and yours to edit: it is not written again while it is there.\n\
+         # All shards:   sbatch --array=1-S {script}\n\
+         # Some of them: sbatch --array=3,17 {script}   (`asobench status {plan}` prints that line)\n\
+         #SBATCH --job-name={name}\n\
+         #SBATCH --chdir={chdir}\n\
+         #SBATCH --output=logs/%x-%A_%a.log\n\
+         #SBATCH --open-mode=append\n\
+         #SBATCH --requeue\n\
+         #SBATCH --cpus-per-task={cpus}\n\
+         {lines}\n\
+         # The number of the shard is SLURM_ARRAY_TASK_ID, the number of threads SLURM_CPUS_PER_TASK.\n\
+         {program} shard {plan}{limit}\n\
+         code=$?\n\
+         \n\
+         # 75: stopped before its end. What is finished is stored, so the task goes back into the queue for the rest.\n\
+         if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt 100 ]; then\n\
+         \x20   scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\"\n\
+         fi\n\
+         exit \"$code\"\n",
+        script = word(&script_of(plan)),
+        plan = word(plan),
+        chdir = folder.display(),
+        cpus = job.cpus_per_task.unwrap_or(1),
+        lines = job.lines(time),
+    )
+}
+
+fn merge_script_of(places: &Places, job: &Job, out: &Path) -> String {
+    let Places {
+        program,
+        folder,
+        plan,
+        name,
+    } = places;
+    format!(
+        "#!/bin/bash\n\
+         # Written by `asobench slurm`, and yours to edit: it is not written again while it is there.\n\
+         # Puts the results together; where trials are missing, the log says which, and the line that computes them.\n\
+         #SBATCH --job-name={name}-merge\n\
+         #SBATCH --chdir={chdir}\n\
+         #SBATCH --output=logs/%x-%j.log\n\
+         {lines}\n\
+         {program} merge {plan} {shards} --out {out}\n",
+        chdir = folder.display(),
+        lines = job.lines(None),
+        plan = word(plan),
+        shards = word(&ShardPlan::default_folder(plan)),
+        out = word(out),
+    )
+}
+
+/// Prints the commands, or runs them.
+fn submit(now: bool, array: Option<String>, scripts: (&Path, &Path)) -> Result<(), Error> {
+    let (script, merge) = scripts;
+    if !now {
+        let merge = word(merge);
+        return print(&match array {
+            Some(array) => format!(
+                "submit: sbatch --array={array} {}\nthen:   sbatch --dependency=afterany:JOB {merge}   \
+                 (JOB: the number that the first prints)\n",
+                word(script)
+            ),
+            None => format!("submit: sbatch {merge}\n"),
+        });
+    }
+    let mut after = Vec::new();
+    if let Some(array) = array {
+        let id = sbatch(&[format!("--array={array}")], script)?;
+        print(&format!("submitted: job {id}, --array={array}\n"))?;
+        after.push(format!("--dependency=afterany:{id}"));
+    }
+    let id = sbatch(&after, merge)?;
+    print(&format!("submitted: job {id}, {}\n", word(merge)))
+}
+
+/// Submits a script; gives the job's number.
+fn sbatch(options: &[String], script: &Path) -> Result<String, Error> {
+    let mut command = Command::new("sbatch");
+    command.arg("--parsable").args(options).arg(script);
+    let wrong = |reason: &str| Error::Failed(format!("sbatch {}: {reason}", script.display()));
+    let output = command
+        .output()
+        .map_err(|error| wrong(&error.to_string()))?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        let lines: Vec<&str> = said.lines().map(str::trim).collect();
+        return Err(wrong(&lines.join(" ")));
+    }
+    let said = String::from_utf8_lossy(&output.stdout);
+    // JOB, or JOB;CLUSTER.
+    let id = said.trim().split(';').next().unwrap_or_default();
+    let digits = !id.is_empty() && id.bytes().all(|b| b.is_ascii_digit());
+    if digits {
+        Ok(id.to_owned())
+    } else {
+        Err(wrong("no job number in what it printed"))
+    }
+}

@@ -1,0 +1,267 @@
+//! What processes left in folders: their blocks, and what they said of themselves.
+
+use super::cover::cover;
+use super::plan::hexadecimal;
+use super::shard::Run;
+use crate::files::{self, Kind, PathError};
+use crate::study::blocks::{BlockError, BlockFolder, StoredBlock, name_of};
+use crate::study::folder::{DESIGN, span_of};
+use crate::study::{Experiment, Span};
+use rayon::prelude::*;
+use serde_json::Value;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use xxhash_rust::xxh3::xxh3_128;
+
+/// The file in which a process says of itself.
+pub(super) const RUN: &str = "run.json";
+
+/// A folder with blocks.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    pub(super) path: PathBuf,
+    /// Who wrote them, where that is known.
+    pub(super) run: Option<Run>,
+}
+
+/// A block that is there; its name says the rest.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    source: u32,
+    pub(super) trials: Range<u64>,
+}
+
+/// Block files of one design, by cell, in folders and those within them.
+#[derive(Debug, Default)]
+pub struct Collection {
+    pub(super) sources: Vec<Source>,
+    pub(super) cells: Vec<Vec<Found>>,
+    /// What was not taken and why, a line each.
+    pub refused: Vec<String>,
+    /// Folders whose blocks only their content can tell of.
+    unknown: Vec<u32>,
+}
+
+/// What reading the blocks showed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Verified {
+    /// Block files.
+    pub files: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+impl Collection {
+    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone. Blocks of folders without
+    /// it count as there until they are read.
+    ///
+    /// # Errors
+    /// If a folder cannot be read.
+    pub fn of(folders: &[PathBuf], experiment: &Experiment) -> Result<Self, PathError> {
+        let mut collection = Self {
+            cells: vec![Vec::new(); experiment.cells.len()],
+            ..Self::default()
+        };
+        let fingerprint = hexadecimal(experiment.fingerprint());
+        let mut left: Vec<PathBuf> = folders.iter().rev().cloned().collect();
+        while let Some(folder) = left.pop() {
+            match files::entries(&folder) {
+                Ok((found, within)) => {
+                    left.extend(within.into_iter().rev());
+                    collection.take(&folder, &found, &fingerprint)?;
+                }
+                // A folder that was listed may be gone; one that was named must be there.
+                Err(error) if folders.contains(&folder) || !is_missing(&error) => {
+                    return Err(error);
+                }
+                Err(_) => {}
+            }
+        }
+        Ok(collection)
+    }
+
+    /// Takes the blocks of one folder.
+    fn take(
+        &mut self,
+        folder: &Path,
+        found: &[PathBuf],
+        fingerprint: &str,
+    ) -> Result<(), PathError> {
+        let spans: Vec<(usize, u64, u64)> = found.iter().filter_map(|path| span_of(path)).collect();
+        if spans.is_empty() {
+            return Ok(());
+        }
+        let run = read_run(&folder.join(RUN))?;
+        let of_design = match &run {
+            Some(run) => Some(run.fingerprint.clone()),
+            None => design_fingerprint(&folder.join(DESIGN))?,
+        };
+        if of_design.as_deref().is_some_and(|of| of != fingerprint) {
+            self.refused.push(format!(
+                "{}: {} blocks of another experiment or version, not taken",
+                folder.display(),
+                spans.len()
+            ));
+            return Ok(());
+        }
+        let source = self.sources.len() as u32;
+        if of_design.is_none() {
+            self.unknown.push(source);
+        }
+        self.sources.push(Source {
+            path: folder.to_owned(),
+            run,
+        });
+        for (cell, from, to) in spans {
+            let trials = from..to;
+            match self.cells.get_mut(cell) {
+                Some(of_cell) if from < to => of_cell.push(Found { source, trials }),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Leaves out what is in folders that do not say whose it is: without reading it nobody knows.
+    pub fn forget_unknown(&mut self) {
+        for source in &self.unknown {
+            let of_cells = self.cells.iter().flatten();
+            let blocks = of_cells.filter(|found| found.source == *source).count();
+            self.refused.push(format!(
+                "{}: {blocks} blocks without {RUN}, not counted; --verify reads them",
+                self.sources[*source as usize].path.display()
+            ));
+        }
+        let unknown = std::mem::take(&mut self.unknown);
+        for of_cell in &mut self.cells {
+            of_cell.retain(|found| !unknown.contains(&found.source));
+        }
+    }
+
+    /// Reads every block and leaves out those that are damaged or of another design.
+    ///
+    /// # Errors
+    /// If a file cannot be read.
+    pub fn verify(&mut self, experiment: &Experiment) -> Result<Verified, BlockError> {
+        let blocks = BlockFolder::at(PathBuf::new(), experiment);
+        let mut verified = Verified::default();
+        let mut refused = Vec::new();
+        for cell in 0..self.cells.len() {
+            let of_cell = std::mem::take(&mut self.cells[cell]);
+            let read: Vec<Result<(Option<Found>, u64), BlockError>> = of_cell
+                .into_par_iter()
+                .map(|found| {
+                    let block = self.block(cell, &found);
+                    let (span, content) = blocks.verified(&block.path)?;
+                    let is_as_named = span == block.span;
+                    Ok((is_as_named.then_some(found), content.len() as u64))
+                })
+                .collect();
+            for result in read {
+                match result {
+                    Ok((Some(found), bytes)) => {
+                        verified.files += 1;
+                        verified.bytes += bytes;
+                        self.cells[cell].push(found);
+                    }
+                    Ok((None, _)) => refused.push("a block with the name of another".to_owned()),
+                    // It became part of a larger one since it was listed.
+                    Err(BlockError::File(error)) if is_missing(&error) => {}
+                    Err(BlockError::File(error)) if !error.foreign => {
+                        return Err(error.into());
+                    }
+                    Err(BlockError::Damaged { path, reason }) => {
+                        refused.push(format!("{}: damaged ({reason}), not taken", path.display()));
+                    }
+                    Err(BlockError::OtherDesign { path }) => refused.push(format!(
+                        "{}: of another experiment or version, not taken",
+                        path.display()
+                    )),
+                    Err(error) => refused.push(format!("{error}, not taken")),
+                }
+            }
+        }
+        self.unknown.clear();
+        self.refused.extend(refused);
+        Ok(verified)
+    }
+
+    /// Keeps the blocks of some cells by who wrote them.
+    pub(super) fn retain(&mut self, keep: impl Fn(usize, Option<&Run>) -> bool) {
+        let sources = &self.sources;
+        for (cell, of_cell) in self.cells.iter_mut().enumerate() {
+            of_cell.retain(|found| keep(cell, sources[found.source as usize].run.as_ref()));
+        }
+    }
+
+    /// Who wrote blocks of a cell; `None` for those that do not say.
+    pub(super) fn runs_of(&self, cell: usize) -> impl Iterator<Item = Option<&Run>> {
+        let of_cell = self.cells[cell].iter();
+        of_cell.map(|found| self.sources[found.source as usize].run.as_ref())
+    }
+
+    /// The blocks that make up most of some trials of a cell: ascending, and without overlap.
+    pub(super) fn cover(&self, cell: usize, trials: &Range<u64>) -> Vec<Found> {
+        let of_cell = self.cells[cell].iter();
+        let inside = of_cell
+            .filter(|found| trials.start <= found.trials.start && found.trials.end <= trials.end);
+        cover(inside.cloned().collect(), |found| &found.trials)
+    }
+
+    /// How many of a cell's first trials blocks of some processes have.
+    pub(super) fn cover_of(
+        &self,
+        cell: usize,
+        trials: u64,
+        of: impl Fn(Option<&Run>) -> bool,
+    ) -> u64 {
+        let by = |found: &&Found| of(self.sources[found.source as usize].run.as_ref());
+        let inside = self.cells[cell]
+            .iter()
+            .filter(|found| found.trials.end <= trials);
+        let ranges = inside.filter(by).map(|found| found.trials.clone());
+        let covered = cover(ranges.collect(), |range| range);
+        covered.iter().map(|range| range.end - range.start).sum()
+    }
+
+    /// A block with its path.
+    pub(super) fn block(&self, cell: usize, found: &Found) -> StoredBlock {
+        let trials = found.trials.clone();
+        let span = Span { cell, trials };
+        let folder = &self.sources[found.source as usize].path;
+        StoredBlock {
+            path: folder.join(name_of(&span)),
+            span,
+        }
+    }
+
+    /// For every cell the blocks that make up most of its first trials.
+    pub(super) fn chosen(&self, trials: impl Fn(usize) -> u64) -> Vec<Vec<StoredBlock>> {
+        let of_cell = |cell: usize| {
+            let covered = self.cover(cell, &(0..trials(cell)));
+            covered
+                .iter()
+                .map(|found| self.block(cell, found))
+                .collect()
+        };
+        (0..self.cells.len()).map(of_cell).collect()
+    }
+}
+
+/// Whether a file is only gone.
+pub(super) fn is_missing(error: &PathError) -> bool {
+    error.source.kind() == std::io::ErrorKind::NotFound
+}
+
+/// What a process said of itself; `None` where there is nothing that can be read.
+fn read_run(path: &Path) -> Result<Option<Run>, PathError> {
+    let text = files::read_own(path, Kind::Run)?;
+    Ok(text.and_then(|text| serde_json::from_slice(&text).ok()))
+}
+
+/// The fingerprint of the design that stands beside the blocks of a run in a folder of results.
+fn design_fingerprint(path: &Path) -> Result<Option<String>, PathError> {
+    let text = files::read_own(path, Kind::Design)?;
+    let design = text.and_then(|text| serde_json::from_slice::<Value>(&text).ok());
+    Ok(design.map(|design| hexadecimal(xxh3_128(design.to_string().as_bytes()))))
+}

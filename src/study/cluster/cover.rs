@@ -1,0 +1,90 @@
+//! Which of the blocks that are there make up the trials of a cell.
+
+use std::ops::Range;
+
+/// Of ranges those that do not overlap and together have the most trials, of these the fewest; ascending. Blocks can
+/// only be taken whole, since they hold what is left of all of their trials.
+pub(super) fn cover<T>(mut found: Vec<T>, range: impl Fn(&T) -> &Range<u64>) -> Vec<T> {
+    found.sort_by_key(|of| (range(of).end, range(of).start));
+    // Of the first i ranges: the most trials, and how few ranges have them.
+    let mut best: Vec<(u64, std::cmp::Reverse<usize>)> = vec![(0, std::cmp::Reverse(0))];
+    let mut before = Vec::with_capacity(found.len());
+    for (i, of) in found.iter().enumerate() {
+        let Range { start, end } = *range(of);
+        let earlier = found[..i].partition_point(|other| range(other).end <= start);
+        let (trials, std::cmp::Reverse(count)) = best[earlier];
+        let with = (trials + (end - start), std::cmp::Reverse(count + 1));
+        before.push((with > best[i]).then_some(earlier));
+        best.push(with.max(best[i]));
+    }
+    let mut taken = vec![false; found.len()];
+    let mut left = found.len();
+    while left > 0 {
+        left -= 1;
+        if let Some(earlier) = before[left] {
+            taken[left] = true;
+            left = earlier;
+        }
+    }
+    let mut taken = taken.into_iter();
+    found.retain(|_| taken.next().unwrap_or(false));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The most trials of any choice without overlap, by trying all.
+    fn most(found: &[Range<u64>]) -> u64 {
+        let choices = 0..1_u32 << found.len();
+        let trials = |choice: u32| {
+            let mut chosen: Vec<&Range<u64>> = (0..found.len())
+                .filter(|i| choice >> i & 1 == 1)
+                .map(|i| &found[i])
+                .collect();
+            chosen.sort_by_key(|of| of.start);
+            let apart = chosen.windows(2).all(|two| two[0].end <= two[1].start);
+            let lengths = chosen.iter().map(|of| of.end - of.start);
+            if apart { lengths.sum() } else { 0 }
+        };
+        choices.map(trials).max().unwrap_or(0)
+    }
+
+    #[test]
+    fn the_most_trials_are_covered() {
+        let mut state = 7_u64;
+        let mut below = |limit: u64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % limit
+        };
+        for _ in 0..500 {
+            let found: Vec<Range<u64>> = (0..below(9))
+                .map(|_| {
+                    let start = below(20);
+                    start..start + 1 + below(9)
+                })
+                .collect();
+            let covered = cover(found.clone(), |of| of);
+            assert!(
+                covered.windows(2).all(|two| two[0].end <= two[1].start),
+                "{found:?}: {covered:?}"
+            );
+            let trials: u64 = covered.iter().map(|of| of.end - of.start).sum();
+            assert_eq!(trials, most(&found), "{found:?}: {covered:?}");
+        }
+    }
+
+    /// A greedy choice by the first trial leaves a gap here.
+    #[test]
+    fn blocks_of_two_processes_are_not_mixed() {
+        let found = vec![0..100, 100..200, 0..130, 130..180];
+        assert_eq!(cover(found, |of| of), [0..100, 100..200]);
+        let found = vec![0..100, 100..200, 0..200];
+        let covered = cover(found, |of| of);
+        assert_eq!(covered.len(), 1);
+        assert_eq!(covered[0], 0..200);
+    }
+}

@@ -1,0 +1,207 @@
+//! Results of the blocks that processes left: the same bytes as those of one machine.
+
+use super::collect::{Collection, Verified};
+use super::plan::ShardPlan;
+use super::{ClusterError, Status};
+use crate::files::{self, Kind, PathError};
+use crate::study::blocks::{BlockFolder, StoredBlock};
+use crate::study::campaign::{Campaign, CampaignError, Origin, RunOptions, go_on};
+use crate::study::file::{Store, TrialRule};
+use crate::study::rounds::Rounds;
+use crate::study::runner::pool;
+use crate::study::{Engine, Experiment, Span, Summary};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// How results are put together.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MergeOptions {
+    /// Threads.
+    pub threads: usize,
+    /// Whether results are made of what there is.
+    pub partial: bool,
+    /// Whether faer's bits of different machines are taken as they are.
+    pub mix_instructions: bool,
+}
+
+/// What came of it.
+pub enum Merged {
+    /// The results.
+    Done(Box<Summary>),
+    /// Trials are missing: nothing was written.
+    Missing(Status),
+    /// All trials of the plan are there, and by the file's rule so many cells need more: nothing was written.
+    More(usize),
+}
+
+/// Puts together what is in folders. Blocks are read where they are, one in memory at a time for each thread; `out` has
+/// what a run leaves in its folder, and of a study that keeps its trials no blocks.
+///
+/// # Errors
+/// [`ClusterError`].
+pub fn merge(
+    (plan, experiment): (&ShardPlan, &Experiment),
+    mut found: Collection,
+    out: &Path,
+    options: MergeOptions,
+    stop: &AtomicBool,
+    is_decided: impl Fn(&Summary) -> bool,
+) -> Result<(Merged, Vec<String>, Verified), ClusterError> {
+    let verified = pool(options.threads)?.install(|| found.verify(experiment))?;
+    let notes = std::mem::take(&mut found.refused);
+    let done = |merged| Ok((merged, notes, verified));
+    let faer_instructions = one_kind(plan, &mut found, options.mix_instructions)?;
+    let status = Status::of(plan, &found);
+    let partial = !status.is_complete();
+    if partial && !options.partial {
+        return done(Merged::Missing(status));
+    }
+    let run = RunOptions {
+        threads: options.threads,
+        ..RunOptions::default()
+    };
+    let rule = experiment.file.trials.clone();
+    let mut campaign = Campaign::open(out, experiment, rule, run)?;
+    campaign.origin = Origin {
+        faer_instructions,
+        partial,
+    };
+    let chosen = found.chosen(|cell| plan.trials[cell]);
+    let before = std::mem::replace(&mut campaign.stored, chosen);
+    drop(found);
+    if experiment.file.store == Store::Summaries {
+        campaign.stored = fold(&campaign, options.threads, stop)?;
+        remove_parts(before.iter().flatten(), &campaign.stored)?;
+    }
+    let mut targets = plan.trials.clone();
+    if partial {
+        let trials = |of: &Vec<StoredBlock>| of.iter().map(|block| block.span.len()).sum();
+        targets = campaign.stored.iter().map(trials).collect();
+    } else {
+        let decided = || Ok(is_decided(&campaign.summary(stop)?));
+        if campaign.rounds().raise(&mut targets, stop, decided)? {
+            let raised = targets.iter().zip(&plan.trials).filter(|(a, b)| a > b);
+            let raised = raised.count();
+            if !options.partial {
+                return done(Merged::More(raised));
+            }
+            campaign.origin.partial = true;
+            targets.clone_from(&plan.trials);
+        }
+    }
+    let summary = campaign.conclude(&targets, stop, |_| Vec::new())?;
+    done(Merged::Done(Box::new(summary)))
+}
+
+/// Of each cell one block for every range of trials that is there, in the folder of the results.
+fn fold(
+    campaign: &Campaign<'_>,
+    threads: usize,
+    stop: &AtomicBool,
+) -> Result<Vec<Vec<StoredBlock>>, ClusterError> {
+    let follows = |a: &StoredBlock, b: &StoredBlock| a.span.trials.end == b.span.trials.start;
+    let of_cell = |of_cell: &Vec<StoredBlock>| -> Result<Vec<StoredBlock>, ClusterError> {
+        go_on(stop)?;
+        let ranges = of_cell.chunk_by(follows);
+        Ok(ranges
+            .map(|range| campaign.blocks.join(range))
+            .collect::<Result<_, _>>()?)
+    };
+    let pool = pool(threads)?;
+    pool.install(|| campaign.stored.par_iter().map(of_cell).collect())
+}
+
+/// Removes blocks that were in the folder of the results before and lie within others.
+fn remove_parts<'a>(
+    before: impl Iterator<Item = &'a StoredBlock>,
+    whole: &[Vec<StoredBlock>],
+) -> Result<(), PathError> {
+    for block in before {
+        let is_part = |of: &StoredBlock| of.path != block.path && of.span.holds(&block.span);
+        if whole[block.span.cell].iter().any(is_part) {
+            files::remove(&block.path, Kind::Block)?;
+        }
+    }
+    Ok(())
+}
+
+/// The vector instructions of all cells by faer, and the machines' blocks of these alone. Where no one kind has all
+/// that is there, nothing is left out, and only `mix` takes it.
+fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<String, ClusterError> {
+    let by_faer = |cell: &usize| plan.is_by_faer(*cell);
+    let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
+    for cell in (0..plan.trials.len()).filter(by_faer) {
+        for run in found.runs_of(cell) {
+            let kind = run.map_or("unknown", |run| run.faer_instructions.as_str());
+            *kinds.entry(kind.to_owned()).or_default() += 1;
+        }
+    }
+    let names: Vec<String> = kinds.keys().cloned().collect();
+    match &names[..] {
+        [] => return Ok(Engine::faer_instructions().to_owned()),
+        [one] => return Ok(one.clone()),
+        _ => {}
+    }
+    for kind in &names {
+        let is_whole = |cell| {
+            let trials = plan.trials[cell];
+            let of_kind = found.cover_of(cell, trials, |run| {
+                run.is_some_and(|run| run.faer_instructions == *kind)
+            });
+            of_kind == trials
+        };
+        if (0..plan.trials.len()).filter(by_faer).all(is_whole) {
+            found.retain(|cell, run| {
+                !plan.is_by_faer(cell) || run.is_some_and(|run| run.faer_instructions == *kind)
+            });
+            return Ok(kind.clone());
+        }
+    }
+    if mix {
+        return Ok(names.join("+"));
+    }
+    let counts = kinds
+        .iter()
+        .map(|(kind, count)| format!("{count} blocks with {kind}"));
+    Err(ClusterError::Instructions(
+        counts.collect::<Vec<String>>().join(", "),
+    ))
+}
+
+/// How many trials each cell is to have next by the rule of the file, and which of them are missing: what is there is
+/// read where the rule asks for it.
+///
+/// # Errors
+/// [`ClusterError`].
+pub fn next_targets(
+    experiment: &Experiment,
+    rule: &TrialRule,
+    found: &Collection,
+    (threads, stop): (usize, &AtomicBool),
+    is_decided: impl Fn(&Summary) -> bool,
+) -> Result<(Vec<u64>, Vec<Span>), ClusterError> {
+    if let TrialRule::Until(until) = rule {
+        experiment.target(until)?;
+    }
+    let (_, most) = rule.extent();
+    let stored = found.chosen(|cell| experiment.trials_of(cell, most));
+    let blocks = BlockFolder::at(PathBuf::new(), experiment);
+    let rounds = Rounds {
+        experiment,
+        rule,
+        blocks: &blocks,
+        stored: &stored,
+    };
+    let mut targets = rounds.first_targets();
+    let decided = || {
+        let summary = Campaign::summary_of(experiment, &blocks, &stored, threads, stop)?;
+        Ok::<bool, CampaignError>(is_decided(&summary))
+    };
+    rounds.raise(&mut targets, stop, decided)?;
+    let cells = 0..targets.len();
+    let missing = cells.flat_map(|cell| rounds.missing(cell, targets[cell]));
+    let missing = missing.collect();
+    Ok((targets, missing))
+}
