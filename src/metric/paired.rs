@@ -298,10 +298,15 @@ impl PairedStatistics {
         self.both + self.only_first + self.only_second + self.neither
     }
 
-    /// Whether stored statistics can be those of so many trials.
-    pub(crate) fn are_of(&self, trials: u64) -> bool {
+    /// How many trials are paired, of which one or both methods may have no measure.
+    pub(crate) fn checked_trials(&self) -> Option<u64> {
         let counts = [self.both, self.only_first, self.only_second, self.neither];
         let mut counts = counts.iter();
+        counts.try_fold(0, |sum: u64, n| sum.checked_add(*n))
+    }
+
+    /// Whether stored statistics can be those of so many trials.
+    pub(crate) fn are_of(&self, trials: u64) -> bool {
         let ratios = [
             self.ratio_q05,
             self.ratio_q25,
@@ -310,7 +315,7 @@ impl PairedStatistics {
             self.ratio_q95,
         ];
         let told = trials.checked_sub(self.ties);
-        counts.try_fold(0, |sum: u64, n| sum.checked_add(*n)) == Some(trials)
+        self.checked_trials() == Some(trials)
             && told.is_some_and(|told| self.share_smaller.is_of(told))
             && ascend(ratios.iter().map(|of| of.value))
             && ratios.iter().all(Quantile::is_sound)

@@ -493,7 +493,16 @@ impl Summary {
                 (false, true) => from.trials,
                 _ => from.trials.min(to.trials),
             };
-            labels.contains(&pair.of.output) && pair.ratio.are_of(trials)
+            // Where trials are missing, cells are paired up to the first of them.
+            let trials = if summary.partial {
+                pair.ratio
+                    .checked_trials()
+                    .filter(|paired| *paired <= trials)
+            } else {
+                Some(trials)
+            };
+            let is_sound = trials.is_some_and(|trials| pair.ratio.are_of(trials));
+            labels.contains(&pair.of.output) && is_sound
         };
         match summary.cell_pairs.iter().position(|pair| !fits(pair)) {
             Some(pair) => Err(format!("damaged: pair of cells {pair}")),
