@@ -19,7 +19,7 @@ mod settings;
 mod study;
 
 use asobench::study::file::ExperimentFile;
-use asobench::study::{Experiment, Trials, Worker};
+use asobench::study::{Experiment, OutputRows, Trials, Worker};
 use consistent::{
     colours, convergence, errata, noise_levels, orders, the_papers_experiment, windows,
 };
@@ -97,7 +97,11 @@ fn quick_trials_are_the_first_trials_of_the_full_study() {
                 .zip(long.rows.iter())
                 .all(|(a, b)| a.same_bits(&b));
             let bits = |trials: &Trials| {
-                let columns = trials.rows.outputs().iter().flat_map(|of| of.parameters());
+                let columns = trials
+                    .rows
+                    .outputs()
+                    .iter()
+                    .flat_map(OutputRows::parameters);
                 let bits = columns.flatten().map(|x| x.to_bits());
                 bits.collect::<Vec<u64>>()
             };

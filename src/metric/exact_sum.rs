@@ -181,6 +181,10 @@ impl Buckets {
     /// Mantissas of 53 bits that a sum of 63 bits takes.
     const LIMIT: usize = (1 << 10) - 1;
 
+    #[expect(
+        clippy::large_stack_arrays,
+        reason = "64 KB on their way to the heap, a few times for a block of trials"
+    )]
     pub(super) fn new() -> Self {
         Self {
             sums: Box::new([[0; 4]; 2048]),

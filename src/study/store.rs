@@ -236,7 +236,9 @@ pub fn stored_alike(
     };
     let stored = read_rows(path, first, rows.len())?;
     let mut replayed = Rows::new(experiment, &experiment.cells[cell]);
-    rows.iter().for_each(|row| replayed.push(row, &[]));
+    for row in rows {
+        replayed.push(row, &[]);
+    }
     let replayed = TrialTable::new(experiment)
         .and_then(|table| table.file_of(cell, replayed))
         .and_then(|bytes| ParquetReader::new(Cursor::new(bytes)).finish());
