@@ -1,13 +1,14 @@
 //! A study in a folder: what is there already, what is missing, and the results of it all.
 
-use super::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredBlock, discard};
+use super::blocks::{BlockError, BlockFolder, StoredBlock, discard};
+use super::compute::Work;
 use super::engine::Engine;
 use super::experiment::Experiment;
 use super::file::{FileError, Store, TrialRule};
 use super::folder::{FolderError, ResultsFolder};
 use super::rounds::Rounds;
 use super::rows::Rows;
-use super::runner::{Block, Delivery, Keep, RunError, Span, pool, run_spans};
+use super::runner::{RunError, Span, pool};
 use super::spent::{Spent, Watch};
 use super::store::{StoreError, write_summary};
 use super::summary::{CellSeries, CellSummary, SlopeStatistics, Summary};
@@ -271,42 +272,27 @@ impl<'e> Campaign<'e> {
         let RunOptions { threads, block, .. } = self.options;
         let experiment = self.experiment;
         let (blocks, stored) = (&self.blocks, &mut self.stored);
-        let rows_or_tally = if keep { Keep::Rows } else { Keep::Tally };
-        let encode = |block: Block| Computed::of(block, keep, blocks);
-        let store = |computed: Computed| {
-            let (cell, trials) = (computed.span.cell, computed.span.len());
-            let mut watch = Watch::start();
-            let of_cell = &mut stored[cell];
-            of_cell.push(computed.encoded?.write()?);
-            left[cell] -= trials;
-            if left[cell] == 0 {
-                of_cell.sort_by_key(|block| block.span.trials.start);
-                if !keep && of_cell.len() > 1 {
-                    *of_cell = vec![blocks.consolidate(of_cell)?];
-                }
-            }
-            let mut spent = computed.spent;
-            spent.storage += watch.lap();
-            on_event(Event::Block {
-                trials,
-                failures: computed.failures,
-                spent,
-            });
-            if left[cell] == 0 {
-                on_event(Event::Cell);
-            }
-            Ok(())
-        };
-        let spans = (&missing[..], block);
-        run_spans(
+        let work = Work {
             experiment,
-            spans,
-            rows_or_tally,
+            blocks,
+            spans: &missing,
+            block,
             threads,
-            stop,
-            encode,
-            store,
-        )?;
+        };
+        work.run(stop, on_event, |written| {
+            let cell = written.span.cell;
+            left[cell] -= written.span.len();
+            stored[cell].push(written);
+            if left[cell] > 0 {
+                return Ok(false);
+            }
+            let of_cell = &mut stored[cell];
+            of_cell.sort_by_key(|block| block.span.trials.start);
+            if !keep && of_cell.len() > 1 {
+                *of_cell = vec![blocks.consolidate(of_cell)?];
+            }
+            Ok(true)
+        })?;
         Ok(())
     }
 
@@ -435,43 +421,6 @@ impl<'e> Campaign<'e> {
             writer.finish(scope)?;
             Ok(parts)
         })
-    }
-}
-
-/// A block on its way from the thread that computed it to its file.
-pub(super) struct Computed {
-    pub(super) span: Span,
-    pub(super) failures: u64,
-    pub(super) spent: Spent,
-    pub(super) encoded: Result<EncodedBlock, BlockError>,
-}
-
-impl Computed {
-    pub(super) fn of(block: Block, keep: bool, blocks: &BlockFolder<'_>) -> Self {
-        let mut watch = Watch::start();
-        let Block {
-            span,
-            rows,
-            tally,
-            mut spent,
-        } = block;
-        let outputs = tally.outputs.iter();
-        let failures = outputs.map(|output| output.outcomes.failed()).sum();
-        let rows = keep.then_some(rows);
-        let encoded = blocks.encode(span.clone(), &Content { tally, rows });
-        spent.storage += watch.lap();
-        Self {
-            span,
-            failures,
-            spent,
-            encoded,
-        }
-    }
-}
-
-impl Delivery for Computed {
-    fn trials(&self) -> u64 {
-        self.span.len()
     }
 }
 

@@ -6,6 +6,7 @@ mod build;
 mod campaign;
 mod claims;
 pub mod cluster;
+mod compute;
 mod continuous;
 mod cost;
 mod curves;

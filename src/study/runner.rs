@@ -6,6 +6,7 @@ use super::spent::{Spent, Watch};
 use super::tally::{CellTally, Trials};
 use super::{Curves, Engine, Experiment, Rows, Worker, WorkerError};
 use crate::estimator::Method;
+use crate::real::MOST_LANES;
 use std::convert::Infallible;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,6 +25,9 @@ const BLOCK_WORK: usize = 1 << 21;
 
 /// Trials whose rows are tallied at once where rows are not kept.
 const TALLIED: u64 = 1 << 14;
+
+/// Blocks that each thread has at least, where there are trials for them.
+const BLOCKS_OF_A_THREAD: u64 = 4;
 
 /// A block that takes longer is delivered as far as it is, and goes on as another.
 const LONGEST: Duration = Duration::from_secs(5);
@@ -241,6 +245,8 @@ struct Shared<'a> {
     /// Trials in a block.
     block: Option<u64>,
     keep: Keep,
+    /// Trials in a block at most, so that no thread waits long for another one's last block.
+    share: u64,
     stop: &'a AtomicBool,
     /// Raised where the consumer or a worker failed.
     ended: AtomicBool,
@@ -263,6 +269,7 @@ impl<'a> Shared<'a> {
             spans,
             block,
             keep,
+            share: u64::MAX,
             stop,
             ended: AtomicBool::new(false),
             next: Mutex::new((0, 0)),
@@ -272,18 +279,21 @@ impl<'a> Shared<'a> {
 
     /// Runs all blocks.
     fn run<E, T: Delivery>(
-        self,
+        mut self,
         threads: usize,
         finish: impl Fn(Block) -> T + Sync,
         consume: impl FnMut(T) -> Result<(), E>,
     ) -> Result<(), RunError<E>> {
+        let trials: u64 = self.spans.iter().map(Span::len).sum();
+        let share = trials.div_ceil(BLOCKS_OF_A_THREAD * threads.max(1) as u64);
+        self.share = share.max(1).next_multiple_of(MOST_LANES as u64);
         let threads = self.blocks().clamp(1, threads.max(1) as u64) as usize;
         let (sender, receiver) = sync_channel(threads);
         let delivered = pool(threads)?.in_place_scope(|scope| {
             scope.spawn_broadcast(|_, _| self.work(&sender, &finish));
             self.deliver(receiver, threads, consume)
         });
-        let of = self.spans.iter().map(Span::len).sum();
+        let of = trials;
         if let Some(error) = self.failed.into_inner() {
             return Err(RunError::Worker(error));
         }
@@ -299,10 +309,15 @@ impl<'a> Shared<'a> {
     }
 
     fn block_size(&self, cell: usize) -> u64 {
-        let block = self.block;
-        block
-            .unwrap_or_else(|| block_size(self.experiment, cell))
-            .max(1)
+        if let Some(block) = self.block {
+            return block.max(1);
+        }
+        let most = if self.keep == Keep::Rows {
+            TALLIED
+        } else {
+            u64::MAX
+        };
+        block_size(self.experiment, cell).min(most).min(self.share)
     }
 
     /// How many blocks there are.

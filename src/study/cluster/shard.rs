@@ -5,11 +5,11 @@ use super::collect::{Collection, Found, RUN};
 use super::plan::{Part, ShardPlan};
 use crate::files::{self, Kind, PathError};
 use crate::study::blocks::{BlockError, BlockFolder, StoredBlock};
-use crate::study::campaign::{Computed, Event};
+use crate::study::campaign::Event;
+use crate::study::compute::Work;
 use crate::study::file::Store;
 use crate::study::rounds::gaps;
-use crate::study::runner::{Block, Keep, pool, run_spans};
-use crate::study::spent::Watch;
+use crate::study::runner::pool;
 use crate::study::{Engine, Experiment, Span};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -215,41 +215,27 @@ impl Shard<'_> {
         let keep = self.experiment.file.store == Store::Trials;
         let mut own: Vec<Vec<StoredBlock>> = vec![Vec::new(); missing.len()];
         let mut spans_left: Vec<u64> = missing.iter().map(Span::len).collect();
-        let encode = |block: Block| Computed::of(block, keep, &blocks);
-        let store = |computed: Computed| {
-            let (span, mut watch) = (computed.span, Watch::start());
-            let of_span = missing.iter().position(|of| of.holds(&span));
-            let stored = computed.encoded?.write()?;
-            if let Some(of_span) = of_span {
-                own[of_span].push(stored);
-                spans_left[of_span] -= span.len();
-                if !keep && (own[of_span].len() >= JOINED || spans_left[of_span] == 0) {
-                    join_neighbours(&blocks, &mut own[of_span])?;
-                }
-                if spans_left[of_span] == 0 {
-                    on_event(Event::Cell);
-                }
-            }
-            let mut spent = computed.spent;
-            spent.storage += watch.lap();
-            on_event(Event::Block {
-                trials: span.len(),
-                failures: computed.failures,
-                spent,
-            });
-            Ok(())
-        };
-        let rows_or_tally = if keep { Keep::Rows } else { Keep::Tally };
         let ShardOptions { threads, block } = self.options;
-        run_spans(
-            self.experiment,
-            (missing, block),
-            rows_or_tally,
+        let work = Work {
+            experiment: self.experiment,
+            blocks: &blocks,
+            spans: missing,
+            block,
             threads,
-            stop,
-            encode,
-            store,
-        )?;
+        };
+        work.run(stop, on_event, |written| {
+            let of_span = missing.iter().position(|of| of.holds(&written.span));
+            let Some(of_span) = of_span else {
+                return Ok(false);
+            };
+            spans_left[of_span] -= written.span.len();
+            own[of_span].push(written);
+            let is_whole = spans_left[of_span] == 0;
+            if !keep && (own[of_span].len() >= JOINED || is_whole) {
+                join_neighbours(&blocks, &mut own[of_span])?;
+            }
+            Ok(is_whole)
+        })?;
         Ok(())
     }
 

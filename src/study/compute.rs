@@ -1,0 +1,99 @@
+//! Spans of trials to block files: what a run in a folder and a shard share.
+
+use super::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredBlock};
+use super::campaign::Event;
+use super::experiment::Experiment;
+use super::file::Store;
+use super::runner::{Block, Delivery, Keep, RunError, Span, run_spans};
+use super::spent::{Spent, Watch};
+use std::sync::atomic::AtomicBool;
+
+/// What is to be computed, and where it goes.
+pub(super) struct Work<'a> {
+    pub(super) experiment: &'a Experiment,
+    pub(super) blocks: &'a BlockFolder<'a>,
+    pub(super) spans: &'a [Span],
+    /// Trials in a block.
+    pub(super) block: Option<u64>,
+    pub(super) threads: usize,
+}
+
+/// A block on its way from the thread that computed it to its file.
+struct Computed {
+    trials: u64,
+    failures: u64,
+    spent: Spent,
+    encoded: Result<EncodedBlock, BlockError>,
+}
+
+impl Computed {
+    fn of(block: Block, keep: bool, blocks: &BlockFolder<'_>) -> Self {
+        let mut watch = Watch::start();
+        let Block {
+            span,
+            rows,
+            tally,
+            mut spent,
+        } = block;
+        let (trials, outputs) = (span.len(), tally.outputs.iter());
+        let failures = outputs.map(|output| output.outcomes.failed()).sum();
+        let rows = keep.then_some(rows);
+        let encoded = blocks.encode(span, &Content { tally, rows });
+        spent.storage += watch.lap();
+        Self {
+            trials,
+            failures,
+            spent,
+            encoded,
+        }
+    }
+}
+
+impl Delivery for Computed {
+    fn trials(&self) -> u64 {
+        self.trials
+    }
+}
+
+impl Work<'_> {
+    /// Computes the spans and writes a file of each block. `file` takes what was written, and tells whether all trials of
+    /// a cell are there with it.
+    ///
+    /// # Errors
+    /// [`RunError`]; what is finished stays.
+    pub(super) fn run(
+        &self,
+        stop: &AtomicBool,
+        mut on_event: impl FnMut(Event),
+        mut file: impl FnMut(StoredBlock) -> Result<bool, BlockError>,
+    ) -> Result<(), RunError<BlockError>> {
+        let kept = self.experiment.file.store == Store::Trials;
+        let keep = if kept { Keep::Rows } else { Keep::Tally };
+        let encode = |block: Block| Computed::of(block, kept, self.blocks);
+        let store = |computed: Computed| {
+            let mut watch = Watch::start();
+            let is_whole = file(computed.encoded?.write()?)?;
+            let mut spent = computed.spent;
+            spent.storage += watch.lap();
+            on_event(Event::Block {
+                trials: computed.trials,
+                failures: computed.failures,
+                spent,
+            });
+            if is_whole {
+                on_event(Event::Cell);
+            }
+            Ok(())
+        };
+        let spans = (self.spans, self.block);
+        run_spans(
+            self.experiment,
+            spans,
+            keep,
+            self.threads,
+            stop,
+            encode,
+            store,
+        )
+    }
+}
