@@ -243,20 +243,24 @@ impl<'e> Faer<'e> {
             Kernel::ImpulseResponse => {
                 black_box(
                     self.response
-                        .impulse_response_error(System { a, b }, &mut self.x0),
+                        .impulse_response_error(System { a, b, d: 0.0 }, &mut self.x0),
                 );
             }
             Kernel::FreshFit => {
                 let plant = System {
                     a: &record.truth.a,
                     b: &record.truth.b,
+                    d: 0.0,
                 };
                 if let Some(process) = cell.process() {
                     let mut fresh = stream(1, 0, Purpose::FreshInput);
                     process.input().fill(&mut fresh, self.response.input());
                 }
                 self.response.set_fresh_output(plant, &mut self.x0);
-                black_box(self.response.fresh_fit(System { a, b }, &mut self.x0));
+                black_box(
+                    self.response
+                        .fresh_fit(System { a, b, d: 0.0 }, &mut self.x0),
+                );
             }
             Kernel::Estimate => {
                 self.passes.iter_mut().for_each(Pass::clear);

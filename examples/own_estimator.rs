@@ -41,7 +41,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut experiment = Experiment::nikolov2023(1);
     for lambda in [1.0, 10.0, 100.0, 1000.0] {
         let estimator = format!("ridge {lambda}");
-        let ridge = Method::new(vec![Output { estimator, pass: 0 }], move |shape| {
+        let identity = format!("own_estimator 1.0, lambda = {lambda}");
+        let outputs = vec![Output { estimator, pass: 0 }];
+        let ridge = Method::new(identity, outputs, move |shape| {
             let information = Information::new(shape.order);
             Ok(Box::new(Ridge {
                 lambda,

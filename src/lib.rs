@@ -33,6 +33,7 @@
 //! | [`plant`] | the true system: forms, simulation, poles |
 //! | [`signal`] | inputs, coloured noise, random streams; the arithmetic that gives the same bits everywhere |
 //! | [`data`] | records: simulated with their truth, or read from a file |
+//! | [`model`] | the general linear model: polynomials, realisation, difference equation |
 //! | [`estimator`] | stages 1 to 11, and the ways to solve for p |
 //! | [`observer`] | stage 12 and its gain |
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
@@ -75,6 +76,7 @@ pub mod estimator;
 pub mod files;
 pub mod lanes;
 pub mod metric;
+pub mod model;
 mod names;
 mod number;
 pub mod observer;

@@ -6,7 +6,7 @@
 #[error("unknown {what} '{given}'{}; expected {}", nearest(.given, .valid), .valid.join(", "))]
 pub struct UnknownName {
     /// What was to be named.
-    pub what: &'static str,
+    pub what: String,
     /// What was given.
     pub given: String,
     /// The valid names.
@@ -15,9 +15,9 @@ pub struct UnknownName {
 
 impl UnknownName {
     /// `given` where one of `valid` was expected.
-    pub fn new(what: &'static str, given: &str, valid: &[&str]) -> Self {
+    pub fn new(what: &str, given: &str, valid: &[&str]) -> Self {
         Self {
-            what,
+            what: what.to_owned(),
             given: given.to_owned(),
             valid: valid.iter().map(|&name| name.to_owned()).collect(),
         }

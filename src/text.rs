@@ -180,6 +180,12 @@ pub(crate) fn number(x: f64) -> String {
     }
 }
 
+/// A number with so many significant digits at most, trailing zeros left out.
+pub fn rounded(value: f64, digits: usize) -> String {
+    let text = format!("{value:.*e}", digits.saturating_sub(1));
+    number(text.parse().unwrap_or(value))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

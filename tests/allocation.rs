@@ -2,6 +2,8 @@
 
 #![expect(unsafe_code, reason = "a global allocator that counts")]
 
+use asobench::estimator::{ArxOptions, Method};
+use asobench::model::Orders;
 use asobench::study::{Cell, Engine, Experiment, Measure, OutputRows, Trials, Worker};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -37,6 +39,15 @@ fn a_trial_allocates_nothing() {
         experiment.file.parameters = true;
         let discrete = Measure::ALL.iter().filter(|measure| measure.is_of(false));
         experiment.file.measures = discrete.copied().collect();
+        if engine == Engine::Faer {
+            let orders = Some(Orders::arx(3, 2, 2));
+            let options = ArxOptions {
+                orders,
+                ..ArxOptions::default()
+            };
+            experiment.methods.push(Method::named("arx", options));
+        }
+        let outputs = experiment.output_count();
         let diverging = Cell {
             claim: "diverging".to_owned(),
             eta: 60.0,
@@ -50,7 +61,7 @@ fn a_trial_allocates_nothing() {
             let mut run = |from: u64| {
                 trials.rows.clear();
                 worker.run_into(from..from + 50, &mut trials);
-                assert_eq!(trials.rows.len(), 50 * 5);
+                assert_eq!(trials.rows.len(), 50 * outputs);
                 let width = |of: &OutputRows| of.parameters().len();
                 assert!(trials.rows.outputs().iter().all(|of| width(of) == 12));
                 trials.fallbacks

@@ -234,7 +234,7 @@ fn bad_settings_are_refused_by_flag() {
     );
     refuse(
         &["--order", "1", "--solver", "qr", "--stage10", "as-printed"],
-        &["--stage10", "partitioned only"],
+        &["--stage10", "solver 'partitioned' only"],
     );
     refuse(
         &["--order", "1", "--gain", "deadbeat"],
@@ -313,6 +313,128 @@ fn naive_solvers_refuse_what_is_too_large() {
             ],
             &[solver, dimension, "limit is 4096"],
         );
+    }
+}
+
+/// Flags of estimators and orders that do not fit each other are refused by one line that says what is expected.
+#[test]
+fn orders_and_estimators_that_do_not_fit_are_refused() {
+    let files = Files::new();
+    let path = files.write("good.csv", &record());
+    for (flags, parts) in [
+        ("", ["expected --order n, or --orders", "'arx'"]),
+        (
+            "--orders na=1,nb=1",
+            ["--orders: estimator 'ls'", "--order and --delay"],
+        ),
+        (
+            "--estimator arx --order 1 --orders na=1,nb=1",
+            ["--order: ", "beside --orders"],
+        ),
+        (
+            "--estimator arx --delay 2 --orders na=1,nb=1",
+            ["--delay: ", "beside --orders"],
+        ),
+        (
+            "--estimator arx --orders na=1,nx=1",
+            ["--orders: 'nx'", "na, nb, nc"],
+        ),
+        (
+            "--estimator arx --orders na=1,nb=1,nc=1",
+            ["--orders: expected na, nb, nk", ""],
+        ),
+        (
+            "--estimator arx --orders nk=1",
+            ["--orders: ", "at least 1"],
+        ),
+        (
+            "--estimator arx --orders na=20,nb=30",
+            ["40 samples are too few", "orders na=20,nb=30,nk=1"],
+        ),
+        (
+            "--estimator arx --order 1 --iterations 3",
+            ["--iterations: an option of estimator 'iv' only", ""],
+        ),
+        (
+            "--estimator ls --order 1 --rows padded",
+            ["--rows: an option of estimator 'arx' only", ""],
+        ),
+        (
+            "--estimator arx --order 1 --rows all",
+            ["unknown rows 'all'", "prewindow"],
+        ),
+        (
+            "--estimator known --order 1",
+            ["--estimator known: ", "no known plant"],
+        ),
+        ("--order 1 --plot x.csv", ["--plot ", ".svg"]),
+    ] {
+        let arguments = ["estimate", &path]
+            .into_iter()
+            .chain(flags.split_whitespace());
+        refused(&arguments.collect::<Vec<_>>(), &parts);
+    }
+}
+
+/// `y(k) = 0.3 y(k-1) + u(k-1)`: as the record was made, in every form of the output.
+#[test]
+fn arx_finds_what_the_record_was_made_by() {
+    let files = Files::new();
+    let (path, svg) = (files.write("good.csv", &record()), files.path("plot.svg"));
+    let arguments = [
+        "estimate",
+        &path,
+        "--estimator",
+        "arx",
+        "--orders",
+        "na=1,nb=1,nk=1",
+        "--plot",
+        &svg,
+    ];
+    let text = stdout(&asobench(&arguments));
+    assert!(text.contains("y(k) = 0.3 y(k-1) + u(k-1)"), "{text}");
+    let drawing = std::fs::read_to_string(&svg).expect("a drawing");
+    assert!(drawing.contains("arx, simulated") && drawing.contains("measured"));
+    let json = asobench(&[&arguments[..6], &["--format", "json"]].concat());
+    let json: Value = serde_json::from_str(&stdout(&json)).expect("JSON");
+    let arx = &json["estimates"][0];
+    let close = |found: &Value, expected: &[f64]| {
+        let found = numbers(found);
+        let same = |(f, e): (&f64, &f64)| (f - e).abs() < 1e-12;
+        found.len() == expected.len() && found.iter().zip(expected).all(same)
+    };
+    assert!(close(&arx["model"]["A"], &[1.0, -0.3]) && close(&arx["model"]["B"], &[0.0, 1.0]));
+    assert!(close(
+        &arx["poles"]
+            .as_array()
+            .map_or(Value::Null, |p| p.iter().map(|p| p["re"].clone()).collect()),
+        &[0.3]
+    ));
+    assert_eq!(
+        (&arx["status"], &json["orders"]),
+        (&"ok".into(), &"na=1,nb=1,nk=1".into())
+    );
+    assert_eq!(numbers(&arx["se"]).len(), 2);
+}
+
+/// A plant is the same one in each notation, and shown so before a run.
+#[test]
+fn check_prints_the_same_equation_in_every_notation() {
+    let files = Files::new();
+    for table in [
+        "A = [1, -1.5, 0.7]\nB = [0, 1, 0.5]",
+        "F = [1, -1.5, 0.7]\nB = [0, 1, 0.5]",
+        "a = [-0.7, 1.5]\nh = [1, 0.5]",
+        "a = [-0.7, 1.5]\nb = [1, 2]",
+    ] {
+        let text = format!("trials = 2\n[settings]\nplant = \"mine\"\n[plants.mine]\n{table}\n");
+        let path = files.write("study.toml", &text);
+        let out = files.path("out");
+        let text = stdout(&asobench(&["check", &path, "--out", &out]));
+        // Modulus sqrt(0.7); gain 1.5 / (1 - 1.5 + 0.7).
+        let expected = "plant     mine: y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2)\n          \
+                        poles 0.75 +- 0.3708i\n          static gain 7.5, settles to 2 % in ";
+        assert!(text.contains(expected), "{text}");
     }
 }
 
@@ -523,6 +645,15 @@ fn text_fits_eighty_columns() {
             &out,
         ],
         vec!["reproduce", "--replay", "c3:3", "--out", &out],
+        vec![
+            "estimate",
+            &file,
+            "--orders",
+            "na=6,nb=3,nk=2",
+            "--estimator",
+            "arx",
+        ],
+        vec!["methods"],
         vec!["reproduce", "--help"],
         vec!["estimate", "--help"],
         vec!["--help"],

@@ -1,7 +1,7 @@
 //! Same bits for any number of threads, any order of cells, any length of the run.
 
-use asobench::estimator::{Estimator, Method, Output, Pass, Window};
-use asobench::study::file::TrialRule;
+use asobench::estimator::{Estimator, LeastSquares, Method, Output, Pass, Solver, Window};
+use asobench::study::file::{ExperimentFile, TrialRule};
 use asobench::study::{
     Campaign, Cell, CellTally, Engine, Experiment, Measure, Row, RunOptions, Trial, Trials, Worker,
     run, stored_alike,
@@ -230,7 +230,9 @@ fn a_panicking_estimator_ends_the_run() {
     };
     experiment
         .methods
-        .push(Method::new(vec![output], |_| Ok(Box::new(Panics))));
+        .push(Method::new("panics", vec![output], |_| {
+            Ok(Box::new(Panics))
+        }));
     assert!(panics_in_time(move || {
         let stop = AtomicBool::new(false);
         let _ = run(
@@ -260,6 +262,68 @@ fn a_panicking_consumer_ends_the_run() {
 
 /// An estimator that leaves a pass unset leaves nothing, not the numbers of the trial before.
 #[test]
+fn the_identity_of_an_own_method_is_part_of_the_design() {
+    let with = |identity: &str| {
+        let mut experiment = Experiment::nikolov2023(1);
+        let outputs = experiment.methods[0].outputs().to_vec();
+        let method = Method::new(identity, outputs, |shape| {
+            let estimator = LeastSquares::new(shape, Solver::Qr)?;
+            Ok(Box::new(estimator))
+        });
+        experiment.methods = vec![method];
+        experiment
+    };
+    let design = |identity| with(identity).fingerprint();
+    assert_eq!(design("mine 1"), design("mine 1"));
+    assert_ne!(design("mine 1"), design("mine 2"));
+    assert_ne!(design("mine 1"), Experiment::nikolov2023(1).fingerprint());
+    let described = with("mine 1").design();
+    assert_eq!(described["own_methods"], serde_json::json!(["mine 1"]));
+}
+
+/// `arx` with the plant's orders is `ls` by QR, in every measure of parameters; with more coefficients it has no
+/// coordinates to compare, and is nearly the plant by its response.
+#[test]
+fn arx_is_measured_as_its_structure_allows() {
+    let text = "[settings]\neta = 1\nwindow = 500\n[[methods]]\nestimator = \"ls\"\nsolver = \"qr\"\n\
+                [[methods]]\nestimator = \"arx\"\n\
+                orders = [{ na = 6, nb = 6, nk = 1 }, \"na=8,nb=7,nk=1\", \"na=8,nb=8,nk=0\"]";
+    let file = ExperimentFile::parse(text).expect("a valid file");
+    let measures = Measure::ALL.iter().filter(|measure| measure.is_of(false));
+    let measures: Vec<Measure> = measures.copied().collect();
+    let experiment = Experiment::new(ExperimentFile { measures, ..file }).expect("an experiment");
+    let labels: Vec<String> = experiment.outputs().iter().map(Output::label).collect();
+    let orders = ["na=6,nb=6,nk=1", "na=8,nb=7,nk=1", "na=8,nb=8,nk=0"];
+    let expected = orders.map(|orders| format!("arx orders={orders}"));
+    assert_eq!(labels[1..], expected);
+    let mut trial = Trial::new(&experiment, &experiment.cells[0]).expect("a valid cell");
+    for number in 0..20 {
+        let rows = trial.run(number);
+        let [ls, same, more, direct] = [0, 1, 2, 3].map(|i| &rows[i]);
+        assert!(rows.iter().all(|row| row.failure.is_none()));
+        for measure in [
+            Measure::Ea,
+            Measure::Eb,
+            Measure::Eh,
+            Measure::Ex0,
+            Measure::ExRms,
+            Measure::ImpulseResponse,
+        ] {
+            let (ls, same) = (ls[measure], same[measure]);
+            assert!((ls - same).abs() < 1e-6 * ls, "{measure}: {ls} {same}");
+            let coordinates = measure != Measure::ImpulseResponse;
+            assert!(
+                more[measure].is_nan() == coordinates && direct[measure].is_nan() == coordinates
+            );
+        }
+        for row in [more, direct] {
+            assert!(row[Measure::ImpulseResponse] < 0.2 && row[Measure::FreshFit] > 80.0);
+            assert!(row[Measure::SpectralRadius] < 1.0);
+        }
+    }
+}
+
+#[test]
 fn nothing_is_carried_from_trial_to_trial() {
     struct OnlyEven(u64);
     impl Estimator for OnlyEven {
@@ -275,7 +339,9 @@ fn nothing_is_carried_from_trial_to_trial() {
         estimator: "own".to_owned(),
         pass: 0,
     };
-    experiment.methods = vec![Method::new(vec![output], |_| Ok(Box::new(OnlyEven(0))))];
+    experiment.methods = vec![Method::new("only even", vec![output], |_| {
+        Ok(Box::new(OnlyEven(0)))
+    })];
     let mut trial = Trial::new(&experiment, &experiment.cells[1]).expect("a valid cell");
     assert!(!trial.run(0)[0][Measure::Ea].is_nan());
     assert!(trial.run(1)[0][Measure::Ea].is_nan());

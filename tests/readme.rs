@@ -28,6 +28,18 @@ fn the_table_of_claims_is_the_committed_one() {
     assert!(findings.contains(&rows.join("\n")));
 }
 
+/// docs/methods.md shows what `asobench methods` prints.
+#[test]
+fn the_table_of_estimators_is_the_programs() {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_asobench"))
+        .arg("methods")
+        .output();
+    let printed = String::from_utf8(output.expect("asobench runs").stdout).expect("UTF-8");
+    assert!(printed.contains("arx"));
+    let block = format!("```text\n{printed}```");
+    assert!(read("docs/methods.md").contains(&block), "{printed}");
+}
+
 /// README stays a front page.
 #[test]
 fn the_front_page_is_short() {

@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
+mod plants;
+
 /// Check an experiment file; print the grid's size, and time, memory and room on disk, estimated from a few trials.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -29,6 +31,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let setup = begin.elapsed().as_secs_f64();
     // The size comes first: the estimate takes some seconds where trials are long.
     print(&size(arguments, &experiment, &rule))?;
+    print(&plants::plants(&experiment))?;
     memory::fits(&experiment, 0..experiment.cells.len(), 1)?;
     print(&estimates(&experiment, &rule, &folder, setup)?)?;
     Ok(ExitCode::SUCCESS)

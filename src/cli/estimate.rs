@@ -6,33 +6,25 @@ use super::{Format, note, print, print_json};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
 use crate::estimator::{
-    Auxiliary, Drive, Failure, FailureKind, IvOptions, LsOptions, Method, Pass, Progress,
-    SetupError, Shape, Solver, Stage, Stage10, Window,
+    EstimatorName, Failure, FailureKind, Method, Pass, Progress, SetupError, Shape, Stage, Window,
 };
 use crate::files::{self, Kind};
 use crate::metric::{Fit, FitModel, fit};
-use crate::names::named_enum;
+use crate::model::{LinearModel, Orders};
 use crate::observer::{Gain, ObservedModel, Observer};
 use crate::plant::{ORDER_LIMIT, PoleFinder};
-use crate::study::file::MOST_ITERATIONS;
 use faer::c64;
+use flags::OptionFlags;
+use serde_json::{Map, Value, json};
 use std::io::Write as _;
 use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+mod flags;
 mod json;
+mod plot;
 mod text;
-
-named_enum! {
-    /// An estimator that the command line knows.
-    Name, "estimator" {
-        /// Least squares.
-        LeastSquares = "ls",
-        /// Instrumental variables.
-        InstrumentalVariables = "iv",
-    }
-}
 
 /// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
 #[derive(clap::Args)]
@@ -45,38 +37,23 @@ pub(super) struct Arguments {
     /// comments
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
-    /// Order n of the plant
+    /// Order n of the plant: na = nb = n; or --orders, for estimators that take it
     #[arg(long, value_name = "n", allow_negative_numbers = true, value_parser = whole)]
-    order: usize,
-    /// Delay nk of the input, samples
-    #[arg(long, value_name = "nk", default_value_t = 1, allow_negative_numbers = true, value_parser = whole)]
-    delay: usize,
+    order: Option<usize>,
+    /// Delay nk of the input, samples, beside --order [default: 1]
+    #[arg(long, value_name = "nk", allow_negative_numbers = true, value_parser = whole)]
+    delay: Option<usize>,
     /// Samples used for estimation, from the first [default: all]; the rest validates
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     window: Option<usize>,
-    /// Estimators, separated by commas: ls, iv
+    /// Estimators, separated by commas: ls, iv, arx
     #[arg(
         long,
         value_name = "LIST",
         value_delimiter = ',',
         default_value = "ls,iv"
     )]
-    estimator: Vec<Name>,
-    /// IV passes
-    #[arg(long, value_name = "COUNT", default_value_t = 4, allow_negative_numbers = true, value_parser = whole)]
-    iterations: usize,
-    /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented
-    #[arg(long, value_name = "NAME", default_value_t)]
-    solver: Solver,
-    /// What each IV pass renews: refresh, frozen, literal
-    #[arg(long, value_name = "READING", default_value_t)]
-    auxiliary: Auxiliary,
-    /// What drives the auxiliary model: model, observer
-    #[arg(long, value_name = "READING", default_value_t)]
-    drive: Drive,
-    /// Formula of stage 10: corrected, as-printed, as-printed-2024
-    #[arg(long, value_name = "READING", default_value_t)]
-    stage10: Stage10,
+    estimator: Vec<EstimatorName>,
     /// Subtract from u and y, fitted on the window: none, mean, linear
     #[arg(long, value_name = "WHAT", default_value_t)]
     detrend: Detrend,
@@ -86,9 +63,14 @@ pub(super) struct Arguments {
     /// Write the last estimator's observer states, k = 0 ... K, to a CSV file
     #[arg(long, value_name = "STATES.csv")]
     states: Option<PathBuf>,
+    /// Draw measured and simulated output, and prediction errors
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
     format: Format,
+    #[command(flatten, next_help_heading = "Options of the estimators")]
+    options: OptionFlags,
 }
 
 fn whole(text: &str) -> Result<usize, String> {
@@ -101,13 +83,11 @@ fn whole(text: &str) -> Result<usize, String> {
 /// What was estimated, for printing.
 struct Report {
     file: PathBuf,
-    order: usize,
-    delay: usize,
-    /// Samples of the record after the shift by the delay.
-    samples: usize,
-    /// Window after the shift.
+    record: Record,
+    /// Samples of the window.
     window: usize,
-    solver: Solver,
+    /// As they were given; of `--order` and `--delay` those of the ARX form.
+    orders: Orders,
     detrend: Detrend,
     gain: Gain,
     estimates: Vec<Estimate>,
@@ -115,8 +95,12 @@ struct Report {
 
 /// One estimator's passes and what follows from its last one.
 struct Estimate {
-    name: Name,
-    /// Passes with their numbers: 0 for least squares, 1, 2, ... for IV.
+    name: EstimatorName,
+    /// Every option with its value.
+    options: Map<String, Value>,
+    /// How many samples y was moved ahead to take the delay out, for estimators without one.
+    shift: usize,
+    /// Passes with their numbers: 0 for one without iterations.
     passes: Vec<(usize, PassReport)>,
     observer: Option<Observed>,
     fit: Option<Fits>,
@@ -125,6 +109,8 @@ struct Estimate {
 /// A pass with its poles, largest modulus first, and the spectral radius where it has parameters.
 struct PassReport {
     pass: Pass,
+    /// The model of the record as it is, with its delay.
+    model: LinearModel,
     poles: Vec<c64>,
     radius: Option<f64>,
 }
@@ -140,6 +126,31 @@ struct Observed {
     last: Vec<f64>,
 }
 
+/// u, y as an estimator without a delay sees them, and the window's length.
+#[derive(Clone, Copy)]
+struct Samples<'a> {
+    u: &'a [f64],
+    y: &'a [f64],
+    window: usize,
+}
+
+impl Report {
+    /// The record with u'(k) = u(k), y'(k) = y(k + shift): the delay is then 1.
+    fn shifted(&self, shift: usize) -> Samples<'_> {
+        Samples {
+            u: &self.record.u[..self.record.u.len() - shift],
+            y: &self.record.y[shift..],
+            window: self.window - shift,
+        }
+    }
+
+    /// The largest shift of an estimate.
+    fn shift(&self) -> usize {
+        let shifts = self.estimates.iter().map(|estimate| estimate.shift);
+        shifts.max().unwrap_or(0)
+    }
+}
+
 impl Estimate {
     /// The last pass: what the estimator stands for.
     fn last(&self) -> &PassReport {
@@ -153,11 +164,30 @@ impl Estimate {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     check_output("--states", arguments.states.as_deref(), Kind::States)?;
-    let (record, window) = load(arguments)?;
-    let report = estimate(arguments, &record, window)?;
+    if let Some(path) = &arguments.plot {
+        if path.extension().is_none_or(|extension| extension != "svg") {
+            let message = "expected a name that ends in .svg";
+            return Err(Error::Input(format!("--plot {}: {message}", path.display())));
+        }
+        check_output("--plot", Some(path), Kind::Figure)?;
+    }
+    let orders = orders(arguments)?;
+    let mut report = load(arguments, orders)?;
+    for (i, name) in arguments.estimator.iter().enumerate() {
+        if !arguments.estimator[..i].contains(name) {
+            let estimate = estimate(arguments, *name, &report)?;
+            report.estimates.push(estimate);
+        }
+    }
     warn(&report);
     if let Some(path) = &arguments.states {
-        write_states(path, &report, &record)?;
+        write_states(path, &report)?;
+    }
+    if let Some(path) = &arguments.plot {
+        let svg = plot::render(&report);
+        write_whole("--plot", path, Kind::Figure, |to| {
+            to.write_all(svg.as_bytes())
+        })?;
     }
     match arguments.format {
         Format::Text => print(&text::render(&report))?,
@@ -170,41 +200,85 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(u8::from(failed)))
 }
 
-/// Reads, checks, shifts by the delay and detrends; returns the record and the window's length.
-fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
+/// The orders that were asked for, where flags and estimators fit each other.
+fn orders(arguments: &Arguments) -> Result<Orders, Error> {
+    let bad = |message: String| Err(Error::Input(message));
+    let Arguments {
+        order,
+        delay,
+        estimator,
+        options,
+        ..
+    } = arguments;
+    if let Some(name) = estimator.iter().find(|name| **name == EstimatorName::Known) {
+        return bad(format!(
+            "--estimator {name}: a record has no known plant; expected one that estimates"
+        ));
+    }
+    if let Some(message) = options.useless(estimator) {
+        return bad(message);
+    }
+    if !options.has("orders") {
+        let Some(order) = *order else {
+            return bad(
+                "expected --order n, or --orders na=...,nb=...,nk=... for 'arx'".to_owned(),
+            );
+        };
+        return Ok(Orders::arx(order, order, delay.unwrap_or(1)));
+    }
+    for (flag, given) in [("--order", order), ("--delay", delay)] {
+        if given.is_some() {
+            return bad(format!(
+                "{flag}: means nothing beside --orders; expected one of them"
+            ));
+        }
+    }
+    if let Some(name) = estimator.iter().find(|name| !name.takes("orders")) {
+        return bad(format!(
+            "--orders: estimator '{name}' takes --order and --delay instead"
+        ));
+    }
+    let text = options.taken_by(estimator[0])["orders"].clone();
+    let text = text.as_str().unwrap_or_default();
+    let orders = text.parse::<Orders>();
+    orders.map_err(|error| Error::Input(format!("--orders: {error}")))
+}
+
+/// Reads, checks and detrends the record.
+fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     let path = arguments.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
-    if arguments.stage10 != Stage10::Corrected && arguments.solver != Solver::Partitioned {
-        return Err(Error::Input(format!(
-            "--stage10 {}: exists for --solver partitioned only, not '{}'",
-            arguments.stage10, arguments.solver
-        )));
-    }
-    if arguments.iterations > MOST_ITERATIONS {
-        return Err(Error::Input(format!(
-            "--iterations: {}; expected 1 to {MOST_ITERATIONS}",
-            arguments.iterations
-        )));
-    }
     arguments
         .gain
-        .check(arguments.order)
+        .check(orders.order())
+        .or_else(|error| {
+            if arguments.options.has("orders") {
+                Ok(())
+            } else {
+                Err(error)
+            }
+        })
         .map_err(|e| Error::Input(format!("--gain: {e}")))?;
     let file = files::open_named(&arguments.file, Kind::Record);
     let file = file.map_err(|error| bad(error.to_string()))?;
     let mut record = csv::read(file).map_err(|error| bad(error.to_string()))?;
     let rows = record.y.len();
-    let needed = 3_usize
-        .saturating_mul(arguments.order)
-        .saturating_add(arguments.delay - 1);
+    // What the equations look back, and as many rows as there are parameters.
+    let needed = orders
+        .reach()
+        .saturating_add(orders.na.saturating_add(orders.nb));
+    let asked = if arguments.options.has("orders") {
+        format!("orders {orders}")
+    } else {
+        format!("order {} and delay {}", orders.na, orders.nk)
+    };
     if rows < needed {
         return Err(bad(format!(
-            "{rows} samples are too few for order {} and delay {}: at least {needed} are needed",
-            arguments.order, arguments.delay
+            "{rows} samples are too few for {asked}: at least {needed} are needed"
         )));
     }
-    if arguments.order > ORDER_LIMIT {
-        let error = SetupError::LargeOrder(arguments.order);
+    if orders.order() > ORDER_LIMIT {
+        let error = SetupError::LargeOrder(orders.order());
         return Err(Error::Input(format!("--order: {error}")));
     }
     let window = arguments.window.unwrap_or(rows);
@@ -215,8 +289,7 @@ fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
     }
     if window < needed {
         return Err(Error::Input(format!(
-            "--window: {window} is too short for order {} and delay {}: at least {needed} are needed",
-            arguments.order, arguments.delay
+            "--window: {window} is too short for {asked}: at least {needed} are needed"
         )));
     }
     for (name, values) in [("u", &record.u), ("y", &record.y)] {
@@ -237,146 +310,160 @@ fn load(arguments: &Arguments) -> Result<(Record, usize), Error> {
             )));
         }
     }
-    // With u'(k) = u(k), y'(k) = y(k + nk - 1) the delay is 1.
-    let shift = arguments.delay - 1;
-    record.y.drain(..shift);
-    record.u.truncate(rows - shift);
-    Ok((record, window - shift))
-}
-
-fn estimate(arguments: &Arguments, record: &Record, window: usize) -> Result<Report, Error> {
-    let shape = Shape {
-        order: arguments.order,
-        window,
-    };
-    let samples = Window::new(&record.u, &record.y, window);
-    let options = IvOptions {
-        iterations: arguments.iterations,
-        solver: arguments.solver,
-        stage10: arguments.stage10,
-        auxiliary: arguments.auxiliary,
-        drive: arguments.drive,
-        gain: arguments.gain.clone(),
-        ..IvOptions::default()
-    };
-    let mut estimates: Vec<Estimate> = Vec::new();
-    for &name in &arguments.estimator {
-        if estimates.iter().any(|estimate| estimate.name == name) {
-            continue;
-        }
-        let method = match name {
-            Name::LeastSquares => Method::least_squares(LsOptions {
-                solver: arguments.solver,
-                ..LsOptions::default()
-            }),
-            Name::InstrumentalVariables => Method::instrumental_variables(options.clone()),
-        };
-        let mut estimator = method
-            .prepare(shape)
-            .map_err(|error| Error::Input(format!("--estimator {name}: {error}")))?;
-        let mut passes = vec![Pass::new(shape.order); method.outputs().len()];
-        estimator.estimate(samples, &mut passes);
-        let numbers = method.outputs().iter().map(|output| output.pass);
-        let passes = numbers.zip(passes).filter(|(number, _)| match name {
-            Name::LeastSquares => true,
-            Name::InstrumentalVariables => *number > 0,
-        });
-        estimates.push(conclude(name, passes, arguments, record, window));
-    }
     Ok(Report {
         file: arguments.file.clone(),
-        order: arguments.order,
-        delay: arguments.delay,
-        samples: record.y.len(),
+        record,
         window,
-        solver: arguments.solver,
+        orders,
         detrend: arguments.detrend,
         gain: arguments.gain.clone(),
-        estimates,
+        estimates: Vec::new(),
     })
 }
 
-/// Poles of every pass, FIT and observer of the last one.
-fn conclude(
-    name: Name,
-    passes: impl Iterator<Item = (usize, Pass)>,
+/// Runs an estimator on the window.
+fn estimate(
     arguments: &Arguments,
-    record: &Record,
-    window: usize,
-) -> Estimate {
-    let mut finder = PoleFinder::new(arguments.order);
-    let passes: Vec<(usize, PassReport)> = passes
-        .map(|(number, pass)| {
-            let known = pass.progress >= Progress::Parameters;
-            let (poles, radius) = if known {
-                let radius = finder.spectral_radius(&pass.a, !pass.unstable);
-                (finder.poles(&pass.a), Some(radius))
-            } else {
-                (Vec::new(), None)
-            };
-            let report = PassReport {
-                pass,
-                poles,
-                radius,
-            };
-            (number, report)
-        })
-        .collect();
+    name: EstimatorName,
+    report: &Report,
+) -> Result<Estimate, Error> {
+    let bad = |message: String| Error::Input(format!("--estimator {name}: {message}"));
+    let Orders { na: order, nk, .. } = report.orders;
+    let mut options = arguments.options.taken_by(name);
+    let shift = if name.takes("orders") {
+        options.insert("orders".to_owned(), json!(report.orders));
+        0
+    } else {
+        nk - 1
+    };
+    if name.takes("gain") {
+        options.insert("gain".to_owned(), json!(arguments.gain));
+    }
+    let options = name.parse(options).map_err(|error| match error.key {
+        Some(key) => Error::Input(format!("--{}: {}", key.replace('_', "-"), error.message)),
+        None => bad(error.message),
+    })?;
+    let samples = report.shifted(shift);
+    let shape = Shape {
+        order,
+        window: samples.window,
+    };
+    let described = options.describe();
+    let method = Method::named(name.name(), options);
+    let prepared = method.prepare(shape);
+    let mut estimator = prepared.map_err(|error| bad(error.to_string()))?;
+    let mut passes = vec![Pass::new(order); method.passes()];
+    let window = Window::new(samples.u, samples.y, samples.window);
+    estimator.estimate(window, &mut passes);
+    // Iteration 0 of another name is that estimator's.
+    let numbers = method.outputs().iter().zip(passes);
+    let own = numbers.filter(|(output, _)| output.estimator == name.name());
+    let passes = own.map(|(output, pass)| (output.pass, pass_report(pass, report, shift)));
     let mut estimate = Estimate {
         name,
-        passes,
+        options: described,
+        shift,
+        passes: passes.collect(),
         observer: None,
         fit: None,
     };
-    let pass = &estimate.last().pass;
-    if pass.progress == Progress::InitialState {
-        let model = FitModel {
-            a: &pass.a,
-            b: &pass.b,
-            h: &pass.h,
-            x0: &pass.x0,
+    conclude(&mut estimate, &arguments.gain, report);
+    Ok(estimate)
+}
+
+/// The model with its delay, its loss, its poles.
+fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
+    let mut model = pass.model.clone();
+    if pass.progress < Progress::Parameters {
+        return PassReport {
+            pass,
+            model,
+            poles: Vec::new(),
+            radius: None,
         };
-        let samples = record.y.len();
-        let on = |range| fit(model, &record.u, &record.y, range);
-        let fits = Fits {
-            window: on(0..window),
-            validation: (window < samples).then(|| on(window..samples)),
-        };
-        let observed = pass
-            .observed()
-            .map(|model| observe(model, &arguments.gain, record, window));
-        estimate.fit = Some(fits);
-        let last = estimate.passes.len() - 1;
-        let (number, report) = &mut estimate.passes[last];
-        match observed {
-            Some(Err(kind)) => report.pass.fail(Failure {
-                kind,
-                stage: Stage::Observer,
-                pass: *number,
-            }),
-            Some(Ok(observed)) => estimate.observer = Some(observed),
-            None => {}
-        }
     }
-    estimate
+    model.delay += shift;
+    model.b.splice(0..0, iter::repeat_n(0.0, shift));
+    if pass.loss.is_nan() {
+        let (sum, rows) = complete_residuals(&model, report);
+        let parameters = model.orders().parameters();
+        pass.loss = sum / report.window as f64;
+        model.noise_variance = sum / (rows.saturating_sub(parameters)) as f64;
+    }
+    // Without the zeros that a delay puts there.
+    let degree = model.a.len() + model.f.len() - 2;
+    let mut finder = PoleFinder::new(pass.a.len());
+    let radius = finder.spectral_radius(&pass.a, !pass.unstable);
+    PassReport {
+        poles: finder.poles(&pass.a[pass.a.len() - degree..]),
+        radius: Some(radius),
+        pass,
+        model,
+    }
+}
+
+/// The sum of squared prediction errors over the window's rows that look back into the record alone, and their number.
+fn complete_residuals(model: &LinearModel, report: &Report) -> (f64, usize) {
+    let (u, y) = (
+        &report.record.u[..report.window],
+        &report.record.y[..report.window],
+    );
+    let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+    model.residuals(u, y, &mut e, &mut scratch);
+    let e = &e[model.orders().reach().min(u.len())..];
+    (e.iter().map(|e| e * e).sum(), e.len())
+}
+
+/// FIT and observer of the last pass.
+fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
+    let samples = report.shifted(estimate.shift);
+    let window = samples.window;
+    let last = estimate.passes.len() - 1;
+    let (number, PassReport { pass, .. }) = &mut estimate.passes[last];
+    if pass.progress < Progress::InitialState {
+        return;
+    }
+    let model = FitModel {
+        model: &pass.model,
+        a: &pass.a,
+        b: &pass.b,
+        d: pass.direct,
+        x0: &pass.x0,
+    };
+    let on = |range| fit(model, samples.u, samples.y, range);
+    estimate.fit = Some(Fits {
+        window: on(0..window),
+        validation: (window < samples.y.len()).then(|| on(window..samples.y.len())),
+    });
+    let observed = match pass.observed() {
+        Some(model) if gain.check(model.a.len()).is_ok() => observe(model, gain, samples),
+        _ => return,
+    };
+    match observed {
+        Err(kind) => pass.fail(Failure {
+            kind,
+            stage: Stage::Observer,
+            pass: *number,
+        }),
+        Ok(observed) => estimate.observer = Some(observed),
+    }
 }
 
 /// Stage 12 on the whole record.
 fn observe(
     model: ObservedModel<'_>,
     gain: &Gain,
-    record: &Record,
-    window: usize,
+    samples: Samples<'_>,
 ) -> Result<Observed, FailureKind> {
     let mut observer = Observer::new(gain.clone(), model.a.len());
     let (mut at_window, mut last) = (Vec::new(), model.x0.to_vec());
-    observer.run(model, &record.u, &record.y, |k, x| {
-        if k == window {
+    observer.run(model, samples.u, samples.y, |k, x| {
+        if k == samples.window {
             at_window = x.to_vec();
         }
         last.copy_from_slice(x);
     })?;
-    if window == record.y.len() {
+    if samples.window == samples.y.len() {
         at_window = observer.state().to_vec();
     }
     Ok(Observed {
@@ -414,7 +501,7 @@ fn warn(report: &Report) {
 }
 
 /// Writes the last estimator's observer states, k = 0 ... K, where they are known.
-fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Error> {
+fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
     let Some(estimate) = report
         .estimates
         .last()
@@ -429,6 +516,7 @@ fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Err
     let Some(model) = estimate.last().pass.observed() else {
         return Ok(());
     };
+    let samples = report.shifted(estimate.shift);
     write_whole("--states", path, Kind::States, |to| {
         let comment = format!("observer {}, gain {}", estimate.name, report.gain);
         writeln!(to, "{}", csv::comment(&comment))?;
@@ -442,13 +530,13 @@ fn write_states(path: &Path, report: &Report, record: &Record) -> Result<(), Err
         };
         let mut observer = Observer::new(report.gain.clone(), model.a.len());
         let mut written = Ok(());
-        let observed = observer.run(model, &record.u, &record.y, |k, x| {
+        let observed = observer.run(model, samples.u, samples.y, |k, x| {
             if written.is_ok() {
                 written = row(k, x);
             }
         });
         written?;
         observed.map_err(|kind| std::io::Error::other(kind.name()))?;
-        row(record.y.len(), observer.state())
+        row(samples.y.len(), observer.state())
     })
 }

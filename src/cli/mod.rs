@@ -8,11 +8,13 @@
 
 mod check;
 mod cluster;
+mod equation;
 mod error;
 mod estimate;
 mod files;
 mod memory;
 mod merge;
+mod methods;
 mod need;
 mod plan;
 mod progress;
@@ -64,6 +66,8 @@ enum Command {
     Merge(merge::Arguments),
     Status(status::Arguments),
     Slurm(slurm::Arguments),
+    /// Print the estimators with their options
+    Methods,
     /// Print the JSON schema of experiment files, for editors
     Schema,
 }
@@ -96,6 +100,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Slurm(arguments) => slurm::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
+            Command::Methods => methods::run(),
             Command::Schema => template::schema(),
         },
         Err(error) => error::usage(&error),

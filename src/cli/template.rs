@@ -72,13 +72,15 @@ iterations = 4
 # where = { noise = "ar" }   # all cells where absent
 # test = { ratio = "e_a", of = "iv(4)", to = "ls", below = 1.0 }
 
+# The plant 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2); `asobench check` prints each plant so.
 # [plants.mine]
-# a = [-0.7, 1.5]
-# b = [1.0, 0.5]
+# A = [1, -1.5, 0.7]
+# B = [0, 1, 0.5]
 
+# White noise e through C/D: e(k) + 0.5 e(k-1), then 1/(1 - 0.9 q^-1).
 # [noises.coloured]
-# numerator = [1.0, 0.5]
-# denominator = [1.0, -0.9]
+# C = [1, 0.5]
+# D = [1, -0.9]
 
 # [feedbacks.static]
 # numerator = [0.3]

@@ -2,6 +2,7 @@
 
 use super::auxiliary::AuxiliaryModel;
 use super::least_squares::{StartState, StateEstimate, conclude, iteration_zero};
+use super::method::{MethodKind, Needs, OptionError, Output, Problem};
 use super::reflection::{PoleReflection, Stabilise};
 use super::solver::{Instruments, Solution, SolveInstruments};
 use super::{
@@ -44,27 +45,30 @@ named_enum! {
     }
 }
 
+/// The most IV passes.
+pub const MOST_ITERATIONS: usize = 1000;
+
 /// The readings of the IV passes.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct IvOptions {
-    /// Number of passes: reading E11 (four, or five).
-    pub iterations: usize,
-    /// How p is solved for.
+    /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
     pub solver: Solver,
-    /// Stage 10's formula: reading E2.
+    /// Number of IV passes, reading E11 (four, or five).
+    pub iterations: usize,
+    /// Formula of stage 10, reading E2: corrected, as-printed, as-printed-2024.
     pub stage10: Stage10,
-    /// What each pass renews: reading E4.
+    /// What each IV pass renews, reading E4: refresh, frozen, literal.
     pub auxiliary: Auxiliary,
-    /// What drives the auxiliary model: reading E12.
+    /// What drives the auxiliary model, reading E12: model, observer.
     pub drive: Drive,
     /// The observer's gain where it drives the auxiliary model.
     pub gain: Gain,
-    /// What the instruments are formed from.
+    /// What instruments are formed from: u or r.
     pub instruments: InstrumentSource,
-    /// What is done to an unstable auxiliary model.
+    /// The auxiliary model's poles: none (left alone), reflect (into the unit circle).
     pub stabilise: Stabilise,
-    /// Whether x0 is estimated, in iteration 0 too.
+    /// Stage 6, in iteration 0 too: estimate, or zero.
     pub initial_state: StartState,
 }
 
@@ -81,6 +85,89 @@ impl Default for IvOptions {
             stabilise: Stabilise::default(),
             initial_state: StartState::default(),
         }
+    }
+}
+
+impl MethodKind for IvOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        if !(1..=MOST_ITERATIONS).contains(&self.iterations) {
+            let message = format!("{}; expected 1 to {MOST_ITERATIONS}", self.iterations);
+            return Err(OptionError::new("iterations", message));
+        }
+        let (stage10, solver) = (self.stage10, self.solver);
+        if stage10 != Stage10::Corrected && solver != Solver::Partitioned {
+            let message =
+                format!("'{stage10}' exists for solver 'partitioned' only, not '{solver}'");
+            return Err(OptionError::new("stage10", message));
+        }
+        Ok(())
+    }
+
+    /// Iteration 0 of "iv" is "ls".
+    fn outputs(&self, name: &str) -> Vec<Output> {
+        let name_of = |pass| {
+            if name == "iv" && pass == 0 {
+                "ls"
+            } else {
+                name
+            }
+        };
+        let output = |pass| Output {
+            estimator: name_of(pass).to_owned(),
+            pass,
+        };
+        (0..=self.iterations).map(output).collect()
+    }
+
+    fn needs(&self) -> Needs {
+        let of_reference = self.instruments == InstrumentSource::Reference;
+        Needs {
+            reference: of_reference.then(|| ("instruments", self.instruments.name())),
+            ..Needs::default()
+        }
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        Ok(Box::new(InstrumentalVariables::new(problem.shape, self)?))
+    }
+
+    fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
+        // `_`: any number of passes; the gain is of a drive that lanes do not have.
+        let Self {
+            iterations: _,
+            solver,
+            stage10,
+            auxiliary,
+            drive,
+            gain: _,
+            instruments,
+            stabilise,
+            initial_state,
+        } = self;
+        let partitioned = matches!(solver, Solver::Partitioned);
+        let corrected = matches!(stage10, Stage10::Corrected);
+        let renews = matches!(
+            auxiliary,
+            Auxiliary::Refresh | Auxiliary::Frozen | Auxiliary::Literal
+        );
+        let by_model = matches!(drive, Drive::Model);
+        let of_input = matches!(instruments, InstrumentSource::Input);
+        let as_found = matches!(stabilise, Stabilise::None);
+        let starts = matches!(initial_state, StartState::Estimate | StartState::Zero);
+        let has = [
+            (partitioned, ("solver", solver.name())),
+            (corrected, ("stage10", stage10.name())),
+            (renews, ("auxiliary", auxiliary.name())),
+            (by_model, ("drive", drive.name())),
+            (of_input, ("instruments", instruments.name())),
+            (as_found, ("stabilise", stabilise.name())),
+            (starts, ("initial_state", initial_state.name())),
+        ];
+        let missing = has.into_iter().find(|(has, _)| !has);
+        Some(match missing {
+            None => Ok(self.clone()),
+            Some((_, (key, value))) => Err(format!("{key} = \"{value}\"")),
+        })
     }
 }
 

@@ -1,7 +1,29 @@
 //! The true plant instead of an estimate: what observers achieve that know it.
 
-use super::{Estimator, Failure, Pass, Stage, Window};
+use super::method::{MethodKind, Needs, Problem};
+use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
 use crate::plant::StateSpace;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The options of `known`: none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KnownOptions {}
+
+impl MethodKind for KnownOptions {
+    fn needs(&self) -> Needs {
+        Needs {
+            plant: true,
+            ..Needs::default()
+        }
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let known = problem.known.ok_or(SetupError::NoKnownPlant)?;
+        Ok(Box::new(known.clone()))
+    }
+}
 
 /// "Estimates" (a, b, h) by the true plant's and x0 by a given one, without looking at the record. One pass.
 #[derive(Clone, Debug)]

@@ -1,9 +1,13 @@
 //! Least squares: iteration 0 of the algorithm, stages 1 to 6.
 
 use super::initial_state::InitialState;
+use super::method::{MethodKind, Problem};
 use super::solver::{Solution, SolveLeastSquares};
-use super::{Estimator, Failure, FailureKind, Pass, SetupError, Shape, Solver, Stage, Window};
+use super::{
+    Estimator, Failure, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window,
+};
 use crate::names::named_enum;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 named_enum! {
@@ -17,13 +21,34 @@ named_enum! {
 }
 
 /// The choices of least squares.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LsOptions {
-    /// How p is solved for.
+    /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
     pub solver: Solver,
-    /// Whether x0 is estimated.
+    /// Stage 6: estimate, or zero.
     pub initial_state: StartState,
+}
+
+impl MethodKind for LsOptions {
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let estimator = LeastSquares::new(problem.shape, self.solver)?;
+        Ok(Box::new(estimator.with_start(self.initial_state)))
+    }
+
+    /// Least squares is IV without iterations.
+    fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
+        let Self {
+            solver,
+            initial_state,
+        } = *self;
+        IvOptions {
+            solver,
+            initial_state,
+            ..IvOptions::default()
+        }
+        .in_lanes()
+    }
 }
 
 /// `p = argmin || y - Phi p ||`, then b (stage 5) and x0 (stage 6).

@@ -1,7 +1,7 @@
 //! A method under study: what it is called and how workers make their own copy of it.
 
 use super::{
-    Estimator, InstrumentalVariables, IvOptions, LeastSquares, LsOptions, SetupError, Shape,
+    Estimator, IvOptions, KnownModel, KnownOptions, LsOptions, MethodOptions, SetupError, Shape,
 };
 use crate::observer::ObserverKind;
 
@@ -27,6 +27,95 @@ impl Output {
 /// Makes an estimator with buffers for a shape.
 type Factory = dyn Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync;
 
+/// What an estimator is prepared for.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a> {
+    /// The setting's order and the window.
+    pub shape: Shape,
+    /// The model that a method with the true plant is given, where there is one for all trials.
+    pub known: Option<&'a KnownModel>,
+}
+
+impl From<Shape> for Problem<'_> {
+    fn from(shape: Shape) -> Self {
+        Self { shape, known: None }
+    }
+}
+
+/// What a method needs of a cell beside a record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// The true plant.
+    pub plant: bool,
+    /// A reference of its own, which only feedback has; the key and value of the option that asks for it.
+    pub reference: Option<(&'static str, &'static str)>,
+}
+
+/// What is wrong with an option.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}{message}", .key.map_or_else(String::new, |key| format!("{key}: ")))]
+pub struct OptionError {
+    /// Its key; `None` where the message names it.
+    pub key: Option<&'static str>,
+    /// What is wrong, and what was expected.
+    pub message: String,
+}
+
+impl OptionError {
+    /// Of a key.
+    pub fn new(key: &'static str, message: impl Into<String>) -> Self {
+        Self {
+            key: Some(key),
+            message: message.into(),
+        }
+    }
+}
+
+/// What the registry asks of an estimator's options. One struct with serde and docs: keys of experiment files, their
+/// schema, flags of `asobench estimate` and docs/methods.md follow from it.
+pub trait MethodKind {
+    /// Whether the options are within their bounds and fit each other.
+    ///
+    /// # Errors
+    /// The key, and what is wrong with it.
+    fn check(&self) -> Result<(), OptionError> {
+        Ok(())
+    }
+
+    /// The outputs, of a method with this name: one, pass 0.
+    fn outputs(&self, name: &str) -> Vec<Output> {
+        vec![Output {
+            estimator: name.to_owned(),
+            pass: 0,
+        }]
+    }
+
+    /// The order of the models that it makes where the setting `order` says another one.
+    fn order(&self, setting: usize) -> usize {
+        setting
+    }
+
+    /// What it needs of a cell.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    /// An estimator with buffers for a problem.
+    ///
+    /// # Errors
+    /// If it cannot serve it.
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError>;
+
+    /// The options as lanes run them, as those of IV passes; `None`: no lanes have the estimator. It must take every
+    /// option apart (no `..`) and name the values that lanes have, so that a new one runs on the scalar engine.
+    ///
+    /// # Errors
+    /// What of the options lanes do not have, in words.
+    fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
+        None
+    }
+}
+
 /// A method: the names of its outputs and a factory of estimators.
 pub struct Method {
     outputs: Vec<Output>,
@@ -41,30 +130,36 @@ pub struct Method {
 /// Where a method's estimators come from.
 enum Maker {
     Options(MethodOptions),
-    Own(Box<Factory>),
-}
-
-/// The choices of a method of this crate.
-#[derive(Clone, Debug, PartialEq)]
-pub enum MethodOptions {
-    /// Of [`LeastSquares`].
-    LeastSquares(LsOptions),
-    /// Of [`InstrumentalVariables`].
-    InstrumentalVariables(IvOptions),
-    /// None: [`super::KnownModel`], which is made of a plant, not by [`Method::prepare`].
-    Known,
+    Own {
+        identity: String,
+        factory: Box<Factory>,
+    },
 }
 
 impl Method {
     /// A method of your own: `outputs` names what [`Estimator::estimate`] fills, in order.
+    ///
+    /// `identity` is what tells it from others and from its own earlier versions: a name, a version, and every option.
+    /// It is part of the design's fingerprint, so that results of another identity are never taken up.
     pub fn new(
+        identity: impl Into<String>,
         outputs: Vec<Output>,
         factory: impl Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync + 'static,
     ) -> Self {
-        Self::of(outputs, Maker::Own(Box::new(factory)))
+        let maker = Maker::Own {
+            identity: identity.into(),
+            factory: Box::new(factory),
+        };
+        Self::from_maker(outputs, maker)
     }
 
-    fn of(outputs: Vec<Output>, maker: Maker) -> Self {
+    /// A method of this crate, with this name in the results.
+    pub fn named(name: &str, options: impl Into<MethodOptions>) -> Self {
+        let options = options.into();
+        Self::from_maker(options.outputs(name), Maker::Options(options))
+    }
+
+    fn from_maker(outputs: Vec<Output>, maker: Maker) -> Self {
         Self {
             reported: (0..outputs.len()).collect(),
             passes: outputs.len(),
@@ -76,11 +171,7 @@ impl Method {
 
     /// The true plant: one output, ("known", 0).
     pub fn known() -> Self {
-        let output = Output {
-            estimator: "known".to_owned(),
-            pass: 0,
-        };
-        Self::of(vec![output], Maker::Options(MethodOptions::Known))
+        Self::named("known", KnownOptions {})
     }
 
     /// Has its outputs observed by an observer of its own, whatever gain the setting says.
@@ -97,36 +188,12 @@ impl Method {
 
     /// Least squares: one output, ("ls", 0).
     pub fn least_squares(options: LsOptions) -> Self {
-        let output = Output {
-            estimator: "ls".to_owned(),
-            pass: 0,
-        };
-        let options = MethodOptions::LeastSquares(options);
-        Self::of(vec![output], Maker::Options(options))
+        Self::named("ls", options)
     }
 
     /// Instrumental variables with its iteration 0: ("ls", 0), ("iv", 1), ("iv", 2), ...
     pub fn instrumental_variables(options: IvOptions) -> Self {
-        let name = |pass| if pass == 0 { "ls" } else { "iv" };
-        let outputs = (0..=options.iterations)
-            .map(|pass| Output {
-                estimator: name(pass).to_owned(),
-                pass,
-            })
-            .collect();
-        let options = MethodOptions::InstrumentalVariables(options);
-        Self::of(outputs, Maker::Options(options))
-    }
-
-    /// Gives every output another name; "iv" and "ls" leave what is so called, with iteration 0 as "ls".
-    #[must_use]
-    pub fn named(mut self, name: &str) -> Self {
-        if !matches!(name, "iv" | "ls") {
-            for output in &mut self.outputs {
-                name.clone_into(&mut output.estimator);
-            }
-        }
-        self
+        Self::named("iv", options)
     }
 
     /// Reports only some passes.
@@ -161,29 +228,45 @@ impl Method {
         self.passes
     }
 
-    /// An estimator with buffers for a shape.
+    /// An estimator with buffers for a problem, or for a shape alone.
     ///
     /// # Errors
-    /// If the method cannot serve the shape, or needs a plant ([`SetupError::NoKnownPlant`]).
-    pub fn prepare(&self, shape: Shape) -> Result<Box<dyn Estimator>, SetupError> {
+    /// If the method cannot serve it, or needs a plant ([`SetupError::NoKnownPlant`]).
+    pub fn prepare<'a>(
+        &self,
+        problem: impl Into<Problem<'a>>,
+    ) -> Result<Box<dyn Estimator>, SetupError> {
+        let problem = problem.into();
         match &self.maker {
-            Maker::Own(factory) => factory(shape),
-            Maker::Options(MethodOptions::LeastSquares(options)) => {
-                let estimator = LeastSquares::new(shape, options.solver)?;
-                Ok(Box::new(estimator.with_start(options.initial_state)))
-            }
-            Maker::Options(MethodOptions::InstrumentalVariables(options)) => {
-                Ok(Box::new(InstrumentalVariables::new(shape, options)?))
-            }
-            Maker::Options(MethodOptions::Known) => Err(SetupError::NoKnownPlant),
+            Maker::Own { factory, .. } => factory(problem.shape),
+            Maker::Options(options) => options.prepare(&problem),
         }
+    }
+
+    /// The order of the models that it makes where the setting `order` says another one.
+    pub fn order(&self, setting: usize) -> usize {
+        self.options()
+            .map_or(setting, |options| options.order(setting))
+    }
+
+    /// What it needs of a cell.
+    pub fn needs(&self) -> Needs {
+        self.options().map(MethodOptions::needs).unwrap_or_default()
     }
 
     /// The choices, where the method is one of this crate.
     pub fn options(&self) -> Option<&MethodOptions> {
         match &self.maker {
-            Maker::Own(_) => None,
+            Maker::Own { .. } => None,
             Maker::Options(options) => Some(options),
+        }
+    }
+
+    /// The identity of a method of your own.
+    pub fn identity(&self) -> Option<&str> {
+        match &self.maker {
+            Maker::Own { identity, .. } => Some(identity),
+            Maker::Options(_) => None,
         }
     }
 }

@@ -4,6 +4,7 @@
 //! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] and [`reflection`] (7); one per
 //! method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11); [`KnownModel`] is the true plant in their place.
 
+mod arx;
 pub mod auxiliary;
 pub mod information;
 pub mod initial_state;
@@ -15,21 +16,27 @@ mod method;
 pub mod parameters;
 mod pass;
 pub mod reflection;
+mod registry;
+pub mod regression;
 pub mod regressors;
 pub mod solver;
 mod sorted_qr;
 
+pub use arx::{Arx, ArxOptions};
 pub use instrumental_variables::{
-    Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions,
+    Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions, MOST_ITERATIONS,
 };
-pub use known::KnownModel;
+pub use known::{KnownModel, KnownOptions};
 pub use least_squares::{LeastSquares, LsOptions, StartState};
 pub use limit::{LimitError, least_squares_limit};
-pub use method::{Method, MethodOptions, Output};
+pub use method::{Method, MethodKind, Needs, OptionError, Output, Problem};
 pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
 pub use reflection::{PoleReflection, Stabilise};
+pub use registry::{EstimatorName, MethodOptions, OptionEntry, option_keys};
+pub use regression::{Regression, Rows};
 pub use solver::{Instruments, Solver, Stage10};
 
+use crate::model::Orders;
 use crate::observer::{ObserverKind, RiccatiError};
 use crate::plant::ORDER_LIMIT;
 
@@ -122,6 +129,16 @@ pub enum SetupError {
         .0.window, .0.order, 3 * .0.order
     )]
     ShortWindow(Shape),
+    /// Fewer rows than parameters, or no parameter.
+    #[error("a window of {window} samples is too short for orders {orders}: {rows} rows for {} parameters", .orders.parameters())]
+    ShortRecord {
+        /// The orders.
+        orders: Orders,
+        /// The samples.
+        window: usize,
+        /// The rows.
+        rows: usize,
+    },
     /// `dual` or `augmented` beyond its limit.
     #[error(
         "solver '{solver}' would need a matrix of dimension {dimension} ({} MiB); its limit is {}",

@@ -2,8 +2,11 @@
 
 use super::parameters;
 use crate::data::DrawFailure;
+use crate::model::polynomial::multiply_into;
+use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 use crate::observer::ObservedModel;
+use crate::plant::canonical::reverse_negated;
 use crate::plant::stability::is_stable;
 
 named_enum! {
@@ -111,15 +114,24 @@ pub enum Progress {
     InitialState,
 }
 
-/// One pass of an estimator on one window.
+/// One pass of an estimator on one window: the model, and its part that u drives in the paper's form
+/// `x(k+1) = A x(k) + b u(k)`, `y(k) = x_1(k) + d u(k)` of order n = [`Orders::order`].
 #[derive(Clone, Debug)]
 pub struct Pass {
+    /// The model.
+    pub model: LinearModel,
+    /// The mean squared prediction error over the window; NaN where the estimator does not say it.
+    pub loss: f64,
+    /// Iterations of an estimator that repeats itself until it rests.
+    pub iterations: Option<usize>,
     /// Last row of A-hat, n numbers.
     pub a: Vec<f64>,
     /// b-hat, n numbers.
     pub b: Vec<f64>,
-    /// Numerator h-hat, n numbers.
+    /// Numerator h-hat, n numbers: `B - d A` beyond its first coefficient.
     pub h: Vec<f64>,
+    /// The direct term d; 0 where nk > 0.
+    pub direct: f64,
     /// x0-hat, n numbers.
     pub x0: Vec<f64>,
     /// Condition number of the solve ([`super::solver::Solution::condition`]); NaN where it failed: what rounding
@@ -131,7 +143,7 @@ pub struct Pass {
     pub progress: Progress,
     /// Why there is no more.
     pub failure: Option<Failure>,
-    /// Scratch for the stability test.
+    /// Scratch for the stability test and for products.
     scratch: Vec<f64>,
 }
 
@@ -140,6 +152,10 @@ impl Pass {
     pub fn new(order: usize) -> Self {
         let vector = || vec![f64::NAN; order];
         Self {
+            model: LinearModel::zero(Orders::arx(order, order, 1)),
+            loss: f64::NAN,
+            iterations: None,
+            direct: 0.0,
             a: vector(),
             b: vector(),
             h: vector(),
@@ -157,13 +173,17 @@ impl Pass {
         for vector in [&mut self.a, &mut self.b, &mut self.h, &mut self.x0] {
             vector.fill(f64::NAN);
         }
+        self.loss = f64::NAN;
+        self.iterations = None;
+        self.direct = 0.0;
         self.condition = f64::NAN;
         self.unstable = false;
         self.progress = Progress::Nothing;
         self.failure = None;
     }
 
-    /// Sets a, b and h from `p = (alpha, beta)`, stages 4 and 5, and tests stability.
+    /// Sets the model `A = 1 + alpha_1 q^-1 + ...`, `B = beta_1 q^-1 + ...` from `p = (alpha, beta)`, with a, b and h
+    /// (stages 4 and 5), and tests stability.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] where a coefficient is not finite; the pass is then unchanged in
@@ -172,20 +192,62 @@ impl Pass {
     /// # Panics
     /// If `p` is not of length 2n.
     pub fn set_parameters(&mut self, p: &[f64], condition: f64) -> Result<(), FailureKind> {
+        let (alpha, beta) = p.split_at(self.a.len());
+        self.model.a[1..].copy_from_slice(alpha);
+        self.model.b[1..].copy_from_slice(beta);
         parameters::from_p(p, &mut self.a, &mut self.h);
         parameters::input_vector(&self.a, &self.h, &mut self.b);
         if !p.iter().chain(&self.b).all(|value| value.is_finite()) {
             return Err(FailureKind::NonFinite);
         }
-        self.condition = condition;
-        self.unstable = !is_stable(&self.a, &mut self.scratch);
-        self.progress = Progress::Parameters;
+        self.take_parameters(condition);
         Ok(())
     }
 
-    /// What the observer needs of the pass; `None` before x0 is known.
+    /// Takes a model of any orders: its part that u drives becomes (a, b, h, d), in the buffers that are there.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] as for [`Self::set_parameters`].
+    pub fn set_model(&mut self, model: &LinearModel, condition: f64) -> Result<(), FailureKind> {
+        self.model.assign(model);
+        let n = model.orders().order();
+        for vector in [&mut self.a, &mut self.b, &mut self.h, &mut self.x0] {
+            vector.resize(n, f64::NAN);
+        }
+        multiply_into(&model.a, &model.f, &mut self.scratch);
+        self.scratch.resize(n + 1, 0.0);
+        let denominator = &self.scratch[1..];
+        reverse_negated(denominator, &mut self.a);
+        let coefficient = |i: usize| model.b.get(i).copied().unwrap_or(0.0);
+        self.direct = coefficient(0);
+        for (i, (h, alpha)) in self.h.iter_mut().zip(denominator).enumerate() {
+            *h = coefficient(i + 1);
+            if self.direct != 0.0 {
+                *h -= self.direct * alpha;
+            }
+        }
+        parameters::input_vector(&self.a, &self.h, &mut self.b);
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        if ![&self.a, &self.b, &self.h]
+            .into_iter()
+            .all(|values| finite(values))
+        {
+            return Err(FailureKind::NonFinite);
+        }
+        self.scratch.truncate(n);
+        self.take_parameters(condition);
+        Ok(())
+    }
+
+    fn take_parameters(&mut self, condition: f64) {
+        self.condition = condition;
+        self.unstable = !is_stable(&self.a, &mut self.scratch);
+        self.progress = Progress::Parameters;
+    }
+
+    /// What the observer needs of the pass; `None` before x0 is known, or where u acts on y at once.
     pub fn observed(&self) -> Option<ObservedModel<'_>> {
-        (self.progress == Progress::InitialState).then_some(ObservedModel {
+        (self.progress == Progress::InitialState && self.direct == 0.0).then_some(ObservedModel {
             a: &self.a,
             b: &self.b,
             x0: &self.x0,

@@ -81,9 +81,10 @@ impl<R: Real, const N: usize> Responses<R, N> {
 
 /// The first n coefficients.
 #[inline(always)]
-fn system<'a, R, const N: usize>(a: &'a [R; N], b: &'a [R; N], n: usize) -> System<'a, R> {
+fn system<'a, R: Real, const N: usize>(a: &'a [R; N], b: &'a [R; N], n: usize) -> System<'a, R> {
     System {
         a: &a[..n],
         b: &b[..n],
+        d: R::splat(0.0),
     }
 }

@@ -1,5 +1,6 @@
 //! FIT: how much of a record's output a model explains.
 
+use crate::model::LinearModel;
 use crate::plant::simulate;
 use std::ops::Range;
 
@@ -8,20 +9,22 @@ use std::ops::Range;
 pub struct Fit {
     /// With yhat simulated from x0: only u is used.
     pub simulated: f64,
-    /// With yhat predicted one step ahead, `yhat(k) = phi(k)' theta`: y up to k - 1 is used. Samples
-    /// before k = n have no prediction and are left out.
+    /// With yhat predicted one step ahead, y up to k - 1 being used. Samples before k = max(na, nb + nk - 1), where
+    /// the equation looks back beyond the record, are left out.
     pub one_step: f64,
 }
 
-/// A model as [`fit`] needs it: a, h and b of length n, and x0.
+/// A model as [`fit`] needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct FitModel<'a> {
-    /// Last row of A.
+    /// The model, which predicts.
+    pub model: &'a LinearModel,
+    /// Last row of A, n numbers.
     pub a: &'a [f64],
     /// Input vector.
     pub b: &'a [f64],
-    /// Numerator.
-    pub h: &'a [f64],
+    /// Direct term.
+    pub d: f64,
     /// Initial state at k = 0.
     pub x0: &'a [f64],
 }
@@ -32,30 +35,29 @@ pub struct FitModel<'a> {
 /// If u and y differ in length or the range reaches beyond them.
 pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], range: Range<usize>) -> Fit {
     assert!(u.len() == y.len() && range.end <= y.len());
-    let n = model.a.len();
+    let FitModel { model, a, b, d, x0 } = model;
+    let n = model.orders().reach();
     let mean = range.clone().map(|k| y[k]).sum::<f64>() / range.len() as f64;
     let mut simulated = 0.0;
-    let mut x = model.x0.to_vec();
+    let mut x = x0.to_vec();
+    let (u, y) = (&u[..range.end], &y[..range.end]);
     simulate(
-        model.a,
-        model.b,
+        a,
+        b,
         &mut x,
-        &u[..range.end],
+        u,
         #[inline(always)]
         |k, x| {
             if k >= range.start {
-                simulated += (y[k] - x[0]) * (y[k] - x[0]);
+                let error = y[k] - x[0] - d * u[k];
+                simulated += error * error;
             }
         },
     );
-    let predict = |k: usize| -> f64 {
-        let lags = 1..=n;
-        lags.map(|i| model.a[n - i] * y[k - i] + model.h[i - 1] * u[k - i])
-            .sum()
-    };
-    let predicted: f64 = (range.start.max(n)..range.end)
-        .map(|k| (y[k] - predict(k)) * (y[k] - predict(k)))
-        .sum();
+    let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+    model.residuals(u, y, &mut e, &mut scratch);
+    let first = range.start.max(n).min(range.end);
+    let predicted: f64 = e[first..].iter().map(|e| e * e).sum();
     let spread = |from: usize| -> f64 {
         (from..range.end)
             .map(|k| (y[k] - mean) * (y[k] - mean))
@@ -70,7 +72,7 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], range: Range<usize>) -> Fi
     };
     Fit {
         simulated: percent(simulated, spread(range.start)),
-        one_step: percent(predicted, spread(range.start.max(n))),
+        one_step: percent(predicted, spread(first)),
     }
 }
 
@@ -84,10 +86,12 @@ mod tests {
         let (a, b) = ([0.5], [2.0]);
         let mut y = Vec::new();
         simulate(&a, &b, &mut [3.0], &u, |_, x| y.push(x[0]));
+        let linear = LinearModel::from_canonical(&a, &b, 1);
         let model = FitModel {
+            model: &linear,
             a: &a,
             b: &b,
-            h: &b,
+            d: 0.0,
             x0: &[3.0],
         };
         let perfect = fit(model, &u, &y, 10..50);
@@ -95,10 +99,12 @@ mod tests {
             (perfect.simulated - 100.0).abs() < 1e-10 && (perfect.one_step - 100.0).abs() < 1e-10
         );
         let mean = y[10..].iter().sum::<f64>() / 40.0;
+        let linear = LinearModel::from_canonical(&[1.0], &[0.0], 1);
         let constant = FitModel {
+            model: &linear,
             a: &[1.0],
             b: &[0.0],
-            h: &[0.0],
+            d: 0.0,
             x0: &[mean],
         };
         assert!(fit(constant, &u, &y, 10..50).simulated.abs() < 1e-10);

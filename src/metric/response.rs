@@ -4,14 +4,16 @@
 use crate::plant::inlined::{decay, simulate};
 use crate::real::Real;
 
-/// A system by its last row of A and its input vector, of one length: a plant or a model, not
-/// necessarily of one order.
+/// A system by its last row of A and its input vector, of one length, and its direct term: a plant
+/// or a model, not necessarily of one order.
 #[derive(Clone, Copy, Debug)]
 pub struct System<'a, R = f64> {
     /// Last row of A.
     pub a: &'a [R],
     /// Input vector.
     pub b: &'a [R],
+    /// Direct term.
+    pub d: R,
 }
 
 impl<R: Real> System<'_, R> {
@@ -23,6 +25,7 @@ impl<R: Real> System<'_, R> {
             check = self.a[i].mul_add(R::zero(), check);
             check = self.b[i].mul_add(R::zero(), check);
         }
+        check = self.d.mul_add(R::zero(), check);
         check.is_finite()
     }
 }
@@ -113,7 +116,7 @@ impl<R: Real> Response<R> {
         self.spread = spread;
     }
 
-    /// `|| g - ghat || / || g ||` over the first L Markov parameters.
+    /// `|| g - ghat || / || g ||` over the first L Markov parameters and the direct term, which the plant does not have.
     ///
     /// Infinite where the response of an unstable model overflows; NaN where g is zero or
     /// overflows, or where a coefficient of the model is not finite.
@@ -122,7 +125,7 @@ impl<R: Real> Response<R> {
     /// If the model's a, b and `x` differ in length or are empty.
     #[inline(always)]
     pub fn impulse_response_error(&self, model: System<'_, R>, x: &mut [R]) -> R {
-        let (markov, mut error) = (&self.markov[..], R::zero());
+        let (markov, mut error) = (&self.markov[..], model.d * model.d);
         x.copy_from_slice(model.b);
         decay(
             model.a,
@@ -147,16 +150,16 @@ impl<R: Real> Response<R> {
     /// If the model's a, b and `x` differ in length or are empty.
     #[inline(always)]
     pub fn fresh_fit(&self, model: System<'_, R>, x: &mut [R]) -> R {
-        let (y, mut error) = (&self.y[..], R::zero());
+        let (u, y, mut error) = (&self.u[..], &self.y[..], R::zero());
         x.fill(R::zero());
         simulate(
             model.a,
             model.b,
             x,
-            &self.u,
+            u,
             #[inline(always)]
             |k, x| {
-                let difference = y[k] - x[0];
+                let difference = model.d.neg_mul_add(u[k], y[k] - x[0]);
                 error = difference.mul_add(difference, error);
             },
         );
@@ -184,14 +187,18 @@ mod tests {
         let mut response = Response::new(samples);
         let input = Input::new(InputLaw::Signs, 2.0, Sequence::Independent);
         input.fill(&mut stream(1, 2, Purpose::FreshInput), response.input());
-        let plant = System { a: &[a], b: &[b] };
+        let plant = System {
+            a: &[a],
+            b: &[b],
+            d: 0.0,
+        };
         response.set_impulse_response(plant, &mut [0.0]);
         response.set_fresh_output(plant, &mut [0.0]);
         response
     }
 
     fn errors(response: &Response, a: &[f64], b: &[f64]) -> [f64; 2] {
-        let (model, x) = (System { a, b }, &mut vec![f64::NAN; a.len()]);
+        let (model, x) = (System { a, b, d: 0.0 }, &mut vec![f64::NAN; a.len()]);
         let error = response.impulse_response_error(model, x);
         [error, response.fresh_fit(model, x)]
     }
@@ -216,6 +223,23 @@ mod tests {
         let [error, fit] = errors(&response, &[0.0], &[0.0]);
         assert_eq!(error, 1.0);
         assert!(fit <= 1e-12 && fit > -10.0);
+    }
+
+    /// g(0) = 3 beside the plant's own response: 9 over `sum 0.25^k`.
+    #[test]
+    fn a_direct_term_counts() {
+        let response = response(0.5, 1.0, 60);
+        let model = System {
+            a: &[0.5],
+            b: &[1.0],
+            d: 3.0,
+        };
+        let error = response.impulse_response_error(model, &mut [0.0]);
+        assert!((error - (9.0_f64 * 0.75).sqrt()).abs() < 1e-14, "{error}");
+        // 3 u with |u| = 2 is 6 beside the plant's output in every sample.
+        let fit = response.fresh_fit(model, &mut [0.0]);
+        let expected = 100.0 * (1.0 - 6.0 * (60.0 / response.spread).sqrt());
+        assert!((fit - expected).abs() < 1e-10, "{fit} {expected}");
     }
 
     #[test]

@@ -201,6 +201,16 @@ fn parse_pole(text: &str) -> Option<c64> {
     Some(c64::new(re, im))
 }
 
+impl schemars::JsonSchema for Gain {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Gain".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "type": "string" })
+    }
+}
+
 impl std::str::FromStr for Gain {
     type Err = GainError;
 

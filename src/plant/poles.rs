@@ -7,7 +7,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, evd_real, evd_scratch};
 use faer::{Mat, Par, c64};
 
-/// Finds poles with buffers of its own, for many systems of one order.
+/// Finds poles with buffers of its own, for many systems; those of one order share them.
 pub struct PoleFinder {
     companion: Mat<f64>,
     real: Diag<f64>,
@@ -30,8 +30,10 @@ impl PoleFinder {
 
     /// Fills the eigenvalues; false where a coefficient is not finite or the iteration fails.
     fn find(&mut self, a: &[f64]) -> bool {
-        let n = self.companion.nrows();
-        assert_eq!(a.len(), n);
+        let n = a.len();
+        if n != self.companion.nrows() {
+            *self = Self::new(n);
+        }
         if !a.iter().all(|a| a.is_finite()) {
             return false;
         }
@@ -57,9 +59,6 @@ impl PoleFinder {
 
     /// The zeros of `z^n - a_n z^(n-1) - ... - a_1`, largest modulus first; empty where `a` is not
     /// finite or the eigenvalue iteration did not converge.
-    ///
-    /// # Panics
-    /// If `a` is not of the order that the buffers were made for.
     pub fn poles(&mut self, a: &[f64]) -> Vec<c64> {
         if !self.find(a) {
             return Vec::new();
@@ -80,9 +79,6 @@ impl PoleFinder {
     /// The largest modulus of a pole, 1 or more exactly where `a` is not `stable` by
     /// [`is_stable`](super::stability::is_stable); NaN where a coefficient is not finite or the iteration does not
     /// converge. Up to order 24 it has the bits of the lanes, above it is that of the eigenvalues.
-    ///
-    /// # Panics
-    /// If `a` is not of the order that the buffers were made for.
     pub fn spectral_radius(&mut self, a: &[f64], stable: bool) -> f64 {
         if a.len() <= radius::LARGEST_ORDER {
             return f64::run(

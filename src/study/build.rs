@@ -3,12 +3,14 @@
 use super::continuous::continuous_cell;
 use super::curves::{CURVES_LIMIT, Curves};
 use super::experiment::{Cell, ScoredFrom, Source};
-use super::file::{AUTOMATIC, ExperimentFile, FeedbackTable, FileError, Key, Scalar, Settings};
+use super::file::{
+    AUTOMATIC, ExperimentFile, FeedbackTable, FileError, Key, PlantTable, Scalar, Settings,
+};
 use super::state_feedback::StateFeedback;
 use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings};
 use crate::estimator::{SetupError, Shape, Solver};
 use crate::observer::Gain;
-use crate::plant::{ORDER_LIMIT, StateSpace, TransferFunction, nikolov2023};
+use crate::plant::{ORDER_LIMIT, nikolov2023};
 use crate::signal::{Input, LevelOf, LevelReading, NoiseFilter};
 use crate::text::number;
 
@@ -146,14 +148,7 @@ impl Build<'_> {
                 let table = table.ok_or_else(|| unknown(Key::Plant, &name, &known))?;
                 let place = format!("plants.{name}");
                 let wrong = |e: String| FileError::key(&place, e);
-                let plant = match (&table.b, &table.h) {
-                    (Some(b), None) => StateSpace::new(table.a.clone(), b.clone()),
-                    (None, Some(h)) => {
-                        TransferFunction::new(table.a.clone(), h.clone()).map(StateSpace::from)
-                    }
-                    _ => return Err(wrong("expected either b or h beside a".to_owned())),
-                }
-                .map_err(|e| wrong(e.to_string()))?;
+                let plant = table.plant().map_err(wrong)?;
                 if !plant.is_stable() && !table.unstable {
                     return Err(wrong(
                         "the plant is not stable; expected 'unstable = true' if that is meant"
@@ -183,14 +178,27 @@ impl Build<'_> {
     fn noise(&self) -> Result<NoiseColour, FileError> {
         let name = self.text(Key::Noise);
         match name.as_str() {
-            "ar" => Ok(NoiseColour::InverseDenominator),
+            // 1/A without F, where the plant is B/(A F).
+            "ar" => match self.file.plants.get(&self.text(Key::Plant)) {
+                Some(PlantTable {
+                    transfer_polynomial: Some(_),
+                    output_polynomial: a,
+                    ..
+                }) => {
+                    let filter = NoiseFilter::new(&[1.0], a.as_deref().unwrap_or(&[1.0]));
+                    let filter = filter.map_err(|e| FileError::key("noise", e.to_string()));
+                    Ok(filter?.into())
+                }
+                _ => Ok(NoiseColour::InverseDenominator),
+            },
             "white" => Ok(NoiseFilter::white().into()),
             _ => {
                 let known = self.file.noises.keys().map(String::as_str);
                 let known: Vec<&str> = NOISES.into_iter().chain(known).collect();
                 let table = self.file.noises.get(&name);
                 let table = table.ok_or_else(|| unknown(Key::Noise, &name, &known))?;
-                let filter = NoiseFilter::new(&table.numerator, &table.denominator);
+                let (numerator, denominator) = table.filter();
+                let filter = NoiseFilter::new(numerator, denominator);
                 let filter =
                     filter.map_err(|e| FileError::key(&format!("noises.{name}"), e.to_string()));
                 Ok(filter?.into())

@@ -11,9 +11,7 @@ use super::measure::Measure;
 use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
 use crate::data::Process;
-use crate::estimator::{
-    Estimator, InstrumentSource, KnownModel, Method, MethodOptions, Output, SetupError, Shape,
-};
+use crate::estimator::{Estimator, KnownModel, Method, Output, Problem, SetupError, Shape};
 use crate::names::named_enum;
 use crate::observer::Gain;
 use crate::real::MOST_LANES;
@@ -148,10 +146,14 @@ impl Cell {
     /// # Errors
     /// If the method cannot serve it.
     pub fn prepare(&self, method: &Method) -> Result<Box<dyn Estimator>, SetupError> {
-        match method.options() {
-            Some(MethodOptions::Known) => Ok(Box::new(self.known_model()?)),
-            _ => method.prepare(self.shape()),
-        }
+        let known = match method.needs().plant {
+            true => Some(self.known_model()?),
+            false => None,
+        };
+        method.prepare(Problem {
+            shape: self.shape(),
+            known: known.as_ref(),
+        })
     }
 
     /// The memory of a record with its truth: u, y, r, u0, y0, f and n states for every sample.
@@ -312,7 +314,12 @@ impl Experiment {
 
     /// What makes results comparable bit for bit: everything but words, the number of trials and timing.
     pub fn design(&self) -> Value {
-        design_of(&serde_json::to_value(&self.file).unwrap_or_default())
+        let mut design = design_of(&serde_json::to_value(&self.file).unwrap_or_default());
+        let own: Vec<&str> = self.methods.iter().filter_map(Method::identity).collect();
+        if !own.is_empty() {
+            design["own_methods"] = json!(own);
+        }
+        design
     }
 
     /// The design with the version of the program that makes the results.
@@ -429,7 +436,7 @@ impl Experiment {
         shapes.sort_by_key(|shape| (shape.order, shape.window));
         shapes.dedup();
         for (i, method) in self.methods.iter().enumerate() {
-            if matches!(method.options(), Some(MethodOptions::Known)) {
+            if method.needs().plant {
                 continue;
             }
             for shape in &shapes {
@@ -443,7 +450,7 @@ impl Experiment {
     /// What knows the plant must do so in every cell, and every observer of a method's own serve it.
     fn check_observers(&self) -> Result<(), FileError> {
         for (i, method) in self.methods.iter().enumerate() {
-            let known = matches!(method.options(), Some(MethodOptions::Known));
+            let known = method.needs().plant;
             if !known && method.observer().is_none() {
                 continue;
             }
@@ -478,15 +485,13 @@ impl Experiment {
         }
         let open = |cell: &Cell| cell.settings.get(&Key::Feedback) == Some(&"none".into());
         if self.cells.iter().all(open) {
-            for (i, table) in self.file.methods.iter().enumerate() {
-                let options = table.iv_options();
-                if options.is_some_and(|o| o.instruments == InstrumentSource::Reference) {
-                    let message = "\"r\" where no cell has feedback, so there is no reference; expected \"u\", or a \
-                                   feedback in [settings]";
-                    return Err(FileError::key(
-                        &format!("methods[{i}].instruments"),
-                        message,
-                    ));
+            for (i, method) in self.methods.iter().enumerate() {
+                if let Some((key, value)) = method.needs().reference {
+                    let message = format!(
+                        "\"{value}\" where no cell has feedback, so there is no reference; expected \"u\", or a \
+                         feedback in [settings]"
+                    );
+                    return Err(FileError::key(&format!("methods[{i}].{key}"), message));
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The observer that scores the outputs of a method in a cell.
 
 use super::Cell;
-use crate::estimator::{FailureKind, Method, MethodOptions, SetupError};
+use crate::estimator::{FailureKind, Method, SetupError};
 use crate::observer::{
     Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind, ProcessNoise, RiccatiError,
     StochasticModel, maximum_likelihood_ratio,
@@ -26,7 +26,7 @@ impl CellObserver {
     /// # Errors
     /// Where the gain is of another order, or a filter needs to know what is not known in this cell.
     pub(super) fn new(cell: &Cell, method: &Method) -> Result<Self, SetupError> {
-        let known = matches!(method.options(), Some(MethodOptions::Known));
+        let known = method.needs().plant;
         let gain = match method.observer() {
             None => &cell.gain,
             Some(ObserverKind::Luenberger(gain)) => gain,
@@ -37,8 +37,9 @@ impl CellObserver {
                 });
             }
         };
-        gain.check(cell.order)?;
-        let observer = Observer::new(gain.clone(), cell.order);
+        let order = method.order(cell.order);
+        gain.check(order)?;
+        let observer = Observer::new(gain.clone(), order);
         Ok(Self::Luenberger(observer))
     }
 

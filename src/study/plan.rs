@@ -3,10 +3,7 @@
 use super::pack::{Pack, PackTrial};
 use super::{Cell, Experiment, Measure, ObserverStart, ScoredFrom};
 use crate::data::{Feedback, PlantSource, Process, ProcessSettings, Truth};
-use crate::estimator::{
-    Auxiliary, Drive, InstrumentSource, IvOptions, LsOptions, MethodOptions, Solver, Stabilise,
-    Stage10, StartState,
-};
+use crate::estimator::IvOptions;
 use crate::lanes::record::Source;
 use crate::lanes::score::Wanted;
 use crate::lanes::{Call, Isa, LARGEST_ORDER};
@@ -58,7 +55,7 @@ impl<'e> Plan<'e> {
         let any = |measures: &[F]| asked.iter().any(|measure| measures.contains(measure));
         let methods = experiment.methods.iter().filter_map(|method| {
             Some(PlannedMethod {
-                options: iv_options(method.options()?).ok()?,
+                options: method.options()?.in_lanes().ok()?,
                 passes: method.passes(),
                 reported: method.reported(),
             })
@@ -136,7 +133,8 @@ pub(super) fn covered<'e>(
         if method.observer().is_some() {
             return Err("observers of a method's own".to_owned());
         }
-        iv_options(method.options().ok_or("an estimator of your own")?)?;
+        let options = method.options().ok_or("an estimator of your own")?;
+        options.in_lanes()?;
     }
     Ok((process, open_loop))
 }
@@ -201,57 +199,6 @@ fn covers_cell(cell: &Cell, of_plant: usize) -> Result<(), String> {
         (scores, ("scored_from", scored_from.name())),
     ];
     has_values(has)
-}
-
-/// A method's options as those of IV: least squares is IV without iterations.
-///
-/// # Errors
-/// What of them is not covered, in words.
-fn iv_options(options: &MethodOptions) -> Result<IvOptions, String> {
-    let options = match options {
-        MethodOptions::Known => return Err("the estimator \"known\"".to_owned()),
-        MethodOptions::LeastSquares(LsOptions {
-            solver,
-            initial_state,
-        }) => IvOptions {
-            solver: *solver,
-            initial_state: *initial_state,
-            ..IvOptions::default()
-        },
-        MethodOptions::InstrumentalVariables(options) => options.clone(),
-    };
-    // `_`: any number of passes; the gain is of a drive that lanes do not have.
-    let IvOptions {
-        iterations: _,
-        solver,
-        stage10,
-        auxiliary,
-        drive,
-        gain: _,
-        instruments,
-        stabilise,
-        initial_state,
-    } = &options;
-    let partitioned = matches!(solver, Solver::Partitioned);
-    let corrected = matches!(stage10, Stage10::Corrected);
-    let renews = matches!(
-        auxiliary,
-        Auxiliary::Refresh | Auxiliary::Frozen | Auxiliary::Literal
-    );
-    let by_model = matches!(drive, Drive::Model);
-    let of_input = matches!(instruments, InstrumentSource::Input);
-    let as_found = matches!(stabilise, Stabilise::None);
-    let starts = matches!(initial_state, StartState::Estimate | StartState::Zero);
-    has_values([
-        (partitioned, ("solver", solver.name())),
-        (corrected, ("stage10", stage10.name())),
-        (renews, ("auxiliary", auxiliary.name())),
-        (by_model, ("drive", drive.name())),
-        (of_input, ("instruments", instruments.name())),
-        (as_found, ("stabilise", stabilise.name())),
-        (starts, ("initial_state", initial_state.name())),
-    ])?;
-    Ok(options)
 }
 
 /// Whether lanes have the values of some keys; or the first that they do not have, in words.

@@ -56,21 +56,25 @@ impl Scorer {
         use Measure as F;
         let measures = experiment.measures_asked();
         let any = |values: &[Measure]| values.iter().any(|measure| measures.contains(measure));
-        // States of another order cannot be compared.
-        let comparable = process.order() == cell.order;
         let methods = experiment.methods.iter();
+        // States of another order cannot be compared.
+        let comparable = methods
+            .clone()
+            .any(|method| method.order(cell.order) == process.order());
+        let largest = methods.clone().map(|method| method.order(cell.order)).max();
+        let largest = largest.unwrap_or(cell.order).max(process.order());
         let observers: Result<_, SetupError> = methods
             .map(|method| CellObserver::new(cell, method))
             .collect();
         Ok(Self {
             from: cell.first_scored(),
             start: cell.observer_start,
-            zero: vec![0.0; cell.order],
+            zero: vec![0.0; process.order()],
             observers: observers?,
             poles: PoleFinder::new(cell.order),
             input: *process.input(),
             response: Response::new(RESPONSE_SAMPLES),
-            x: vec![0.0; process.order().max(cell.order)],
+            x: vec![0.0; largest],
             wanted: Wanted {
                 states: comparable
                     && (experiment.file.curves || measures.iter().any(|of| of.is_of_state())),
@@ -96,7 +100,7 @@ impl Scorer {
             return;
         }
         let Truth { a, b, .. } = &record.truth;
-        let (plant, x) = (System { a, b }, &mut self.x[..a.len()]);
+        let (plant, x) = (System { a, b, d: 0.0 }, &mut self.x[..a.len()]);
         let response = &mut self.response;
         if self.wanted.impulse_response {
             with_fma(
@@ -139,8 +143,8 @@ impl Scorer {
         if self.wanted.radius {
             row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a, !pass.unstable);
         }
-        let Pass { a, b, .. } = pass;
-        let (model, x) = (System { a, b }, &mut self.x[..a.len()]);
+        let Pass { a, b, direct, .. } = pass;
+        let (model, x) = (System { a, b, d: *direct }, &mut self.x[..a.len()]);
         let response = &self.response;
         if self.wanted.impulse_response {
             row[Measure::ImpulseResponse] = with_fma(
@@ -237,11 +241,16 @@ impl Scorer {
     }
 }
 
-/// Appends the signed errors of a_1 ... a_n, h_1 ... h_n: NaN where there is no estimate or the orders differ.
-pub(super) fn append_parameter_errors(pass: &Pass, record: &Realisation, to: &mut Vec<f64>) {
-    let n = pass.a.len();
+/// Appends the signed errors of a_1 ... a_n, h_1 ... h_n, n of the cell: NaN where there is no estimate or the orders
+/// differ.
+pub(super) fn append_parameter_errors(
+    n: usize,
+    pass: &Pass,
+    record: &Realisation,
+    to: &mut Vec<f64>,
+) {
     let truth = &record.truth;
-    if pass.progress < Progress::Parameters || truth.a.len() != n {
+    if pass.progress < Progress::Parameters || truth.a.len() != n || pass.a.len() != n {
         to.resize(to.len() + 2 * n, f64::NAN);
         return;
     }

@@ -82,11 +82,12 @@ impl<'e> Trial<'e> {
     /// Runs a trial and appends what is wanted of it.
     pub fn run_into(&mut self, trial: u64, to: &mut Trials) {
         let (wanted, last) = (self.experiment.file.parameters, self.outputs.len() - 1);
+        let order = self.cell.order;
         let mut parameters = std::mem::take(&mut self.parameters);
         let spent = self.measure(trial, |row, pass, record, curve| {
             if wanted {
                 parameters.clear();
-                score::append_parameter_errors(pass, record, &mut parameters);
+                score::append_parameter_errors(order, pass, record, &mut parameters);
             }
             to.rows.push(row, &parameters);
             if let Some(curves) = &mut to.curves {

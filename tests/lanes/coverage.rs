@@ -162,7 +162,7 @@ fn an_estimator_of_ones_own_runs_on_faer() {
     let mut experiment = Experiment::new(parse(&study("", "", IV))).expect("a study");
     let outputs = experiment.outputs();
     let options = asobench::estimator::IvOptions::default();
-    experiment.methods = vec![Method::new(outputs, move |shape| {
+    experiment.methods = vec![Method::new("iv", outputs, move |shape| {
         let own = asobench::estimator::InstrumentalVariables::new(shape, &options)?;
         Ok(Box::new(own))
     })];

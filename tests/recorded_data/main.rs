@@ -1,24 +1,141 @@
-//! Recorded data against Octave's control package: `arx` on eight public records (`data/README.md`).
+//! Recorded data against other programs' least squares (`data/README.md`): `asobench estimate`, as a user runs it, and
+//! the solvers of `ls`.
 
 use asobench::data::{Detrend, Trend, csv};
 use asobench::estimator::{Estimator, LeastSquares, Pass, Shape, Solver, Window};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_data/data")
+}
+
+fn cases() -> Vec<Value> {
+    let text = std::fs::read_to_string(folder().join("expected.json")).expect("expected.json");
+    let file: Value = serde_json::from_str(&text).expect("JSON");
+    file["cases"].as_array().expect("cases").clone()
+}
+
+fn size(value: &Value) -> usize {
+    value.as_u64().expect("a size") as usize
+}
+
+fn numbers(value: &Value) -> Option<Vec<f64>> {
+    let values = value.as_array()?.iter();
+    values.map(Value::as_f64).collect()
+}
+
+/// The largest difference.
+fn distance(found: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(found.len(), expected.len());
+    let differences = found.iter().zip(expected).map(|(f, e)| (f - e).abs());
+    differences.fold(0.0, f64::max)
+}
+
+/// The entry of the estimates that `asobench estimate` prints for a case.
+fn arx(case: &Value) -> Value {
+    let rows = match case["regression"].as_str().expect("the rows") {
+        text if text.starts_with("prewindow") => "prewindow",
+        text if text.starts_with("zero_padded_both_sides") => "padded",
+        text => {
+            assert_eq!(text, "t>=max(na,nb+nk-1)");
+            "complete"
+        }
+    };
+    assert_eq!(size(&case["rows"][0]), 0);
+    let [na, nb, nk] = ["na", "nb", "nk"].map(|key| size(&case[key]));
+    let output = Command::new(env!("CARGO_BIN_EXE_asobench"))
+        .arg("estimate")
+        .arg(folder().join(case["data"].as_str().expect("a file")))
+        .args(["--estimator", "arx", "--rows", rows])
+        .args(["--orders", &format!("na={na},nb={nb},nk={nk}")])
+        .args(["--window", &size(&case["rows"][1]).to_string()])
+        .args(["--detrend", case["detrend"].as_str().expect("a name")])
+        .args(["--format", "json"])
+        .output()
+        .expect("asobench runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}: {error}", case["name"]);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    report["estimates"][0].clone()
+}
+
+/// Every least-squares case of other programs, any orders and rows: parameters, loss, covariance, each within the
+/// tolerance that the case states (its digits).
+#[test]
+fn arx_of_other_programs() {
+    let mut compared = 0;
+    for case in &cases() {
+        let (name, found) = (&case["name"], arx(case));
+        assert_eq!(found["status"], "ok", "{name}");
+        let model = &found["model"];
+        let polynomial = |key: &str| numbers(&model[key]).expect("a polynomial");
+        let (a, b) = (polynomial("A"), polynomial("B"));
+        let delay = size(&case["nk"]);
+        assert!(a[0] == 1.0 && b[..delay].iter().all(|zero| *zero == 0.0));
+        for key in ["C", "D", "F"] {
+            assert_eq!(polynomial(key), [1.0], "{name}");
+        }
+        let theta = [&a[1..], &b[delay..]].concat();
+        let expected = &case["expected"];
+        let absolute = case["tol"].as_f64();
+        if let Some(expected) = numbers(&expected["theta"]) {
+            let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let relative = case["tol_rel"]
+                .as_f64()
+                .map(|tolerance| tolerance * largest);
+            let tolerance = absolute.or(relative).expect("a tolerance");
+            let worst = distance(&theta, &expected);
+            println!("{name}: {worst:.1e} of {tolerance:.1e}");
+            assert!(worst <= tolerance, "{name}: {worst:e}");
+            compared += 1;
+        }
+        let samples = size(&case["rows"][1]) as f64;
+        let loss = found["loss"].as_f64().expect("a loss");
+        if let Some(expected) = expected["loss_rss_over_N"].as_f64() {
+            assert!(
+                (loss - expected).abs() <= absolute.expect("a tolerance"),
+                "{name}: {loss}"
+            );
+            compared += 1;
+        }
+        for key in ["rss", "rss_onestep"] {
+            if let (Some(expected), Some(tolerance)) =
+                (expected[key].as_f64(), case["tol_rss_rel"].as_f64())
+            {
+                let error = (loss * samples / expected - 1.0).abs();
+                assert!(error <= tolerance, "{name} {key}: {error:e}");
+                compared += 1;
+            }
+        }
+        if let Some(covariance) = expected["cov"].as_array() {
+            let diagonal = covariance
+                .iter()
+                .enumerate()
+                .map(|(i, row)| row[i].as_f64());
+            let expected: Vec<f64> = diagonal.map(|v| v.expect("a number").sqrt()).collect();
+            let errors = numbers(&found["se"]).expect("standard errors");
+            let worst = distance(&errors, &expected);
+            assert!(
+                worst <= case["tol_cov"].as_f64().expect("a tolerance"),
+                "{name}: {worst:e}"
+            );
+            compared += 1;
+        }
+    }
+    assert!(compared >= 27, "{compared}");
+}
 
 /// theta = (alpha, beta) of least squares on the case's rows, with its delay taken out.
-fn theta(case: &Value, folder: &Path, solver: Solver) -> Vec<f64> {
-    let size = |value: &Value| value.as_u64().expect("a size") as usize;
-    let file = folder.join(case["data"].as_str().expect("a file"));
+fn theta(case: &Value, solver: Solver) -> Vec<f64> {
+    let file = folder().join(case["data"].as_str().expect("a file"));
     let mut record =
         csv::read(std::fs::File::open(file).expect("a record")).expect("a valid record");
-    let (first, last) = (size(&case["rows"][0]), size(&case["rows"][1]));
-    let detrend: Detrend = case["detrend"]
-        .as_str()
-        .expect("a name")
-        .parse()
-        .expect("a detrend");
+    let detrend = case["detrend"].as_str().expect("a name");
+    let detrend: Detrend = detrend.parse().expect("a detrend");
     for values in [&mut record.u, &mut record.y] {
-        *values = values[first..last].to_vec();
+        values.truncate(size(&case["rows"][1]));
         Trend::fit(detrend, values).subtract(values);
     }
     let delay = size(&case["nk"]) - 1;
@@ -35,39 +152,31 @@ fn theta(case: &Value, folder: &Path, solver: Solver) -> Vec<f64> {
         .estimate(window, &mut passes);
     let [pass] = passes;
     assert_eq!(pass.failure, None, "{}", case["name"]);
-    pass.a
-        .iter()
-        .rev()
-        .map(|a| -a)
-        .chain(pass.h.iter().copied())
-        .collect()
+    let orders = pass.model.orders();
+    assert_eq!(
+        (orders.na, orders.nb, orders.nk),
+        (shape.order, shape.order, 1)
+    );
+    pass.model.parameters().collect()
 }
 
-/// Every case with na = nb (two of them with a delay) within 1e-7 by QR, as the largest difference relative
-/// to the largest coefficient; the expected values have 12 digits.
+/// Octave's cases with na = nb (three of them with a delay) by the solvers of `ls`, within 1e-7 of the largest
+/// coefficient; the expected values have 12 digits.
 #[test]
-fn octave_arx() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_data/data");
-    let text = std::fs::read_to_string(folder.join("expected.json")).expect("expected.json");
-    let cases: Value = serde_json::from_str(&text).expect("JSON");
-    let cases = cases["cases"].as_array().expect("cases");
+fn octave_arx_by_the_solvers_of_ls() {
+    let cases = cases();
+    let octave = |case: &&Value| {
+        case["name"]
+            .as_str()
+            .is_some_and(|n| n.starts_with("octave"))
+    };
+    let cases: Vec<&Value> = cases.iter().filter(octave).collect();
     assert!(cases.len() >= 15);
     for case in cases {
         assert_eq!(case["na"], case["nb"]);
-        let expected = case["expected"]["theta"].as_array().expect("theta");
-        let expected: Vec<f64> = expected
-            .iter()
-            .map(|v| v.as_f64().expect("a number"))
-            .collect();
+        let expected = numbers(&case["expected"]["theta"]).expect("theta");
         for solver in [Solver::Qr, Solver::Svd] {
-            let found = theta(case, &folder, solver);
-            assert_eq!(found.len(), expected.len());
-            let difference = |(found, expected): (&f64, &f64)| (found - expected).abs();
-            let worst = found
-                .iter()
-                .zip(&expected)
-                .map(difference)
-                .fold(0.0, f64::max);
+            let worst = distance(&theta(case, solver), &expected);
             println!("{} {solver}: {worst:.1e}", case["name"]);
             assert!(worst < 1e-7, "{} {solver}: {worst:e}", case["name"]);
         }

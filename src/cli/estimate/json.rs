@@ -1,22 +1,31 @@
 //! The estimates as JSON. Numbers are in the shortest form that reads back to the same bits (at most
 //! 17 significant digits); what is undefined is null.
 
-use super::{Estimate, Name, Observed, PassReport, Report};
+use super::{Estimate, Observed, PassReport, Report};
 use crate::estimator::Progress;
+use crate::model::LinearModel;
 use serde_json::{Map, Value, json};
 
 pub(super) fn render(report: &Report) -> Value {
+    let shift = report.shift();
+    let samples = report.shifted(shift);
+    let solver = report
+        .estimates
+        .iter()
+        .find_map(|estimate| estimate.options.get("solver"));
     json!({
         "file": report.file.display().to_string(),
-        "order": report.order,
-        "delay": report.delay,
-        "samples": report.samples,
-        "window": report.window,
-        "solver": report.solver,
+        "order": report.orders.order() - shift,
+        "delay": report.orders.nk,
+        "orders": report.orders,
+        "samples": samples.y.len(),
+        "window": samples.window,
+        "solver": solver,
         "detrend": report.detrend,
         "gain": report.gain,
-        "convention": "x(k+1) = A x(k) + b u(k), y = x_1, last row of A is a; A(q) y = B(q) u with \
-                       alpha_i = -a_(n+1-i), beta_i = h_i; with delay nk, y(k) here is y(k + nk - 1) of the file",
+        "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the record as it is; \
+                       x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; alpha_i = -a_(n+1-i), beta_i = h_i; \
+                       for ls and iv with delay nk, y(k) there is y(k + nk - 1) of the file",
         "estimates": report.estimates.iter().map(estimate).collect::<Vec<_>>(),
     })
 }
@@ -24,8 +33,9 @@ pub(super) fn render(report: &Report) -> Value {
 fn estimate(estimate: &Estimate) -> Value {
     let mut object = Map::new();
     object.insert("estimator".to_owned(), json!(estimate.name));
+    object.insert("options".to_owned(), json!(estimate.options));
     object.append(&mut pass(estimate.last()));
-    if estimate.name == Name::InstrumentalVariables {
+    if estimate.passes[0].0 > 0 {
         let passes = estimate.passes.iter().map(|(number, report)| {
             let mut object = pass(report);
             object.insert("pass".to_owned(), json!(number));
@@ -45,6 +55,11 @@ fn estimate(estimate: &Estimate) -> Value {
     Value::Object(object)
 }
 
+fn polynomials(model: &LinearModel) -> Value {
+    let LinearModel { a, b, c, d, f, .. } = model;
+    json!({ "A": a, "B": b, "C": c, "D": d, "F": f, "orders": model.orders() })
+}
+
 fn observer(observer: &Observed) -> Value {
     json!({
         "g": observer.g,
@@ -56,6 +71,7 @@ fn observer(observer: &Observed) -> Value {
 fn pass(report: &PassReport) -> Map<String, Value> {
     let PassReport {
         pass,
+        model,
         poles,
         radius,
     } = report;
@@ -82,9 +98,25 @@ fn pass(report: &PassReport) -> Map<String, Value> {
             json!(pass.failure.map_or("ok", |failure| failure.kind.name())),
         ),
         ("failure", json!(failure)),
+        (
+            "model",
+            if parameters {
+                polynomials(model)
+            } else {
+                Value::Null
+            },
+        ),
+        (
+            "noise_variance",
+            json!(parameters.then_some(model.noise_variance)),
+        ),
+        ("loss", json!(parameters.then_some(pass.loss))),
+        ("se", json!(model.standard_errors().filter(|_| parameters))),
+        ("iterations", json!(pass.iterations)),
         ("a", known(&pass.a)),
         ("b", known(&pass.b)),
         ("h", known(&pass.h)),
+        ("d", json!(parameters.then_some(pass.direct))),
         ("x0", json!(x0)),
         ("alpha", known(&alpha)),
         ("beta", known(&pass.h)),

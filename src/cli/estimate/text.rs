@@ -1,10 +1,14 @@
 //! The estimates for people, at most 80 columns wide.
 
-use super::{Estimate, Name, PassReport, Report};
+use super::{Estimate, PassReport, Report};
+use crate::cli::equation::broken;
 use crate::estimator::Progress;
 use crate::metric::Fit;
 use crate::text::visible;
 use std::fmt::{self, Write};
+
+/// Significant digits.
+const DIGITS: usize = 6;
 
 pub(super) fn render(report: &Report) -> String {
     let mut text = String::new();
@@ -13,45 +17,47 @@ pub(super) fn render(report: &Report) -> String {
 }
 
 fn write_report(text: &mut String, report: &Report) -> fmt::Result {
-    let Report {
-        order,
-        delay,
-        samples,
-        window,
-        ..
-    } = report;
     writeln!(
         text,
-        "{}: order {order}, delay {delay}, window {window} of {samples} samples",
-        visible(report.file.display())
+        "{}: orders {}, window {} of {} samples\ndetrend {}, observer's gain {}",
+        visible(report.file.display()),
+        report.orders,
+        report.window,
+        report.record.y.len(),
+        report.detrend,
+        report.gain
     )?;
-    writeln!(
-        text,
-        "solver {}, detrend {}, gain {}\n\n\
-         state space: x(k+1) = A x(k) + b u(k), y = x_1, last row of A is a\n\
-         polynomials: A(q) y = B(q) u, A = 1 + alpha_1 q^-1 + ..., B = beta_1 q^-1 + ...",
-        report.solver, report.detrend, report.gain
-    )?;
-    if *delay > 1 {
-        let shift = delay - 1;
-        writeln!(
-            text,
-            "with the delay taken out: y(k) stands for y(k + {shift}) of the file"
-        )?;
-    }
     for estimate in &report.estimates {
         write_estimate(text, estimate)?;
+    }
+    let shift = report.shift();
+    writeln!(
+        text,
+        "\nA(q) y = B(q)/F(q) u + C(q)/D(q) e with A = 1 + a_1 q^-1 + ...; in state space\n\
+         x(k+1) = A x(k) + b u(k), y = x_1, last row of A is a"
+    )?;
+    if shift > 0 {
+        writeln!(
+            text,
+            "x of ls and iv is of the record without its delay: y(k) there is y(k + {shift})"
+        )?;
     }
     Ok(())
 }
 
 fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
     let (number, report) = &estimate.passes[estimate.passes.len() - 1];
-    let title = match estimate.name {
-        Name::LeastSquares => "Least squares".to_owned(),
-        Name::InstrumentalVariables => format!("Instrumental variables, after pass {number}"),
+    let about = estimate.name.about();
+    let about = about
+        .split([',', ':', ';'])
+        .next()
+        .unwrap_or(about)
+        .trim_end_matches('.');
+    let pass = match number {
+        0 => String::new(),
+        number => format!(", after pass {number}"),
     };
-    writeln!(text, "\n{title}")?;
+    writeln!(text, "\n{}: {about}{pass}", estimate.name)?;
     if let Some(failure) = report.pass.failure {
         writeln!(text, "  FAILED: {failure}")?;
     }
@@ -75,11 +81,17 @@ fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
 }
 
 fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
-    let pass = &report.pass;
+    let PassReport { pass, model, .. } = report;
     if pass.progress >= Progress::Parameters {
-        let alpha: Vec<f64> = pass.a.iter().rev().map(|a| -a).collect();
-        write_vector(text, "alpha", &alpha)?;
-        write_vector(text, "beta = h", &pass.h)?;
+        let equation = model.equation().rounded(DIGITS).to_string();
+        for line in equation.lines() {
+            writeln!(text, "  {}", broken(line, 2, 6))?;
+        }
+        if let Some(errors) = model.standard_errors() {
+            write_vector(text, "standard errors", &errors)?;
+        }
+        write_vector(text, "noise variance", &[model.noise_variance])?;
+        write_vector(text, "loss", &[pass.loss])?;
         write_vector(text, "a", &pass.a)?;
         write_vector(text, "b", &pass.b)?;
     }
@@ -91,18 +103,18 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
         let imaginary = if pole.im == 0.0 {
             String::new()
         } else {
-            format!(" {:+.9} i", pole.im)
+            format!(" {:+.6} i", pole.im)
         };
-        let position = format!("{:.9}{imaginary}", pole.re);
+        let position = format!("{:.6}{imaginary}", pole.re);
         writeln!(
             text,
-            "  {name:<18} {position:<30} modulus {:.9}",
+            "  {name:<18} {position:<30} modulus {:.6}",
             pole.norm()
         )?;
     }
     if let Some(radius) = report.radius {
         let note = if pass.unstable { " (unstable)" } else { "" };
-        writeln!(text, "  {:<18} {radius:.9}{note}", "spectral radius")?;
+        writeln!(text, "  {:<18} {radius:.6}{note}", "spectral radius")?;
     }
     if pass.condition.is_finite() {
         writeln!(
@@ -125,22 +137,26 @@ fn write_fit(text: &mut String, on: &str, fit: Fit) -> fmt::Result {
     )
 }
 
-/// A vector, three numbers a line, ten significant digits.
+/// A vector, four numbers a line.
 fn write_vector(text: &mut String, name: &str, values: &[f64]) -> fmt::Result {
-    for (i, line) in values.chunks(3).enumerate() {
+    for (i, line) in values.chunks(4).enumerate() {
         let name = if i == 0 { name } else { "" };
-        let numbers: Vec<String> = line.iter().map(|value| scientific(*value, 9)).collect();
+        let numbers: Vec<String> = line
+            .iter()
+            .map(|value| scientific(*value, DIGITS - 1))
+            .collect();
         writeln!(text, "  {name:<18} {}", numbers.join(" "))?;
     }
     Ok(())
 }
 
-/// As C's `%18.9e`, so that columns line up: two digits of exponent at least, with a sign.
+/// As C's `%13.5e`, so that columns line up: two digits of exponent at least, with a sign.
 fn scientific(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$e}");
+    // Plus 0 makes -0 a 0.
+    let text = format!("{:.digits$e}", value + 0.0);
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
-    format!("{:>18}", format!("{mantissa}e{exponent:+03}"))
+    format!("{:>13}", format!("{mantissa}e{exponent:+03}"))
 }
 
 /// A FIT; one that is undefined, or so bad that it overflows, is "undefined".

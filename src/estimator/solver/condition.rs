@@ -15,9 +15,17 @@ pub const RANK_MULTIPLE: f64 = 4.0;
 /// # Errors
 /// [`FailureKind::RankDeficient`], or [`FailureKind::NonFinite`] where the condition is NaN.
 pub fn check_rank(condition: f64, order: usize) -> Result<(), FailureKind> {
+    check_rank_of_columns(condition, 2 * order)
+}
+
+/// The same for a matrix of any number of columns.
+///
+/// # Errors
+/// As for [`check_rank`].
+pub fn check_rank_of_columns(condition: f64, columns: usize) -> Result<(), FailureKind> {
     if condition.is_nan() {
         Err(FailureKind::NonFinite)
-    } else if condition.recip() < rank_limit(order) {
+    } else if condition.recip() < RANK_MULTIPLE * columns as f64 * f64::EPSILON {
         Err(FailureKind::RankDeficient)
     } else {
         Ok(())

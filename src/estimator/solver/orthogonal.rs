@@ -10,11 +10,13 @@ use super::condition::{
 use super::linear::EquilibratedLu;
 use super::reduction::Reduction;
 use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
+use crate::estimator::regressors::fill_rows;
 use crate::estimator::{FailureKind, Window};
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef, Par};
 
 /// Reduces and tests the rank of R; what both solvers begin with.
@@ -29,7 +31,11 @@ impl Triangle {
     fn new(order: usize, window: usize, instruments: bool) -> Self {
         Self {
             order,
-            reduction: Reduction::new(order, window, instruments),
+            reduction: Reduction::new(
+                2 * order,
+                window - order,
+                if instruments { 2 * order + 1 } else { 1 },
+            ),
             equilibration: Equilibration::new(2 * order, 2 * order),
             scratch: vec![0.0; 2 * order],
         }
@@ -42,7 +48,19 @@ impl Triangle {
         z: Instruments<'_>,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
-        self.reduction.run(window, z)?;
+        let n = self.order;
+        let fill = |first: usize, block: MatMut<'_, f64>, companions: MatMut<'_, f64>| {
+            fill_rows(z.output, z.input(window), n, first, block);
+            let phi_columns = companions.ncols() - 1;
+            let (mut phi, mut y) = companions.split_at_col_mut(phi_columns);
+            if phi.ncols() > 0 {
+                fill_rows(window.y, window.u, n, first, phi.rb_mut());
+            }
+            for row in 0..y.nrows() {
+                y[(row, 0)] = window.y[n + first + row];
+            }
+        };
+        self.reduction.run(window.len() - n, fill)?;
         let r = self.reduction.r();
         self.equilibration.of_columns(r)?;
         *condition = triangular_condition(r, &self.equilibration.columns, &mut self.scratch)?;

@@ -1,8 +1,6 @@
 //! Householder QR of a tall data matrix by blocks of rows, in memory that does not grow with N.
 
-use super::Instruments;
-use crate::estimator::regressors::fill_rows;
-use crate::estimator::{FailureKind, Window};
+use crate::estimator::FailureKind;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::householder;
 use faer::linalg::qr::no_pivoting::factor;
@@ -15,13 +13,12 @@ const BLOCK_ROWS: usize = 512;
 /// Reduces `[Z | companions]`: `Z = Q R`, and `Q'` applied to the companion columns.
 ///
 /// R and the top of the companions are carried from block to block, with the next block's rows below
-/// them; Householder QR of the stack is backward stable whatever the number of blocks. A window of up
-/// to 512 + n samples is one block, that is plain QR.
-pub(super) struct Reduction {
-    order: usize,
-    /// Z's rows: 2n carried, then a block.
+/// them; Householder QR of the stack is backward stable whatever the number of blocks. Up to 512 rows are one block,
+/// that is plain QR.
+pub(in crate::estimator) struct Reduction {
+    /// Z's rows: as many as its columns carried, then a block.
     z: Mat<f64>,
-    /// The companions' rows; the last column belongs to y, those before it to Phi where asked for.
+    /// The companions' rows.
     companions: Mat<f64>,
     /// Householder block factors.
     factors: Mat<f64>,
@@ -29,50 +26,40 @@ pub(super) struct Reduction {
 }
 
 impl Reduction {
-    /// Buffers for order n and windows of N samples; with Phi's 2n columns as companions or only y.
-    pub(super) fn new(order: usize, window: usize, with_phi: bool) -> Self {
-        let width = 2 * order;
-        let rows = width + BLOCK_ROWS.min(window - order);
-        let columns = if with_phi { width + 1 } else { 1 };
+    /// Buffers for `rows` rows of Z with `width` columns, and so many companion columns.
+    pub(in crate::estimator) fn new(width: usize, rows: usize, companions: usize) -> Self {
+        let rows = width + BLOCK_ROWS.min(rows);
         let block = factor::recommended_block_size::<f64>(rows, width);
         let qr =
             factor::qr_in_place_scratch::<f64>(rows, width, block, Par::Seq, Default::default());
         let apply =
             householder::apply_block_householder_sequence_transpose_on_the_left_in_place_scratch::<
                 f64,
-            >(rows, block, columns);
+            >(rows, block, companions);
         Self {
-            order,
             z: Mat::zeros(rows, width),
-            companions: Mat::zeros(rows, columns),
+            companions: Mat::zeros(rows, companions),
             factors: Mat::zeros(block, width),
             memory: MemBuffer::new(StackReq::any_of(&[qr, apply])),
         }
     }
 
-    /// Reduces the window; for regressors `z` holds y and u themselves.
-    pub(super) fn run(
+    /// Reduces `total` rows; `fill(first, z, companions)` writes those from `first` on.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] where an entry overflows.
+    pub(in crate::estimator) fn run(
         &mut self,
-        window: Window<'_>,
-        z: Instruments<'_>,
+        total: usize,
+        mut fill: impl FnMut(usize, MatMut<'_, f64>, MatMut<'_, f64>),
     ) -> Result<(), FailureKind> {
-        let (n, width) = (self.order, 2 * self.order);
-        let total = window.len() - n;
+        let width = self.z.ncols();
         let (mut first, mut carried) = (0, 0);
         while first < total {
             let fresh = BLOCK_ROWS.min(total - first);
             let rows = carried + fresh;
             let block = self.z.get_mut(carried..rows, ..);
-            fill_rows(z.output, z.input(window), n, first, block);
-            let phi_columns = self.companions.ncols() - 1;
-            let companions = self.companions.get_mut(carried..rows, ..);
-            let (mut phi, mut y) = companions.split_at_col_mut(phi_columns);
-            if phi.ncols() > 0 {
-                fill_rows(window.y, window.u, n, first, phi.rb_mut());
-            }
-            for row in 0..fresh {
-                y[(row, 0)] = window.y[n + first + row];
-            }
+            fill(first, block, self.companions.get_mut(carried..rows, ..));
             self.reduce(rows);
             carried = rows.min(width);
             for j in 0..width {
@@ -89,7 +76,7 @@ impl Reduction {
 
     /// QR of the first `rows` rows, `Q'` applied to their companions.
     fn reduce(&mut self, rows: usize) {
-        let rank = rows.min(2 * self.order);
+        let rank = rows.min(self.z.ncols());
         let stack = MemStack::new(&mut self.memory);
         let mut factors: MatMut<'_, f64> = self.factors.get_mut(.., ..rank);
         let mut z = self.z.get_mut(..rows, ..);
@@ -110,13 +97,13 @@ impl Reduction {
         );
     }
 
-    /// R, 2n x 2n upper triangular.
-    pub(super) fn r(&self) -> MatRef<'_, f64> {
-        self.z.get(..2 * self.order, ..)
+    /// R, square and upper triangular.
+    pub(in crate::estimator) fn r(&self) -> MatRef<'_, f64> {
+        self.z.get(..self.z.ncols(), ..)
     }
 
-    /// The first 2n rows of `Q' [companions]`: `Q'Phi` where asked for, then `Q'y`.
-    pub(super) fn top(&self) -> MatRef<'_, f64> {
-        self.companions.get(..2 * self.order, ..)
+    /// As many rows of `Q' [companions]` as R has.
+    pub(in crate::estimator) fn top(&self) -> MatRef<'_, f64> {
+        self.companions.get(..self.z.ncols(), ..)
     }
 }

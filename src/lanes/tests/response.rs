@@ -64,8 +64,9 @@ fn alone(
         System {
             a: plant.a(),
             b: plant.b(),
+            d: 0.0,
         },
-        System { a, b },
+        System { a, b, d: 0.0 },
     );
     let (mut response, mut x) = (Response::new(samples), vec![0.0; a.len()]);
     let mut fresh = stream(SEED, trial, Purpose::FreshInput);

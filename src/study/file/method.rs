@@ -1,95 +1,142 @@
-//! The methods of an experiment file.
+//! The methods of an experiment file: an estimator of the registry with its options.
 
 use super::FileError;
 use super::limits::{LIST_LIMIT, at_most};
-use crate::estimator::{IvOptions, LsOptions, Method};
-use crate::names::named_enum;
+use crate::estimator::{
+    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, option_keys,
+};
+use crate::names::UnknownName;
 use crate::observer::ObserverKind;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{self, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value, json};
+use std::fmt;
 
-named_enum! {
-    /// An estimator of this crate.
-    EstimatorName, "estimator" {
-        /// Instrumental variables with least squares as iteration 0 (the default).
-        InstrumentalVariables = "iv",
-        /// Least squares alone.
-        LeastSquares = "ls",
-        /// The true plant and the mean of x(0), as what an observer achieves that knows them.
-        Known = "known",
-    }
-}
+/// The keys that every method has, beside the options of its estimator.
+const COMMON: [&str; 4] = ["name", "estimator", "observer", "report"];
 
-/// The most IV passes.
-pub const MOST_ITERATIONS: usize = 1000;
-
-/// One value, or several, each of which makes a method of its own.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "expected a whole number, a text, or a list of either"
-)]
-enum OneOrMany {
-    Number(u64),
-    Text(String),
-    Numbers(Vec<u64>),
-    Texts(Vec<String>),
-}
-
-/// A method: an estimator with its options; a list makes one method per value.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+/// A method: an estimator with its options; a list in an option, or of observers, makes one method per value.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MethodTable {
-    /// Name in the results; "iv" and "ls" by default, with the options that have lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<String>,
-    /// "iv", "ls" or "known" (the true plant).
     #[serde(skip_serializing_if = "Option::is_none")]
     estimator: Option<EstimatorName>,
-    /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
+    /// In the registry's order.
+    #[serde(flatten)]
+    options: Map<String, Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    solver: Option<OneOrMany>,
-    /// IV passes: reading E11.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    iterations: Option<OneOrMany>,
-    /// Reading E2: corrected, as-printed, as-printed-2024.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stage10: Option<OneOrMany>,
-    /// Reading E4: refresh, frozen, literal.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    auxiliary: Option<OneOrMany>,
-    /// Reading E12: model, observer.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    drive: Option<OneOrMany>,
-    /// The observer's gain where it drives the auxiliary model.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gain: Option<OneOrMany>,
-    /// What instruments are formed from: u or r.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    instruments: Option<OneOrMany>,
-    /// The auxiliary model's poles: none (left alone), reflect (into the unit circle).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stabilise: Option<OneOrMany>,
-    /// Stage 6: estimate, or zero.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    initial_state: Option<OneOrMany>,
-    /// The observer of this method's outputs instead of the setting `gain`: dead-beat, scaled:RHO, poles:LIST;
-    /// kalman (steady state; its noise known with "known", else identified on the window); with "known" also
-    /// kalman-varying (from the covariance of x(0)).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    observer: Option<OneOrMany>,
-    /// The passes that are reported; all by default.
+    observer: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
     report: Option<Vec<usize>>,
 }
 
-/// The options of one method.
-#[derive(Clone, Debug, PartialEq)]
-enum Options {
-    LeastSquares(LsOptions),
-    InstrumentalVariables(IvOptions),
-    Known,
+/// A key of a method, of whatever estimator.
+struct MethodKey(String);
+
+impl<'de> Deserialize<'de> for MethodKey {
+    /// Refuses an unknown key where it stands, so that its line is told.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let key = String::deserialize(deserializer)?;
+        let mut valid: Vec<&str> = COMMON[..2].to_vec();
+        valid.extend(option_keys().iter().map(String::as_str));
+        valid.extend(&COMMON[2..]);
+        if valid.contains(&key.as_str()) {
+            return Ok(Self(key));
+        }
+        Err(de::Error::custom(UnknownName::new("key", &key, &valid)))
+    }
+}
+
+impl<'de> Deserialize<'de> for MethodTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Table;
+
+        impl<'de> Visitor<'de> for Table {
+            type Value = MethodTable;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table of a method")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<MethodTable, A::Error> {
+                let mut table = MethodTable::default();
+                let mut options = Map::new();
+                while let Some(MethodKey(key)) = map.next_key()? {
+                    match key.as_str() {
+                        "name" => table.name = Some(map.next_value()?),
+                        "estimator" => table.estimator = Some(map.next_value()?),
+                        "report" => table.report = Some(map.next_value()?),
+                        "observer" => table.observer = Some(map.next_value()?),
+                        _ => {
+                            options.insert(key, map.next_value()?);
+                        }
+                    }
+                }
+                for key in option_keys() {
+                    table.options.extend(options.shift_remove_entry(key));
+                }
+                Ok(table)
+            }
+        }
+
+        deserializer.deserialize_map(Table)
+    }
+}
+
+impl schemars::JsonSchema for MethodTable {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "MethodTable".into()
+    }
+
+    /// One form for each estimator of the registry.
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let form = |estimator: &EstimatorName| {
+            let several = |schema: &Value| json!([schema, { "type": "array", "items": schema }]);
+            let mut properties = Map::new();
+            let text = json!({ "type": "string" });
+            let name = "Name in the results; by default the estimator's, with the options that have lists.";
+            properties.insert(
+                "name".to_owned(),
+                json!({ "description": name, "type": "string" }),
+            );
+            let constant = json!({ "const": estimator.name(), "description": estimator.about() });
+            properties.insert("estimator".to_owned(), constant);
+            for option in estimator.options() {
+                let mut schema =
+                    json!({ "description": option.about, "anyOf": several(&option.schema) });
+                if !option.default.is_null() {
+                    schema["default"] = option.default;
+                }
+                properties.insert(option.key, schema);
+            }
+            let observer = "The observer of this method's outputs instead of the setting `gain`: dead-beat, \
+                scaled:RHO, poles:LIST; kalman (steady state; its noise known with \"known\", else identified on the \
+                window); with \"known\" also kalman-varying (from the covariance of x(0)).";
+            let observer = json!({ "description": observer, "anyOf": several(&text) });
+            properties.insert("observer".to_owned(), observer);
+            let report = json!({
+                "description": "The passes that are reported; all by default.",
+                "type": "array",
+                "items": { "type": "integer", "minimum": 0 }
+            });
+            properties.insert("report".to_owned(), report);
+            let mut form = json!({
+                "type": "object",
+                "properties": properties,
+                "additionalProperties": false
+            });
+            if *estimator != EstimatorName::default() {
+                form["required"] = json!(["estimator"]);
+            }
+            form
+        };
+        let forms: Vec<Value> = EstimatorName::ALL.iter().map(form).collect();
+        schemars::json_schema!({
+            "description": "A method: an estimator with its options; a list makes one method per value.",
+            "anyOf": forms
+        })
+    }
 }
 
 impl MethodTable {
@@ -97,10 +144,15 @@ impl MethodTable {
     /// this table in the file.
     pub(super) fn expand(&self, index: usize) -> Result<Vec<Self>, FileError> {
         let mut combinations = vec![(self.base_name(), Map::new())];
-        for (key, value) in self.options(index)? {
+        let observer = self.observer.iter().map(|value| ("observer", value));
+        let options = self
+            .options
+            .iter()
+            .map(|(key, value)| (key.as_str(), value));
+        for (key, value) in options.chain(observer) {
             let Value::Array(values) = value else {
                 for (_, options) in &mut combinations {
-                    options.insert(key.clone(), value.clone());
+                    options.insert(key.to_owned(), value.clone());
                 }
                 continue;
             };
@@ -120,15 +172,11 @@ impl MethodTable {
             )?;
             let with = |name: &str, options: &Map<String, Value>, value: &Value| {
                 let mut options = options.clone();
-                options.insert(key.clone(), value.clone());
-                let text = value
-                    .as_str()
-                    .map_or_else(|| value.to_string(), str::to_owned);
-                let several = values.len() > 1;
-                let name = if several {
-                    format!("{name} {key}={text}")
-                } else {
-                    name.to_owned()
+                options.insert(key.to_owned(), value.clone());
+                let text = self.value_text(index, key, value);
+                let name = match values.len() {
+                    1 => name.to_owned(),
+                    _ => format!("{name} {key}={text}"),
                 };
                 (name, options)
             };
@@ -139,8 +187,28 @@ impl MethodTable {
         }
         combinations
             .into_iter()
-            .map(|(name, options)| self.explicit(index, &name, options))
+            .map(|(name, mut options)| {
+                let observer = options.shift_remove("observer");
+                Ok(Self {
+                    name: Some(name),
+                    estimator: Some(self.estimator()),
+                    options: self.parse(index, options)?.describe(),
+                    observer,
+                    report: self.report.clone(),
+                })
+            })
             .collect()
+    }
+
+    /// An option's value as a name says it: as the option itself writes it.
+    fn value_text(&self, index: usize, key: &str, value: &Value) -> String {
+        let alone = Map::from_iter([(key.to_owned(), value.clone())]);
+        let described = self.parse(index, alone).map(|options| options.describe());
+        let written = described.ok().and_then(|mut options| options.remove(key));
+        let value = written.as_ref().unwrap_or(value);
+        value
+            .as_str()
+            .map_or_else(|| value.to_string(), str::to_owned)
     }
 
     fn base_name(&self) -> String {
@@ -148,89 +216,24 @@ impl MethodTable {
         self.name.clone().unwrap_or_else(|| estimator.to_string())
     }
 
-    /// What is given beside the name and the estimator.
-    fn options(&self, index: usize) -> Result<Map<String, Value>, FileError> {
-        let place = format!("methods[{index}]");
-        match serde_json::to_value(self) {
-            Ok(Value::Object(mut options)) => {
-                options.shift_remove("name");
-                options.shift_remove("estimator");
-                options.shift_remove("report");
-                Ok(options)
-            }
-            Ok(_) => Err(FileError::key(&place, "not a table")),
-            Err(error) => Err(FileError::key(&place, error.to_string())),
-        }
-    }
-
-    /// The table with every option of its estimator.
-    fn explicit(
-        &self,
-        index: usize,
-        name: &str,
-        mut options: Map<String, Value>,
-    ) -> Result<Self, FileError> {
-        let observer = options.shift_remove("observer");
-        let place = format!("methods[{index}]");
-        let wrong = |error: serde_json::Error| FileError::key(&place, error.to_string());
-        let estimator = self.estimator();
-        let described = match self.parse(index, options)? {
-            Options::LeastSquares(options) => serde_json::to_value(options),
-            Options::InstrumentalVariables(options) => serde_json::to_value(options),
-            Options::Known => Ok(json!({})),
-        };
-        let mut table = json!({ "name": name, "estimator": estimator });
-        if let Some(report) = &self.report {
-            table["report"] = json!(report);
-        }
-        if let Some(observer) = observer {
-            table["observer"] = observer;
-        }
-        if let (Some(table), Ok(Value::Object(options))) = (table.as_object_mut(), described) {
-            table.extend(options);
-        }
-        serde_json::from_value(table).map_err(wrong)
-    }
-
-    fn parse(&self, index: usize, mut options: Map<String, Value>) -> Result<Options, FileError> {
-        options.shift_remove("observer");
+    fn parse(&self, index: usize, options: Map<String, Value>) -> Result<MethodOptions, FileError> {
         let estimator = self.estimator();
         let place = format!("methods[{index}] ({estimator})");
-        let (taken, only): (&[&str], _) = match estimator {
-            EstimatorName::InstrumentalVariables => (&[], ""),
-            EstimatorName::LeastSquares => (&["solver", "initial_state"], "'iv' only"),
-            EstimatorName::Known => (&[], "'iv' or 'ls' only"),
-        };
-        let beyond = options.keys().find(|key| !taken.contains(&key.as_str()));
-        if let Some(other) = beyond.filter(|_| !only.is_empty()) {
-            let message = format!("'{other}' is an option of estimator {only}");
+        if let Some(other) = options.keys().find(|key| !estimator.takes(key)) {
+            let takers = EstimatorName::ALL.iter().filter(|name| name.takes(other));
+            let takers: Vec<String> = takers.map(|name| format!("'{name}'")).collect();
+            let takers = takers.join(" or ");
+            let message = format!("'{other}' is an option of estimator {takers} only");
             return Err(FileError::key(&place, message));
         }
-        let options = Value::Object(options);
-        let parsed = match estimator {
-            EstimatorName::LeastSquares => {
-                serde_json::from_value(options).map(Options::LeastSquares)
-            }
-            EstimatorName::InstrumentalVariables => {
-                serde_json::from_value(options).map(Options::InstrumentalVariables)
-            }
-            EstimatorName::Known => Ok(Options::Known),
-        };
-        let parsed = parsed.map_err(|error| FileError::key(&place, error.to_string()))?;
-        if let Options::InstrumentalVariables(IvOptions { iterations, .. }) = &parsed
-            && !(1..=MOST_ITERATIONS).contains(iterations)
-        {
-            let message = format!("{iterations} iterations; expected 1 to {MOST_ITERATIONS}");
-            return Err(FileError::key(&place, message));
-        }
-        Ok(parsed)
+        let parsed = estimator.parse(options);
+        parsed.map_err(|error| FileError::key(&place, error.to_string()))
     }
 
     /// The options of an IV method of a resolved file; `None` for another method.
     pub fn iv_options(&self) -> Option<IvOptions> {
-        let options = self.options(0).and_then(|options| self.parse(0, options));
-        match options {
-            Ok(Options::InstrumentalVariables(options)) => Some(options),
+        match self.parse(0, self.options.clone()) {
+            Ok(MethodOptions::InstrumentalVariables(options)) => Some(options),
             _ => None,
         }
     }
@@ -240,14 +243,13 @@ impl MethodTable {
         self.estimator.unwrap_or_default()
     }
 
-    /// What outputs of a pass are called: iteration 0 of "iv" is "ls".
+    /// What outputs of a pass are called, in a resolved file.
     pub fn output_name(&self, pass: usize) -> String {
         let name = self.base_name();
-        if name == "iv" && pass == 0 {
-            "ls".to_owned()
-        } else {
-            name
-        }
+        let options = self.parse(0, self.options.clone());
+        let outputs = options.map_or_else(|_| Vec::new(), |options| options.outputs(&name));
+        let output = outputs.into_iter().find(|output| output.pass == pass);
+        output.map_or(name, |output| output.estimator)
     }
 
     /// The observer of its own, if a table that [`Self::expand`] made has one.
@@ -255,7 +257,7 @@ impl MethodTable {
         let place = format!("methods[{index}].observer");
         let text = match &self.observer {
             None => return Ok(None),
-            Some(OneOrMany::Text(text)) => text,
+            Some(Value::String(text)) => text,
             Some(_) => {
                 return Err(FileError::key(
                     &place,
@@ -276,31 +278,21 @@ impl MethodTable {
 
     /// The method of a table that [`Self::expand`] made; `index` is its place.
     pub(in crate::study) fn method(&self, index: usize) -> Result<Method, FileError> {
-        let method = match self.parse(index, self.options(index)?)? {
-            Options::LeastSquares(options) => Method::least_squares(options),
-            Options::InstrumentalVariables(options) => Method::instrumental_variables(options),
-            Options::Known => Method::known(),
-        };
-        let mut method = method.named(&self.base_name());
+        let options = self.parse(index, self.options.clone())?;
+        let mut method = Method::named(&self.base_name(), options);
         if let Some(observer) = self.observer(index)? {
             method = method.observed_by(observer);
         }
-        match &self.report {
-            None => Ok(method),
-            Some(passes) if passes.is_empty() => {
-                let place = format!("methods[{index}].report");
-                Err(FileError::key(
-                    &place,
-                    "an empty list; expected at least one pass",
-                ))
-            }
-            Some(passes) => {
-                let place = format!("methods[{index}].report");
-                at_most(&place, passes.len(), "passes", MOST_ITERATIONS + 1)?;
-                method
-                    .reporting(passes)
-                    .map_err(|beyond| FileError::key(&place, format!("there is no pass {beyond}")))
-            }
+        let Some(passes) = &self.report else {
+            return Ok(method);
+        };
+        let place = format!("methods[{index}].report");
+        if passes.is_empty() {
+            let message = "an empty list; expected at least one pass";
+            return Err(FileError::key(&place, message));
         }
+        at_most(&place, passes.len(), "passes", MOST_ITERATIONS + 1)?;
+        let reporting = method.reporting(passes);
+        reporting.map_err(|beyond| FileError::key(&place, format!("there is no pass {beyond}")))
     }
 }

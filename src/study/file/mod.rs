@@ -25,7 +25,7 @@ pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, par
 pub(in crate::study) use key::Time;
 pub use key::{AUTOMATIC, Key};
 pub(super) use limits::at_most;
-pub use method::{EstimatorName, MOST_ITERATIONS, MethodTable};
+pub use method::MethodTable;
 pub use parse::{FileError, schema};
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
 pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
@@ -298,6 +298,11 @@ impl ExperimentFile {
             let default = key.default().map(Axis::One);
             !(key.is_left_out() && Some(&*axis) == default.as_ref())
         });
+        for (name, noise) in &mut self.noises {
+            let resolved = std::mem::take(noise).resolve();
+            let wrong = |message: String| FileError::key(&format!("noises.{name}"), message);
+            *noise = resolved.map_err(wrong)?;
+        }
         let methods = self.methods.iter().enumerate();
         let expanded: Result<Vec<Vec<MethodTable>>, FileError> =
             methods.map(|(i, method)| method.expand(i)).collect();

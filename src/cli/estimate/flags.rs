@@ -1,0 +1,139 @@
+//! The flags of `asobench estimate` that are options of estimators: the registry's, each once.
+
+use crate::estimator::{EstimatorName, OptionEntry, option_keys};
+use crate::names::UnknownName;
+use clap::{Arg, ArgMatches, Command};
+use serde_json::{Map, Value};
+use std::sync::LazyLock;
+
+/// A flag with what it may hold.
+struct Flag {
+    key: &'static str,
+    /// The key with hyphens.
+    long: String,
+    help: String,
+    schema: Value,
+}
+
+/// The option `gain` is the command's own flag, which the observer of every estimator takes.
+static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
+    let flag = |key: &'static str| {
+        let takers = EstimatorName::ALL.iter().filter(|name| name.takes(key));
+        let takers: Vec<EstimatorName> = takers.copied().collect();
+        let mut options = takers.iter().flat_map(|estimator| estimator.options());
+        let OptionEntry {
+            about,
+            default,
+            schema,
+            ..
+        } = options.find(|option| option.key == key)?;
+        let names: Vec<&str> = takers.iter().map(|name| name.name()).collect();
+        let default = match default {
+            Value::Null => String::new(),
+            Value::String(text) => format!(" [default: {text}]"),
+            other => format!(" [default: {other}]"),
+        };
+        Some(Flag {
+            key,
+            long: key.replace('_', "-"),
+            help: format!(
+                "{}: {}{default}",
+                names.join(", "),
+                about.trim_end_matches('.')
+            ),
+            schema,
+        })
+    };
+    let keys = option_keys().iter().map(String::as_str);
+    keys.filter(|key| *key != "gain").filter_map(flag).collect()
+});
+
+/// The options that were given.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OptionFlags(Map<String, Value>);
+
+impl Flag {
+    /// The value of a text, where it fits the schema.
+    fn read(&self, text: &str) -> Result<Value, String> {
+        if let Some(valid) = self.schema["enum"].as_array() {
+            let valid: Vec<&str> = valid.iter().filter_map(Value::as_str).collect();
+            if !valid.contains(&text) {
+                let what = self.long.as_str();
+                return Err(UnknownName::new(what, text, &valid).to_string());
+            }
+        }
+        if self.schema["type"] == "integer" {
+            let number: Result<u64, _> = text.parse();
+            let number = number.ok().filter(|number| *number >= 1);
+            return number
+                .map(Value::from)
+                .ok_or_else(|| "expected a whole number of at least 1".to_owned());
+        }
+        Ok(Value::String(text.to_owned()))
+    }
+}
+
+impl clap::Args for OptionFlags {
+    fn augment_args(command: Command) -> Command {
+        FLAGS.iter().fold(command, |command, flag| {
+            let argument = Arg::new(flag.key)
+                .long(flag.long.as_str())
+                .value_name("VALUE")
+                .help(flag.help.as_str())
+                .allow_negative_numbers(true)
+                .value_parser(|text: &str| flag.read(text));
+            command.arg(argument)
+        })
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl clap::FromArgMatches for OptionFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut given = Self::default();
+        given.update_from_arg_matches(matches)?;
+        Ok(given)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        for flag in FLAGS.iter() {
+            if let Some(value) = matches.get_one::<Value>(flag.key) {
+                self.0.insert(flag.key.to_owned(), value.clone());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl OptionFlags {
+    /// Whether an option was given.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.0.contains_key(key)
+    }
+
+    /// Those that an estimator takes.
+    pub(super) fn taken_by(&self, estimator: EstimatorName) -> Map<String, Value> {
+        let taken = self.0.iter().filter(|(key, _)| estimator.takes(key));
+        taken
+            .map(|(key, value)| (key.clone(), value.clone()))
+            .collect()
+    }
+
+    /// A flag that none of the estimators takes, and who takes it, in words.
+    pub(super) fn useless(&self, estimators: &[EstimatorName]) -> Option<String> {
+        let taken = |key: &String| estimators.iter().any(|estimator| estimator.takes(key));
+        // Orders mean something to the command too.
+        let mut keys = self.0.keys().filter(|key| *key != "orders");
+        let key = keys.find(|key| !taken(key))?;
+        let takers = EstimatorName::ALL.iter().filter(|name| name.takes(key));
+        let takers: Vec<String> = takers.map(|name| format!("'{name}'")).collect();
+        let flag = key.replace('_', "-");
+        Some(format!(
+            "--{flag}: an option of estimator {} only",
+            takers.join(" or ")
+        ))
+    }
+}

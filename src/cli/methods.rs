@@ -1,0 +1,55 @@
+//! `asobench methods`: the estimators with their options, from the registry.
+
+use super::error::Error;
+use super::print;
+use crate::estimator::{EstimatorName, OptionEntry};
+use serde_json::Value;
+use std::process::ExitCode;
+
+/// Columns of an option's name and default, and of a line.
+const COLUMNS: usize = 34;
+const WIDTH: usize = 80;
+
+pub(super) fn run() -> Result<ExitCode, Error> {
+    let texts: Vec<String> = EstimatorName::ALL.iter().map(described).collect();
+    print(&texts.join("\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn described(estimator: &EstimatorName) -> String {
+    let mut text = filled(&format!("{estimator}: "), estimator.about(), 2);
+    for option in estimator.options() {
+        let OptionEntry {
+            key,
+            about,
+            default,
+            ..
+        } = option;
+        let default = match default {
+            Value::Null => String::new(),
+            Value::String(text) => text,
+            other => other.to_string(),
+        };
+        let head = format!(
+            "  {:<31} ",
+            format!("{key} = {default}").trim_end_matches(" = ")
+        );
+        text.push_str(&filled(&head, &about, COLUMNS));
+    }
+    text
+}
+
+/// The words of a text beside its head, on lines of 80 columns, the further ones indented.
+fn filled(head: &str, words: &str, indent: usize) -> String {
+    let (mut text, mut column) = (head.to_owned(), head.len());
+    for word in words.split_whitespace() {
+        if column + word.len() > WIDTH {
+            text = text.trim_end().to_owned() + "\n" + &" ".repeat(indent);
+            column = indent;
+        }
+        text.push_str(word);
+        text.push(' ');
+        column += word.len() + 1;
+    }
+    text.trim_end().to_owned() + "\n"
+}

@@ -1,0 +1,219 @@
+//! Least squares for any orders: `A(q) y = B(q) u + e`.
+
+use super::least_squares::{StartState, StateEstimate};
+use super::method::{MethodKind, OptionError, Problem};
+use super::regression::{Regression, Rows};
+use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
+use crate::model::{LinearModel, Orders};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The options of `arx`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ArxOptions {
+    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// The equations that are used: complete, prewindow (zeros before the record), padded (and after it).
+    pub rows: Rows,
+    /// The initial state: estimate (stage 6 for the model found), or zero.
+    pub initial_state: StartState,
+}
+
+impl ArxOptions {
+    fn orders(&self, order: usize) -> Orders {
+        self.orders.unwrap_or(Orders::arx(order, order, 1))
+    }
+}
+
+impl MethodKind for ArxOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        let wrong = |message: &str| Err(OptionError::new("orders", message));
+        match self.orders {
+            Some(Orders { nc, nd, nf, .. }) if nc + nd + nf > 0 => {
+                wrong("expected na, nb, nk; the model has no C, D, F")
+            }
+            Some(Orders { na: 0, nb: 0, .. }) => wrong("expected an na or nb of at least 1"),
+            _ => Ok(()),
+        }
+    }
+
+    fn order(&self, setting: usize) -> usize {
+        self.orders(setting).order()
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let orders = self.orders(problem.shape.order);
+        Ok(Box::new(Arx {
+            regression: Regression::new(orders, self.rows, problem.shape.window)?,
+            model: LinearModel::zero(orders),
+            state: StateEstimate::new(orders.order(), self.initial_state),
+            undelayed: Vec::new(),
+        }))
+    }
+}
+
+/// `theta = argmin sum (y(k) - phi(k)' theta)^2`, its covariance `s^2 (Phi'Phi)^-1`, `s^2 = RSS / (rows - parameters)`,
+/// and x0 (stage 6). The loss is RSS / N.
+pub struct Arx {
+    regression: Regression,
+    model: LinearModel,
+    state: StateEstimate,
+    /// y less what u adds at once, where nk = 0.
+    undelayed: Vec<f64>,
+}
+
+impl Estimator for Arx {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let mut condition = f64::NAN;
+        let solved = self.regression.solve(window.u, window.y, &mut condition);
+        let solved = solved.and_then(|()| {
+            let parameters = self.regression.theta().len();
+            self.model.set_parameters(self.regression.theta());
+            let (rows, sum) = (self.regression.rows(), self.regression.residual_sum());
+            self.model.noise_variance = sum / (rows - parameters) as f64;
+            let variance = self.model.noise_variance;
+            self.regression
+                .covariance(variance, &mut self.model.covariance);
+            pass.loss = sum / window.len() as f64;
+            pass.set_model(&self.model, condition)
+        });
+        if let Err(kind) = solved {
+            pass.fail(Failure {
+                kind,
+                stage: Stage::LeastSquares,
+                pass: 0,
+            });
+            return;
+        }
+        let mut strictly_proper = window;
+        if pass.direct != 0.0 {
+            let d = pass.direct;
+            self.undelayed.clear();
+            let samples = window.y.iter().zip(window.u);
+            self.undelayed.extend(samples.map(|(y, u)| y - d * u));
+            strictly_proper.y = &self.undelayed;
+        }
+        self.state.estimate(strictly_proper, 0, pass);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::{FailureKind, Progress, Shape};
+    use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+    use rand::Rng as _;
+
+    const N: usize = 300;
+
+    fn input(trial: u64) -> Vec<f64> {
+        let mut u = vec![0.0; N];
+        let input = Input::new(InputLaw::Signs, 2.0, Sequence::Independent);
+        input.fill(&mut stream(3, trial, Purpose::Input), &mut u);
+        u
+    }
+
+    fn arx(orders: Orders, rows: Rows, u: &[f64], y: &[f64]) -> Pass {
+        let options = ArxOptions {
+            orders: Some(orders),
+            rows,
+            ..ArxOptions::default()
+        };
+        let shape = Shape {
+            order: 1,
+            window: u.len(),
+        };
+        let mut passes = [Pass::new(1)];
+        let mut estimator = options.prepare(&shape.into()).unwrap();
+        estimator.estimate(Window::new(u, y, u.len()), &mut passes);
+        let [pass] = passes;
+        pass
+    }
+
+    /// Without noise the record's own model comes out, whatever its orders, delay and rows; its output from rest too.
+    #[test]
+    fn a_record_without_noise_gives_its_model() {
+        for trial in 0..128_u64 {
+            let (na, nb, nk) = (
+                trial as usize % 5,
+                1 + trial as usize / 5 % 4,
+                trial as usize / 20 % 4,
+            );
+            let orders = Orders::arx(na, nb, nk);
+            let mut random = stream(5, trial, Purpose::Plant);
+            let mut uniform = || (random.next_u64() >> 11) as f64 / 2_f64.powi(52) - 1.0;
+            let mut model = LinearModel::zero(orders);
+            // Within the unit circle: the coefficients of A sum to less than 1.
+            let theta: Vec<f64> = (0..na + nb).map(|_| uniform() / 5.0).collect();
+            model.set_parameters(&theta);
+            let (u, mut y) = (input(trial), vec![0.0; N]);
+            model.simulate(&u, &mut y);
+            for rows in [Rows::Complete, Rows::Prewindow] {
+                let pass = arx(orders, rows, &u, &y);
+                assert_eq!(
+                    (pass.failure, pass.progress),
+                    (None, Progress::InitialState)
+                );
+                for (found, true_one) in pass.model.parameters().zip(&theta) {
+                    assert!(
+                        (found - true_one).abs() < 1e-12,
+                        "{orders} {found} {true_one}"
+                    );
+                }
+                assert!(pass.loss < 1e-25 && !pass.unstable);
+                assert_eq!(pass.a.len(), orders.order());
+                assert!(
+                    pass.x0.iter().all(|x| x.abs() < 1e-11),
+                    "{orders}: {:?}",
+                    pass.x0
+                );
+                assert_eq!(pass.observed().is_some(), nk > 0);
+            }
+        }
+    }
+
+    /// `y(k) = 2 u(k) - 1 + (+-0.5)` in turn: by hand, b = 2 where u is orthogonal to the rest.
+    #[test]
+    fn the_covariance_by_hand() {
+        let u = [1.0, 1.0, -1.0, -1.0];
+        let y = [2.5, 1.5, -1.5, -2.5];
+        let pass = arx(Orders::arx(0, 1, 0), Rows::Complete, &u, &y);
+        assert!((pass.model.b[0] - 2.0).abs() < 1e-15);
+        // RSS = 4 * 0.25, three degrees of freedom, Phi'Phi = 4.
+        assert!((pass.model.noise_variance - 1.0 / 3.0).abs() < 1e-15);
+        assert!((pass.model.covariance[0] - 1.0 / 12.0).abs() < 1e-15);
+        assert!((pass.loss - 0.25).abs() < 1e-15);
+        assert_eq!(pass.direct, pass.model.b[0]);
+    }
+
+    #[test]
+    fn what_cannot_be_solved_is_typed() {
+        let (u, y) = (input(1), vec![0.0; N]);
+        let kind = |orders, y: &[f64]| arx(orders, Rows::Complete, &u, y).failure.unwrap().kind;
+        assert_eq!(kind(Orders::arx(1, 1, 1), &y), FailureKind::Singular);
+        let mut huge = u.clone();
+        huge[7] = f64::MAX;
+        huge[8] = f64::MAX;
+        assert_eq!(kind(Orders::arx(1, 1, 1), &huge), FailureKind::NonFinite);
+        // y is twice u: a column is another one.
+        let double: Vec<f64> = u.iter().map(|u| 2.0 * u).collect();
+        let found = kind(Orders::arx(1, 2, 0), &double);
+        assert_eq!(found, FailureKind::RankDeficient);
+        let short = ArxOptions::default().prepare(
+            &Shape {
+                order: 4,
+                window: 11,
+            }
+            .into(),
+        );
+        let error = short.err().unwrap().to_string();
+        assert_eq!(
+            error,
+            "a window of 11 samples is too short for orders na=4,nb=4,nk=1: 7 rows for 8 parameters"
+        );
+    }
+}

@@ -1,0 +1,267 @@
+//! The estimators of this crate: a line each. Its file has its options, which say everything else.
+
+use super::arx::ArxOptions;
+use super::known::KnownOptions;
+use super::method::{MethodKind, Needs, OptionError, Output, Problem};
+use super::{Estimator, IvOptions, LsOptions, SetupError};
+use crate::names::named_enum;
+use serde_json::{Map, Value};
+use std::sync::LazyLock;
+
+/// Defines the names, the options of each, and what is asked of all of them.
+macro_rules! estimators {
+    ($(#[doc = $about:literal] $variant:ident = $name:literal: $options:ty,)*) => {
+        named_enum! {
+            /// An estimator of this crate.
+            EstimatorName, "estimator" {
+                $(#[doc = $about] $variant = $name,)*
+            }
+        }
+
+        /// The options of a method of this crate.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum MethodOptions {
+            $(#[doc = $about] $variant($options),)*
+        }
+
+        $(impl From<$options> for MethodOptions {
+            fn from(options: $options) -> Self {
+                Self::$variant(options)
+            }
+        })*
+
+        impl EstimatorName {
+            /// What it is, in a sentence.
+            pub const fn about(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $about.trim_ascii(),)*
+                }
+            }
+
+            /// Reads the options; what is not given has its default.
+            ///
+            /// # Errors
+            /// If a key is unknown or a value does not fit.
+            pub fn parse(self, options: Map<String, Value>) -> Result<MethodOptions, OptionError> {
+                let options = Value::Object(options);
+                let options = match self {
+                    $(Self::$variant => serde_json::from_value(options).map(MethodOptions::$variant),)*
+                };
+                let options = options.map_err(|error| OptionError {
+                    key: None,
+                    message: error.to_string(),
+                })?;
+                options.kind().check()?;
+                Ok(options)
+            }
+
+            /// The options with their defaults, in their order; null where the default follows from the setting.
+            fn defaults(self) -> Value {
+                let defaults = match self {
+                    $(Self::$variant => serde_json::to_value(<$options>::default()),)*
+                };
+                defaults.unwrap_or_default()
+            }
+
+            fn options_schema(self) -> Value {
+                match self {
+                    $(Self::$variant => inline_schema::<$options>(),)*
+                }
+            }
+        }
+
+        impl MethodOptions {
+            /// Whose options they are.
+            pub fn estimator(&self) -> EstimatorName {
+                match self {
+                    $(Self::$variant(_) => EstimatorName::$variant,)*
+                }
+            }
+
+            fn kind(&self) -> &dyn MethodKind {
+                match self {
+                    $(Self::$variant(options) => options,)*
+                }
+            }
+
+            /// Every option with its value; those that follow from the setting are left out.
+            pub fn describe(&self) -> Map<String, Value> {
+                let described = match self {
+                    $(Self::$variant(options) => serde_json::to_value(options),)*
+                };
+                let Ok(Value::Object(mut described)) = described else {
+                    return Map::new();
+                };
+                described.retain(|_, value| !value.is_null());
+                described
+            }
+        }
+    };
+}
+
+estimators! {
+    /// Instrumental variables of the paper, with least squares as iteration 0 (the default).
+    InstrumentalVariables = "iv": IvOptions,
+    /// Least squares of the paper: iteration 0 alone.
+    LeastSquares = "ls": LsOptions,
+    /// Least squares for any orders: na, nb and the delay nk.
+    Arx = "arx": ArxOptions,
+    /// The true plant and the mean of x(0), as what an observer achieves that knows them.
+    Known = "known": KnownOptions,
+}
+
+/// An option of some estimators.
+#[derive(Clone, Debug)]
+pub struct OptionEntry {
+    /// Its key.
+    pub key: String,
+    /// What it is, in a sentence.
+    pub about: String,
+    /// Its default; null where it follows from the setting.
+    pub default: Value,
+    /// Its JSON schema.
+    pub schema: Value,
+}
+
+impl EstimatorName {
+    /// The options that it takes, in their order.
+    pub fn options(self) -> Vec<OptionEntry> {
+        let (schema, defaults) = (self.options_schema(), self.defaults());
+        let entries = defaults.as_object().into_iter().flatten();
+        let entries = entries.map(|(key, default)| {
+            let mut schema = schema["properties"][key].clone();
+            let about = schema["description"]
+                .as_str()
+                .unwrap_or_default()
+                .to_owned();
+            if let Some(schema) = schema.as_object_mut() {
+                schema.shift_remove("description");
+                schema.shift_remove("default");
+            }
+            OptionEntry {
+                key: key.clone(),
+                about,
+                default: default.clone(),
+                schema,
+            }
+        });
+        entries.collect()
+    }
+
+    /// Whether it takes an option.
+    pub fn takes(self, key: &str) -> bool {
+        self.defaults().get(key).is_some()
+    }
+}
+
+/// Every key of every estimator's options, each once, in their order.
+pub fn option_keys() -> &'static [String] {
+    static KEYS: LazyLock<Vec<String>> = LazyLock::new(|| {
+        let mut keys: Vec<String> = Vec::new();
+        for estimator in EstimatorName::ALL {
+            for option in estimator.options() {
+                if !keys.contains(&option.key) {
+                    keys.push(option.key);
+                }
+            }
+        }
+        keys
+    });
+    &KEYS
+}
+
+fn inline_schema<T: schemars::JsonSchema>() -> Value {
+    let settings = schemars::generate::SchemaSettings::draft2020_12();
+    let settings = settings.with(|settings| settings.inline_subschemas = true);
+    settings
+        .into_generator()
+        .into_root_schema_for::<T>()
+        .to_value()
+}
+
+impl MethodOptions {
+    /// The outputs, of a method with this name.
+    pub fn outputs(&self, name: &str) -> Vec<Output> {
+        self.kind().outputs(name)
+    }
+
+    /// The order of the models that it makes where the setting says another one.
+    pub fn order(&self, setting: usize) -> usize {
+        self.kind().order(setting)
+    }
+
+    /// What it needs of a cell.
+    pub fn needs(&self) -> Needs {
+        self.kind().needs()
+    }
+
+    /// An estimator with buffers for a problem.
+    ///
+    /// # Errors
+    /// If it cannot serve it.
+    pub fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        self.kind().prepare(problem)
+    }
+
+    /// The options as lanes run them.
+    ///
+    /// # Errors
+    /// What of them lanes do not have, in words.
+    pub fn in_lanes(&self) -> Result<IvOptions, String> {
+        let estimator = self.estimator();
+        let kind = self.kind().in_lanes();
+        kind.unwrap_or_else(|| Err(format!("the estimator \"{estimator}\"")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every option has a sentence, a default that reads back, and a meaning of its own.
+    #[test]
+    fn every_estimator_describes_its_options() {
+        for estimator in EstimatorName::ALL {
+            assert!(!estimator.about().is_empty());
+            let options = estimator.options();
+            for option in &options {
+                assert!(!option.about.is_empty(), "{estimator} {}", option.key);
+                assert!(estimator.takes(&option.key));
+                assert!(option_keys().contains(&option.key));
+            }
+            let read = estimator.parse(Map::new()).unwrap();
+            assert_eq!(read.estimator(), *estimator);
+            assert_eq!(estimator.parse(read.describe()).unwrap(), read);
+            assert!(!estimator.takes("name"));
+        }
+    }
+
+    #[test]
+    fn mistakes_are_told() {
+        let parse = |estimator: EstimatorName, text: &str| {
+            let options = serde_json::from_str(text).unwrap();
+            estimator.parse(options).unwrap_err().to_string()
+        };
+        for (estimator, text, part) in [
+            (
+                EstimatorName::Arx,
+                "{\"orders\": \"na=1,nc=1\"}",
+                "expected na, nb, nk",
+            ),
+            (EstimatorName::Arx, "{\"orders\": \"nk=1\"}", "at least 1"),
+            (
+                EstimatorName::Arx,
+                "{\"rows\": \"all\"}",
+                "unknown choice of rows 'all'",
+            ),
+            (
+                EstimatorName::InstrumentalVariables,
+                "{\"iterations\": 0}",
+                "expected 1 to",
+            ),
+        ] {
+            let error = parse(estimator, text);
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+}

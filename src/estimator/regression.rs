@@ -1,0 +1,164 @@
+//! Linear regression of a record on its past for any orders: `y(k) = phi(k)' theta`, by Householder QR.
+//!
+//! `phi(k) = (-y(k-1) ... -y(k-na), u(k-nk) ... u(k-nk-nb+1))`, `theta = (a_1 ... a_na, b_1 ... b_nb)`.
+
+use super::solver::Reduction;
+use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::{FailureKind, SetupError};
+use crate::model::Orders;
+use crate::names::named_enum;
+use faer::MatMut;
+use faer::Par;
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+
+named_enum! {
+    /// Which equations of a record of N samples are used.
+    Rows, "choice of rows" {
+        /// Those whose samples are all in the record, `k = max(na, nb + nk - 1) ... N-1` (the default).
+        Complete = "complete",
+        /// `k = 0 ... N-1`, with zeros before the record.
+        Prewindow = "prewindow",
+        /// With zeros before and after it, `k = 0 ... N-1 + max(na, nb + nk - 1)`.
+        Padded = "padded",
+    }
+}
+
+/// Buffers for the regression of records of one length.
+pub struct Regression {
+    orders: Orders,
+    /// The first row's k, and how many rows there are.
+    first: usize,
+    count: usize,
+    /// Zeros, the record, zeros: y and u.
+    y: Vec<f64>,
+    u: Vec<f64>,
+    reduction: Reduction,
+    equilibration: Equilibration,
+    scratch: Vec<f64>,
+    theta: Vec<f64>,
+}
+
+impl Regression {
+    /// Buffers for windows of so many samples; C, D and F play no part.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] where there are fewer rows than parameters.
+    pub fn new(orders: Orders, rows: Rows, window: usize) -> Result<Self, SetupError> {
+        let reach = orders.reach();
+        let (first, count) = match rows {
+            Rows::Complete => (reach, window.saturating_sub(reach)),
+            Rows::Prewindow => (0, window),
+            Rows::Padded => (0, window + reach),
+        };
+        let width = orders.na + orders.nb;
+        if width == 0 || count < width {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: count,
+            });
+        }
+        let padded = || vec![0.0; window + 2 * reach];
+        Ok(Self {
+            orders,
+            first,
+            count,
+            y: padded(),
+            u: padded(),
+            reduction: Reduction::new(width, count, 1),
+            equilibration: Equilibration::new(width, width),
+            scratch: vec![0.0; width],
+            theta: vec![0.0; width],
+        })
+    }
+
+    /// How many rows there are.
+    pub fn rows(&self) -> usize {
+        self.count
+    }
+
+    /// `theta = argmin || y - Phi theta ||`, and the 1-norm condition number of Phi's R with its columns scaled.
+    ///
+    /// # Errors
+    /// [`FailureKind::Singular`] where a column is zero, [`FailureKind::RankDeficient`] by the rule of all solvers,
+    /// [`FailureKind::NonFinite`] where something overflows.
+    ///
+    /// # Panics
+    /// If the record is not of the length that the buffers were made for.
+    pub fn solve(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
+        let (Orders { na, nb, nk, .. }, reach) = (self.orders, self.orders.reach());
+        let record = reach..self.y.len() - reach;
+        self.y[record.clone()].copy_from_slice(y);
+        self.u[record].copy_from_slice(u);
+        let (y, u, start) = (&self.y, &self.u, self.first + reach);
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            let (rows, start) = (z.nrows(), start + first);
+            for i in 1..=na {
+                for (row, y) in y[start - i..][..rows].iter().enumerate() {
+                    z[(row, i - 1)] = -y;
+                }
+            }
+            for i in 0..nb {
+                for (row, u) in u[start - nk - i..][..rows].iter().enumerate() {
+                    z[(row, na + i)] = *u;
+                }
+            }
+            for (row, y) in y[start..][..rows].iter().enumerate() {
+                right[(row, 0)] = *y;
+            }
+        };
+        self.reduction.run(self.count, fill)?;
+        let r = self.reduction.r();
+        self.equilibration.of_columns(r)?;
+        *condition = triangular_condition(r, &self.equilibration.columns, &mut self.scratch)?;
+        let width = na + nb;
+        check_rank_of_columns(*condition, width)?;
+        let top = self.reduction.top();
+        for (i, theta) in self.theta.iter_mut().enumerate() {
+            *theta = top[(i, 0)];
+        }
+        let theta = MatMut::from_column_major_slice_mut(&mut self.theta, width, 1);
+        solve_upper_triangular_in_place(r, theta, Par::Seq);
+        Ok(())
+    }
+
+    /// What was solved last.
+    pub fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    /// `sum (y(k) - phi(k)' theta)^2` over the rows of what was solved last.
+    pub fn residual_sum(&self) -> f64 {
+        let (Orders { na, nk, .. }, start) = (self.orders, self.first + self.orders.reach());
+        let (a, b) = self.theta.split_at(na);
+        let residual = |k: usize| -> f64 {
+            let of_y = a.iter().enumerate().map(|(i, a)| a * self.y[k - 1 - i]);
+            let of_u = b.iter().enumerate().map(|(i, b)| b * self.u[k - nk - i]);
+            self.y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
+        };
+        (start..start + self.count)
+            .map(|k| residual(k).powi(2))
+            .sum()
+    }
+
+    /// `variance (Phi'Phi)^-1` of what was solved last, row by row.
+    pub fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
+        let (r, n) = (self.reduction.r(), self.theta.len());
+        to.clear();
+        to.resize(n * n, 0.0);
+        // Column j of R^-1 adds to all entries up to j: (R'R)^-1 = R^-1 R^-T.
+        for j in 0..n {
+            let column = &mut self.scratch[..=j];
+            column[j] = 1.0 / r[(j, j)];
+            for i in (0..j).rev() {
+                let sum: f64 = (i + 1..=j).map(|l| r[(i, l)] * column[l]).sum();
+                column[i] = -sum / r[(i, i)];
+            }
+            for (i, row) in column.iter().enumerate() {
+                for (l, other) in column.iter().enumerate() {
+                    to[i * n + l] += variance * row * other;
+                }
+            }
+        }
+    }
+}

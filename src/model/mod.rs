@@ -1,0 +1,204 @@
+//! The general linear model `A(q) y = B(q)/F(q) u + C(q)/D(q) e`: what every estimate is, and every true plant.
+//!
+//! Polynomials are in q^-1 with their leading coefficient: `A = [1, a_1, ...]`, C, D and F alike; `B` has `nk` zeros
+//! before its `nb` coefficients. Nothing is shifted: a delay is a delay.
+
+mod equation;
+mod orders;
+pub mod polynomial;
+mod realisation;
+
+pub use equation::Equation;
+pub use orders::{Orders, OrdersError};
+pub use realisation::Realisation;
+
+use crate::plant::{StateSpace, TransferFunction};
+use polynomial::{divide, filter};
+
+/// `A(q) y = B(q)/F(q) u + C(q)/D(q) e`, with what is known of e and of the parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearModel {
+    /// `1, a_1 ... a_na`.
+    pub a: Vec<f64>,
+    /// `nk` zeros, then `nb` coefficients.
+    pub b: Vec<f64>,
+    /// `1, c_1 ... c_nc`.
+    pub c: Vec<f64>,
+    /// `1, d_1 ... d_nd`.
+    pub d: Vec<f64>,
+    /// `1, f_1 ... f_nf`.
+    pub f: Vec<f64>,
+    /// The delay nk.
+    pub delay: usize,
+    /// The variance of e; NaN where it is not known.
+    pub noise_variance: f64,
+    /// The covariance of the parameters, row by row, in the order A, B, C, D, F; empty where there is none.
+    pub covariance: Vec<f64>,
+}
+
+impl LinearModel {
+    /// A model of given orders whose free coefficients are 0.
+    pub fn zero(orders: Orders) -> Self {
+        let monic = |n: usize| {
+            let mut polynomial = vec![0.0; n + 1];
+            polynomial[0] = 1.0;
+            polynomial
+        };
+        Self {
+            a: monic(orders.na),
+            b: vec![0.0; orders.nk + orders.nb],
+            c: monic(orders.nc),
+            d: monic(orders.nd),
+            f: monic(orders.nf),
+            delay: orders.nk,
+            noise_variance: f64::NAN,
+            covariance: Vec::new(),
+        }
+    }
+
+    /// The paper's plant, `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`, delayed by further
+    /// `delay - 1` samples.
+    ///
+    /// # Panics
+    /// If the lengths differ or the delay is 0.
+    pub fn from_canonical(a: &[f64], h: &[f64], delay: usize) -> Self {
+        let n = a.len();
+        assert!(h.len() == n && delay > 0);
+        let mut model = Self::zero(Orders::arx(n, n, delay));
+        crate::plant::canonical::reverse_negated(a, &mut model.a[1..]);
+        model.b[delay..].copy_from_slice(h);
+        model
+    }
+
+    /// Takes another model, in the buffers that are there.
+    pub fn assign(&mut self, other: &Self) {
+        let Self {
+            a,
+            b,
+            c,
+            d,
+            f,
+            delay,
+            noise_variance,
+            covariance,
+        } = other;
+        self.a.clone_from(a);
+        self.b.clone_from(b);
+        self.c.clone_from(c);
+        self.d.clone_from(d);
+        self.f.clone_from(f);
+        self.delay = *delay;
+        self.noise_variance = *noise_variance;
+        self.covariance.clone_from(covariance);
+    }
+
+    /// The orders.
+    pub fn orders(&self) -> Orders {
+        Orders {
+            na: self.a.len() - 1,
+            nb: self.b.len() - self.delay,
+            nc: self.c.len() - 1,
+            nd: self.d.len() - 1,
+            nf: self.f.len() - 1,
+            nk: self.delay,
+        }
+    }
+
+    /// The free coefficients, in the order A, B, C, D, F.
+    pub fn parameters(&self) -> impl Iterator<Item = f64> {
+        let (a, b) = (&self.a[1..], &self.b[self.delay..]);
+        let rest = [&self.c[1..], &self.d[1..], &self.f[1..]];
+        [a, b].into_iter().chain(rest).flatten().copied()
+    }
+
+    /// Sets the free coefficients, in the order A, B, C, D, F.
+    ///
+    /// # Panics
+    /// If there are not as many as [`Orders::parameters`].
+    pub fn set_parameters(&mut self, theta: &[f64]) {
+        assert_eq!(theta.len(), self.orders().parameters());
+        let delay = self.delay;
+        let mut rest = theta;
+        let places = [
+            &mut self.a[1..],
+            &mut self.b[delay..],
+            &mut self.c[1..],
+            &mut self.d[1..],
+            &mut self.f[1..],
+        ];
+        for place in places {
+            let (taken, left) = rest.split_at(place.len());
+            place.copy_from_slice(taken);
+            rest = left;
+        }
+    }
+
+    /// The standard errors of the parameters, in their order; `None` where there is no covariance.
+    pub fn standard_errors(&self) -> Option<Vec<f64>> {
+        let n = self.orders().parameters();
+        let diagonal = || (0..n).map(|i| self.covariance[i * n + i].sqrt()).collect();
+        (!self.covariance.is_empty()).then(diagonal)
+    }
+
+    /// `B/(A F) u`, all signals zero before k = 0.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn simulate(&self, u: &[f64], y: &mut [f64]) {
+        filter(&self.b, u, y);
+        divide(&self.a, y);
+        divide(&self.f, y);
+    }
+
+    /// The one-step prediction errors `e = D/C (A y - B/F u)`, all signals zero before k = 0; `scratch` is room for as
+    /// many samples.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn residuals(&self, u: &[f64], y: &[f64], e: &mut [f64], scratch: &mut [f64]) {
+        filter(&self.b, u, e);
+        divide(&self.f, e);
+        filter(&self.a, y, scratch);
+        for (scratch, e) in scratch.iter_mut().zip(&*e) {
+            *scratch -= e;
+        }
+        filter(&self.d, scratch, e);
+        divide(&self.c, e);
+    }
+
+    /// The static gain from u to y, `B(1)/(A(1) F(1))`.
+    pub fn static_gain(&self) -> f64 {
+        let sum = |c: &[f64]| c.iter().sum::<f64>();
+        sum(&self.b) / (sum(&self.a) * sum(&self.f))
+    }
+
+    /// The denominator of what u drives, `A F`.
+    pub fn denominator(&self) -> Vec<f64> {
+        polynomial::multiply(&self.a, &self.f)
+    }
+
+    /// The part that u drives in the paper's form; `None` where nk = 0, which that form does not have.
+    pub fn plant(&self) -> Option<StateSpace> {
+        let denominator = self.denominator();
+        let n = self.orders().order();
+        let mut h = vec![0.0; n];
+        let (first, rest) = self.b.split_first().unwrap_or((&0.0, &[]));
+        if *first != 0.0 || self.delay == 0 {
+            return None;
+        }
+        h[..rest.len()].copy_from_slice(rest);
+        let mut alpha = vec![0.0; n];
+        alpha[..denominator.len() - 1].copy_from_slice(&denominator[1..]);
+        let plant = TransferFunction::from_polynomials(&alpha, &h).ok()?;
+        Some(plant.into())
+    }
+}
+
+impl From<&StateSpace> for LinearModel {
+    fn from(plant: &StateSpace) -> Self {
+        Self::from_canonical(plant.a(), &plant.h(), 1)
+    }
+}
+
+#[cfg(test)]
+mod tests;

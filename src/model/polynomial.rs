@@ -1,0 +1,62 @@
+//! Polynomials in q^-1, `c_0 + c_1 q^-1 + ...`, as filters of signals that are zero before k = 0.
+
+/// The product of two polynomials.
+pub fn multiply(first: &[f64], second: &[f64]) -> Vec<f64> {
+    let mut product = Vec::new();
+    multiply_into(first, second, &mut product);
+    product
+}
+
+/// The same, instead of what `product` held.
+pub fn multiply_into(first: &[f64], second: &[f64], product: &mut Vec<f64>) {
+    product.clear();
+    product.resize((first.len() + second.len()).saturating_sub(1), 0.0);
+    for (i, f) in first.iter().enumerate() {
+        for (product, s) in product[i..].iter_mut().zip(second) {
+            *product += f * s;
+        }
+    }
+}
+
+/// `to(k) = sum_i c_i x(k-i)`.
+///
+/// # Panics
+/// If the lengths of the signals differ.
+pub fn filter(c: &[f64], x: &[f64], to: &mut [f64]) {
+    assert_eq!(x.len(), to.len());
+    for (k, to) in to.iter_mut().enumerate() {
+        let past = x[..=k].iter().rev();
+        *to = c.iter().zip(past).map(|(c, x)| c * x).sum();
+    }
+}
+
+/// Divides a signal by a monic polynomial, in place: `x(k) <- x(k) - sum_(i >= 1) d_i x(k-i)`.
+pub fn divide(d: &[f64], x: &mut [f64]) {
+    for k in 0..x.len() {
+        let (past, now) = x.split_at_mut(k);
+        let feedback: f64 = d[1..]
+            .iter()
+            .zip(past.iter().rev())
+            .map(|(d, x)| d * x)
+            .sum();
+        now[0] -= feedback;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_and_filters_by_hand() {
+        assert_eq!(
+            multiply(&[1.0, 2.0], &[1.0, -1.0, 3.0]),
+            [1.0, 1.0, 1.0, 6.0]
+        );
+        let mut y = [0.0; 4];
+        filter(&[0.0, 1.0, 0.5], &[1.0, 2.0, 4.0, 8.0], &mut y);
+        assert_eq!(y, [0.0, 1.0, 2.5, 5.0]);
+        divide(&[1.0, -0.5], &mut y);
+        assert_eq!(y, [0.0, 1.0, 3.0, 6.5]);
+    }
+}
