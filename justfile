@@ -14,7 +14,7 @@ study NAME *ARGS:
 
 # All tests.
 test *ARGS:
-    cargo test --release {{ARGS}}
+    cargo test --release --features bench {{ARGS}}
 
 # What CI runs.
 ci:
@@ -23,24 +23,24 @@ ci:
 # Formatting and lints, warnings denied.
 lint:
     cargo fmt --all --check
-    cargo clippy --release --all-targets -- -D warnings
+    cargo clippy --release --all-targets --features bench -- -D warnings
 
 # All benchmarks.
 bench *ARGS:
-    cargo bench {{ARGS}}
+    cargo bench --features bench {{ARGS}}
 
 # Keep the times of benches/lanes.rs under a name.
 bench-save NAME:
-    cargo bench --bench lanes -- --save-baseline {{NAME}}
+    cargo bench --features bench --bench lanes -- --save-baseline {{NAME}}
 
 # The same benches again, as ratios to a name.
 bench-compare BASELINE="base" FILTER="":
-    cargo bench --bench lanes -- --baseline-lenient {{BASELINE}} "{{FILTER}}"
+    cargo bench --features bench --bench lanes -- --baseline-lenient {{BASELINE}} "{{FILTER}}"
     cargo run --release --example bench_table {{BASELINE}}
 
 # Where a trial's time goes in the lanes, stage by stage.
 lane-stages *ISA:
-    cargo run --release --example lane_stages {{ISA}}
+    cargo run --release --features bench --example lane_stages {{ISA}}
 
 # How fast W98 is beside NumPy, Numba, JAX and Octave; `just peers --setup` installs the Python ones.
 peers *ARGS:

@@ -4,8 +4,7 @@
 
 use asobench::lanes::Isa;
 use asobench::study::file::ExperimentFile;
-use asobench::study::kernels::W98;
-use asobench::study::{CellTally, Engine, Experiment, NIKOLOV2023, Plan, Trials, Worker};
+use asobench::study::{CellTally, Engine, Experiment, NIKOLOV2023, Plan, Trials, W98, Worker};
 use std::hint::black_box;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;

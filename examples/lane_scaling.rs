@@ -1,5 +1,5 @@
 //! Prints how a trial's time grows with its order and its window, from criterion's medians of the last
-//! `cargo bench --bench lanes -- scaling`.
+//! `cargo bench --features bench --bench lanes -- scaling`.
 //!
 //! `cargo run --release --example lane_scaling`
 

@@ -1,7 +1,7 @@
 //! Prints what each stage of a W98 trial takes in the lanes: time, share of the peak of fused multiply-adds, and the
 //! time of the same stage on faer. All are measured in turn, round after round; medians are printed.
 //!
-//! `cargo run --release --example lane_stages [avx512|avx2|portable]`
+//! `cargo run --release --features bench --example lane_stages [avx512|avx2|portable]`
 
 use asobench::data::Realisation;
 use asobench::estimator::auxiliary::AuxiliaryModel;
@@ -18,8 +18,8 @@ use asobench::observer::{Gain, ObservedModel, Observer};
 use asobench::plant::PoleFinder;
 use asobench::signal::{Purpose, stream};
 use asobench::study::file::ExperimentFile;
-use asobench::study::kernels::{Kernel, W98};
-use asobench::study::{Cell, Engine, Experiment, Plan, Trials, Worker, fma_peak};
+use asobench::study::kernels::Kernel;
+use asobench::study::{Cell, Engine, Experiment, Plan, Trials, W98, Worker, fma_peak};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 

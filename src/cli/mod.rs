@@ -14,6 +14,7 @@ mod files;
 mod memory;
 mod merge;
 mod need;
+mod new_experiment;
 mod plan;
 mod progress;
 mod replay;
@@ -23,7 +24,6 @@ mod run;
 mod shard;
 mod slurm;
 mod status;
-mod template;
 mod throughput;
 mod timing;
 
@@ -54,7 +54,7 @@ enum Command {
     Reproduce(reproduce::Arguments),
     Run(run::Arguments),
     Check(check::Arguments),
-    New(template::Arguments),
+    New(new_experiment::Arguments),
     Replay(replay::Arguments),
     Report(report::Arguments),
     Estimate(estimate::Arguments),
@@ -86,7 +86,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Reproduce(arguments) => reproduce::run(&arguments),
             Command::Run(arguments) => run::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
-            Command::New(arguments) => template::run(&arguments),
+            Command::New(arguments) => new_experiment::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Throughput(arguments) => throughput::run_command(&arguments),
             Command::Plan(arguments) => plan::run(&arguments),
@@ -96,7 +96,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Slurm(arguments) => slurm::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
-            Command::Schema => template::schema(),
+            Command::Schema => new_experiment::schema(),
         },
         Err(error) => error::usage(&error),
     };

@@ -2,7 +2,7 @@
 //! and p of a lane that elimination without pivots does not serve.
 
 use super::Square;
-use super::information::Information;
+use super::information::PackedInformation;
 use crate::estimator::FailureKind;
 use crate::estimator::solver::condition::check_rank;
 use crate::real::{Real, Word};
@@ -27,7 +27,7 @@ impl<R: Real, const N: usize> Inverses<R, N> {
     /// By `invert`, which puts the inverse in a matrix's place.
     #[inline(always)]
     fn of<E>(
-        of: &Information<R, N>,
+        of: &PackedInformation<R, N>,
         mut invert: impl FnMut(usize, &mut Square<R, N>) -> Result<(), E>,
     ) -> Result<Self, E> {
         let n = of.order();
@@ -151,7 +151,10 @@ fn apply<const MINUS: bool, R: Real, const N: usize>(
 
 /// p1 and p2: `q = M1 r1`, `p2 = M2 (r2 - G21 q)`, `p1 = q - M1 G12 p2`.
 #[inline(always)]
-fn parameters<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R, N>) -> [[R; N]; 2] {
+fn parameters<R: Real, const N: usize>(
+    of: &PackedInformation<R, N>,
+    by: &Inverses<R, N>,
+) -> [[R; N]; 2] {
     let n = of.order();
     let zero = [R::zero(); N];
     let [r1, r2] = &of.r;
@@ -171,7 +174,7 @@ fn inverse_power_of_two<R: Real>(x: R) -> R {
 /// The condition number as [`crate::estimator::solver::Partitioned`] defines it; not finite where G is not or has a
 /// zero row or column.
 #[inline(always)]
-fn condition_by<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R, N>) -> R {
+fn condition_by<R: Real, const N: usize>(of: &PackedInformation<R, N>, by: &Inverses<R, N>) -> R {
     let n = of.order();
     let [g11, g12, g21, g22] = &of.g;
     let Inverses {
@@ -256,7 +259,7 @@ fn condition_by<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R
 /// The condition number of all lanes, by inverses without pivots; see [`condition_by`]. A function of its own: most
 /// solves do without its matrices, 28 KB of stack.
 #[inline(never)]
-pub(super) fn condition<R: Real, const N: usize>(of: &Information<R, N>) -> R {
+pub(super) fn condition<R: Real, const N: usize>(of: &PackedInformation<R, N>) -> R {
     R::run(
         #[inline(always)]
         || {
@@ -277,7 +280,7 @@ pub(super) fn condition<R: Real, const N: usize>(of: &Information<R, N>) -> R {
 
 /// One lane with pivots, its condition number and its failure.
 pub(crate) fn solve_alone<R: Real, const N: usize>(
-    of: &Information<R, N>,
+    of: &PackedInformation<R, N>,
     lane: usize,
 ) -> Single<N> {
     let of = of.lane(lane);
@@ -288,7 +291,7 @@ pub(crate) fn solve_alone<R: Real, const N: usize>(
 }
 
 #[inline(always)]
-fn solve_pivoted<const N: usize>(of: &Information<f64, N>) -> Single<N> {
+fn solve_pivoted<const N: usize>(of: &PackedInformation<f64, N>) -> Single<N> {
     let n = of.order();
     let unknown = |kind| (Err(kind), f64::NAN);
     let finite = |block: &Square<f64, N>| block.as_flattened().iter().all(|x| x.is_finite());

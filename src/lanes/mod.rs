@@ -10,13 +10,14 @@
 pub(crate) mod information;
 pub(crate) mod initial_state;
 mod inverses;
+#[cfg(feature = "bench")]
+mod one_record;
 pub(crate) mod partitioned;
 pub(crate) mod passes;
 mod peak;
 pub(crate) mod record;
 pub(crate) mod response;
 pub(crate) mod score;
-mod single;
 mod sorted_qr;
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@
 //! made of u alone, so it is well conditioned, positive definite, and with G21 and r2 the same in every pass of a record.
 //! Inverses are formed where the condition number is asked for.
 
-use super::information::Information;
+use super::information::PackedInformation;
 use super::{Square, each, inverses};
 use crate::estimator::solver::condition::rank_limit;
 use crate::real::{Mask, Real, Word};
@@ -107,7 +107,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
 
     /// Eliminates G22: once for all passes of a record.
     #[inline(always)]
-    pub(crate) fn eliminate_input(&mut self, of: &Information<R, N>) {
+    pub(crate) fn eliminate_input(&mut self, of: &PackedInformation<R, N>) {
         let n = of.order();
         let one = R::splat(1.0);
         let [g11, _, g21, g22] = &of.g;
@@ -140,7 +140,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
 
     /// Eliminates the rest.
     #[inline(always)]
-    fn eliminate_output(&mut self, of: &Information<R, N>) {
+    fn eliminate_output(&mut self, of: &PackedInformation<R, N>) {
         let n = of.order();
         let one = R::splat(1.0);
         let [g11, g12, ..] = &of.g;
@@ -278,7 +278,7 @@ fn scaled<R: Real, const N: usize>(n: usize, of: &[R; N], by: R) -> [R; N] {
 /// [`inverses::solve_alone`].
 #[inline(always)]
 pub(crate) fn solve<R: Real, const N: usize>(
-    of: &Information<R, N>,
+    of: &PackedInformation<R, N>,
     by: &mut Triangles<R, N>,
     with_condition: bool,
 ) -> (Parameters<R, N>, R::Mask) {

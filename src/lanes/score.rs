@@ -112,7 +112,7 @@ struct Chunk<R> {
 
 /// The observer of one output.
 #[derive(Clone)]
-pub(crate) struct Observer<R: Real, const N: usize> {
+pub(crate) struct PackedObserver<R: Real, const N: usize> {
     g: [R; N],
     x: [R; N],
     relative: Gathered<R>,
@@ -123,7 +123,7 @@ pub(crate) struct Observer<R: Real, const N: usize> {
     pub(crate) curve: Vec<R>,
 }
 
-impl<R: Real, const N: usize> Observer<R, N> {
+impl<R: Real, const N: usize> PackedObserver<R, N> {
     /// With room for `samples` errors e_x(k): all, or 0 where they are not wanted.
     pub(crate) fn new(samples: usize) -> Self {
         let zero = [R::zero(); N];
@@ -190,7 +190,7 @@ impl<R: Real> Gathering<R> {
 }
 
 /// The measures of one cell, with buffers.
-pub(crate) struct Scorer<R, const N: usize> {
+pub(crate) struct PackedScorer<R, const N: usize> {
     n: usize,
     window: usize,
     horizon: usize,
@@ -207,7 +207,7 @@ pub(crate) struct Scorer<R, const N: usize> {
     sum_count: R,
 }
 
-impl<R: Real, const N: usize> Scorer<R, N> {
+impl<R: Real, const N: usize> PackedScorer<R, N> {
     pub(crate) fn new(
         window: usize,
         horizon: usize,
@@ -269,14 +269,14 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         pass: &PassPack<R, N>,
         x0: &[R; N],
         record: &Record<R, N>,
-        observer: &mut Observer<R, N>,
+        observer: &mut PackedObserver<R, N>,
     ) {
         let gain = &self.gain;
         observer.x = *x0;
         observer.relative = Gathered::new();
         observer.as_printed = Gathered::new();
         observer.absolute = R::zero();
-        let Observer { g, x, .. } = observer;
+        let PackedObserver { g, x, .. } = observer;
         R::run(
             #[inline(always)]
             || {
@@ -326,7 +326,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         record: &Record<R, N>,
         from: usize,
         pass: &PassPack<R, N>,
-        observer: &mut Observer<R, N>,
+        observer: &mut PackedObserver<R, N>,
     ) -> Range<usize> {
         let mut to = self.horizon.min(from + CHUNK);
         if from < self.window {
@@ -410,7 +410,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         pass: &PassPack<R, N>,
         record: &Record<R, N>,
         k: Range<usize>,
-        observer: &mut Observer<R, N>,
+        observer: &mut PackedObserver<R, N>,
     ) {
         let (from, count) = (k.start, k.len());
         let (u, chunk) = (&record.u[k], &self.chunk);
@@ -447,7 +447,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
     pub(crate) fn finish(
         &self,
         pass: &PassPack<R, N>,
-        observer: &Observer<R, N>,
+        observer: &PackedObserver<R, N>,
         errors: &mut Errors<R>,
     ) -> R::Mask {
         R::run(

@@ -1,6 +1,6 @@
 //! Sums of doubles without rounding.
 
-use super::dd::two_product;
+use super::double_double::two_product;
 use serde::{Deserialize, Serialize};
 
 /// Limbs of 32 bits: 2098 for the doubles from 2^-1074 to 2^1024, 78 more for the number of terms.

@@ -18,7 +18,7 @@
 //! over cells. They hold exact sums ([`ExactSum`]) and counts in fixed bins ([`Sketch`]), so that merging
 //! in any order or grouping gives the same bits.
 
-mod dd;
+mod double_double;
 mod error;
 mod estimate;
 mod exact_sum;
@@ -41,7 +41,7 @@ pub use moments::Sample;
 pub use paired::{Paired, PairedStatistics};
 pub use quantile::{Quantile, Worse, quantile};
 pub use response::{Response, System};
-pub use share::{Share, Verdict, verdict};
+pub use share::{BoundVerdict, Share, verdict};
 pub use sketch::{SKETCH_ERROR, Sketch, expected_bins};
 pub use slope::{JACKKNIFE_GROUPS, Jackknife, NoSlope, Slope, SlopeOf, slope, slope_of_statistics};
 pub use statistics::{DOMINANT_SHARE, Quantiles, Statistics, TRIM};

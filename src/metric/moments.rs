@@ -4,7 +4,7 @@
 //! standard deviation (empirical standard error), mean square. What they state for normal numbers is
 //! stated here by the fourth moment, and square roots by the delta method.
 
-use super::dd::{Dd, powers};
+use super::double_double::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
 use super::exact_sum::{BUNDLE, Buckets, Bundle, bundles};
 use super::sketch::Others;
@@ -275,7 +275,7 @@ impl Sample {
         }
         squares.add_product(-2.0 * c, high);
         squares.add_product(-2.0 * c, low);
-        let (square, square_low) = super::dd::two_product(c, c);
+        let (square, square_low) = super::double_double::two_product(c, c);
         squares.add_product(m, square);
         squares.add_product(m, square_low);
         let rest = rest.value();

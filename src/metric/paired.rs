@@ -1,6 +1,6 @@
 //! Two methods on the same trials.
 
-use super::dd::{Dd, powers, product};
+use super::double_double::{Dd, powers, product};
 use super::estimate::{Estimate, FEWEST_FOR_SQUARES, ascend, not_negative};
 use super::exact_sum::{BUNDLE, Buckets, bundles};
 use super::moments::{finite, largest_share, sum_fits};

@@ -64,7 +64,7 @@ impl Share {
 
 named_enum! {
     /// What a share says of a bound that was printed for a single run.
-    Verdict, "verdict" {
+    BoundVerdict, "verdict" {
         /// The interval holds 1/2.
         Undecided = "undecided",
         /// More than half of all realisations meet the bound.
@@ -76,13 +76,13 @@ named_enum! {
 
 /// "typical" where the lower end of the 95 % Wilson interval is above 1/2, "not typical" where the upper
 /// end is below, else "undecided".
-pub fn verdict(share: Share) -> Verdict {
+pub fn verdict(share: Share) -> BoundVerdict {
     if share.low > 0.5 {
-        Verdict::Typical
+        BoundVerdict::Typical
     } else if share.high < 0.5 {
-        Verdict::NotTypical
+        BoundVerdict::NotTypical
     } else {
-        Verdict::Undecided
+        BoundVerdict::Undecided
     }
 }
 
@@ -101,10 +101,10 @@ mod tests {
         let share = Share::new(0, 10);
         assert!(share.low == 0.0 && (share.high - 0.277_532_799_862).abs() < 1e-12);
         assert!(share.mcse.is_nan() && Share::new(10, 10).mcse.is_nan());
-        assert_eq!(verdict(Share::new(0, 0)), Verdict::Undecided);
-        assert_eq!(verdict(Share::new(55, 100)), Verdict::Undecided);
-        assert_eq!(verdict(Share::new(65, 100)), Verdict::Typical);
-        assert_eq!(verdict(Share::new(35, 100)), Verdict::NotTypical);
+        assert_eq!(verdict(Share::new(0, 0)), BoundVerdict::Undecided);
+        assert_eq!(verdict(Share::new(55, 100)), BoundVerdict::Undecided);
+        assert_eq!(verdict(Share::new(65, 100)), BoundVerdict::Typical);
+        assert_eq!(verdict(Share::new(35, 100)), BoundVerdict::NotTypical);
     }
 
     /// A share p has an error from 1.96^2 (1 - p) / p trials on: 3.84 for 1/2, 34.6 for 1/10.

@@ -13,15 +13,15 @@
 //! algorithm for continuous-time algebraic Riccati equations", Linear Algebra Appl. 396 (2005) 55.
 
 mod check;
-mod continuous;
-mod discrete;
+mod continuous_equation;
+mod discrete_equation;
 #[cfg(test)]
 pub(super) mod tests;
 
 pub(super) use check::{check, check_column, check_covariance};
-pub(super) use discrete::Discrete;
+pub(super) use discrete_equation::Discrete;
 
-use continuous::Continuous;
+use continuous_equation::Continuous;
 use faer::{Col, Mat, MatRef};
 
 /// The stabilising solution of a filter's Riccati equation.

@@ -4,7 +4,7 @@
 use super::html::{CellText, Column, Page, Table, Verdict};
 use super::markup::elements;
 use super::plot::{
-    Axis, Course, Heat, HeatCell, Plot, Point, Series, Sharing, Style, small_multiples,
+    Course, Heat, HeatCell, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples,
 };
 use super::uncertain;
 
@@ -19,8 +19,8 @@ fn noise(i: usize) -> f64 {
 fn rates() -> Plot {
     let mut plot = Plot::new(
         "Error over the length of the window, noise level 10 %, 10,000 trials a point",
-        Axis::log("N, samples"),
-        Axis::log("median of e_a, relative"),
+        PlotAxis::log("N, samples"),
+        PlotAxis::log("median of e_a, relative"),
     );
     for (slot, (name, factor)) in [("LS", 0.9), ("IV(4)", 1.2), ("IV(4), white noise", 0.55)]
         .into_iter()
@@ -57,8 +57,8 @@ fn bands() -> Plot {
     };
     Plot::new(
         "Claim C2: error of the state over time",
-        Axis::linear("k, samples"),
-        Axis::log("e_x(k), relative"),
+        PlotAxis::linear("k, samples"),
+        PlotAxis::log("e_x(k), relative"),
     )
     .series(Series::new(
         "LS: median, 5-95 %",
@@ -87,8 +87,8 @@ fn boxes(names: &[&str]) -> Plot {
     };
     let mut plot = Plot::new(
         "e_a by noise: 5, 25, 50, 75 and 95 % quantiles",
-        Axis::categories("noise", names),
-        Axis::log("e_a, relative"),
+        PlotAxis::categories("noise", names),
+        PlotAxis::log("e_a, relative"),
     );
     for (label, level) in [("LS", 0.09), ("IV(4)", 0.12), ("IV(10)", 0.1)] {
         plot = plot.series(Series::new(label, Style::Boxes, group(level)));
@@ -111,8 +111,8 @@ fn shares() -> Plot {
     let points = |shift: f64| (0..names.len()).map(|i| point((i, shift))).collect();
     Plot::new(
         "Share of trials that meet the bound",
-        Axis::linear("trials with e_a < 0.033, %").range(0.0, 40.0),
-        Axis::categories("estimator", &names),
+        PlotAxis::linear("trials with e_a < 0.033, %").range(0.0, 40.0),
+        PlotAxis::categories("estimator", &names),
     )
     .series(Series::new("N = 98", Style::ErrorBars, points(0.0)))
     .series(Series::new("N = 218", Style::ErrorBars, points(6.0)))
@@ -130,8 +130,8 @@ fn distribution() -> Plot {
     };
     let mut plot = Plot::new(
         "Distribution of max e_x",
-        Axis::log("max e_x, relative"),
-        Axis::linear("share of trials").range(0.0, 1.0),
+        PlotAxis::log("max e_x, relative"),
+        PlotAxis::linear("share of trials").range(0.0, 1.0),
     );
     for (i, name) in [
         "LS",

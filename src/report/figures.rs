@@ -1,7 +1,7 @@
 //! Figures 1 to 3 of Nikolov et al. as distributions: e_x(k), e_a and e_b over k, median and 5-95 %
 //! band.
 
-use super::plot::{Axis, Course, Plot, Point, Series, Sharing, Style, small_multiples};
+use super::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::metric::Statistics;
 use crate::study::{CellSummary, CurveQuantiles, Measure};
 
@@ -28,8 +28,8 @@ fn constant(of: &Statistics, cell: &CellSummary) -> Vec<Point> {
 
 /// One of the three plots: the first output and the last, and the paper's bound.
 fn panel(cell: &CellSummary, measure: Measure, name: &str, label: &str) -> Plot {
-    let x = Axis::linear("k, samples").range(0.0, cell.horizon as f64);
-    let mut plot = Plot::new("", x, Axis::log(label));
+    let x = PlotAxis::linear("k, samples").range(0.0, cell.horizon as f64);
+    let mut plot = Plot::new("", x, PlotAxis::log(label));
     let outputs = [cell.outputs.first(), cell.outputs.last()];
     for (i, output) in outputs.into_iter().enumerate() {
         let Some(output) = output else { continue };

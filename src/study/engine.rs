@@ -1,6 +1,6 @@
 //! What computes a cell's trials: packs of [`crate::lanes`], or [`Trial`] by faer.
 
-use super::continuous::ContinuousTrial;
+use super::continuous_time::ContinuousTrial;
 use super::experiment::Source;
 use super::pack::PackTrial;
 use super::plan::{Plan, covered};

@@ -1,7 +1,7 @@
 //! What a file calls things: every name can be seen, and told from the others.
 
 use super::build::{FEEDBACKS, NOISES, PLANTS};
-use super::continuous::{CONTINUOUS_PLANTS, SIGNALS};
+use super::continuous_time::{CONTINUOUS_PLANTS, SIGNALS};
 use super::file::{ExperimentFile, FileError, Key, Scalar};
 use crate::text::{alike, folded, name_fault};
 

@@ -7,7 +7,7 @@ use crate::estimator::{
     Auxiliary, Drive, InstrumentSource, IvOptions, LsOptions, MethodOptions, Solver, Stabilise,
     Stage10, StartState,
 };
-use crate::lanes::record::Source;
+use crate::lanes::record::RecordSource as Source;
 use crate::lanes::score::Wanted;
 use crate::lanes::{Call, Isa, LARGEST_ORDER};
 use crate::plant::StateSpace;

@@ -1,7 +1,7 @@
 //! Everything that a report shows, made of tallies; what summary.json holds.
 
 use super::build::LARGEST_COUNT;
-use super::continuous::Traces;
+use super::continuous_time::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
 use super::file::{
@@ -11,8 +11,8 @@ use super::measure::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
 use crate::metric::{
-    Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope, Statistics,
-    Verdict, Worse, slope_of_statistics, verdict,
+    BoundVerdict, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope,
+    Statistics, Worse, slope_of_statistics, verdict,
 };
 use crate::plant::ORDER_LIMIT;
 use serde::{Deserialize, Serialize, Serializer};
@@ -118,7 +118,7 @@ pub struct BoundSummary {
     /// Every output.
     pub outputs: Vec<OutputShare>,
     /// What the last output's share says.
-    pub verdict: Verdict,
+    pub verdict: BoundVerdict,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
@@ -314,7 +314,7 @@ fn bounds(
                 bound: bound.clone(),
                 verdict: outputs
                     .last()
-                    .map_or_else(Verdict::default, |last| verdict(last.met)),
+                    .map_or_else(BoundVerdict::default, |last| verdict(last.met)),
                 outputs,
             }
         })

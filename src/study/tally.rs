@@ -1,6 +1,6 @@
 //! What a block leaves of its trials: counts and accumulators that merge in any order to the same bits.
 
-use super::continuous::Traces;
+use super::continuous_time::Traces;
 use super::curves::Curves;
 use super::experiment::Source;
 use super::file::BoundTable;

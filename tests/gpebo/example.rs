@@ -2,7 +2,8 @@
 
 use crate::common::proposed;
 use asobench::observer::gpebo::{
-    Cascade, Convergence, Estimate, Factor, GpeboOptions, ObserverSpec, Outcome, Scenario, halve,
+    Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Outcome, Scenario,
+    halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -53,7 +54,7 @@ fn example_of([amplitude, frequency]: [f64; 2], step: f64, observers: &[Observer
     .unwrap()
 }
 
-fn last_estimates(cascade: &Cascade, refine: usize) -> Vec<Estimate> {
+fn last_estimates(cascade: &Cascade, refine: usize) -> Vec<ObserverEstimate> {
     let mut last = vec![];
     let summary = cascade.run(refine, |sample| last = sample.estimates.to_vec());
     assert_eq!(summary.outcome, Outcome::Finite);

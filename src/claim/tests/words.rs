@@ -184,7 +184,7 @@ fn populations_are_named() {
                 output: "new".to_owned(),
                 met: Share::new(700, 1000),
             }],
-            verdict: crate::metric::Verdict::Typical,
+            verdict: crate::metric::BoundVerdict::Typical,
         });
         let pair = cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap();
         pair.share_smaller = Share::new(300, 900);

@@ -3,7 +3,7 @@
 use super::{Record, UNIT, packed, tested};
 use crate::estimator::solver::{Instruments, Solution};
 use crate::estimator::{FailureKind, Shape, Solver, Stage10};
-use crate::lanes::information::Information;
+use crate::lanes::information::PackedInformation;
 use crate::lanes::partitioned::{self, Triangles};
 use crate::lanes::{Call, Isa, inverses, lane};
 use crate::real::{MOST_LANES, Mask, Real};
@@ -39,7 +39,7 @@ impl Call for Solve<'_> {
             packed::<R>(self.records, |record| &record.y),
             packed::<R>(self.records, |record| &record.yhat),
         ];
-        let mut information = Information::<R, N>::new(n);
+        let mut information = PackedInformation::<R, N>::new(n);
         let mut triangles = Triangles::<R, N>::new();
         let (solved, alone) = R::run(
             #[inline(always)]

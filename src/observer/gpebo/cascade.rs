@@ -4,10 +4,10 @@ use super::estimators::{Estimator, MixedNodes};
 use super::grid::Grid;
 use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
-use super::recursive::Information;
+use super::recursive::LeastSquaresIntegrals;
 use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check};
 use super::score::{Score, Squares, squares};
-use super::summary::{Estimate, ObserverSummary, Outcome, Sample, Summary};
+use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::plant::ContinuousPlant;
 
 /// A plant, a scenario and observers that fit each other.
@@ -85,7 +85,7 @@ impl Cascade {
         let steps = lengths
             .map(|h| (h, self.system.propagator(h / 2.0)))
             .collect();
-        let estimates = self.specs.iter().map(|spec| Estimate {
+        let estimates = self.specs.iter().map(|spec| ObserverEstimate {
             x: vec![0.0; n],
             theta: match spec {
                 ObserverSpec::Luenberger { .. } => vec![],
@@ -102,7 +102,7 @@ impl Cascade {
             t: 0.0,
             linear: self.system.initial(),
             estimators: Estimator::all(&self.specs, n),
-            information: Information::new(n),
+            information: LeastSquaresIntegrals::new(n),
             mixing: Mixing::new(n),
             estimates: estimates.collect(),
             scores: vec![],
@@ -188,9 +188,9 @@ pub struct Run<'a> {
     t: f64,
     linear: LinearState,
     estimators: Vec<Estimator>,
-    information: Information,
+    information: LeastSquaresIntegrals,
     mixing: Mixing,
-    estimates: Vec<Estimate>,
+    estimates: Vec<ObserverEstimate>,
     /// One for each estimate.
     scores: Vec<Score>,
     outcomes: Vec<Outcome>,
@@ -274,7 +274,7 @@ impl Run<'_> {
         }
     }
 
-    fn squares(&self, estimate: &Estimate) -> Squares {
+    fn squares(&self, estimate: &ObserverEstimate) -> Squares {
         let x = self.linear.x(self.cascade.n);
         squares(x, &estimate.x, &self.cascade.theta, &estimate.theta)
     }

@@ -43,4 +43,4 @@ pub use mixing::{Mixer, determinant};
 pub use scalar::ScalarEstimator;
 pub use scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, SettingError};
 pub use score::{Accuracy, BAND};
-pub use summary::{Estimate, Excitation, ObserverSummary, Outcome, Sample, Summary};
+pub use summary::{Excitation, ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};

@@ -4,7 +4,7 @@ use super::score::Accuracy;
 
 /// An observer's estimate at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Estimate {
+pub struct ObserverEstimate {
     /// xhat, of length n.
     pub x: Vec<f64>,
     /// theta_hat, of length n; empty for the full-order observer.
@@ -19,7 +19,7 @@ pub struct Sample<'a> {
     /// x, of length n.
     pub x: &'a [f64],
     /// One for each observer, in their order.
-    pub estimates: &'a [Estimate],
+    pub estimates: &'a [ObserverEstimate],
     /// mbar of Eq. (10), of length n.
     pub mbar: &'a [f64],
     /// Delta of Eq. (10).

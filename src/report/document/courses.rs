@@ -2,7 +2,7 @@
 //! et al.
 
 use super::figures::Drawn;
-use crate::report::plot::{Axis, Course, Plot, Point, Series, Sharing, Style, small_multiples};
+use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::study::{CellSummary, OutputTrace, Summary, Traces};
 
 /// Errors of the state are drawn up to so many times their largest value past this share of the time.
@@ -83,8 +83,8 @@ fn series<'a>(
 fn of_theta(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
     let mut plot = Plot::new(
         "",
-        Axis::linear("t, s"),
-        Axis::linear(format!("theta_hat_{}", i + 1)),
+        PlotAxis::linear("t, s"),
+        PlotAxis::linear(format!("theta_hat_{}", i + 1)),
     );
     plot.series = series(cell, traces, |of| of.theta_hat.get(i).cloned());
     plot.reference("true theta_i", Course::Horizontal(traces.theta[i]))
@@ -101,11 +101,11 @@ fn of_state(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
     let largest = traces.outputs.iter().filter_map(error);
     let largest = largest.flat_map(|errors| errors.into_iter().skip(late));
     let largest = ROOM * largest.fold(0.0, |most: f64, error| most.max(error.abs()));
-    let mut y = Axis::linear(format!("x_{0} - xhat_{0}", i + 1));
+    let mut y = PlotAxis::linear(format!("x_{0} - xhat_{0}", i + 1));
     if largest > 0.0 {
         y = y.range(-largest, largest);
     }
-    let mut plot = Plot::new("", Axis::linear("t, s"), y);
+    let mut plot = Plot::new("", PlotAxis::linear("t, s"), y);
     plot.series = series(cell, traces, error);
     plot
 }

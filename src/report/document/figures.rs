@@ -3,7 +3,7 @@
 use super::layout::{Layout, panel_title, sheet, x_of};
 use super::{lead_figures, lead_outputs};
 use crate::metric::{Quantile, Statistics, Z};
-use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
+use crate::report::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::report::results::Study;
 use crate::study::file::Key;
 use crate::study::{Better, CellSummary, Measure, measure};
@@ -30,19 +30,19 @@ const FIGURES: usize = 6;
 pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     let lead = lead_figures(study);
     let first = lead.first().copied();
-    let map = super::map::map(study);
+    let map = super::bound_grid::bound_grid(study);
     let all = [
         map.clone(),
         first.and_then(|measure| medians(study, measure)),
-        super::traces::passes(study),
-        super::traces::lost(study),
-        super::traces::times(study),
+        super::passes::passes(study),
+        super::passes::lost(study),
+        super::method_times::times(study),
         map.is_none()
-            .then(|| super::traces::shares(study))
+            .then(|| super::bound_shares::shares(study))
             .flatten(),
         first.and_then(|measure| ratios(study, measure)),
-        super::traces::coefficients(study),
-        super::traces::curves(study),
+        super::coefficient_bias::coefficients(study),
+        super::state_error::curves(study),
     ];
     let rest = lead
         .iter()
@@ -66,12 +66,12 @@ pub(super) fn quantile_note(study: &Study) -> String {
 }
 
 /// The y axis of a measure.
-pub(super) fn y_axis(measure: Measure) -> Axis {
+pub(super) fn y_axis(measure: Measure) -> PlotAxis {
     let label = measure.axis_label();
     match measure.scale() {
-        measure::Scale::Log => Axis::log(label),
-        measure::Scale::Linear => Axis::linear(label),
-        measure::Scale::Percent => Axis::linear(label).range(-20.0, 100.0),
+        measure::Scale::Log => PlotAxis::log(label),
+        measure::Scale::Linear => PlotAxis::linear(label),
+        measure::Scale::Percent => PlotAxis::linear(label).range(-20.0, 100.0),
     }
 }
 
@@ -265,7 +265,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
     let told = |cell: &CellSummary, label: &str| told(study, cell, label);
     let draw = |panel: &super::layout::Choice| {
         let mut cells = layout.along(study, panel);
-        let axis = Axis::log(format!("median ratio of {name}"));
+        let axis = PlotAxis::log(format!("median ratio of {name}"));
         let mut plot = Plot::new(panel_title(panel, &cells), layout.axis(study), axis);
         cells.retain(|cell| pairs.iter().any(|(a, b)| told(cell, a) && told(cell, b)));
         for (first, second) in &pairs {

@@ -1,7 +1,7 @@
 //! Which setting is an axis, which make panels, which are held.
 
 use super::extremes::{crowded, extremes};
-use crate::report::plot::{Axis, Course, Plot, Scale, Sharing, Style, small_multiples};
+use crate::report::plot::{Course, Plot, PlotAxis, Scale, Sharing, Style, small_multiples};
 use crate::report::results::{Study, axis_label, place, value_name, words};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Measure};
@@ -109,19 +109,19 @@ impl Layout {
     }
 
     /// The x axis.
-    pub(super) fn axis(&self, study: &Study) -> Axis {
+    pub(super) fn axis(&self, study: &Study) -> PlotAxis {
         let Some(key) = self.x else {
-            return Axis::categories("", &["all trials"]);
+            return PlotAxis::categories("", &["all trials"]);
         };
         let label = axis_label(key);
         if self.has_names {
             let names = study.values(key).iter();
             let names = names.map(|value| value_name(key, value));
-            Axis::categories(label, &names.collect::<Vec<_>>())
+            PlotAxis::categories(label, &names.collect::<Vec<_>>())
         } else if study.numbers(key).is_some_and(is_wide) {
-            Axis::log(label)
+            PlotAxis::log(label)
         } else {
-            Axis::linear(label)
+            PlotAxis::linear(label)
         }
     }
 

@@ -1,16 +1,20 @@
 //! The report as a page with figures and tables beside it.
 
 mod answer;
+mod bound_grid;
+mod bound_shares;
+mod coefficient_bias;
 mod courses;
 mod extremes;
 mod figures;
 mod judged;
 mod layout;
-mod map;
+mod method_times;
+mod passes;
+mod state_error;
 mod tables;
 #[cfg(test)]
 pub(super) mod tests;
-mod traces;
 
 use super::html::{Page, Section};
 use super::results::Study;

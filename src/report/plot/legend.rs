@@ -159,12 +159,12 @@ impl<'a> Legend<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::plot::{Axis, Series};
+    use crate::report::plot::{PlotAxis, Series};
 
     #[test]
     fn a_label_looks_the_same_in_every_panel_and_no_two_alike() {
         let plot = |labels: &[(&str, Option<usize>)]| {
-            let mut plot = Plot::new("", Axis::linear(""), Axis::linear(""));
+            let mut plot = Plot::new("", PlotAxis::linear(""), PlotAxis::linear(""));
             plot.series = labels
                 .iter()
                 .map(|(label, slot)| Series {

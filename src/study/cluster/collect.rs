@@ -18,7 +18,7 @@ pub(super) const RUN: &str = "run.json";
 
 /// A folder with blocks.
 #[derive(Clone, Debug)]
-pub(super) struct Source {
+pub(super) struct RunFolder {
     pub(super) path: PathBuf,
     /// Who wrote them, where that is known.
     pub(super) run: Option<Run>,
@@ -34,7 +34,7 @@ pub(super) struct Found {
 /// Block files of one design, by cell, in folders and those within them.
 #[derive(Debug, Default)]
 pub struct Collection {
-    pub(super) sources: Vec<Source>,
+    pub(super) sources: Vec<RunFolder>,
     pub(super) cells: Vec<Vec<Found>>,
     /// What was not taken and why, a line each.
     pub refused: Vec<String>,
@@ -108,7 +108,7 @@ impl Collection {
         if of_design.is_none() {
             self.unknown.push(source);
         }
-        self.sources.push(Source {
+        self.sources.push(RunFolder {
             path: folder.to_owned(),
             run,
         });

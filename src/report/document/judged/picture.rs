@@ -5,7 +5,7 @@ use crate::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compar
 use crate::metric::Z;
 use crate::report::document::figures::Drawn;
 use crate::report::document::layout::{Choice, Layout, panel_title, sheet};
-use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
+use crate::report::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::report::results::Study;
 use crate::study::CellSummary;
 use crate::study::file::Key;
@@ -130,17 +130,17 @@ impl<'a> Picture<'a> {
         high < 2.0 * low
     }
 
-    fn axis(&self) -> Axis {
+    fn axis(&self) -> PlotAxis {
         let what = heading(self.test.what.trim_start_matches("the "));
         if self.log {
-            return Axis::log(what);
+            return PlotAxis::log(what);
         }
         let percent = if self.test.scale == Compared::Share {
             ", %"
         } else {
             ""
         };
-        let axis = Axis::linear(format!("{what}{percent}"));
+        let axis = PlotAxis::linear(format!("{what}{percent}"));
         let (low, high) = self.ends();
         if self.test.scale == Compared::Ratio && self.is_narrow() {
             let room = 0.06 * (high - low).max(1e-3 * high);
@@ -226,7 +226,7 @@ impl<'a> Picture<'a> {
             }
         };
         let names: Vec<String> = self.marks.iter().map(name).collect();
-        let plot = Plot::new("", self.axis(), Axis::categories("", &names));
+        let plot = Plot::new("", self.axis(), PlotAxis::categories("", &names));
         self.series(plot, &self.marks, |i, mark| {
             let [low, high] = mark.interval;
             Point::interval(mark.value, i as f64, low, high)
@@ -311,7 +311,7 @@ impl<'a> Picture<'a> {
         }
         let plot = Plot::new(
             "",
-            Axis::linear("cells, by the size of their numbers"),
+            PlotAxis::linear("cells, by the size of their numbers"),
             self.axis(),
         );
         let plot = self.series(plot, &marks, |i, mark| {

@@ -13,7 +13,7 @@ const MOST_CELLS: usize = 1000;
 
 /// The map of a study whose cells have two bounds of one figure, the narrower one first: in per cent of the trials of the
 /// last output, those within the first, those within the second only, the rest.
-pub(super) fn map(study: &Study) -> Option<Drawn> {
+pub(super) fn bound_grid(study: &Study) -> Option<Drawn> {
     let output = study.labels().last()?;
     let [narrow, wide] = study.file.bounds.as_slice() else {
         return None;

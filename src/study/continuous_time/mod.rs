@@ -1,11 +1,11 @@
 //! Studies in continuous time: cells, their trials, the first trial's course.
 
 mod build;
-mod trace;
+mod first_trial;
 mod trial;
 
 pub(super) use build::{CONTINUOUS_PLANTS, SIGNALS, continuous_cell};
-pub use trace::{OutputTrace, Traces};
+pub use first_trial::{OutputTrace, Traces};
 pub use trial::ContinuousTrial;
 
 use crate::observer::gpebo::{GpeboOptions, ObserverSpec, Scenario};

@@ -1,6 +1,6 @@
 //! One trial in continuous time: draw the disturbance, run every observer, measure.
 
-use super::trace::append;
+use super::first_trial::append;
 use super::{ContinuousCell, Traces};
 use crate::estimator::{Failure, FailureKind, Stage};
 use crate::observer::gpebo::{
