@@ -36,7 +36,7 @@ fn main() -> Result<()> {
     trials.rows.reserve(count as usize);
     worker.run_into(0..count, &mut trials);
     if reproduce {
-        black_box(CellTally::of(&experiment, cell, &mut trials));
+        black_box(CellTally::from_trials(&experiment, cell, &mut trials));
     }
     println!("{} rows, {} fallbacks", trials.rows.len(), trials.fallbacks);
     Ok(())

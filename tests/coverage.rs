@@ -125,7 +125,7 @@ fn exponential(a: f64, b: f64) -> f64 {
 /// 1 + 2 z.
 fn normal(trials: usize) -> Vec<Row> {
     repeat("normal(1, 2)", trials, 1, |z| {
-        let found = Sample::of(z.iter().map(|z| 1.0 + 2.0 * z)).statistics(Worse::Larger);
+        let found = Sample::from_values(z.iter().map(|z| 1.0 + 2.0 * z)).statistics(Worse::Larger);
         vec![
             of("mean", found.mean, 1.0),
             of("sd", found.sd, 2.0),
@@ -149,7 +149,7 @@ fn exponential_law(trials: usize) -> Vec<Row> {
             .0
             .iter()
             .map(|[a, b]| exponential(*a, *b));
-        let found = Sample::of(x).statistics(Worse::Larger);
+        let found = Sample::from_values(x).statistics(Worse::Larger);
         vec![
             of("mean", found.mean, 1.0),
             of("trimmed mean", found.trimmed, trimmed),
@@ -215,7 +215,7 @@ fn differences(trials: usize) -> Vec<Row> {
             let [s, a, b] = [0, 2, 4].map(|i| exponential(z[i], z[i + 1]));
             (Some(0.3 + s + a), Some(s + b))
         });
-        let found = Paired::of(pairs).statistics(Worse::Larger);
+        let found = Paired::from_pairs(pairs).statistics(Worse::Larger);
         let share = found.share_smaller;
         let p = 0.5 * (-0.3_f64).exp();
         vec![
@@ -238,7 +238,7 @@ fn ratios(trials: usize) -> Vec<Row> {
             let [s, a, b] = [0, 2, 4].map(|i| exponential(z[i], z[i + 1]));
             (Some(1.2 * (s + a)), Some(s + b))
         });
-        let found = Paired::of(pairs).statistics(Worse::Larger);
+        let found = Paired::from_pairs(pairs).statistics(Worse::Larger);
         vec![
             at("median ratio", found.median_ratio, 1.2),
             of("rmse ratio", found.rmse_ratio, 1.2),
@@ -270,7 +270,7 @@ fn slopes(trials: usize) -> Vec<Row> {
         let cell = |i: usize| -> Vec<Sample> {
             let group = |g: usize| {
                 let own = trials[g..].iter().step_by(JACKKNIFE_GROUPS);
-                Sample::of(own.map(|z| (z[0] + 0.5 * z[i + 1]).abs() / X[i].sqrt()))
+                Sample::from_values(own.map(|z| (z[0] + 0.5 * z[i + 1]).abs() / X[i].sqrt()))
             };
             (0..JACKKNIFE_GROUPS).map(group).collect()
         };
@@ -321,7 +321,7 @@ fn heavy(trials: usize) -> Vec<Row> {
             let square: f64 = z[1..].iter().map(|z| z * z).sum();
             z[0] / (square / 4.0).sqrt()
         });
-        let found = Sample::of(x).statistics(Worse::Larger);
+        let found = Sample::from_values(x).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
             ("rmse", rmse, 2.0_f64.sqrt(), Expected::Exactly(student.0)),
@@ -331,7 +331,7 @@ fn heavy(trials: usize) -> Vec<Row> {
         ]
     });
     rows.extend(repeat("lognormal(1.5)", trials, 1, |z| {
-        let found = Sample::of(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
+        let found = Sample::from_values(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
             (
@@ -352,18 +352,18 @@ fn fewest() -> Vec<Row> {
     /// Name, trials, numbers for each, interval, truth.
     type Statistic = (&'static str, usize, usize, fn(&[f64]) -> (f64, f64), f64);
     fn of(z: &[f64]) -> Statistics {
-        Sample::of(z.iter().copied()).statistics(Worse::Larger)
+        Sample::from_values(z.iter().copied()).statistics(Worse::Larger)
     }
     fn pairs(z: &[f64]) -> Estimate {
         let (first, second) = z.split_at(z.len() / 2);
         let pairs = first.iter().zip(second);
-        Paired::of(pairs.map(|(x, y)| (Some(*x), Some(0.6 * x + 0.8 * y)))).rmse_ratio()
+        Paired::from_pairs(pairs.map(|(x, y)| (Some(*x), Some(0.6 * x + 0.8 * y)))).rmse_ratio()
     }
     fn slope_of(z: &[f64], statistic: SlopeOf) -> (f64, f64) {
         let (first, second) = z.split_at(z.len() / 2);
         let cells = [first, second].map(|z| -> Vec<Sample> {
             let group = |g: usize| z[g..].iter().step_by(JACKKNIFE_GROUPS);
-            let group = |g| Sample::of(group(g).map(|z| libm::exp(0.5 * z)));
+            let group = |g| Sample::from_values(group(g).map(|z| libm::exp(0.5 * z)));
             (0..JACKKNIFE_GROUPS).map(group).collect()
         });
         slope(&[1.0, 2.0], &cells, statistic).unwrap().interval()

@@ -28,12 +28,12 @@ pub(super) struct Evidence {
 
 impl Evidence {
     /// Of all tests of a claim.
-    pub(super) fn of(results: Results<'_>, tests: &[ClaimTest], cells: &Members) -> Self {
+    pub(super) fn new(results: Results<'_>, tests: &[ClaimTest], cells: &Members) -> Self {
         let mut evidence = Self::default();
         for (test, of) in tests.iter().enumerate() {
             match results.numbers(of, cells) {
                 Ok(numbers) => {
-                    let range = Range::of(of);
+                    let range = Range::for_test(of);
                     let part = |number| Part {
                         test,
                         number,
@@ -116,10 +116,10 @@ impl Part {
 impl Range {
     /// The numbers that pass a test. No share is beyond 0 or 1, so a range that reaches there has no
     /// limit there.
-    fn of(test: &ClaimTest) -> Self {
+    fn for_test(test: &ClaimTest) -> Self {
         let [low, high] = test.limit.ends();
         let open = matches!(test.limit, Limit::Below(_) | Limit::Above(_));
-        let reaches = Scale::of(test) == Scale::Share && !open;
+        let reaches = Scale::for_test(test) == Scale::Share && !open;
         Self {
             low: if reaches && low <= 0.0 {
                 f64::NEG_INFINITY

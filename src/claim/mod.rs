@@ -156,7 +156,7 @@ pub fn judge_at(
     summary: &Summary,
     times: &[MethodTime],
 ) -> Judged {
-    let given = claim.given.as_ref().map(ClaimTest::of).transpose();
+    let given = claim.given.as_ref().map(ClaimTest::from_table).transpose();
     match (claim.cases(), given) {
         (Ok(cases), Ok(given)) => {
             let results = Results { summary, times };
@@ -198,12 +198,12 @@ fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
 }
 
 impl JudgedTest {
-    fn of(test: &ClaimTest) -> Self {
+    fn new(test: &ClaimTest) -> Self {
         Self {
             what: sentence::noun(test, None),
             must: sentence::must(test),
             limits: test.limit.ends(),
-            scale: Scale::of(test),
+            scale: Scale::for_test(test),
         }
     }
 }
@@ -238,11 +238,11 @@ impl<'a> Judge<'a> {
         unit: Unit,
         among: usize,
     ) -> Found<'a> {
-        let evidence = Evidence::of(results, tests, &unit.members);
+        let evidence = Evidence::new(results, tests, &unit.members);
         let mut says = evidence.says();
         let mut judged = true;
         if let Some(given) = self.given {
-            let given = Evidence::of(results, std::slice::from_ref(given), &unit.members).says();
+            let given = Evidence::new(results, std::slice::from_ref(given), &unit.members).says();
             // Of so many cells some would be judged by chance (Bonferroni).
             judged = given.pass <= self.level / among as f64;
             says = Says {
@@ -334,7 +334,7 @@ impl<'a> Judge<'a> {
         let mut tests = self.cases.iter().flatten().chain(self.given);
         judged.timed = tests.any(ClaimTest::is_timed);
         let tests = 0..self.claim.test.len();
-        judged.tests = tests.map(|test| JudgedTest::of(&told.any(test))).collect();
+        judged.tests = tests.map(|test| JudgedTest::new(&told.any(test))).collect();
         judged.cells = self.cells(&found, &passing, &failing);
         judged
     }

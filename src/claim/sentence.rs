@@ -154,7 +154,7 @@ impl Told<'_> {
 
     /// "the median e_a of iv(4)" of the cell's decisive number, with the number itself and what it
     /// must be.
-    fn of(&self, cell: usize) -> Option<(String, String, String)> {
+    fn words(&self, cell: usize) -> Option<(String, String, String)> {
         let unit = &self.units[cell];
         let part = unit.evidence.decisive()?;
         let test = &unit.tests[part.test];
@@ -192,7 +192,7 @@ impl Told<'_> {
     }
 
     fn of_one(&self) -> String {
-        let Some((noun, value, must)) = self.of(0) else {
+        let Some((noun, value, must)) = self.words(0) else {
             return ".".to_owned();
         };
         let not = if self.verdict == Verdict::Holds {
@@ -206,7 +206,7 @@ impl Told<'_> {
     fn holding(&self) -> String {
         let m = self.units.len();
         let number = |cell: Option<usize>, word: &str| {
-            let told = cell.and_then(|cell| Some((self.of(cell)?, self.at(cell))));
+            let told = cell.and_then(|cell| Some((self.words(cell)?, self.at(cell))));
             let several = self.cases.len() > 1 || self.cases[0].len() > 1;
             told.map_or_else(String::new, |((noun, value, must), at)| {
                 let place = if at.is_empty() {
@@ -245,7 +245,7 @@ impl Told<'_> {
     fn failing(&self) -> String {
         let m = self.units.len();
         let told = |cell: Option<usize>| {
-            let (noun, value, must) = self.of(cell?)?;
+            let (noun, value, must) = self.words(cell?)?;
             Some(format!("{noun} is {value}{}, not {must}", self.at(cell?)))
         };
         match self.holds {
@@ -313,7 +313,7 @@ impl Told<'_> {
         let is_silent = |unit: &&ToldUnit| !unit.evidence.missing.is_empty();
         let silent = self.units.iter().filter(is_silent).count();
         let open = m - self.passing.len() - self.failing.len();
-        let open = match self.of(0).filter(|_| m == 1) {
+        let open = match self.words(0).filter(|_| m == 1) {
             Some((noun, value, must)) => format!("{noun} is {value}, not certainly {must} or not"),
             None if m == 1 => "nothing is known of the cell".to_owned(),
             None if open == 1 => format!("1 of {m} {} leaves it open", self.cells()),
@@ -399,7 +399,7 @@ pub enum Scale {
 }
 
 impl Scale {
-    pub(super) fn of(test: &ClaimTest) -> Self {
+    pub(super) fn for_test(test: &ClaimTest) -> Self {
         match test.kind {
             TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. } => Self::Share,
             TestKind::Slope(_)
@@ -414,7 +414,7 @@ impl Scale {
 
 /// Whether a test's numbers are shares of trials, told in per cent.
 fn is_share(test: &ClaimTest) -> bool {
-    Scale::of(test) == Scale::Share
+    Scale::for_test(test) == Scale::Share
 }
 
 /// The number with its error.

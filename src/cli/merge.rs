@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let out = out.unwrap_or_else(|| Path::new("results").join(cluster::name_of(path)));
     mark_added(&mut experiment.file, &out);
     let folders = folders(path, &arguments.folders);
-    let found = Collection::of(&folders, &experiment).map_err(|e| refused(e.into()))?;
+    let found = Collection::from_folders(&folders, &experiment).map_err(|e| refused(e.into()))?;
     let stop = progress::stop_flag()?;
     let options = MergeOptions {
         threads: threads(arguments.threads),

@@ -154,7 +154,7 @@ fn wanted(
     if from == folders(path, &[]) {
         from.retain(|folder| is_there(folder));
     }
-    let mut found = Collection::of(&from, experiment).map_err(|e| refused(e.into()))?;
+    let mut found = Collection::from_folders(&from, experiment).map_err(|e| refused(e.into()))?;
     found.verify(experiment).map_err(|e| refused(e.into()))?;
     for line in found.refused.iter().take(cluster::LINES) {
         note(line);

@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         // Before the first shard there is no folder.
         folders.retain(|folder| crate::files::is_there(folder));
     }
-    let mut found = Collection::of(&folders, &experiment).map_err(|e| refused(e.into()))?;
+    let mut found = Collection::from_folders(&folders, &experiment).map_err(|e| refused(e.into()))?;
     if arguments.verify {
         found.verify(&experiment).map_err(|e| refused(e.into()))?;
     } else {
@@ -38,7 +38,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     for line in found.refused.iter().take(cluster::LINES) {
         note(line);
     }
-    let status = Status::of(&plan, &found);
+    let status = Status::new(&plan, &found);
     let mut text = table("shard", 1, &status.shards);
     text += &table("cell", 0, &status.cells);
     if !arguments.verify {

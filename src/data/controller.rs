@@ -102,7 +102,7 @@ pub(super) struct Kept(Option<(Arc<Factory>, Box<dyn Controller>)>);
 
 impl Kept {
     /// The law's controller, reset; made anew where the one kept is of another law.
-    pub(super) fn of(&mut self, law: &ControlLaw) -> &mut dyn Controller {
+    pub(super) fn for_law(&mut self, law: &ControlLaw) -> &mut dyn Controller {
         if !matches!(&self.0, Some((factory, _)) if Arc::ptr_eq(factory, &law.factory)) {
             self.0 = None;
         }

@@ -164,7 +164,7 @@ pub(super) fn run_controlled(
         controller,
         ..
     } = to;
-    let controller = controller.of(law);
+    let controller = controller.for_law(law);
     let mut outcome = Ok(());
     drive(plant.a(), plant.b(), x, r.len(), |k, x| {
         y0[k] = x[0];

@@ -26,7 +26,7 @@ struct Inverses<R, const N: usize> {
 impl<R: Real, const N: usize> Inverses<R, N> {
     /// By `invert`, which puts the inverse in a matrix's place.
     #[inline(always)]
-    fn of<E>(
+    fn new<E>(
         of: &PackedInformation<R, N>,
         mut invert: impl FnMut(usize, &mut Square<R, N>) -> Result<(), E>,
     ) -> Result<Self, E> {
@@ -263,7 +263,7 @@ pub(super) fn condition<R: Real, const N: usize>(of: &PackedInformation<R, N>) -
     R::run(
         #[inline(always)]
         || {
-            let Ok(by) = Inverses::of(
+            let Ok(by) = Inverses::new(
                 of,
                 #[inline(always)]
                 |n, a| {
@@ -314,7 +314,7 @@ fn solve_pivoted<const N: usize>(of: &PackedInformation<f64, N>) -> Single<N> {
     if singular {
         return unknown(FailureKind::Singular);
     }
-    match Inverses::of(of, invert_pivoted) {
+    match Inverses::new(of, invert_pivoted) {
         Ok(by) => {
             let condition = condition_by(of, &by);
             let p = parameters(of, &by);

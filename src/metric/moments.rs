@@ -31,7 +31,7 @@ pub struct Sample {
 
 impl Sample {
     /// Gathers the measure of some trials. NaN is no measure: it is counted and left out.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sample = Self::default();
         let mut defined = Vec::new();
         for x in values {
@@ -56,7 +56,7 @@ impl Sample {
                 }
             },
         );
-        sample.sketch = Sketch::of(defined);
+        sample.sketch = Sketch::from_values(defined);
         sample
     }
 
@@ -463,7 +463,7 @@ mod tests {
     fn consecutive_integers() {
         let count = 1000;
         let m = f64::from(count);
-        let found = Sample::of((1..=count).map(f64::from)).statistics(Worse::Larger);
+        let found = Sample::from_values((1..=count).map(f64::from)).statistics(Worse::Larger);
         let eps = 8.0 * f64::EPSILON;
         assert_eq!(found.mean.value, 500.5);
         let variance = m * (m + 1.0) / 12.0;
@@ -495,9 +495,9 @@ mod tests {
     /// is exact for these x, so both must be those without the offset.
     #[test]
     fn offsets_do_not_cancel() {
-        let plain = Sample::of((0..500).map(|i| f64::from((i * i) % 97)));
+        let plain = Sample::from_values((0..500).map(|i| f64::from((i * i) % 97)));
         for offset in [2.0_f64.powi(20), 2.0_f64.powi(40)] {
-            let moved = Sample::of((0..500).map(|i| f64::from((i * i) % 97) + offset));
+            let moved = Sample::from_values((0..500).map(|i| f64::from((i * i) % 97) + offset));
             let (a, b) = (plain.sd(), moved.sd());
             near(b.value, a.value, 1e-15);
             near(moved.mean().mcse, plain.mean().mcse, 1e-15);
@@ -508,7 +508,7 @@ mod tests {
                 near(b.mcse, a.mcse, condition.max(1e-14));
             }
         }
-        let constant = Sample::of([0.1; 50]).statistics(Worse::Larger);
+        let constant = Sample::from_values([0.1; 50]).statistics(Worse::Larger);
         assert_eq!((constant.sd.value, constant.sd.mcse), (0.0, 0.0));
         assert_eq!((constant.mean.value, constant.mean.mcse), (0.1, 0.0));
         assert_eq!(constant.q50.value, 0.1);
@@ -528,17 +528,17 @@ mod tests {
         // mean, sd, its error, mean square, its error, median, its error
         let laws = [
             (
-                Sample::of(uniform),
+                Sample::from_values(uniform),
                 [0.5, (1.0_f64 / 12.0).sqrt(), 1.0 / 3.0, 0.5],
                 [1.0 / 80.0, 1.0 / 5.0 - 1.0 / 9.0, 0.5],
             ),
             (
-                Sample::of(z[..count as usize].iter().copied()),
+                Sample::from_values(z[..count as usize].iter().copied()),
                 [0.0, 1.0, 1.0, 0.0],
                 [3.0, 2.0, (0.5 * std::f64::consts::PI).sqrt()],
             ),
             (
-                Sample::of(exponential.iter().copied()),
+                Sample::from_values(exponential.iter().copied()),
                 [1.0, 1.0, 2.0, std::f64::consts::LN_2],
                 [9.0, 20.0, 1.0],
             ),
@@ -570,7 +570,7 @@ mod tests {
     #[test]
     fn quantiles_are_over_all_trials_with_lost_ones_at_the_worse_end() {
         let values = (0..101).map(|i| if i <= 60 { f64::from(i) } else { f64::NAN });
-        let sample = Sample::of(values);
+        let sample = Sample::from_values(values);
         let found = sample.statistics(Worse::Larger);
         assert!((found.q50.value - 50.0).abs() < 0.03, "{found:?}");
         assert!((found.q25.value - 25.0).abs() < 0.02);
@@ -590,7 +590,7 @@ mod tests {
         let read: Statistics = serde_json::from_str(&text).unwrap();
         assert!(read.are_of(101) && read.q75.lost);
         assert!(
-            Sample::of([1.0, 2.0])
+            Sample::from_values([1.0, 2.0])
                 .statistics(Worse::Larger)
                 .conditional
                 .is_none()
@@ -599,22 +599,22 @@ mod tests {
 
     #[test]
     fn powers_that_overflow_are_counted() {
-        let fourth = Sample::of([1e80, 1.0, -1.0].repeat(20)).statistics(Worse::Larger);
+        let fourth = Sample::from_values([1e80, 1.0, -1.0].repeat(20)).statistics(Worse::Larger);
         assert_eq!(fourth.overflowed, 20);
         assert!(fourth.mean.mcse.is_finite() && fourth.rmse.value.is_finite());
         assert!(fourth.sd.value.is_finite() && fourth.sd.mcse.is_nan());
         assert!(fourth.mse.mcse.is_nan() && fourth.rmse.mcse.is_nan());
-        let square = Sample::of([1e200, 1.0, -1.0]).statistics(Worse::Larger);
+        let square = Sample::from_values([1e200, 1.0, -1.0]).statistics(Worse::Larger);
         assert!(square.mean.value.is_finite() && square.mean.mcse.is_nan());
         assert!(square.sd.value.is_nan() && square.mse.value.is_nan() && square.dominated);
         // Each power is in range, their sum is not.
-        let sum = Sample::of([1e77, -1e77, 9e76].repeat(50)).statistics(Worse::Larger);
+        let sum = Sample::from_values([1e77, -1e77, 9e76].repeat(50)).statistics(Worse::Larger);
         assert!(sum.overflowed == 0 && sum.mse.value.is_finite() && sum.sd.value.is_finite());
         assert!(sum.mse.mcse.is_nan() && sum.rmse.mcse.is_nan() && sum.sd.mcse.is_nan());
-        let infinite = Sample::of([f64::INFINITY, 1.0, 2.0]).statistics(Worse::Larger);
+        let infinite = Sample::from_values([f64::INFINITY, 1.0, 2.0]).statistics(Worse::Larger);
         assert!(infinite.mean.value.is_nan() && infinite.max == f64::INFINITY);
         assert!(infinite.overflowed == 1 && infinite.q05.value.is_finite());
-        let undefined = Sample::of([f64::NAN, 1.0]).statistics(Worse::Larger);
+        let undefined = Sample::from_values([f64::NAN, 1.0]).statistics(Worse::Larger);
         assert_eq!((undefined.count, undefined.undefined), (1, 1));
         assert!(undefined.mean.value == 1.0 && undefined.mean.mcse.is_nan());
         let empty = Sample::default().statistics(Worse::Larger);
@@ -626,7 +626,7 @@ mod tests {
     fn errors_begin_with_enough_trials() {
         let z = normals(9, 100);
         let errors = |count: usize| {
-            let of = Sample::of(z[..count].iter().copied()).statistics(Worse::Larger);
+            let of = Sample::from_values(z[..count].iter().copied()).statistics(Worse::Larger);
             let moments = [of.mean, of.trimmed, of.sd, of.mse, of.rmse].map(|of| of.mcse);
             let quantiles = [of.q50, of.q25, of.q05].map(|of| of.mcse);
             [&moments[..], &quantiles[..]].concat()
@@ -642,7 +642,7 @@ mod tests {
 
     #[test]
     fn stored_statistics_must_obey_what_statistics_do() {
-        let whole = Sample::of(normals(2, 50)).statistics(Worse::Larger);
+        let whole = Sample::from_values(normals(2, 50)).statistics(Worse::Larger);
         assert!(whole.are_of(50) && !whole.are_of(51));
         assert!(Sample::default().statistics(Worse::Larger).are_of(0));
         let altered: [fn(&mut Statistics); 8] = [
@@ -664,20 +664,20 @@ mod tests {
 
     #[test]
     fn undefined_numbers_are_null_in_json_and_come_back() {
-        let found = Sample::of([f64::NAN, 1.0]).statistics(Worse::Larger);
+        let found = Sample::from_values([f64::NAN, 1.0]).statistics(Worse::Larger);
         let text = serde_json::to_string(&found).unwrap();
         assert!(text.contains(r#""mean":{"value":1.0,"mcse":null}"#));
         let read: Statistics = serde_json::from_str(&text).unwrap();
         assert_eq!(serde_json::to_string(&read).unwrap(), text);
         assert!(read.mean.mcse.is_nan());
-        let full = Sample::of(normals(1, 100)).statistics(Worse::Larger);
+        let full = Sample::from_values(normals(1, 100)).statistics(Worse::Larger);
         let text = serde_json::to_string(&full).unwrap();
         assert_eq!(serde_json::from_str::<Statistics>(&text).unwrap(), full);
     }
 
     #[test]
     fn stored_samples_must_obey_what_samples_do() {
-        let whole = Sample::of([1.0, -2.0, f64::NAN, 0.5]);
+        let whole = Sample::from_values([1.0, -2.0, f64::NAN, 0.5]);
         assert!(whole.is_of(4) && !whole.is_of(3) && Sample::default().is_of(0));
         let altered: [fn(&mut Sample); 10] = [
             |of| of.count = u64::MAX,
@@ -686,7 +686,7 @@ mod tests {
             |of| of.extremes = Some((1.0, -2.0)),
             |of| of.extremes = Some((-2.0, f64::NAN)),
             |of| of.extremes = Some((-2.0, 7.0)),
-            |of| of.sketch = Sketch::of([1.0, -2.0]),
+            |of| of.sketch = Sketch::from_values([1.0, -2.0]),
             |of| of.sum.add(10.0),
             |of| of.squares.add(-4.0),
             |of| of.fourths.add(1e9),
@@ -715,12 +715,12 @@ mod tests {
             cuts in (0..60_usize, 0..60_usize),
         ) {
             let (values, shuffled) = values;
-            let whole = Sample::of(values.iter().copied());
+            let whole = Sample::from_values(values.iter().copied());
             prop_assert!(whole.is_of(values.len() as u64));
             let (a, b) = (cuts.0.min(cuts.1).min(values.len()), cuts.0.max(cuts.1).min(values.len()));
-            let mut merged = Sample::of(shuffled[b..].iter().copied());
-            let mut rest = Sample::of(shuffled[..a].iter().copied());
-            rest.merge(&Sample::of(shuffled[a..b].iter().copied()));
+            let mut merged = Sample::from_values(shuffled[b..].iter().copied());
+            let mut rest = Sample::from_values(shuffled[..a].iter().copied());
+            rest.merge(&Sample::from_values(shuffled[a..b].iter().copied()));
             merged.merge(&rest);
             let bytes = postcard::to_stdvec(&whole).unwrap();
             prop_assert_eq!(&whole, &merged);

@@ -62,7 +62,7 @@ impl Powers {
 
 impl Paired {
     /// Gathers the measures (first, second) of some trials, None or NaN where a method has none.
-    pub fn of(pairs: impl IntoIterator<Item = (Option<f64>, Option<f64>)>) -> Self {
+    pub fn from_pairs(pairs: impl IntoIterator<Item = (Option<f64>, Option<f64>)>) -> Self {
         let mut paired = Self::default();
         let mut both = Vec::new();
         let defined = |x: Option<f64>| x.filter(|x| !x.is_nan());
@@ -87,10 +87,10 @@ impl Paired {
                 }
             },
         );
-        paired.difference = Sample::of(both.iter().map(|(x, y)| x - y));
+        paired.difference = Sample::from_values(both.iter().map(|(x, y)| x - y));
         let unequal = both.iter().filter(|(x, y)| x != y);
         let ratios = unequal.map(|(x, y)| x / y);
-        paired.ratio = Sketch::of(ratios.filter(|ratio| !ratio.is_nan()));
+        paired.ratio = Sketch::from_values(ratios.filter(|ratio| !ratio.is_nan()));
         paired
     }
 
@@ -359,7 +359,7 @@ mod tests {
         let spread: f64 = squares.iter().map(|s| (s.0 / x - s.1 / y).powi(2)).sum();
         let ratio = (x / y).sqrt();
         let expected = ratio / 2.0 * (spread / (m * (m - 1.0))).sqrt();
-        let found = Paired::of(pairs).rmse_ratio();
+        let found = Paired::from_pairs(pairs).rmse_ratio();
         assert!((found.value - ratio).abs() < 1e-13);
         assert!((found.mcse / expected - 1.0).abs() < 1e-12);
     }
@@ -369,7 +369,7 @@ mod tests {
     #[test]
     fn methods_that_hardly_differ() {
         let x = normals(2, 400);
-        let equal = Paired::of(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
+        let equal = Paired::from_pairs(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
         assert_eq!((equal.ties, equal.share_smaller.of), (400, 0));
         assert!(equal.share_smaller.share.is_nan());
         assert_eq!((equal.rmse_ratio.value, equal.rmse_ratio.mcse), (1.0, 0.0));
@@ -377,7 +377,7 @@ mod tests {
         let w = normals(3, 400);
         let near = x.iter().zip(&w).map(|(x, w)| (*x, x * (1.0 + 1e-9 * w)));
         let near: Vec<(f64, f64)> = near.collect();
-        let found = Paired::of(near.iter().map(|(x, y)| (Some(*x), Some(*y)))).rmse_ratio();
+        let found = Paired::from_pairs(near.iter().map(|(x, y)| (Some(*x), Some(*y)))).rmse_ratio();
         // d(x^2/X - y^2/Y) = -(2/X) (x (y - x) - x^2 mean(x (y - x))/X) to first order
         let mean = x.iter().map(|x| x * x).sum::<f64>() / 400.0;
         let shift = near.iter().map(|(x, y)| x * (y - x)).sum::<f64>() / 400.0;
@@ -394,7 +394,7 @@ mod tests {
     fn the_ratio_of_rmses_has_an_error_from_enough_pairs() {
         let pairs = pairs(50);
         for count in 1..=pairs.len() {
-            let of = Paired::of(pairs[..count].iter().copied()).rmse_ratio();
+            let of = Paired::from_pairs(pairs[..count].iter().copied()).rmse_ratio();
             assert!(of.value > 0.0);
             assert_eq!((of.mcse > 0.0, of.mcse.is_nan()), (count >= 40, count < 40));
         }
@@ -411,7 +411,7 @@ mod tests {
         all.extend([some(2.0, 1.0); 20]);
         all.extend([(Some(1.0), None); 10]);
         all.extend([(None, Some(1.0)); 10]);
-        let pair = Paired::of(all);
+        let pair = Paired::from_pairs(all);
         let found = pair.statistics(Worse::Larger);
         assert_eq!(found.trials(), 101);
         assert_eq!(
@@ -443,7 +443,7 @@ mod tests {
             (Some(0.0), Some(0.0)),
             (Some(6.0), Some(3.0)),
         ];
-        let found = Paired::of(pairs).statistics(Worse::Larger);
+        let found = Paired::from_pairs(pairs).statistics(Worse::Larger);
         let counts = [
             found.both,
             found.only_first,
@@ -455,10 +455,10 @@ mod tests {
         // 1/2 and 2, a loss of either; two ties and one that both lost.
         assert_eq!((found.share_smaller.count, found.share_smaller.of), (2, 4));
         // 1/2 and 2.
-        assert_eq!(Paired::of(pairs).ratio().count(), 2);
+        assert_eq!(Paired::from_pairs(pairs).ratio().count(), 2);
         assert!((found.median_ratio.value - 1.0).abs() < 1e-3);
         assert_eq!(found.mean_difference.value, 0.5);
-        let large = Paired::of([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))])
+        let large = Paired::from_pairs([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))])
             .statistics(Worse::Larger);
         assert!(large.rmse_ratio.value.is_nan() && large.dominated);
         let none = Paired::default().statistics(Worse::Larger);
@@ -467,7 +467,7 @@ mod tests {
 
     #[test]
     fn stored_counts_must_add_up() {
-        let whole = Paired::of(pairs(30));
+        let whole = Paired::from_pairs(pairs(30));
         assert!(whole.is_of(30) && !whole.is_of(29) && Paired::default().is_of(0));
         let altered: [fn(&mut Paired); 7] = [
             |of| of.both += 1,
@@ -490,10 +490,10 @@ mod tests {
         let mut pairs = pairs(300);
         pairs[7].0 = None;
         pairs[8].1 = Some(1e90);
-        let whole = Paired::of(pairs.iter().copied());
+        let whole = Paired::from_pairs(pairs.iter().copied());
         let mut merged = Paired::default();
         for block in pairs.rchunks(37) {
-            merged.merge(&Paired::of(block.iter().rev().copied()));
+            merged.merge(&Paired::from_pairs(block.iter().rev().copied()));
         }
         assert_eq!(whole, merged);
         let bytes = postcard::to_stdvec(&whole).unwrap();

@@ -88,7 +88,7 @@ impl Sketch {
     ///
     /// # Panics
     /// In debug builds, if a value is NaN.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
         let bin = |x: f64| {
             debug_assert!(!x.is_nan());
             bin_of(x)
@@ -454,7 +454,7 @@ mod tests {
         assert_eq!(bin_of(-0.0), 0);
         assert_eq!(edges(bin_of(1.0)), (1.0, 1.0 + 2.0 * SKETCH_ERROR));
         assert_eq!(edges(bin_of(f64::MAX)).1, f64::MAX);
-        let sketch = Sketch::of(values);
+        let sketch = Sketch::from_values(values);
         assert_eq!(sketch.quantile(0.0).value, f64::NEG_INFINITY);
         assert_eq!(sketch.quantile(0.5).value, 0.0);
         assert_eq!(sketch.quantile(1.0).value, f64::INFINITY);
@@ -466,15 +466,15 @@ mod tests {
         let empty = Sketch::default();
         assert!(empty.quantile(0.5).value.is_nan() && empty.trimmed_mean(0.1).value.is_nan());
         assert_eq!((empty.count(), empty.share_below(1.0).of), (0, 0));
-        let one = Sketch::of([4.0]);
+        let one = Sketch::from_values([4.0]);
         let middle = 4.0 * (1.0 + SKETCH_ERROR);
         assert_eq!(one.quantile(0.3).value, middle);
         assert_eq!(one.trimmed_mean(0.4).value, middle);
         assert!(one.quantile(0.3).mcse.is_nan() && one.trimmed_mean(0.4).mcse.is_nan());
         // Of equal values nothing is known beyond the bin; zero is known exactly.
-        let alike = Sketch::of([4.0; 10]).quantile(0.5);
+        let alike = Sketch::from_values([4.0; 10]).quantile(0.5);
         assert!((alike.mcse - 4.0 * SKETCH_ERROR / Z).abs() < 1e-15);
-        let zero = Sketch::of([0.0; 10]).quantile(0.5);
+        let zero = Sketch::from_values([0.0; 10]).quantile(0.5);
         assert_eq!((zero.value, zero.mcse), (0.0, 0.0));
     }
 
@@ -483,7 +483,7 @@ mod tests {
     fn quantiles_agree_with_sorted_values() {
         for count in [1, 2, 3, 10, 400, 20_000] {
             let mut sorted = normals(count);
-            let sketch = Sketch::of(sorted.iter().copied());
+            let sketch = Sketch::from_values(sorted.iter().copied());
             sorted.sort_by(f64::total_cmp);
             for q in [0.0, 0.01, 0.05, 0.25, 0.5, 0.6, 0.95, 1.0] {
                 let (exact, found) = (quantile(&sorted, q), sketch.quantile(q));
@@ -505,7 +505,7 @@ mod tests {
     fn dense_values_are_resolved_by_rank() {
         let m = 1 << 20;
         let values = (0..m).map(|i| 1.0 + (f64::from(i) + 0.5) / f64::from(m));
-        let sketch = Sketch::of(values);
+        let sketch = Sketch::from_values(values);
         for q in [0.1, 0.5, 0.77777] {
             let found = sketch.quantile(q);
             assert!((found.value - (1.0 + q)).abs() < 1.0 / f64::from(m));
@@ -524,19 +524,19 @@ mod tests {
     #[test]
     fn trimmed_means_by_hand() {
         let values = [5.0, 0.0, 1.0, 2.0, 100.0, 3.0, 4.0, 6.0, 7.0, 8.0];
-        let found = Sketch::of(values).trimmed_mean(0.1);
+        let found = Sketch::from_values(values).trimmed_mean(0.1);
         assert!((found.value - 4.5).abs() <= 8.0 * SKETCH_ERROR);
         // Sum of squares about 4.5: 2 (3.5^2 + 3.5^2 + 2.5^2 + 1.5^2 + 0.5^2) = 66.5
         let expected = (66.5_f64 / 9.0).sqrt() / (0.8 * 10.0_f64.sqrt());
         assert!((found.mcse - expected).abs() <= expected * 4.0 * SKETCH_ERROR);
         // Nothing cut: the mean and its standard error.
-        let all = Sketch::of(values).trimmed_mean(0.05);
+        let all = Sketch::from_values(values).trimmed_mean(0.05);
         assert!((all.value - 13.6).abs() <= 100.0 * SKETCH_ERROR);
     }
 
     #[test]
     fn storage_is_compact_and_checked() {
-        let sketch = Sketch::of(normals(20_000));
+        let sketch = Sketch::from_values(normals(20_000));
         let bytes = postcard::to_stdvec(&sketch).unwrap();
         assert!(bytes.len() <= 3 * sketch.bins.len() + 16);
         assert_eq!(postcard::from_bytes::<Sketch>(&bytes).unwrap(), sketch);
@@ -578,9 +578,9 @@ mod tests {
         ) {
             let (values, shuffled) = values;
             let cut = cut.min(values.len());
-            let whole = Sketch::of(values.iter().copied());
-            let mut merged = Sketch::of(shuffled[cut..].iter().copied());
-            merged.merge(&Sketch::of(shuffled[..cut].iter().copied()));
+            let whole = Sketch::from_values(values.iter().copied());
+            let mut merged = Sketch::from_values(shuffled[cut..].iter().copied());
+            merged.merge(&Sketch::from_values(shuffled[..cut].iter().copied()));
             prop_assert_eq!(&whole, &merged);
             prop_assert_eq!(whole.count(), values.len() as u64);
             let bytes = postcard::to_stdvec(&whole).unwrap();

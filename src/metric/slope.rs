@@ -95,7 +95,7 @@ pub enum NoSlope {
 pub fn slope(x: &[f64], cells: &[Vec<Sample>], statistic: SlopeOf) -> Result<Slope, NoSlope> {
     let cells: Vec<Option<Jackknife>> = cells
         .iter()
-        .map(|groups| Jackknife::of(groups, statistic, Worse::Larger))
+        .map(|groups| Jackknife::from_groups(groups, statistic, Worse::Larger))
         .collect();
     slope_of_statistics(x, &cells)
 }
@@ -143,7 +143,7 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
 
 impl Jackknife {
     /// The statistics of a cell's groups; `None` where there are not [`JACKKNIFE_GROUPS`], each with a measure.
-    pub fn of(groups: &[Sample], statistic: SlopeOf, worse: Worse) -> Option<Self> {
+    pub fn from_groups(groups: &[Sample], statistic: SlopeOf, worse: Worse) -> Option<Self> {
         if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
             return None;
         }
@@ -208,7 +208,7 @@ mod tests {
     fn groups(values: &[f64]) -> Vec<Sample> {
         let group = |g: usize| values[g..].iter().step_by(JACKKNIFE_GROUPS).copied();
         (0..JACKKNIFE_GROUPS)
-            .map(|g| Sample::of(group(g)))
+            .map(|g| Sample::from_values(group(g)))
             .collect()
     }
 

@@ -16,7 +16,7 @@ struct Values {
 }
 
 impl Values {
-    fn of(summary: &Summary, key: Key) -> Self {
+    fn new(summary: &Summary, key: Key) -> Self {
         let mut places: HashMap<String, u32> = HashMap::new();
         let mut names = Vec::new();
         let mut of_cell: Vec<u32> = Vec::with_capacity(summary.cells.len());
@@ -90,8 +90,8 @@ pub(super) struct Index {
 
 impl Index {
     /// The index of a summary, whose cells have the outputs of the first one.
-    pub(super) fn of(summary: &Summary, continuous: bool) -> Self {
-        let values = Key::ALL.iter().map(|key| (*key, Values::of(summary, *key)));
+    pub(super) fn new(summary: &Summary, continuous: bool) -> Self {
+        let values = Key::ALL.iter().map(|key| (*key, Values::new(summary, *key)));
         let values: BTreeMap<Key, Values> = values.collect();
         let first = summary.cells.first();
         let labels: Vec<String> = first.map_or_else(Vec::new, |cell| {
@@ -149,9 +149,9 @@ mod tests {
     fn index(toml: &str) -> (Index, Summary) {
         let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
         let cells = (0..experiment.cells.len())
-            .map(|cell| CellSummary::of(&experiment, cell, &CellTally::default()));
-        let summary = Summary::of(&experiment, cells.collect(), &[], &[]);
-        (Index::of(&summary, false), summary)
+            .map(|cell| CellSummary::new(&experiment, cell, &CellTally::default()));
+        let summary = Summary::new(&experiment, cells.collect(), &[], &[]);
+        (Index::new(&summary, false), summary)
     }
 
     #[test]

@@ -140,10 +140,10 @@ impl Original {
             } else {
                 tally.merge(&own.tally);
             }
-            cells.push(CellSummary::of(&self.experiment, index, &tally));
-            slopes.push(SlopeStatistics::of(&self.experiment, &tally));
+            cells.push(CellSummary::new(&self.experiment, index, &tally));
+            slopes.push(SlopeStatistics::new(&self.experiment, &tally));
         }
-        let summary = Summary::of(&self.experiment, cells, &slopes, &[]);
+        let summary = Summary::new(&self.experiment, cells, &slopes, &[]);
         let summary = serde_json::to_value(summary).expect("a summary is JSON");
         let taken = self.take_results(&self.manifest, &summary);
         assert!(taken, "a summary of what was taken is refused");

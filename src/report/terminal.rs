@@ -32,7 +32,7 @@ pub fn overview(study: &Study) -> String {
     text.push_str("Medians with standard errors in units of the last digit:\n\n");
     let worst = wrap(&worst(study), WIDTH, "  ");
     // Beside the table there are two lines above it, and the last one.
-    let sheet = Sheet::of(study, LINES.saturating_sub(3 + worst.lines().count()));
+    let sheet = Sheet::new(study, LINES.saturating_sub(3 + worst.lines().count()));
     text.push_str(&sheet.text());
     text.push_str(&worst);
     let report = format!(
@@ -167,7 +167,7 @@ struct Names {
 
 impl Names {
     /// Names of which those of more than `most` characters get a short one instead.
-    fn of(heading: &str, whole: Vec<String>, most: usize) -> Self {
+    fn new(heading: &str, whole: Vec<String>, most: usize) -> Self {
         let taken = whole.clone();
         let mut free = letters().filter(|letter| !taken.contains(letter));
         let mut key = Vec::new();
@@ -311,7 +311,7 @@ struct Sheet {
 
 impl Sheet {
     /// A sheet of so many lines.
-    fn of(study: &Study, room: usize) -> Self {
+    fn new(study: &Study, room: usize) -> Self {
         let cells = &study.summary.cells;
         let (labels, all) = (outputs(study), measures(study));
         let turned = labels.len() > cells.len();
@@ -319,10 +319,10 @@ impl Sheet {
         let (rows, columns) = if turned {
             let keys = study.varying();
             let places = cells.iter().map(|cell| visible(cell.place().words(&keys)));
-            let places = Names::of("", places.collect(), COLUMN_NAME);
-            (Names::of("output", outputs, ROW_NAME), places)
+            let places = Names::new("", places.collect(), COLUMN_NAME);
+            (Names::new("output", outputs, ROW_NAME), places)
         } else {
-            (Names::of_cells(study), Names::of("", outputs, COLUMN_NAME))
+            (Names::of_cells(study), Names::new("", outputs, COLUMN_NAME))
         };
         let mut sheet = Self {
             rows,

@@ -347,7 +347,7 @@ impl<'e> Campaign<'e> {
     ) -> Result<Summary, CampaignError> {
         let of_cell = |cell: usize| {
             let tally = blocks.tally(&stored[cell])?;
-            Ok(Part::of(experiment, cell, &tally))
+            Ok(Part::new(experiment, cell, &tally))
         };
         Ok(Parts::read(stored.len(), threads, stop, of_cell)?.summary(experiment))
     }
@@ -378,7 +378,7 @@ impl<'e> Campaign<'e> {
     fn no_trials(&self, cell: usize) -> CellTally {
         if self.origin.partial && self.stored[cell].is_empty() {
             let cell = &self.experiment.cells[cell];
-            return CellTally::of(
+            return CellTally::from_trials(
                 self.experiment,
                 cell,
                 &mut Trials::new(self.experiment, cell),
@@ -400,7 +400,7 @@ impl<'e> Campaign<'e> {
                 });
             }
         }
-        Part::of(self.experiment, cell, &tally)
+        Part::new(self.experiment, cell, &tally)
     }
 
     /// The same, and writes the rows to a table.
@@ -440,10 +440,10 @@ struct Part {
 }
 
 impl Part {
-    fn of(experiment: &Experiment, cell: usize, tally: &CellTally) -> Self {
+    fn new(experiment: &Experiment, cell: usize, tally: &CellTally) -> Self {
         Self {
-            cell: CellSummary::of(experiment, cell, tally),
-            slopes: SlopeStatistics::of(experiment, tally),
+            cell: CellSummary::new(experiment, cell, tally),
+            slopes: SlopeStatistics::new(experiment, tally),
             series: tally.whole_series(),
         }
     }
@@ -480,7 +480,7 @@ impl Parts {
     }
 
     fn summary(self, experiment: &Experiment) -> Summary {
-        Summary::of(experiment, self.cells, &self.slopes, &self.series)
+        Summary::new(experiment, self.cells, &self.slopes, &self.series)
     }
 }
 

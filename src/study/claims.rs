@@ -76,7 +76,7 @@ fn check_id(id: &str) -> Result<(), &'static str> {
 fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Result<(), FileError> {
     let cases = claim.cases().map_err(|error| error.within(place))?;
     let given = claim.given.as_ref().map(|table| {
-        let test = ClaimTest::of(table);
+        let test = ClaimTest::from_table(table);
         test.map_err(|error| error.within(&format!("{place}.given")))
     });
     let given = given.transpose()?;
@@ -203,7 +203,7 @@ pub(super) fn check_cells(file: &ExperimentFile, all: &[Settings]) -> Result<(),
         let given = claim
             .given
             .as_ref()
-            .and_then(|table| ClaimTest::of(table).ok());
+            .and_then(|table| ClaimTest::from_table(table).ok());
         for case in cases {
             for ((key, _), test) in claim.tests().zip(case.iter().chain(&given)) {
                 let checked = check_unit(file, claim, test);

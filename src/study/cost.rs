@@ -221,7 +221,7 @@ fn time_cell(
     let curves = found.curves.take();
     let (tally_time, tally) = clocked(|| {
         found.curves.clone_from(&curves);
-        CellTally::of(experiment, cell, &mut found)
+        CellTally::from_trials(experiment, cell, &mut found)
     });
     let kept = file.store == Store::Trials;
     let content = Content {
@@ -250,8 +250,8 @@ fn time_cell(
     });
     let tally = content.tally;
     let (summary, values) = clocked(|| {
-        let summary = CellSummary::of(experiment, index, &tally);
-        let _ = SlopeStatistics::of(experiment, &tally);
+        let summary = CellSummary::new(experiment, index, &tally);
+        let _ = SlopeStatistics::new(experiment, &tally);
         let json = serde_json::to_value(&summary).map(|mut json| {
             super::summary::round(&mut json);
             json.to_string().len()

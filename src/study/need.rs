@@ -81,7 +81,7 @@ struct Counts<'e> {
 }
 
 impl<'e> Counts<'e> {
-    fn of(experiment: &'e Experiment, trials: u64) -> Self {
+    fn new(experiment: &'e Experiment, trials: u64) -> Self {
         let file = &experiment.file;
         Self {
             experiment,
@@ -211,7 +211,7 @@ impl<'e> Counts<'e> {
 /// thread has the one that it writes. While results are put together there are the summaries of all
 /// cells, two tallies of one that are merged, a block as it is read, and a few groups of rows of trials.parquet.
 pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
-    let counts = Counts::of(experiment, trials);
+    let counts = Counts::new(experiment, trials);
     let (mut computing, mut merging, mut cells) = (0.0_f64, 0.0_f64, 0.0);
     for (index, cell) in experiment.cells.iter().enumerate() {
         let trials = counts.block(index);
@@ -240,7 +240,7 @@ pub fn row_of(experiment: &Experiment) -> f64 {
 
 /// Bytes on disk of a run with so many trials of each cell, where a row of trials.parquet takes `row` bytes.
 pub fn disk_of(experiment: &Experiment, trials: u64, row: f64) -> Disk {
-    let counts = Counts::of(experiment, trials);
+    let counts = Counts::new(experiment, trials);
     let mut disk = Disk {
         report: PAGES,
         ..Disk::default()

@@ -41,7 +41,7 @@ pub struct OutputSummary {
 }
 
 impl OutputSummary {
-    fn of(experiment: &Experiment, output: &Output, order: usize, tally: &OutputTally) -> Self {
+    fn new(experiment: &Experiment, output: &Output, order: usize, tally: &OutputTally) -> Self {
         let Outcomes {
             trials, unstable, ..
         } = tally.outcomes;
@@ -170,7 +170,7 @@ pub struct CellSummary {
 
 impl CellSummary {
     /// Summarises a cell.
-    pub fn of(experiment: &Experiment, index: usize, tally: &CellTally) -> Self {
+    pub fn new(experiment: &Experiment, index: usize, tally: &CellTally) -> Self {
         let cell = &experiment.cells[index];
         let outputs = experiment.outputs();
         let (file, labels) = (&experiment.file, outputs.iter().map(Output::label));
@@ -191,7 +191,7 @@ impl CellSummary {
             outputs: outputs
                 .iter()
                 .zip(&tally.outputs)
-                .map(|(output, tally)| OutputSummary::of(experiment, output, cell.order, tally))
+                .map(|(output, tally)| OutputSummary::new(experiment, output, cell.order, tally))
                 .collect(),
             comparisons: comparisons
                 .map(|([first, second], pairs)| ComparisonSummary {
@@ -217,7 +217,7 @@ impl CellSummary {
         self.outputs.iter().map(OutputSummary::label).collect()
     }
 
-    /// Checks that a stored cell can be what [`Self::of`] makes, with the outputs of the others.
+    /// Checks that a stored cell can be what [`Self::new`] makes, with the outputs of the others.
     /// What is wrong with a stored cell, that must have `least` trials.
     fn check(&self, index: usize, labels: &[String], least: u64) -> Result<(), &'static str> {
         let (trials, n) = (self.trials, self.order);
@@ -327,7 +327,7 @@ pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
 
 impl SlopeStatistics {
     /// Takes them from a cell's tally.
-    pub fn of(experiment: &Experiment, tally: &CellTally) -> Self {
+    pub fn new(experiment: &Experiment, tally: &CellTally) -> Self {
         let measures = experiment.sloped_measures();
         let groups_of = |table: &SlopeTable| {
             let groups = measures.iter().zip(&tally.groups);
@@ -340,7 +340,7 @@ impl SlopeStatistics {
                 .map(|table| {
                     groups_of(table)
                         .iter()
-                        .map(|groups| Jackknife::of(groups, table.statistic, table.measure.worse()))
+                        .map(|groups| Jackknife::from_groups(groups, table.statistic, table.measure.worse()))
                         .collect()
                 })
                 .collect(),
@@ -426,7 +426,7 @@ pub struct Summary {
 impl Summary {
     /// Puts cells together; `statistics` are what the slopes need of every cell, `series` what pairs
     /// of cells do.
-    pub fn of(
+    pub fn new(
         experiment: &Experiment,
         cells: Vec<CellSummary>,
         statistics: &[SlopeStatistics],
@@ -566,7 +566,7 @@ fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
             of: of.clone(),
             from,
             to,
-            ratio: Paired::of(both).statistics(of.measure.worse()),
+            ratio: Paired::from_pairs(both).statistics(of.measure.worse()),
         })
     });
     paired.collect()

@@ -120,13 +120,13 @@ impl Trials {
         let curves = experiment.file.curves;
         Self {
             curves: curves.then(|| Curves::new(cell.horizon)),
-            ..Self::of(Rows::new(experiment, cell))
+            ..Self::from_rows(Rows::new(experiment, cell))
         }
     }
 
     /// None yet, with room for every measure and no curves.
     pub fn of_all_measures(experiment: &Experiment, cell: &Cell) -> Self {
-        Self::of(Rows::of_all_measures(experiment, cell))
+        Self::from_rows(Rows::of_all_measures(experiment, cell))
     }
 
     /// Removes rows, traces and counts; room, curves and times stay.
@@ -136,7 +136,7 @@ impl Trials {
         self.fallbacks = 0;
     }
 
-    fn of(rows: Rows) -> Self {
+    fn from_rows(rows: Rows) -> Self {
         Self {
             rows,
             curves: None,
@@ -162,7 +162,7 @@ where
 
 impl CellTally {
     /// The tally of some trials; their curves move into it.
-    pub fn of(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
+    pub fn from_trials(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
         let (curves, traces) = (trials.curves.take(), trials.traces.take());
         let rows = &trials.rows;
         let file = &experiment.file;
@@ -199,7 +199,7 @@ impl CellTally {
         let defined = |x: &f64| Some(*x).filter(|x| !x.is_nan());
         let pair = |[first, second]: [usize; 2], measure: Measure| {
             let pairs = column(first, measure).iter().zip(column(second, measure));
-            Paired::of(pairs.map(|(x, y)| (defined(x), defined(y))))
+            Paired::from_pairs(pairs.map(|(x, y)| (defined(x), defined(y))))
         };
         let pairs = experiment.compare.iter();
         let pairs = pairs.map(|of| {
@@ -213,7 +213,7 @@ impl CellTally {
             let groups = JACKKNIFE_GROUPS as u64;
             let begin = (group as u64 + groups - first % groups) % groups;
             let of_group = column.iter().skip(begin as usize);
-            Sample::of(of_group.step_by(JACKKNIFE_GROUPS).copied())
+            Sample::from_values(of_group.step_by(JACKKNIFE_GROUPS).copied())
         };
         let groups_of = |measure: Measure| -> Vec<Vec<Sample>> {
             let of_output = |output| {
@@ -238,7 +238,7 @@ impl CellTally {
         }
     }
 
-    /// Checks that this can be what [`Self::of`] leaves of these trials of a cell: every part is there, and each obeys
+    /// Checks that this can be what [`Self::from_trials`] leaves of these trials of a cell: every part is there, and each obeys
     /// what its type does.
     ///
     /// # Errors
@@ -369,7 +369,7 @@ fn group_size(group: u64, trials: &Range<u64>) -> u64 {
 }
 
 fn sample(column: &[f64]) -> Sample {
-    Sample::of(column.iter().copied())
+    Sample::from_values(column.iter().copied())
 }
 
 pub(super) fn outcomes(rows: &OutputRows) -> Outcomes {

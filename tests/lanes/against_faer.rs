@@ -386,7 +386,7 @@ fn distributions_are_those_of_faer() {
         for output in 0..outputs {
             let sample = |trials: &Trials, figure: Measure| {
                 let rows = trials.rows.iter().skip(output).step_by(outputs);
-                Sample::of(rows.map(|row| row[figure]))
+                Sample::from_values(rows.map(|row| row[figure]))
                     .quantile(0.5, asobench::metric::Worse::Larger)
             };
             for figure in FIGURES {

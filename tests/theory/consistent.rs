@@ -144,14 +144,14 @@ pub fn windows() -> Vec<Check> {
     let cells = tallies
         .iter()
         .enumerate()
-        .map(|(i, tally)| CellSummary::of(&experiment, i, tally))
+        .map(|(i, tally)| CellSummary::new(&experiment, i, tally))
         .collect();
     let statistics: Vec<SlopeStatistics> = tallies
         .iter()
-        .map(|tally| SlopeStatistics::of(&experiment, tally))
+        .map(|tally| SlopeStatistics::new(&experiment, tally))
         .collect();
     let mut checks = Vec::new();
-    for slope in Summary::of(&experiment, cells, &statistics, &[]).slopes {
+    for slope in Summary::new(&experiment, cells, &statistics, &[]).slopes {
         let noise = slope
             .settings
             .values()

@@ -151,7 +151,7 @@ impl Law for Median {
     }
     fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
         let values = z.iter().map(|z| truth * (1.5 * z).exp());
-        cell.e_a().q50 = crate::metric::Sketch::of(values).quantile(0.5);
+        cell.e_a().q50 = crate::metric::Sketch::from_values(values).quantile(0.5);
     }
     fn limit(&self) -> f64 {
         2.0
@@ -176,7 +176,7 @@ fn says(law: &dyn Law, truth: f64, number: u64, cells: usize) -> Vec<Says> {
                 summary: &results,
                 times: &[],
             };
-            Evidence::of(results, &tests, &Members::Cell(0)).says()
+            Evidence::new(results, &tests, &Members::Cell(0)).says()
         })
         .collect()
 }
@@ -279,7 +279,7 @@ fn asked_for(law: &dyn Law, draw: impl Fn(&mut CellSummary), holds: Holds, m: us
         summary: &results,
         times: &[],
     };
-    let evidence = Evidence::of(results, &[law.test()], &Members::Cell(0));
+    let evidence = Evidence::new(results, &[law.test()], &Members::Cell(0));
     let cells = vec![(&evidence, law.trials()); m];
     let undecided = Undecided {
         cells: &cells,
@@ -419,7 +419,7 @@ fn seven_looks_keep_the_level() {
                             summary: &results,
                             times: &[],
                         };
-                        Evidence::of(results, &tests, &Members::Cell(0)).says()
+                        Evidence::new(results, &tests, &Members::Cell(0)).says()
                     })
                     .collect();
                 verdict(Holds::Everywhere, &says, LEVEL / 7.0)

@@ -227,7 +227,7 @@ fn a_median_among_lost_trials_is_judged_by_their_count() {
     let mut results = three([0.5; 3], [600; 3]);
     for cell in &mut results.cells {
         let values = (0..1000).map(|i| if i < 400 { f64::from(i) } else { f64::NAN });
-        *cell.e_a() = Sample::of(values).statistics(Worse::Larger);
+        *cell.e_a() = Sample::from_values(values).statistics(Worse::Larger);
     }
     let found = judged(
         &claim(
@@ -358,7 +358,7 @@ fn pairs_and_families_of_cells_are_found() {
         });
     let results = summary(cells.collect());
     let claim = &file.claims[0];
-    let test = ClaimTest::of(&claim.test[0]).unwrap();
+    let test = ClaimTest::from_table(&claim.test[0]).unwrap();
     let found = units(claim, &test, &file, &results).unwrap();
     let members: Vec<&Members> = found.iter().map(|unit| &unit.members).collect();
     assert_eq!(members, [&Members::Pair(3, 2)]);
@@ -419,7 +419,7 @@ fn times_are_judged_by_their_quartiles() {
 fn a_median_among_ties_is_judged_by_their_number() {
     let pairs = |x: f64, count: usize| vec![(Some(x), Some(1.0)); count];
     let all = [pairs(0.5, 300), pairs(1.0, 400), pairs(3.0, 300)].concat();
-    let pair = crate::metric::Paired::of(all).statistics(Worse::Larger);
+    let pair = crate::metric::Paired::from_pairs(all).statistics(Worse::Larger);
     let mut results = three([0.5; 3], [0; 3]);
     for cell in &mut results.cells {
         *cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap() = pair;

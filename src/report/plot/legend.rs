@@ -89,7 +89,7 @@ pub(super) const EDGE: f64 = 12.0;
 
 impl<'a> Legend<'a> {
     /// The legend that several plots share: the same label looks the same in each.
-    pub(super) fn of(plots: &'a [Plot]) -> Self {
+    pub(super) fn new(plots: &'a [Plot]) -> Self {
         let all = || plots.iter().flat_map(|plot| &plot.series);
         let taken: Vec<usize> = all().filter_map(|series| series.slot).collect();
         let mut free = (0..).filter(|slot| !taken.contains(slot));
@@ -178,7 +178,7 @@ mod tests {
             plot(&[("LS", None), ("ridge", None), ("IV", Some(1))]),
             plot(&[("IV", Some(1)), ("LS", None), ("SVD", None)]),
         ];
-        let legend = Legend::of(&plots);
+        let legend = Legend::new(&plots);
         let looks = ["LS", "IV", "ridge", "SVD"].map(|label| legend.look(label));
         assert_eq!(looks, [0, 1, 2, 3].map(Look));
         let inks: Vec<RGBAColor> = (0..49).map(|i| Look(i).line(1).color).collect();

@@ -158,7 +158,7 @@ fn lost_trials_are_told() {
         output.outcomes.failures.insert("singular".to_owned(), 3);
         output.outcomes.lost = 3;
         let none =
-            crate::metric::Sample::of([f64::NAN; 3]).statistics(crate::metric::Worse::Larger);
+            crate::metric::Sample::from_values([f64::NAN; 3]).statistics(crate::metric::Worse::Larger);
         output.measures.values_mut().for_each(|of| *of = none);
     }
     let text = overview(&study);

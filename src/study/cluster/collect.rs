@@ -57,7 +57,7 @@ impl Collection {
     ///
     /// # Errors
     /// If a folder cannot be read.
-    pub fn of(folders: &[PathBuf], experiment: &Experiment) -> Result<Self, PathError> {
+    pub fn from_folders(folders: &[PathBuf], experiment: &Experiment) -> Result<Self, PathError> {
         let mut collection = Self {
             cells: vec![Vec::new(); experiment.cells.len()],
             ..Self::default()

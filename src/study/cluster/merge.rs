@@ -53,7 +53,7 @@ pub fn merge(
     let notes = std::mem::take(&mut found.refused);
     let done = |merged| Ok((merged, notes, verified));
     let faer_instructions = one_kind(plan, &mut found, options.mix_instructions)?;
-    let status = Status::of(plan, &found);
+    let status = Status::new(plan, &found);
     let partial = !status.is_complete();
     if partial && !options.partial {
         return done(Merged::Missing(status));

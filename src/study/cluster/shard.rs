@@ -133,7 +133,7 @@ impl Shard<'_> {
 
     /// For every part the blocks that are there; and what was not taken, in lines.
     fn there(&self) -> Result<(Vec<Vec<StoredBlock>>, Vec<String>), ClusterError> {
-        let mut found = Collection::of(std::slice::from_ref(&self.folder), self.experiment)?;
+        let mut found = Collection::from_folders(std::slice::from_ref(&self.folder), self.experiment)?;
         if found.cells.iter().all(Vec::is_empty) && !found.refused.is_empty() {
             return Err(ClusterError::Foreign {
                 path: self.folder.clone(),

@@ -29,7 +29,7 @@ pub struct Status {
 
 impl Status {
     /// Of what a collection has.
-    pub fn of(plan: &ShardPlan, found: &Collection) -> Self {
+    pub fn new(plan: &ShardPlan, found: &Collection) -> Self {
         let mut status = Self {
             shards: vec![PlaceStatus::default(); plan.shards.len()],
             ..Self::default()

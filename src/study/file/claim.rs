@@ -155,7 +155,7 @@ impl ClaimTable {
             for to in choices(&to) {
                 let tests = self.tests().take(self.test.len());
                 let case = tests.map(|(key, table)| {
-                    let test = ClaimTest::of(&table.chosen(of.as_ref(), to.as_ref()));
+                    let test = ClaimTest::from_table(&table.chosen(of.as_ref(), to.as_ref()));
                     test.map_err(|error| error.within(&key))
                 });
                 cases.push(case.collect::<Result<Vec<ClaimTest>, FileError>>()?);
@@ -178,7 +178,7 @@ impl ClaimTable {
         let given = self
             .given
             .as_ref()
-            .and_then(|table| ClaimTest::of(table).ok());
+            .and_then(|table| ClaimTest::from_table(table).ok());
         let cases = self.cases().unwrap_or_default();
         cases.into_iter().flatten().chain(given).collect()
     }
@@ -440,7 +440,7 @@ impl ExperimentFile {
             for test in claim.cases().unwrap_or_default().iter().flatten() {
                 needs.add(claim, test, self);
             }
-            if let Some(Ok(given)) = claim.given.as_ref().map(ClaimTest::of) {
+            if let Some(Ok(given)) = claim.given.as_ref().map(ClaimTest::from_table) {
                 needs.add(claim, &given, self);
             }
         }

@@ -342,7 +342,7 @@ impl ClaimTest {
     ///
     /// # Errors
     /// What is wrong with it, with the key in the table.
-    pub fn of(table: &TestTable) -> Result<Self, FileError> {
+    pub fn from_table(table: &TestTable) -> Result<Self, FileError> {
         let name = table.kind_name()?;
         let stray = table
             .given()

@@ -41,7 +41,7 @@ struct Mark<'a> {
 pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
     let tests = claim.tests.iter().enumerate().take(PICTURES);
     tests
-        .filter_map(|(i, test)| Picture::of(claim, i, test).draw(study))
+        .filter_map(|(i, test)| Picture::new(claim, i, test).draw(study))
         .collect()
 }
 
@@ -73,7 +73,7 @@ struct Picture<'a> {
 }
 
 impl<'a> Picture<'a> {
-    fn of(claim: &'a Judged, index: usize, test: &'a JudgedTest) -> Self {
+    fn new(claim: &'a Judged, index: usize, test: &'a JudgedTest) -> Self {
         let unit = unit(test);
         let numbers = || {
             let all = claim.cells.iter();
