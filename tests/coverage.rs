@@ -331,7 +331,8 @@ fn heavy(trials: usize) -> Vec<Row> {
         ]
     });
     rows.extend(repeat("lognormal(1.5)", trials, 1, |z| {
-        let found = Sample::from_values(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
+        let found =
+            Sample::from_values(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
             (

@@ -247,8 +247,8 @@ pub(super) fn execute(
             stop,
             speed: display.speed(),
         }),
-        Err(CampaignError::Run(RunError::Interrupted { done, of })) => Err(Error::Interrupted(
-            format!("interrupted with {done} of {of} trials of this run; {left}"),
+        Err(CampaignError::Run(RunError::Interrupted { done, total })) => Err(Error::Interrupted(
+            format!("interrupted with {done} of {total} trials of this run; {left}"),
         )),
         Err(error @ CampaignError::Stopped) => Err(Error::Interrupted(format!("{error}; {left}"))),
         Err(other) => Err(refused("", other)),

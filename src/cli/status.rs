@@ -29,7 +29,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         // Before the first shard there is no folder.
         folders.retain(|folder| crate::files::is_there(folder));
     }
-    let mut found = Collection::from_folders(&folders, &experiment).map_err(|e| refused(e.into()))?;
+    let mut found =
+        Collection::from_folders(&folders, &experiment).map_err(|e| refused(e.into()))?;
     if arguments.verify {
         found.verify(&experiment).map_err(|e| refused(e.into()))?;
     } else {

@@ -369,8 +369,9 @@ mod tests {
     #[test]
     fn methods_that_hardly_differ() {
         let x = normals(2, 400);
-        let equal = Paired::from_pairs(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
-        assert_eq!((equal.ties, equal.share_smaller.of), (400, 0));
+        let equal =
+            Paired::from_pairs(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
+        assert_eq!((equal.ties, equal.share_smaller.total), (400, 0));
         assert!(equal.share_smaller.share.is_nan());
         assert_eq!((equal.rmse_ratio.value, equal.rmse_ratio.mcse), (1.0, 0.0));
         assert_eq!(equal.mean_difference.mcse, 0.0);
@@ -422,14 +423,14 @@ mod tests {
         assert!((found.ratio_q75.value - 2.0).abs() < 2e-3);
         assert!(found.ratio_q05.lost && found.ratio_q95.lost);
         assert_eq!(
-            (found.share_smaller.count, found.share_smaller.of),
+            (found.share_smaller.count, found.share_smaller.total),
             (40, 70)
         );
         assert_eq!(found.ties, 31);
         assert!(found.are_of(101));
         // Where larger is better, a lost trial is the smaller one.
         let fit = pair.statistics(Worse::Smaller).share_smaller;
-        assert_eq!((fit.count, fit.of), (40, 70));
+        assert_eq!((fit.count, fit.total), (40, 70));
     }
 
     #[test]
@@ -453,7 +454,10 @@ mod tests {
         assert_eq!(counts, [4, 1, 1, 1]);
         assert_eq!(found.ties, 3);
         // 1/2 and 2, a loss of either; two ties and one that both lost.
-        assert_eq!((found.share_smaller.count, found.share_smaller.of), (2, 4));
+        assert_eq!(
+            (found.share_smaller.count, found.share_smaller.total),
+            (2, 4)
+        );
         // 1/2 and 2.
         assert_eq!(Paired::from_pairs(pairs).ratio().count(), 2);
         assert!((found.median_ratio.value - 1.0).abs() < 1e-3);

@@ -10,7 +10,8 @@ pub struct Share {
     /// Trials that count.
     pub count: u64,
     /// Trials in all.
-    pub of: u64,
+    #[serde(rename = "of")]
+    pub total: u64,
     /// `count / of`; NaN of no trial.
     #[serde(with = "nan_is_null")]
     pub share: f64,
@@ -30,9 +31,9 @@ impl Share {
     /// Whether a stored share, its numbers rounded to nine digits, is one of so many trials.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let same = |x: f64, y: f64| x.is_nan() && y.is_nan() || (x - y).abs() <= 1e-8;
-        let own = Self::new(self.count, self.of);
-        self.of == trials
-            && self.count <= self.of
+        let own = Self::new(self.count, self.total);
+        self.total == trials
+            && self.count <= self.total
             && same(self.share, own.share)
             && same(self.low, own.low)
             && same(self.high, own.high)
@@ -40,8 +41,8 @@ impl Share {
     }
 
     /// The share `count / of`.
-    pub fn new(count: u64, of: u64) -> Self {
-        let m = of as f64;
+    pub fn new(count: u64, total: u64) -> Self {
+        let m = total as f64;
         let share = count as f64 / m;
         let square = Z * Z / m;
         let centre = (share + square / 2.0) / (1.0 + square);
@@ -49,7 +50,7 @@ impl Share {
         let half = Z / (1.0 + square) * (share * (1.0 - share) / m + square / (4.0 * m)).sqrt();
         Self {
             count,
-            of,
+            total,
             share,
             mcse: if known {
                 (share * (1.0 - share) / m).sqrt()

@@ -465,7 +465,7 @@ mod tests {
     fn an_empty_sketch_and_a_single_value() {
         let empty = Sketch::default();
         assert!(empty.quantile(0.5).value.is_nan() && empty.trimmed_mean(0.1).value.is_nan());
-        assert_eq!((empty.count(), empty.share_below(1.0).of), (0, 0));
+        assert_eq!((empty.count(), empty.share_below(1.0).total), (0, 0));
         let one = Sketch::from_values([4.0]);
         let middle = 4.0 * (1.0 + SKETCH_ERROR);
         assert_eq!(one.quantile(0.3).value, middle);

@@ -91,7 +91,9 @@ pub(super) struct Index {
 impl Index {
     /// The index of a summary, whose cells have the outputs of the first one.
     pub(super) fn new(summary: &Summary, continuous: bool) -> Self {
-        let values = Key::ALL.iter().map(|key| (*key, Values::new(summary, *key)));
+        let values = Key::ALL
+            .iter()
+            .map(|key| (*key, Values::new(summary, *key)));
         let values: BTreeMap<Key, Values> = values.collect();
         let first = summary.cells.first();
         let labels: Vec<String> = first.map_or_else(Vec::new, |cell| {

@@ -301,7 +301,7 @@ fn judged(
 fn outputs_of(claim: &ClaimTable) -> Vec<String> {
     let tests = claim.all_tests();
     let others = tests.iter().filter_map(|test| test.kind.other());
-    let all = tests.iter().map(|test| &test.of).chain(others);
+    let all = tests.iter().map(|test| &test.output).chain(others);
     all.cloned().collect()
 }
 

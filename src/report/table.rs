@@ -102,7 +102,7 @@ pub fn share(met: Share) -> String {
     let percent = |share: f64| 100.0 * share;
     if met.count == 0 {
         format!("0 (<{:.2} %)", percent(met.high))
-    } else if met.count == met.of {
+    } else if met.count == met.total {
         format!("all (>{:.1} %)", (10.0 * percent(met.low)).floor() / 10.0)
     } else if met.mcse.is_nan() {
         format!("{:.1} %", percent(met.share))

@@ -213,8 +213,8 @@ impl<'e> BlockFolder<'e> {
         let mut kept: Vec<StoredBlock> = Vec::new();
         'next: for block in found {
             let overlaps = |last: &&StoredBlock| {
-                let of = &last.span;
-                of.cell == block.span.cell && block.span.trials.start < of.trials.end
+                let span = &last.span;
+                span.cell == block.span.cell && block.span.trials.start < span.trials.end
             };
             while let Some(last) = kept.last().filter(overlaps) {
                 // Only what can be decoded takes the place of another file.
@@ -388,7 +388,7 @@ pub fn done(results: &Path, experiment: &Experiment) -> Done {
     for path in paths {
         if let Some(span) = span_of(&path) {
             spans.push(span);
-            done.bytes += path.symlink_metadata().map_or(0, |of| of.len());
+            done.bytes += path.symlink_metadata().map_or(0, |metadata| metadata.len());
         }
     }
     spans.sort_unstable();

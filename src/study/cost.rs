@@ -76,25 +76,28 @@ impl Cost {
 
     /// One trial of every cell on one thread, seconds.
     pub fn seconds_per_trial(&self) -> f64 {
-        self.timed.iter().map(|of| of.cells * of.trial).sum()
+        self.timed
+            .iter()
+            .map(|group| group.cells * group.trial)
+            .sum()
     }
 
     /// A trial of each cell on one thread, with its part of a block, seconds.
     pub fn seconds_of_cells(&self) -> Vec<f64> {
-        let count: usize = self.timed.iter().map(|of| of.members.len()).sum();
+        let count: usize = self.timed.iter().map(|group| group.members.len()).sum();
         let mut seconds = vec![0.0; count];
-        for of in &self.timed {
-            let of_block = of.tally * (of.block as f64 / of.sampled as f64).max(1.0);
-            let trial = of.trial + (of_block + of.encode + DISK) / of.block as f64;
-            of.members.iter().for_each(|cell| seconds[*cell] = trial);
+        for group in &self.timed {
+            let of_block = group.tally * (group.block as f64 / group.sampled as f64).max(1.0);
+            let trial = group.trial + (of_block + group.encode + DISK) / group.block as f64;
+            group.members.iter().for_each(|cell| seconds[*cell] = trial);
         }
         seconds
     }
 
     /// Bytes of a row in trials.parquet.
     pub fn row(&self) -> f64 {
-        let cells: f64 = self.timed.iter().map(|of| of.cells).sum();
-        let bytes = self.timed.iter().map(|of| of.cells * of.row);
+        let cells: f64 = self.timed.iter().map(|group| group.cells).sum();
+        let bytes = self.timed.iter().map(|group| group.cells * group.row);
         bytes.sum::<f64>() / cells
     }
 
@@ -103,26 +106,26 @@ impl Cost {
     pub fn seconds(&self, trials: u64, missing: f64, threads: usize) -> f64 {
         let (trials, threads) = (trials as f64, threads as f64);
         let (mut parallel, mut serial, mut end) = (0.0, 0.0, 0.0);
-        for of in &self.timed {
-            let block = (of.block as f64).min(trials);
+        for group in &self.timed {
+            let block = (group.block as f64).min(trials);
             let blocks = (trials / block).ceil();
-            let larger = block / of.sampled as f64;
-            let bins = expected_bins(block) / expected_bins(of.sampled as f64);
+            let larger = block / group.sampled as f64;
+            let bins = expected_bins(block) / expected_bins(group.sampled as f64);
             // Rows grow with trials, counts with bins.
             let content = if self.kept { larger } else { bins }.max(1.0);
-            let (encode, decode) = (of.encode * content, of.decode * content);
-            let tally = of.tally * larger.max(1.0);
-            parallel +=
-                of.cells * (of.setup * blocks.min(threads) + trials * of.trial + blocks * tally);
-            serial += of.cells * blocks * (encode + DISK);
+            let (encode, decode) = (group.encode * content, group.decode * content);
+            let tally = group.tally * larger.max(1.0);
+            parallel += group.cells
+                * (group.setup * blocks.min(threads) + trials * group.trial + blocks * tally);
+            serial += group.cells * blocks * (encode + DISK);
             let mut read = blocks * decode;
             if self.kept {
-                read += trials * self.outputs * of.write_row;
+                read += trials * self.outputs * group.write_row;
             } else if blocks > 1.0 {
-                serial += of.cells * (read + encode + DISK);
+                serial += group.cells * (read + encode + DISK);
                 read = decode;
             }
-            end += of.cells * (read + of.summary);
+            end += group.cells * (read + group.summary);
         }
         missing * serial.max((parallel + serial) / threads) + end
     }
@@ -135,7 +138,7 @@ fn sampled(experiment: &Experiment) -> Vec<Vec<usize>> {
         let cell: &Cell = &experiment.cells[*index];
         let steps = match &cell.source {
             Source::Record(_) => 0,
-            Source::Continuous(of) => of.steps(),
+            Source::Continuous(cell) => cell.steps(),
         };
         let engine = experiment.engine(*index).ok();
         (
@@ -260,7 +263,7 @@ fn time_cell(
             summary
                 .outputs
                 .iter()
-                .map(|of| of.measures.len() + of.parameters.len())
+                .map(|output| output.measures.len() + output.parameters.len())
                 .sum()
         })
     });

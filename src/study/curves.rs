@@ -82,11 +82,11 @@ impl CurveQuantiles {
     /// Whether stored quantiles can be those of records of K samples.
     pub(super) fn are_of(&self, horizon: usize) -> bool {
         let all = [&self.q05, &self.q50, &self.q95];
-        let place = |k: usize| all.map(|of| of[k].unwrap_or(f64::NAN));
-        all.iter().all(|of| of.len() == horizon)
+        let place = |k: usize| all.map(|quantile| quantile[k].unwrap_or(f64::NAN));
+        all.iter().all(|quantile| quantile.len() == horizon)
             && (0..horizon)
                 .map(place)
-                .all(|of| ascend(of) && !(of[0] < 0.0))
+                .all(|values| ascend(values) && !(values[0] < 0.0))
     }
 }
 
@@ -161,7 +161,7 @@ impl Curves {
 
     /// Whether these can be the curves of so many records of K samples.
     pub(super) fn are_of(&self, horizon: usize, trials: u64) -> bool {
-        let total = |of: &[u32]| of.iter().map(|count| u64::from(*count)).sum::<u64>();
+        let total = |counts: &[u32]| counts.iter().map(|count| u64::from(*count)).sum::<u64>();
         self.horizon == horizon
             && self
                 .counts

@@ -119,7 +119,7 @@ impl OutputRows {
 
     /// What stopped a trial.
     pub(super) fn failure(&self, place: usize) -> Option<Failure> {
-        let found = self.failures.binary_search_by_key(&place, |(of, _)| *of);
+        let found = self.failures.binary_search_by_key(&place, |(at, _)| *at);
         found.ok().map(|index| self.failures[index].1)
     }
 }
@@ -210,12 +210,12 @@ impl Rows {
     /// # Panics
     /// If there is no such trial or output.
     pub fn row(&self, place: usize, output: usize) -> Row {
-        let of = &self.outputs[output];
+        let columns = &self.outputs[output];
         let mut row = Row::new(self.first + place as u64, output);
-        row.failure = of.failure(place);
-        row.unstable = of.flags[place].unstable();
-        row.unstable_so_far = of.flags[place].unstable_so_far();
-        for (measure, column) in self.measures.iter().zip(&of.values) {
+        row.failure = columns.failure(place);
+        row.unstable = columns.flags[place].unstable();
+        row.unstable_so_far = columns.flags[place].unstable_so_far();
+        for (measure, column) in self.measures.iter().zip(&columns.values) {
             row[*measure] = column[place];
         }
         row
@@ -250,9 +250,9 @@ impl Rows {
 
     /// Takes the rows out; the same columns, empty, stay.
     pub(super) fn take(&mut self) -> Self {
-        let output = |of: &OutputRows| OutputRows {
-            values: vec![Vec::new(); of.values.len()],
-            parameters: vec![Vec::new(); of.parameters.len()],
+        let output = |columns: &OutputRows| OutputRows {
+            values: vec![Vec::new(); columns.values.len()],
+            parameters: vec![Vec::new(); columns.parameters.len()],
             ..OutputRows::default()
         };
         let empty = Self {
@@ -299,10 +299,11 @@ pub(super) mod stored {
 
     /// Appends the rows with the measures of the experiment's file.
     pub fn encode(rows: &Rows, experiment: &Experiment, to: &mut Vec<u8>) -> postcard::Result<()> {
-        let places = |of: &OutputRows| -> Vec<(u32, Failure)> {
-            of.failures
+        let places = |output: &OutputRows| -> Vec<(u32, Failure)> {
+            output
+                .failures
                 .iter()
-                .map(|(place, of)| (*place as u32, *of))
+                .map(|(place, failure)| (*place as u32, *failure))
                 .collect()
         };
         let failures = postcard::to_stdvec(&Failures(rows.outputs.iter().map(places).collect()))?;
@@ -311,7 +312,7 @@ pub(super) mod stored {
         for output in &rows.outputs {
             to.extend(output.flags.iter().map(|flags| flags.0));
             for measure in &experiment.file.measures {
-                let at = rows.measures.iter().position(|of| of == measure);
+                let at = rows.measures.iter().position(|other| other == measure);
                 let column = at.map(|at| &output.values[at]);
                 append(to, column.map_or(&[], |column| column));
             }
@@ -367,7 +368,7 @@ pub(super) mod stored {
                 flags,
                 failures: failures
                     .into_iter()
-                    .map(|(place, of)| (place as usize, of))
+                    .map(|(place, failure)| (place as usize, failure))
                     .collect(),
                 values,
                 parameters: Vec::new(),

@@ -49,8 +49,8 @@ impl Span {
 
     /// Whether another lies within it.
     pub(super) fn holds(&self, part: &Self) -> bool {
-        let (of, trials) = (&self.trials, &part.trials);
-        self.cell == part.cell && of.start <= trials.start && trials.end <= of.end
+        let (whole, trials) = (&self.trials, &part.trials);
+        self.cell == part.cell && whole.start <= trials.start && trials.end <= whole.end
     }
 }
 
@@ -89,12 +89,12 @@ pub enum RunError<E> {
         reason: String,
     },
     /// The `stop` flag was raised.
-    #[error("interrupted after {done} of {of} trials")]
+    #[error("interrupted after {done} of {total} trials")]
     Interrupted {
         /// Trials that were delivered, over all cells.
         done: u64,
         /// Trials that were asked for, over all cells.
-        of: u64,
+        total: u64,
     },
     /// A cell that no worker serves, such as one with a method of the caller's own that refuses its shape.
     #[error(transparent)]
@@ -110,7 +110,7 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
     let outputs: usize = experiment.methods.iter().map(Method::passes).sum();
     let samples = match &cell_of.source {
         Source::Record(_) => cell_of.horizon * outputs.max(1),
-        Source::Continuous(of) => STEP_WORK * of.steps(),
+        Source::Continuous(cell) => STEP_WORK * cell.steps(),
     };
     let work = BLOCK_WORK / samples.max(1);
     let work = match experiment.engine(cell) {
@@ -293,13 +293,13 @@ impl<'a> Shared<'a> {
             scope.spawn_broadcast(|_, _| self.work(&sender, &finish));
             self.deliver(receiver, threads, consume)
         });
-        let of = trials;
+        let total = trials;
         if let Some(error) = self.failed.into_inner() {
             return Err(RunError::Worker(error));
         }
         match delivered {
             Err(error) => Err(RunError::Consumer(error)),
-            Ok(done) if done < of => Err(RunError::Interrupted { done, of }),
+            Ok(done) if done < total => Err(RunError::Interrupted { done, total }),
             Ok(_) => Ok(()),
         }
     }

@@ -162,7 +162,7 @@ pub fn windows() -> Vec<Check> {
         if noise == "ar" && slope.output != "iv(2)" || slope.output == "iv(4)" {
             let text = format!(
                 "{} slope of the {} of {}, {noise}",
-                slope.output, slope.of.statistic, slope.of.measure
+                slope.output, slope.table.statistic, slope.table.measure
             );
             let value = slope.slope.unwrap();
             checks.push(check(

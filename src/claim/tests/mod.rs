@@ -32,10 +32,10 @@ fn output(label: &str, trials: u64) -> OutputSummary {
 }
 
 fn ones(trials: u64) -> Statistics {
-    let mut one = Sample::from_values([1.0]).statistics(Worse::Larger);
-    one.count = trials;
-    one.dominated = false;
-    one
+    let mut statistics = Sample::from_values([1.0]).statistics(Worse::Larger);
+    statistics.count = trials;
+    statistics.dominated = false;
+    statistics
 }
 
 /// A cell with the outputs "new" and "old", compared, at a noise level.

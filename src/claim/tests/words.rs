@@ -259,7 +259,7 @@ fn ties_are_judged_by_ranks() {
     let ranks = Known::Ranks {
         value: 1.0,
         q: 0.5,
-        of: 100,
+        total: 100,
         points: values.iter().zip(1..).map(|(x, rank)| (*x, rank)).collect(),
     };
     let below = |high: f64| Range {
@@ -385,7 +385,7 @@ fn times_are_judged_by_their_quartiles() {
         "everywhere",
         "test = { time = 'estimate', of = 'a', to = 'b', below = 1 }",
     );
-    let of = |spread| {
+    let judged = |spread| {
         judge(
             &file,
             &results,
@@ -393,9 +393,12 @@ fn times_are_judged_by_their_quartiles() {
         )
         .remove(0)
     };
-    assert_eq!((of(0.02).verdict, of(0.02).timed), (Verdict::Holds, true));
+    assert_eq!(
+        (judged(0.02).verdict, judged(0.02).timed),
+        (Verdict::Holds, true)
+    );
     // ln 1.5 is 1.1 times sqrt 2 * 2 * 0.175 / 1.349.
-    let open = of(0.175);
+    let open = judged(0.175);
     assert_eq!(
         (open.verdict, open.needed),
         (
@@ -467,9 +470,9 @@ fn tests_of_several_outputs_are_told_each_by_itself() {
     let tests = "test = [{ share = 'lost', of = 'new', below = 0.5 }, \
                  { ratio = 'e_a', of = 'new', to = 'old', below = 2 }]";
     let judged = judged(&claim("everywhere", tests), &three([0.5; 3], [0; 3]));
-    let told: Vec<&str> = judged.tests.iter().map(|test| test.what.as_str()).collect();
+    let texts: Vec<&str> = judged.tests.iter().map(|test| test.what.as_str()).collect();
     assert!(
-        told[0].ends_with("of new") && told[1].contains("new over old"),
-        "{told:?}"
+        texts[0].ends_with("of new") && texts[1].contains("new over old"),
+        "{texts:?}"
     );
 }

@@ -268,25 +268,25 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
                 _ => CellText::text(text),
             }
         };
-        let of = &slope.of;
+        let asked = &slope.table;
         let mut row: Vec<CellText> = keys.iter().map(text).collect();
         row.extend(
             [
-                of.measure.label().to_owned(),
-                of.statistic.to_string(),
-                crate::report::results::axis_label(of.over),
+                asked.measure.label().to_owned(),
+                asked.statistic.to_string(),
+                crate::report::results::axis_label(asked.over),
                 slope.output.clone(),
             ]
             .map(CellText::text),
         );
-        let dominated = of.statistic == crate::metric::SlopeOf::Rmse
+        let dominated = asked.statistic == crate::metric::SlopeOf::Rmse
             && slope
                 .cells
                 .iter()
                 .filter_map(|cell| study.summary.cells.get(*cell))
                 .any(|cell| {
-                    let of = study.statistics(cell, &slope.output, of.measure);
-                    of.is_some_and(|of| of.dominated)
+                    let statistics = study.statistics(cell, &slope.output, asked.measure);
+                    statistics.is_some_and(|statistics| statistics.dominated)
                 });
         match slope.slope {
             Some(_) if dominated => {

@@ -157,8 +157,8 @@ fn lost_trials_are_told() {
     for output in &mut study.summary.cells[1].outputs[1..] {
         output.outcomes.failures.insert("singular".to_owned(), 3);
         output.outcomes.lost = 3;
-        let none =
-            crate::metric::Sample::from_values([f64::NAN; 3]).statistics(crate::metric::Worse::Larger);
+        let none = crate::metric::Sample::from_values([f64::NAN; 3])
+            .statistics(crate::metric::Worse::Larger);
         output.measures.values_mut().for_each(|of| *of = none);
     }
     let text = overview(&study);

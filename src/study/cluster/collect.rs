@@ -96,7 +96,10 @@ impl Collection {
             Some(run) => Some(run.fingerprint.clone()),
             None => design_fingerprint(&folder.join(DESIGN))?,
         };
-        if of_design.as_deref().is_some_and(|of| of != fingerprint) {
+        if of_design
+            .as_deref()
+            .is_some_and(|design| design != fingerprint)
+        {
             self.refused.push(format!(
                 "{}: {} blocks of another experiment or version, not taken",
                 folder.display(),
@@ -213,9 +216,9 @@ impl Collection {
         &self,
         cell: usize,
         trials: u64,
-        of: impl Fn(Option<&Run>) -> bool,
+        is_wanted: impl Fn(Option<&Run>) -> bool,
     ) -> u64 {
-        let by = |found: &&Found| of(self.sources[found.source as usize].run.as_ref());
+        let by = |found: &&Found| is_wanted(self.sources[found.source as usize].run.as_ref());
         let inside = self.cells[cell]
             .iter()
             .filter(|found| found.trials.end <= trials);

@@ -77,7 +77,7 @@ pub fn merge(
     }
     let mut targets = plan.trials.clone();
     if partial {
-        let trials = |of: &Vec<StoredBlock>| of.iter().map(|block| block.span.len()).sum();
+        let trials = |blocks: &Vec<StoredBlock>| blocks.iter().map(|block| block.span.len()).sum();
         targets = campaign.stored.iter().map(trials).collect();
     } else {
         let decided = || Ok(is_decided(&campaign.summary(stop)?));
@@ -119,7 +119,8 @@ fn remove_parts<'a>(
     whole: &[Vec<StoredBlock>],
 ) -> Result<(), PathError> {
     for block in before {
-        let is_part = |of: &StoredBlock| of.path != block.path && of.span.holds(&block.span);
+        let is_part =
+            |other: &StoredBlock| other.path != block.path && other.span.holds(&block.span);
         if whole[block.span.cell].iter().any(is_part) {
             files::remove(&block.path, Kind::Block)?;
         }
@@ -141,7 +142,7 @@ fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<Strin
     let names: Vec<String> = kinds.keys().cloned().collect();
     match &names[..] {
         [] => return Ok(Engine::faer_instructions().to_owned()),
-        [one] => return Ok(one.clone()),
+        [block] => return Ok(block.clone()),
         _ => {}
     }
     for kind in &names {

@@ -118,8 +118,8 @@ impl ContinuousCell {
 /// A sine or square with another phase.
 fn with_phase(wave: &Wave, phase: f64) -> Wave {
     let mut wave = wave.clone();
-    if let Wave::Sine { phase: of, .. } | Wave::Square { phase: of, .. } = &mut wave {
-        *of = phase;
+    if let Wave::Sine { phase: angle, .. } | Wave::Square { phase: angle, .. } = &mut wave {
+        *angle = phase;
     }
     wave
 }

@@ -80,8 +80,8 @@ impl<'e> ContinuousTrial<'e> {
             let mut row = Row::new(trial, output);
             row[Measure::MixedDisturbance] = dbar;
             row[Measure::Excitation] = found.summary.smallest_eigenvalue.unwrap_or(f64::NAN);
-            let (of, step) = (&found.summary.observers[output], found.observers[output]);
-            to.rows.push(&self.row(row, of, step), &[]);
+            let (observer, step) = (&found.summary.observers[output], found.observers[output]);
+            to.rows.push(&self.row(row, observer, step), &[]);
         }
         to.spent.simulation += watch.lap();
         if let Some(course) = course {
@@ -100,8 +100,8 @@ impl<'e> ContinuousTrial<'e> {
     }
 
     /// The row of an observer.
-    fn row(&self, mut row: Row, of: &ObserverSummary, step: Convergence) -> Row {
-        if of.outcome != Outcome::Finite {
+    fn row(&self, mut row: Row, observer: &ObserverSummary, step: Convergence) -> Row {
+        if observer.outcome != Outcome::Finite {
             return failed(row, FailureKind::NonFinite);
         }
         let relative = step.relative();
@@ -111,7 +111,7 @@ impl<'e> ContinuousTrial<'e> {
         if !(relative <= self.cell.error_limit) {
             return failed(row, FailureKind::StepTooLong);
         }
-        let accuracy = &of.accuracy;
+        let accuracy = &observer.accuracy;
         if accuracy.overflows() {
             return failed(row, FailureKind::NonFinite);
         }
@@ -129,13 +129,13 @@ impl<'e> ContinuousTrial<'e> {
         };
         let learnt = gains
             .iter()
-            .zip(&of.excitation.integral)
-            .map(|(gain, of)| gain * of);
+            .zip(&observer.excitation.integral)
+            .map(|(gain, integral)| gain * integral);
         row[Measure::Adaptation] = learnt.fold(f64::NAN, f64::min);
-        let frozen = of.excitation.frozen_at.iter().copied();
+        let frozen = observer.excitation.frozen_at.iter().copied();
         // All components: the estimate as a whole is frozen when the last one is.
         let last = frozen.collect::<Option<Vec<f64>>>();
-        let last = last.map_or(f64::NAN, |of| of.into_iter().fold(f64::NAN, f64::max));
+        let last = last.map_or(f64::NAN, |times| times.into_iter().fold(f64::NAN, f64::max));
         row[Measure::Frozen] = last;
         row
     }

@@ -213,12 +213,12 @@ impl ObserverTable {
             ("prior", self.prior.is_some(), &[O::KalmanBucy]),
         ]
         .into_iter()
-        .filter_map(|(name, given, of)| given.then_some((name, of)))
+        .filter_map(|(name, given, observers)| given.then_some((name, observers)))
     }
 
     /// The first option that its observer does not have.
     pub(in crate::study) fn stray(&self) -> Option<&'static str> {
-        let stray = |(_, of): &(&str, &[ObserverName])| !of.contains(&self.observer);
+        let stray = |(_, observers): &(&str, &[ObserverName])| !observers.contains(&self.observer);
         self.given().find(stray).map(|(name, _)| name)
     }
 }

@@ -31,7 +31,7 @@ const SAYS: [(&str, &str, usize); 4] = [
 /// A number that is drawn.
 #[derive(Clone)]
 struct Mark<'a> {
-    of: &'a JudgedCell,
+    cell: &'a JudgedCell,
     number: &'a JudgedNumber,
     value: f64,
     interval: [f64; 2],
@@ -87,14 +87,14 @@ impl<'a> Picture<'a> {
         let drawn = |value: f64| value.is_finite() && (!log || value > 0.0);
         let marks = numbers().filter(|(_, number)| drawn(number.value));
         let marks: Vec<Mark<'a>> = marks
-            .map(|(of, number)| Mark {
-                of,
+            .map(|(cell, number)| Mark {
+                cell,
                 number,
                 value: unit * number.value,
                 interval: interval(number, test.scale, log).map(|end| unit * end),
             })
             .collect();
-        let seen = |cell: &&JudgedCell| !marks.iter().any(|mark| std::ptr::eq(mark.of, *cell));
+        let seen = |cell: &&JudgedCell| !marks.iter().any(|mark| std::ptr::eq(mark.cell, *cell));
         let left = claim.cells.iter().filter(seen).count();
         let mut picture = Self {
             claim,
@@ -160,7 +160,7 @@ impl<'a> Picture<'a> {
             let of = marks
                 .iter()
                 .enumerate()
-                .filter(|(_, mark)| mark.of.says == says);
+                .filter(|(_, mark)| mark.cell.says == says);
             let points = of.map(|(i, mark)| at(i, mark)).collect();
             // Of several tests a picture shows one; what the cell says rests on all.
             let label = match self.claim.tests.len() {
@@ -215,12 +215,12 @@ impl<'a> Picture<'a> {
     /// A row for each number.
     fn rows(&self) -> Plot {
         let name = |mark: &Mark<'_>| {
-            if mark.of.case.is_some() || mark.number.what == self.test.what {
-                place(mark.of).to_owned()
+            if mark.cell.case.is_some() || mark.number.what == self.test.what {
+                place(mark.cell).to_owned()
             } else {
                 format!(
                     "{}: {}",
-                    place(mark.of),
+                    place(mark.cell),
                     mark.number.what.trim_end_matches(',')
                 )
             }
@@ -235,7 +235,7 @@ impl<'a> Picture<'a> {
 
     /// Panels over the setting that varies most, where few are enough.
     fn panels(&self, study: &Study) -> Option<(Vec<Plot>, String)> {
-        let cell = |mark: &Mark<'_>| match mark.of.cells.as_slice() {
+        let cell = |mark: &Mark<'_>| match mark.cell.cells.as_slice() {
             [cell] | [_, cell] => study.summary.cells.get(*cell),
             _ => None,
         };
@@ -259,7 +259,7 @@ impl<'a> Picture<'a> {
         // Where a claim lists outputs, each has panels of its own.
         let choice = |cell: &CellSummary, mark: &Mark<'a>| -> (&'a Option<String>, Choice) {
             let settings = keys.iter().map(|key| (*key, cell.setting(*key)));
-            (&mark.of.case, settings.collect())
+            (&mark.cell.case, settings.collect())
         };
         let mut panels = Vec::new();
         for panel in cells
