@@ -11,11 +11,11 @@ pub fn uncertain(value: f64, error: f64) -> String {
 }
 
 /// A quantile with its standard error; `lost` where it falls among lost trials.
-pub fn quantile(of: Quantile) -> String {
-    if of.lost {
+pub fn quantile(quantile: Quantile) -> String {
+    if quantile.lost {
         "lost".to_owned()
     } else {
-        uncertain(of.value, of.mcse)
+        uncertain(quantile.value, quantile.mcse)
     }
 }
 
@@ -77,7 +77,7 @@ fn plain(value: f64) -> String {
 pub fn listed(items: &[String]) -> String {
     match items {
         [] => "none".to_owned(),
-        [one] => one.clone(),
+        [item] => item.clone(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
 }

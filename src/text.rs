@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn names_that_look_alike_are_alike() {
-        for (one, other) in [
+        for (name, other) in [
             ("C2", "c2"),
             ("a b", "a \u{a0} b"),
             ("a", " a\t"),
@@ -229,8 +229,8 @@ mod tests {
             ("\u{5d0}\u{5d1}", "\u{5d0}\u{200d}\u{5d1}"),
             ("stra\u{df}e", "STRASSE"),
         ] {
-            assert_eq!(folded(one), folded(other), "{one} {other}");
-            assert_eq!(alike(["x", one, other]), Some([one, other]));
+            assert_eq!(folded(name), folded(other), "{name} {other}");
+            assert_eq!(alike(["x", name, other]), Some([name, other]));
         }
         assert_eq!(alike(["a b", "ab", "a-b"]), None);
     }

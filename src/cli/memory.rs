@@ -20,12 +20,12 @@ pub(super) fn fits(
         return Ok(());
     }
     let mib = |bytes: f64| (bytes / f64::from(1 << 20)).ceil();
-    let each = match threads {
+    let on_each = match threads {
         1 => String::new(),
         _ => format!(" on each of {threads} threads"),
     };
     Err(Error::Input(format!(
-        "a trial of cell {cell} needs {} MiB of memory{each}, and {} MiB are free; expected a \
+        "a trial of cell {cell} needs {} MiB of memory{on_each}, and {} MiB are free; expected a \
          shorter horizon or window, or fewer threads",
         mib(needed as f64),
         mib(free)

@@ -93,10 +93,10 @@ impl Display {
             return None;
         }
         self.last_line = Some(now);
-        let (done, of) = (self.bar.position(), self.bar.length().unwrap_or(0));
-        let percent = 100 * u128::from(done) / u128::from(of.max(1));
+        let (done, total) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        let percent = 100 * u128::from(done) / u128::from(total.max(1));
         Some(format!(
-            "{percent}%, {done} of {of} trials, {}/{} cells, {} failed",
+            "{percent}%, {done} of {total} trials, {}/{} cells, {} failed",
             self.done, self.cells, self.failures
         ))
     }

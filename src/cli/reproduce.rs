@@ -221,9 +221,9 @@ fn lines(studies: &[Study]) -> String {
 fn claims_json(study: &Study) -> Vec<Value> {
     let claim = |claim: &Judged| {
         let numbers = claim.cells.iter().flat_map(|cell| {
-            let named = |of: &JudgedNumber| {
-                let name = format!("{}: {}", of.what, cell.place);
-                json!({ "name": name, "value": of.value, "mcse": of.error })
+            let named = |number: &JudgedNumber| {
+                let name = format!("{}: {}", number.what, cell.place);
+                json!({ "name": name, "value": number.value, "mcse": number.error })
             };
             cell.numbers.iter().map(named)
         });

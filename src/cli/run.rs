@@ -123,7 +123,8 @@ fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
 /// Marks the claims that were not there when the results in a folder were made.
 pub(super) fn mark_added(file: &mut ExperimentFile, folder: &Path) {
     let manifest = read_manifest(folder).ok().flatten();
-    let stored = manifest.and_then(|of| ExperimentFile::from_json(&of["experiment"]).ok());
+    let stored =
+        manifest.and_then(|manifest| ExperimentFile::from_json(&manifest["experiment"]).ok());
     let Some(stored) = stored else { return };
     for claim in &mut file.claims {
         let known = stored.claims.iter().find(|known| known.judges_as(claim));

@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         note,
     );
     display.clear();
-    let of = plan.shards.len();
+    let total = plan.shards.len();
     let number = index + 1;
     match done {
         Ok(()) => {
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                 note(&speed);
             }
             print(&format!(
-                "shard {number} of {of}: all {} trials are there, in {}\n",
+                "shard {number} of {total}: all {} trials are there, in {}\n",
                 plan.trials_of_shard(index),
                 word(&shard_folder(&folder, index))
             ))?;
@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             let out = arguments.out.as_ref();
             let out = out.map_or_else(String::new, |out| format!(" --out {}", word(out)));
             Err(Error::Again(format!(
-                "stopped, run again: asobench shard {} {number}/{of}{out}",
+                "stopped, run again: asobench shard {} {number}/{total}{out}",
                 word(path)
             )))
         }
@@ -111,13 +111,13 @@ fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error
             "{flag}{space}'{text}': {what}; {plan} has the shards 1 to {shards}"
         ))
     };
-    let (number, of) = match text.split_once('/') {
-        Some((number, of)) => (number, Some(of)),
+    let (number, total) = match text.split_once('/') {
+        Some((number, total)) => (number, Some(total)),
         None => (&text[..], None),
     };
     let parsed = |text: &str| text.parse::<usize>().ok();
-    match (parsed(number), of.map(parsed)) {
-        (_, Some(of)) if of != Some(shards) => Err(wrong("not the plan's number of shards")),
+    match (parsed(number), total.map(parsed)) {
+        (_, Some(total)) if total != Some(shards) => Err(wrong("not the plan's number of shards")),
         (Some(number), _) if (1..=shards).contains(&number) => Ok(number - 1),
         (Some(_), _) => Err(wrong("no such shard")),
         (None, _) => Err(wrong("not a shard's number")),
@@ -168,9 +168,9 @@ mod tests {
     #[test]
     fn a_shard_is_one_of_the_plan() {
         let plan = Path::new("a.plan.json");
-        let of = |text| index(Some(text), 12, plan).map_err(|error| error.to_string());
-        assert_eq!(of("1"), Ok(0));
-        assert_eq!(of("12/12"), Ok(11));
+        let index_of = |text| index(Some(text), 12, plan).map_err(|error| error.to_string());
+        assert_eq!(index_of("1"), Ok(0));
+        assert_eq!(index_of("12/12"), Ok(11));
         for (text, part) in [
             ("0", "no such shard"),
             ("13", "no such shard"),
@@ -179,7 +179,7 @@ mod tests {
             ("", "not a shard's number"),
             ("-1", "not a shard's number"),
         ] {
-            let error = of(text).unwrap_err();
+            let error = index_of(text).unwrap_err();
             assert!(error.contains(part) && error.contains("1 to 12"), "{error}");
         }
     }

@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// How many places are whole, and a line for each of the first that are not.
 fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
-    let (mut whole, mut begun, mut told, mut text) = (0, 0, 0, String::new());
+    let (mut whole, mut begun, mut listed, mut text) = (0, 0, 0, String::new());
     for (i, place) in places.iter().enumerate() {
         let PlaceStatus { wanted, missing } = *place;
         if missing == 0 {
@@ -77,8 +77,8 @@ fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
             continue;
         }
         begun += usize::from(missing < wanted);
-        told += 1;
-        if told > cluster::LINES {
+        listed += 1;
+        if listed > cluster::LINES {
             continue;
         }
         // Writing to a string does not fail.
@@ -88,7 +88,7 @@ fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
             i + first
         );
     }
-    if let Some(more @ 1..) = told.checked_sub(cluster::LINES) {
+    if let Some(more @ 1..) = listed.checked_sub(cluster::LINES) {
         let _ = writeln!(text, "  and {more} more");
     }
     let not_begun = places.len() - whole - begun;

@@ -167,7 +167,7 @@ pub(super) fn run_command(arguments: &Arguments) -> Result<ExitCode, Error> {
         Format::Text => print(&text(&timings)?)?,
         Format::Json => {
             let engines: Vec<Value> = timings.iter().map(Timing::json).collect();
-            let best = |peak: f64, of: &Timing| peak.max(of.peak[0]).max(of.peak[1]);
+            let best = |peak: f64, timing: &Timing| peak.max(timing.peak[0]).max(timing.peak[1]);
             print_json(&json!({
                 "workload": "W98",
                 "flop_per_trial": FLOP_PER_TRIAL,
@@ -236,21 +236,25 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
         "W98: n = 6, N = 98, K = 400, least squares and four IV passes, observer\n\n\
          engine  instructions  threads   trials/s  (slowest, fastest)   share of peak\n",
     );
-    for of in timings {
-        let (engine, instructions) = (of.engine.name(), of.instructions());
-        let spread = format!("({:.0}, {:.0})", of.rates[0], of.rates[of.rates.len() - 1]);
+    for timing in timings {
+        let (engine, instructions) = (timing.engine.name(), timing.instructions());
+        let spread = format!(
+            "({:.0}, {:.0})",
+            timing.rates[0],
+            timing.rates[timing.rates.len() - 1]
+        );
         writeln!(
             text,
             "{engine:<7} {instructions:<13} {:>7} {:>10.0}  {spread:<20} {:>12.1} %",
-            of.threads,
-            of.median(),
-            100.0 * of.fraction_of_peak(),
+            timing.threads,
+            timing.median(),
+            100.0 * timing.fraction_of_peak(),
         )
         .map_err(failed)?;
     }
     text.push_str("\nengine  threads     trials  median e_a      median e_b      median max e_x\n");
-    for of in timings {
-        let figures = of.figures().map(|[value, mcse]| {
+    for timing in timings {
+        let figures = timing.figures().map(|[value, mcse]| {
             if mcse.is_finite() {
                 format!("{value:.5} \u{b1} {mcse:.5}")
             } else {
@@ -261,15 +265,15 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
         writeln!(
             text,
             "{:<7} {:>7} {:>10}  {e_a:<15} {e_b:<15} {e_x_max}",
-            of.engine.name(),
-            of.threads,
-            of.trials,
+            timing.engine.name(),
+            timing.threads,
+            timing.trials,
         )
         .map_err(failed)?;
     }
     let peaks = timings
         .iter()
-        .map(|of| format!("{:.0}", (of.peak[0] + of.peak[1]) / 2e9));
+        .map(|timing| format!("{:.0}", (timing.peak[0] + timing.peak[1]) / 2e9));
     let peaks: Vec<String> = peaks.collect();
     writeln!(
         text,

@@ -167,7 +167,7 @@ impl Kind {
             }
             Self::Table => text
                 .split_once("\r\n")
-                .is_some_and(|(header, _)| TABLES.iter().any(|of| header.contains(of))),
+                .is_some_and(|(header, _)| TABLES.iter().any(|line| header.contains(line))),
             Self::Record => text.starts_with("# asobench re") && text.contains("\n# order: "),
             Self::States => {
                 let (first, rest) = text.split_once('\n').unwrap_or_default();

@@ -65,12 +65,12 @@ pub(crate) const NOT_OWN: &str = "not written by asobench; move it away or choos
 
 /// What an entry of a folder is, where it is no regular file.
 fn irregularity(metadata: &Metadata) -> Option<&'static str> {
-    let of = metadata.file_type();
-    if of.is_file() {
+    let kind = metadata.file_type();
+    if kind.is_file() {
         None
-    } else if of.is_dir() {
+    } else if kind.is_dir() {
         Some("a directory")
-    } else if of.is_symlink() {
+    } else if kind.is_symlink() {
         Some("a link")
     } else {
         Some("a pipe, a socket or a device")

@@ -143,15 +143,15 @@ impl<R: Real, const N: usize> PackedInformation<R, N> {
 
     /// The blocks of one lane.
     pub(crate) fn lane(&self, lane: usize) -> PackedInformation<f64, N> {
-        let mut of = PackedInformation::new(self.n);
-        for (to, from) in of.g.iter_mut().zip(&self.g) {
+        let mut single = PackedInformation::new(self.n);
+        for (to, from) in single.g.iter_mut().zip(&self.g) {
             for i in 0..self.n {
                 to[i] = super::lane(&from[i], lane);
             }
         }
-        for (to, from) in of.r.iter_mut().zip(&self.r) {
+        for (to, from) in single.r.iter_mut().zip(&self.r) {
             *to = super::lane(from, lane);
         }
-        of
+        single
     }
 }

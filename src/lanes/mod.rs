@@ -41,7 +41,7 @@ pub(crate) fn order<const N: usize>(n: usize) -> usize {
 
 /// `visit(0) ... visit(n - 1)`, written out where the order is a constant, so that what is indexed stays in registers.
 #[inline(always)]
-fn each<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
+fn unrolled<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
     if N == LARGEST_ORDER {
         for i in 0..n {
             visit(i);
@@ -70,17 +70,17 @@ fn each<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
 }
 
 /// The same numbers in every lane, zeros following.
-fn splat<R: Real, const N: usize>(of: &[f64]) -> [R; N] {
+fn splat<R: Real, const N: usize>(numbers: &[f64]) -> [R; N] {
     let mut to = [R::zero(); N];
-    for (to, of) in to.iter_mut().zip(of) {
-        *to = R::splat(*of);
+    for (to, number) in to.iter_mut().zip(numbers) {
+        *to = R::splat(*number);
     }
     to
 }
 
 /// The numbers of one lane.
-pub(crate) fn lane<R: Real, const N: usize>(of: &[R; N], lane: usize) -> [f64; N] {
-    std::array::from_fn(|i| of[i].lane(lane))
+pub(crate) fn lane<R: Real, const N: usize>(packed: &[R; N], lane: usize) -> [f64; N] {
+    std::array::from_fn(|i| packed[i].lane(lane))
 }
 
 named_enum! {

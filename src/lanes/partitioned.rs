@@ -7,7 +7,7 @@
 //! Inverses are formed where the condition number is asked for.
 
 use super::information::PackedInformation;
-use super::{Square, each, inverses};
+use super::{Square, inverses, unrolled};
 use crate::estimator::solver::condition::rank_limit;
 use crate::real::{Mask, Real, Word};
 use std::hint::black_box;
@@ -107,25 +107,25 @@ impl<R: Real, const N: usize> Triangles<R, N> {
 
     /// Eliminates G22: once for all passes of a record.
     #[inline(always)]
-    pub(crate) fn eliminate_input(&mut self, of: &PackedInformation<R, N>) {
-        let n = of.order();
+    pub(crate) fn eliminate_input(&mut self, information: &PackedInformation<R, N>) {
+        let n = information.order();
         let one = R::splat(1.0);
-        let [g11, _, g21, g22] = &of.g;
+        let [g11, _, g21, g22] = &information.g;
         self.unit = unit(g22[0][0], g11[0][0]);
         self.input_norm = norm(n, [g21, g22], self.unit);
         self.multipliers[0] = R::zero();
-        each::<N>(
+        unrolled::<N>(
             n,
             #[inline(always)]
             |i| {
                 let mut row = Pending {
                     left: g22[i],
                     right: scaled(n, &g21[i], self.unit),
-                    r: of.r[1][i] * self.unit,
+                    r: information.r[1][i] * self.unit,
                     sum: one,
                     multipliers: self.multipliers[0],
                 };
-                each::<N>(
+                unrolled::<N>(
                     i,
                     #[inline(always)]
                     |k| row.eliminate_left(n, k, self),
@@ -140,10 +140,10 @@ impl<R: Real, const N: usize> Triangles<R, N> {
 
     /// Eliminates the rest.
     #[inline(always)]
-    fn eliminate_output(&mut self, of: &PackedInformation<R, N>) {
-        let n = of.order();
+    fn eliminate_output(&mut self, information: &PackedInformation<R, N>) {
+        let n = information.order();
         let one = R::splat(1.0);
-        let [g11, g12, ..] = &of.g;
+        let [g11, g12, ..] = &information.g;
         let square = self.unit * self.unit;
         self.multipliers[1] = self.multipliers[0];
         // A loop, not written out: its code runs n times while it is in the instruction cache.
@@ -151,13 +151,13 @@ impl<R: Real, const N: usize> Triangles<R, N> {
             let mut row = Pending {
                 left: scaled(n, &g12[i], self.unit),
                 right: scaled(n, &g11[i], square),
-                r: of.r[0][i] * square,
+                r: information.r[0][i] * square,
                 sum: one,
                 multipliers: self.multipliers[1],
             };
             // The top is read where it is: taken out of the loop it would be copied, since no register is free.
             let top = black_box(&*self);
-            each::<N>(
+            unrolled::<N>(
                 n,
                 #[inline(always)]
                 |k| row.eliminate_left(n, k, top),
@@ -165,7 +165,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
             self.bottom[i] = row.right;
             self.keep(1, i, &row);
         }
-        each::<N>(
+        unrolled::<N>(
             n,
             #[inline(always)]
             |i| {
@@ -176,7 +176,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
                     sum: self.sums[1][i],
                     multipliers: self.multipliers[1],
                 };
-                each::<N>(
+                unrolled::<N>(
                     i,
                     #[inline(always)]
                     |k| row.eliminate_right(n, k, self),
@@ -266,10 +266,10 @@ fn unit<R: Real>(of_u: R, of_y: R) -> R {
 }
 
 #[inline(always)]
-fn scaled<R: Real, const N: usize>(n: usize, of: &[R; N], by: R) -> [R; N] {
+fn scaled<R: Real, const N: usize>(n: usize, values: &[R; N], by: R) -> [R; N] {
     let mut to = [R::zero(); N];
     for i in 0..n {
-        to[i] = of[i] * by;
+        to[i] = values[i] * by;
     }
     to
 }
@@ -278,26 +278,26 @@ fn scaled<R: Real, const N: usize>(n: usize, of: &[R; N], by: R) -> [R; N] {
 /// [`inverses::solve_alone`].
 #[inline(always)]
 pub(crate) fn solve<R: Real, const N: usize>(
-    of: &PackedInformation<R, N>,
+    information: &PackedInformation<R, N>,
     by: &mut Triangles<R, N>,
     with_condition: bool,
 ) -> (Parameters<R, N>, R::Mask) {
-    let n = of.order();
-    by.eliminate_output(of);
+    let n = information.order();
+    by.eliminate_output(information);
     let (p, inverse_bound) = by.substitute(n);
     let tame = by.multipliers[1].at_most(R::splat(LARGEST_MULTIPLIERS));
     // Half the rank rule's limit: what is nearer is judged alone.
     let limit = R::splat(0.5 / rank_limit(n));
     let (condition, regular) = if with_condition {
-        let condition = inverses::condition(of);
+        let condition = inverses::condition(information);
         (condition, condition.less(limit))
     } else {
-        let [g11, g12, ..] = &of.g;
+        let [g11, g12, ..] = &information.g;
         let of_output = norm(n, [g11, g12], by.unit) * by.unit;
         let bound = larger(of_output, by.input_norm) * inverse_bound;
         let mut regular = bound.less(R::splat(SURELY_REGULAR));
         if (!regular).any() {
-            regular = regular | inverses::condition(of).less(limit);
+            regular = regular | inverses::condition(information).less(limit);
         }
         (R::splat(f64::NAN), regular)
     };

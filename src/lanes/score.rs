@@ -222,7 +222,7 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
             window,
             horizon,
             gain,
-            truth: [&truth.a, &truth.b, &truth.h, &truth.x0].map(|of| splat(of)),
+            truth: [&truth.a, &truth.b, &truth.h, &truth.x0].map(|numbers| splat(numbers)),
             wanted,
             chunk: Chunk {
                 y: zeros,

@@ -169,8 +169,10 @@ pub(super) type Bundle = [f64; BUNDLE];
 
 /// Numbers in bundles, the last one filled up with zeros; beside each the numbers alone.
 #[inline(always)]
-pub(super) fn bundles<T: Copy + Default>(of: &[T]) -> impl Iterator<Item = ([T; BUNDLE], &[T])> {
-    of.chunks(BUNDLE).map(|numbers| {
+pub(super) fn bundles<T: Copy + Default>(
+    numbers: &[T],
+) -> impl Iterator<Item = ([T; BUNDLE], &[T])> {
+    numbers.chunks(BUNDLE).map(|numbers| {
         let mut bundle = [T::default(); BUNDLE];
         bundle[..numbers.len()].copy_from_slice(numbers);
         (bundle, numbers)

@@ -143,7 +143,9 @@ impl Sample {
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let extremes_fit = match (self.extremes, self.sketch.ends()) {
             (None, None) => true,
-            (Some(of), Some(ends)) => of.0 <= of.1 && Sketch::ends_of(of) == ends,
+            (Some(extremes), Some(ends)) => {
+                extremes.0 <= extremes.1 && Sketch::ends_of(extremes) == ends
+            }
             _ => false,
         };
         let sums = [&self.sum, &self.squares, &self.cubes, &self.fourths];
@@ -626,9 +628,10 @@ mod tests {
     fn errors_begin_with_enough_trials() {
         let z = normals(9, 100);
         let errors = |count: usize| {
-            let of = Sample::from_values(z[..count].iter().copied()).statistics(Worse::Larger);
-            let moments = [of.mean, of.trimmed, of.sd, of.mse, of.rmse].map(|of| of.mcse);
-            let quantiles = [of.q50, of.q25, of.q05].map(|of| of.mcse);
+            let found = Sample::from_values(z[..count].iter().copied()).statistics(Worse::Larger);
+            let moments = [found.mean, found.trimmed, found.sd, found.mse, found.rmse]
+                .map(|estimate| estimate.mcse);
+            let quantiles = [found.q50, found.q25, found.q05].map(|estimate| estimate.mcse);
             [&moments[..], &quantiles[..]].concat()
         };
         let from = [7, 7, 40, 40, 40, 6, 16, 92];
@@ -646,19 +649,19 @@ mod tests {
         assert!(whole.are_of(50) && !whole.are_of(51));
         assert!(Sample::default().statistics(Worse::Larger).are_of(0));
         let altered: [fn(&mut Statistics); 8] = [
-            |of| of.count = u64::MAX,
-            |of| of.overflowed = 51,
-            |of| of.min = 7.0,
-            |of| of.q05.value = of.q95.value + 1.0,
-            |of| of.q50.mcse = -1.0,
-            |of| of.mean.mcse = -1.0,
-            |of| of.rmse.value = -1.0,
-            |of| (of.count, of.undefined) = (0, 50),
+            |statistics| statistics.count = u64::MAX,
+            |statistics| statistics.overflowed = 51,
+            |statistics| statistics.min = 7.0,
+            |statistics| statistics.q05.value = statistics.q95.value + 1.0,
+            |statistics| statistics.q50.mcse = -1.0,
+            |statistics| statistics.mean.mcse = -1.0,
+            |statistics| statistics.rmse.value = -1.0,
+            |statistics| (statistics.count, statistics.undefined) = (0, 50),
         ];
         for alter in altered {
-            let mut of = whole;
-            alter(&mut of);
-            assert!(!of.are_of(50), "{of:?}");
+            let mut statistics = whole;
+            alter(&mut statistics);
+            assert!(!statistics.are_of(50), "{statistics:?}");
         }
     }
 
@@ -680,21 +683,21 @@ mod tests {
         let whole = Sample::from_values([1.0, -2.0, f64::NAN, 0.5]);
         assert!(whole.is_of(4) && !whole.is_of(3) && Sample::default().is_of(0));
         let altered: [fn(&mut Sample); 10] = [
-            |of| of.count = u64::MAX,
-            |of| of.overflowed = 1,
-            |of| of.extremes = None,
-            |of| of.extremes = Some((1.0, -2.0)),
-            |of| of.extremes = Some((-2.0, f64::NAN)),
-            |of| of.extremes = Some((-2.0, 7.0)),
-            |of| of.sketch = Sketch::from_values([1.0, -2.0]),
-            |of| of.sum.add(10.0),
-            |of| of.squares.add(-4.0),
-            |of| of.fourths.add(1e9),
+            |sample| sample.count = u64::MAX,
+            |sample| sample.overflowed = 1,
+            |sample| sample.extremes = None,
+            |sample| sample.extremes = Some((1.0, -2.0)),
+            |sample| sample.extremes = Some((-2.0, f64::NAN)),
+            |sample| sample.extremes = Some((-2.0, 7.0)),
+            |sample| sample.sketch = Sketch::from_values([1.0, -2.0]),
+            |sample| sample.sum.add(10.0),
+            |sample| sample.squares.add(-4.0),
+            |sample| sample.fourths.add(1e9),
         ];
         for alter in altered {
-            let mut of = whole.clone();
-            alter(&mut of);
-            assert!(!of.is_of(4), "{of:?}");
+            let mut sample = whole.clone();
+            alter(&mut sample);
+            assert!(!sample.is_of(4), "{sample:?}");
         }
     }
 

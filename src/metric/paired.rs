@@ -149,7 +149,7 @@ impl Paired {
         let sum = |counts: &[u64]| counts.iter().try_fold(0, |sum: u64, n| sum.checked_add(*n));
         let all = [self.both, self.only_first, self.only_second, self.neither];
         sum(&all) == Some(trials)
-            && sum(&[self.smaller, self.ties]).is_some_and(|told| told <= self.both)
+            && sum(&[self.smaller, self.ties]).is_some_and(|counted| counted <= self.both)
             && self.overflowed <= self.both
             && self.ratio.count() <= self.both.saturating_sub(self.ties)
             && self.difference.is_of(self.both)
@@ -314,10 +314,10 @@ impl PairedStatistics {
             self.ratio_q75,
             self.ratio_q95,
         ];
-        let told = trials.checked_sub(self.ties);
+        let untied = trials.checked_sub(self.ties);
         self.checked_trials() == Some(trials)
-            && told.is_some_and(|told| self.share_smaller.is_of(told))
-            && ascend(ratios.iter().map(|of| of.value))
+            && untied.is_some_and(|untied| self.share_smaller.is_of(untied))
+            && ascend(ratios.iter().map(|ratio| ratio.value))
             && ratios.iter().all(Quantile::is_sound)
             && self.median_difference.is_sound()
             && self.mean_difference.is_sound()
@@ -395,9 +395,12 @@ mod tests {
     fn the_ratio_of_rmses_has_an_error_from_enough_pairs() {
         let pairs = pairs(50);
         for count in 1..=pairs.len() {
-            let of = Paired::from_pairs(pairs[..count].iter().copied()).rmse_ratio();
-            assert!(of.value > 0.0);
-            assert_eq!((of.mcse > 0.0, of.mcse.is_nan()), (count >= 40, count < 40));
+            let ratio = Paired::from_pairs(pairs[..count].iter().copied()).rmse_ratio();
+            assert!(ratio.value > 0.0);
+            assert_eq!(
+                (ratio.mcse > 0.0, ratio.mcse.is_nan()),
+                (count >= 40, count < 40)
+            );
         }
     }
 
@@ -474,18 +477,18 @@ mod tests {
         let whole = Paired::from_pairs(pairs(30));
         assert!(whole.is_of(30) && !whole.is_of(29) && Paired::default().is_of(0));
         let altered: [fn(&mut Paired); 7] = [
-            |of| of.both += 1,
-            |of| of.neither = u64::MAX,
-            |of| of.smaller = 31,
-            |of| of.ties = u64::MAX,
-            |of| of.overflowed = 31,
-            |of| of.first.largest = f64::NAN,
-            |of| of.second.squares.add(1e9),
+            |paired| paired.both += 1,
+            |paired| paired.neither = u64::MAX,
+            |paired| paired.smaller = 31,
+            |paired| paired.ties = u64::MAX,
+            |paired| paired.overflowed = 31,
+            |paired| paired.first.largest = f64::NAN,
+            |paired| paired.second.squares.add(1e9),
         ];
         for alter in altered {
-            let mut of = whole.clone();
-            alter(&mut of);
-            assert!(!of.is_of(30), "{of:?}");
+            let mut paired = whole.clone();
+            alter(&mut paired);
+            assert!(!paired.is_of(30), "{paired:?}");
         }
     }
 

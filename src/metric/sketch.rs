@@ -466,11 +466,11 @@ mod tests {
         let empty = Sketch::default();
         assert!(empty.quantile(0.5).value.is_nan() && empty.trimmed_mean(0.1).value.is_nan());
         assert_eq!((empty.count(), empty.share_below(1.0).total), (0, 0));
-        let one = Sketch::from_values([4.0]);
+        let lone = Sketch::from_values([4.0]);
         let middle = 4.0 * (1.0 + SKETCH_ERROR);
-        assert_eq!(one.quantile(0.3).value, middle);
-        assert_eq!(one.trimmed_mean(0.4).value, middle);
-        assert!(one.quantile(0.3).mcse.is_nan() && one.trimmed_mean(0.4).mcse.is_nan());
+        assert_eq!(lone.quantile(0.3).value, middle);
+        assert_eq!(lone.trimmed_mean(0.4).value, middle);
+        assert!(lone.quantile(0.3).mcse.is_nan() && lone.trimmed_mean(0.4).mcse.is_nan());
         // Of equal values nothing is known beyond the bin; zero is known exactly.
         let alike = Sketch::from_values([4.0; 10]).quantile(0.5);
         assert!((alike.mcse - 4.0 * SKETCH_ERROR / Z).abs() < 1e-15);

@@ -262,10 +262,14 @@ mod tests {
                 let z = normals(cell, trials);
                 groups(&z.iter().map(|z| z.abs()).collect::<Vec<_>>())
             });
-            let of = |statistic| slope(&[1.0, 2.0], &cells, statistic).unwrap();
-            assert!(of(SlopeOf::Median).value.is_finite());
-            assert_eq!(of(SlopeOf::Median).mcse.is_finite(), known, "{trials}");
-            assert!(of(SlopeOf::Rmse).mcse.is_finite());
+            let slope_of = |statistic| slope(&[1.0, 2.0], &cells, statistic).unwrap();
+            assert!(slope_of(SlopeOf::Median).value.is_finite());
+            assert_eq!(
+                slope_of(SlopeOf::Median).mcse.is_finite(),
+                known,
+                "{trials}"
+            );
+            assert!(slope_of(SlopeOf::Rmse).mcse.is_finite());
         }
     }
 
@@ -274,17 +278,17 @@ mod tests {
         let full = groups(&normals(3, 40));
         let zero = groups(&[0.0; 40]);
         let short = groups(&normals(3, 19));
-        let of = |x: &[f64], cells: &[Vec<Sample>]| slope(x, cells, SlopeOf::Rmse);
+        let rmse_slope = |x: &[f64], cells: &[Vec<Sample>]| slope(x, cells, SlopeOf::Rmse);
         let two = [full.clone(), full.clone()];
-        assert_eq!(of(&[1.0], &two), Err(NoSlope::TooFewPoints));
-        assert_eq!(of(&[1.0], &two[..1]), Err(NoSlope::TooFewPoints));
-        assert_eq!(of(&[1.0, 0.0], &two), Err(NoSlope::Abscissa));
-        assert_eq!(of(&[2.0, 2.0], &two), Err(NoSlope::Abscissa));
-        let found = of(&[1.0, 2.0], &[full.clone(), zero]);
+        assert_eq!(rmse_slope(&[1.0], &two), Err(NoSlope::TooFewPoints));
+        assert_eq!(rmse_slope(&[1.0], &two[..1]), Err(NoSlope::TooFewPoints));
+        assert_eq!(rmse_slope(&[1.0, 0.0], &two), Err(NoSlope::Abscissa));
+        assert_eq!(rmse_slope(&[2.0, 2.0], &two), Err(NoSlope::Abscissa));
+        let found = rmse_slope(&[1.0, 2.0], &[full.clone(), zero]);
         assert_eq!(found, Err(NoSlope::Statistic { cell: 1 }));
-        let found = of(&[1.0, 2.0], &[short, full.clone()]);
+        let found = rmse_slope(&[1.0, 2.0], &[short, full.clone()]);
         assert_eq!(found, Err(NoSlope::Groups { cell: 0 }));
-        let found = of(&[1.0, 2.0], &[full.clone(), full[..5].to_vec()]);
+        let found = rmse_slope(&[1.0, 2.0], &[full.clone(), full[..5].to_vec()]);
         assert_eq!(found, Err(NoSlope::Groups { cell: 1 }));
     }
 }

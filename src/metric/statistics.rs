@@ -92,20 +92,22 @@ impl Statistics {
         let estimates = [self.mean, self.sd, self.mse, self.rmse, self.trimmed];
         let conditional = self.conditional.unwrap_or(self.quantiles);
         let quantiles = || self.quantiles.all().into_iter().chain(conditional.all());
-        let order_of = |of: Quantiles| {
-            let values = of.all().map(|of| of.value);
+        let order_of = |quantiles: Quantiles| {
+            let values = quantiles.all().map(|quantile| quantile.value);
             [self.min].into_iter().chain(values).chain([self.max])
         };
         let order = order_of(self.quantiles);
-        let squares = [self.sd, self.mse, self.rmse].map(|of| of.value);
-        let mut all = order.clone().chain(estimates.iter().map(|of| of.value));
+        let squares = [self.sd, self.mse, self.rmse].map(|estimate| estimate.value);
+        let mut all = order
+            .clone()
+            .chain(estimates.iter().map(|estimate| estimate.value));
         self.count.checked_add(self.undefined) == Some(trials)
             && self.overflowed <= self.count
             && (self.count > 0 || all.all(f64::is_nan))
             && ascend(order)
             && ascend(order_of(conditional))
             && estimates.iter().all(Estimate::is_sound)
-            && quantiles().all(|of| of.is_sound())
+            && quantiles().all(|quantile| quantile.is_sound())
             && !squares.iter().any(|x| *x < 0.0)
             && !(self.largest_share < 0.0 || self.largest_share > 1.0 + 1e-8)
     }

@@ -133,9 +133,9 @@ impl Index {
 fn varying(values: &BTreeMap<Key, Values>, continuous: bool) -> Vec<Key> {
     let mut kept: Vec<Key> = Vec::new();
     for key in Key::telling().filter(|key| key.is_of(continuous)) {
-        let of = &values[&key];
-        let follows = kept.iter().any(|other| of.follows(&values[other]));
-        if of.names.len() > 1 && !follows {
+        let own = &values[&key];
+        let follows = kept.iter().any(|other| own.follows(&values[other]));
+        if own.names.len() > 1 && !follows {
             kept.push(key);
         }
     }

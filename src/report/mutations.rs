@@ -183,8 +183,8 @@ impl Forger {
         (self.0.random::<u64>() % limit.max(1) as u64) as usize
     }
 
-    fn one_of<T: Clone>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len())].clone()
+    fn one_of<T: Clone>(&mut self, items: &[T]) -> T {
+        items[self.below(items.len())].clone()
     }
 
     /// Alters a block's content, or its head behind the fingerprint, and seals it with the right checksum.
@@ -286,14 +286,14 @@ impl Forger {
         }
     }
 
-    fn leaf(&mut self, of: &Value) -> Value {
-        let number = of.as_f64().unwrap_or(1.0);
+    fn leaf(&mut self, value: &Value) -> Value {
+        let number = value.as_f64().unwrap_or(1.0);
         let changed = [
             json!(number + 1.0),
             json!(-number),
             json!(number * 1e-3),
-            json!(of.as_u64().unwrap_or(0).wrapping_add(1)),
-            json!(of.as_u64().unwrap_or(0).saturating_sub(1)),
+            json!(value.as_u64().unwrap_or(0).wrapping_add(1)),
+            json!(value.as_u64().unwrap_or(0).saturating_sub(1)),
         ];
         let others = [
             json!(0),
@@ -374,10 +374,13 @@ fn forged_files_are_refused_or_taken() {
     for number in first..first + count {
         forge(&originals, number, &mut counts);
     }
-    for (name, of) in ["blocks", "manifests", "summaries"].iter().zip(&counts) {
-        println!("{name}: {} refused, {} taken", of.refused, of.taken);
-        assert!(of.refused > 0 && of.taken > 0, "{name}: both must happen");
+    for (name, count) in ["blocks", "manifests", "summaries"].iter().zip(&counts) {
+        println!("{name}: {} refused, {} taken", count.refused, count.taken);
+        assert!(
+            count.refused > 0 && count.taken > 0,
+            "{name}: both must happen"
+        );
     }
-    let panics: Vec<u64> = counts.into_iter().flat_map(|of| of.panics).collect();
+    let panics: Vec<u64> = counts.into_iter().flat_map(|count| count.panics).collect();
     assert!(panics.is_empty(), "panics with {panics:?}");
 }

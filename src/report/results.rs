@@ -254,7 +254,7 @@ impl Study {
         let labels = self.labels().iter();
         let claimed = labels.filter(|label| {
             let claims = self.file.claims.iter();
-            claims.flat_map(outputs_of).any(|of| of == **label)
+            claims.flat_map(outputs_of).any(|name| name == **label)
         });
         claimed.cloned().collect()
     }
@@ -263,7 +263,7 @@ impl Study {
     pub fn main_output(&self) -> Option<String> {
         let labels = self.labels();
         let mut claimed = self.file.claims.iter().flat_map(outputs_of);
-        let first = claimed.find(|of| labels.contains(of));
+        let first = claimed.find(|label| labels.contains(label));
         first.or_else(|| labels.last().cloned())
     }
 

@@ -59,7 +59,7 @@ impl Bobtsov {
                 .file
                 .continuous
                 .as_ref()
-                .map_or(0.0, |of| of.scored_from);
+                .map_or(0.0, |continuous| continuous.scored_from);
             text.push_str(&example_table(&study.summary, from));
             text.push_str("proposed: ");
             text.push_str(&ends(&study.summary, "proposed").join("\n          "));

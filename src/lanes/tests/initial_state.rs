@@ -27,7 +27,7 @@ impl Call for StartOf<'_> {
             crate::lanes::splat::<R, N>(self.plant.a()),
             crate::lanes::splat::<R, N>(&self.plant.h()),
         );
-        let splat = |of: &[f64]| of.iter().map(|x| R::splat(*x)).collect::<Vec<R>>();
+        let splat = |numbers: &[f64]| numbers.iter().map(|x| R::splat(*x)).collect::<Vec<R>>();
         let (u, y) = (splat(self.u), splat(self.y));
         let (x0, alone) = R::run(
             #[inline(always)]
@@ -97,7 +97,7 @@ fn the_initial_state_by_steins_equation_is_that_of_faer() {
             let size = |row: &Vec<f64>| row.iter().map(|x| x * x).sum::<f64>();
             let trace: f64 = rows.iter().map(size).sum();
             let sum: f64 = rows.iter().flatten().map(|x| x.abs()).sum();
-            let largest = |of: &[f64]| of.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             let (mut y_u, mut own) = (vec![0.0; samples], states);
             plant.simulate(&mut vec![0.0; order], &u, &mut y_u, &mut own);
             let residual = rows.iter().zip(y.iter().zip(&y_u));

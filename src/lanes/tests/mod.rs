@@ -54,10 +54,10 @@ impl Record {
 
 /// The records' samples, lane by lane.
 fn packed<R: Real>(records: &[Record], part: impl Fn(&Record) -> &[f64]) -> Vec<R> {
-    let of = |k: usize| {
+    let sample = |k: usize| {
         R::load(&std::array::from_fn::<f64, MOST_LANES, _>(|l| {
             part(&records[l])[k]
         }))
     };
-    (0..part(&records[0]).len()).map(of).collect()
+    (0..part(&records[0]).len()).map(sample).collect()
 }

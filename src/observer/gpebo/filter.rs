@@ -72,9 +72,9 @@ impl Filter {
 /// With `u(t) = c_0 + c_1 t/h + c_2 (t/h)^2` and `z = -a s h`,
 /// `x(s h) = e^z x + a s h sum_k c_k s^k k! phi_(k+1)(z)`.
 fn weights(a: f64, h: f64, s: f64) -> [f64; 4] {
-    let [decay, one, two, three] = phi_functions(-a * s * h);
+    let [decay, phi_1, phi_2, phi_3] = phi_functions(-a * s * h);
     let gain = a * s * h;
-    let (c0, c1, c2) = (gain * one, gain * s * two, gain * s * s * 2.0 * three);
+    let (c0, c1, c2) = (gain * phi_1, gain * s * phi_2, gain * s * s * 2.0 * phi_3);
     [
         decay,
         c0 - 3.0 * c1 + 2.0 * c2,

@@ -110,8 +110,11 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
         let samples = runs.each_ref().map(Run::sample);
         for (observer, [state, theta]) in differences.iter_mut().enumerate() {
             let estimates = samples.map(|sample| &sample.estimates[observer]);
-            state.note(estimates.map(|of| &of.x[..]), samples[2].x);
-            theta.note(estimates.map(|of| &of.theta[..]), cascade.theta());
+            state.note(estimates.map(|estimate| &estimate.x[..]), samples[2].x);
+            theta.note(
+                estimates.map(|estimate| &estimate.theta[..]),
+                cascade.theta(),
+            );
         }
         let [_, _, more] = runs.each_mut().map(Run::advance);
         if !more {
@@ -124,11 +127,11 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
         .iter()
         .map(|theta| theta * theta)
         .sum::<f64>();
-    let convergence = |(number, of): (usize, &[Differences; 2])| {
-        let [state, theta] = of.map(|differences| differences.step_error(summary.steps));
+    let convergence = |(number, differences): (usize, &[Differences; 2])| {
+        let [state, theta] = differences.map(|runs| runs.step_error(summary.steps));
         let [state_scale, theta_scale] = [state.largest, theta.largest / size.sqrt()];
         let scales = [state_scale, state_scale, state_scale, theta_scale];
-        let accuracies = [&middle, &summary].map(|of| &of.observers[number].accuracy);
+        let accuracies = [&middle, &summary].map(|run| &run.observers[number].accuracy);
         Convergence {
             state,
             theta,

@@ -59,10 +59,10 @@ impl ScalarEstimator {
         let (delta, mixed) = (Parabola::through(delta), Parabola::through(mixed));
         let part = h / f64::from(PARTS);
         for i in 0..PARTS {
-            let of = |parabola: &Parabola| {
+            let nodes = |parabola: &Parabola| {
                 [0.0, 0.5, 1.0].map(|s| parabola.at((f64::from(i) + s) / f64::from(PARTS)))
             };
-            self.part(part, &of(&delta), &of(&mixed));
+            self.part(part, &nodes(&delta), &nodes(&mixed));
         }
     }
 

@@ -339,23 +339,26 @@ fn the_ratio_of_the_largest_likelihood() {
 #[test]
 fn refusals() {
     let zero = Mat::<f64>::zeros(3, 3);
-    let of = |noise| StochasticModel::new(&A, &B, zero.as_ref(), noise).map(|_| ());
+    let refused = |noise| StochasticModel::new(&A, &B, zero.as_ref(), noise).map(|_| ());
     let noise = |numerator, denominator| MeasurementNoise {
         numerator,
         denominator,
         deviation: 1.0,
     };
     assert_eq!(
-        of(noise(&[0.0, 1.0], &[1.0])),
+        refused(noise(&[0.0, 1.0], &[1.0])),
         Err(RiccatiError::Variance(0.0))
     );
-    assert_eq!(of(noise(&[1.0], &[2.0])), Err(RiccatiError::NotMonic(2.0)));
+    assert_eq!(
+        refused(noise(&[1.0], &[2.0])),
+        Err(RiccatiError::NotMonic(2.0))
+    );
     assert!(matches!(
-        of(noise(&[], &[1.0])),
+        refused(noise(&[], &[1.0])),
         Err(RiccatiError::Shape { name: "C", .. })
     ));
     assert_eq!(
-        of(MeasurementNoise::white(0.0)),
+        refused(MeasurementNoise::white(0.0)),
         Err(RiccatiError::Variance(0.0))
     );
     let empty = StochasticModel::new(&[], &[], Mat::zeros(0, 0).as_ref(), COLOURED);
@@ -377,9 +380,9 @@ fn refusals() {
         b: &B,
         x0: &[0.0; 3],
     };
-    let of = |u: &[f64], y: &[f64]| {
+    let refused = |u: &[f64], y: &[f64]| {
         maximum_likelihood_ratio(observed, u, y, ProcessNoise::States, None).unwrap_err()
     };
-    assert_eq!(of(&u, &[0.0; 2]), RatioError::Record);
-    assert_eq!(of(&u, &[0.0; 3]), RatioError::NonFinite);
+    assert_eq!(refused(&u, &[0.0; 2]), RatioError::Record);
+    assert_eq!(refused(&u, &[0.0; 3]), RatioError::NonFinite);
 }

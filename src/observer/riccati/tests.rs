@@ -344,50 +344,53 @@ fn refusals() {
     let (h, s) = ([1.0, 0.0], [0.0; 2]);
     let q = Mat::<f64>::identity(2, 2);
     let zero = Mat::<f64>::zeros(2, 2);
-    let of = |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| {
+    let refused = |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| {
         dare(f.as_ref(), h, q.as_ref(), s, r).unwrap_err()
     };
     // An undamped oscillation without process noise, an integrator, and an unstable mode y does not see.
     assert!(matches!(
-        of(&f, &h, &zero, &s, 1.0),
+        refused(&f, &h, &zero, &s, 1.0),
         E::NotStabilising { .. }
     ));
     let integrator = mat![[1.0, 0.0], [0.0, 0.5]];
     assert!(matches!(
-        of(&integrator, &h, &zero, &s, 1.0),
+        refused(&integrator, &h, &zero, &s, 1.0),
         E::NotStabilising { .. }
     ));
     let unseen = mat![[0.5, 0.0], [0.0, 1.5]];
     assert!(matches!(
-        of(&unseen, &h, &q, &s, 1.0),
+        refused(&unseen, &h, &q, &s, 1.0),
         E::NotStabilising { .. }
     ));
     assert!(matches!(
-        of(&f, &h[..1], &q, &s, 1.0),
+        refused(&f, &h[..1], &q, &s, 1.0),
         E::Shape { name: "h", .. }
     ));
     assert!(matches!(
-        of(&f, &h, &Mat::identity(3, 3), &s, 1.0),
+        refused(&f, &h, &Mat::identity(3, 3), &s, 1.0),
         E::Shape { name: "Q", .. }
     ));
     assert!(matches!(
-        of(&Mat::zeros(2, 3), &h, &q, &s, 1.0),
+        refused(&Mat::zeros(2, 3), &h, &q, &s, 1.0),
         E::Shape { name: "F", .. }
     ));
-    assert_eq!(of(&f, &[f64::NAN, 0.0], &q, &s, 1.0), E::NotFinite("h"));
-    assert_eq!(of(&f, &h, &q, &s, 0.0), E::Variance(0.0));
-    assert!(matches!(of(&f, &h, &q, &s, f64::NAN), E::Variance(_)));
     assert_eq!(
-        of(&f, &h, &mat![[1.0, 0.1], [0.0, 1.0]], &s, 1.0),
+        refused(&f, &[f64::NAN, 0.0], &q, &s, 1.0),
+        E::NotFinite("h")
+    );
+    assert_eq!(refused(&f, &h, &q, &s, 0.0), E::Variance(0.0));
+    assert!(matches!(refused(&f, &h, &q, &s, f64::NAN), E::Variance(_)));
+    assert_eq!(
+        refused(&f, &h, &mat![[1.0, 0.1], [0.0, 1.0]], &s, 1.0),
         E::NotSymmetric("Q")
     );
     let indefinite = mat![[1.0, 2.0], [2.0, 1.0]];
     assert!(matches!(
-        of(&f, &h, &indefinite, &s, 1.0),
+        refused(&f, &h, &indefinite, &s, 1.0),
         E::Indefinite { name: "Q", .. }
     ));
     assert!(matches!(
-        of(&f, &h, &q, &[2.0, 0.0], 1.0),
+        refused(&f, &h, &q, &[2.0, 0.0], 1.0),
         E::Indefinite { .. }
     ));
     let axis = care(

@@ -90,7 +90,7 @@ fn row_name(cell: &CellSummary, keys: &[Key]) -> String {
 fn shares(cell: &CellSummary, output: &str) -> Option<HeatCell> {
     let met = |bound: usize| {
         let mut outputs = cell.bounds.get(bound)?.outputs.iter();
-        let share = outputs.find(|of| of.output == output)?.met.share;
+        let share = outputs.find(|found| found.output == output)?.met.share;
         share.is_finite().then_some(share)
     };
     let (narrow, wide) = (met(0)?, met(1)?);

@@ -29,7 +29,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
                 names.len() - 1
             });
             let outputs = bound.outputs.iter();
-            found[at].extend(outputs.map(|of| (of.output.as_str(), of.met)));
+            found[at].extend(outputs.map(|share| (share.output.as_str(), share.met)));
         }
     }
     let most = found.iter().map(Vec::len).max()?;
@@ -39,8 +39,8 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
     let mut plot = Plot::new("", x, PlotAxis::categories("", &names));
     let what = if single {
         for (slot, label) in outputs.iter().take(FEW) {
-            let points = found.iter().enumerate().filter_map(|(i, of)| {
-                let met = of.iter().find(|(output, _)| output == label)?.1;
+            let points = found.iter().enumerate().filter_map(|(i, shares_met)| {
+                let met = shares_met.iter().find(|(output, _)| output == label)?.1;
                 Some(Point::interval(
                     100.0 * met.share,
                     i as f64,
@@ -52,8 +52,11 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
         }
         "Shares of all trials with Wilson's 95 % intervals; a failed trial meets no bound."
     } else {
-        let points = found.iter().enumerate().filter_map(|(i, of)| {
-            let mut shares: Vec<f64> = of.iter().map(|(_, met)| 100.0 * met.share).collect();
+        let points = found.iter().enumerate().filter_map(|(i, shares_met)| {
+            let mut shares: Vec<f64> = shares_met
+                .iter()
+                .map(|(_, met)| 100.0 * met.share)
+                .collect();
             shares.sort_by(f64::total_cmp);
             let at = |q: f64| {
                 shares

@@ -9,12 +9,12 @@ use crate::report::results::Study;
 use crate::study::file::Key;
 
 /// Bias, its error and the scatter of one coefficient, by quantiles where one trial dominates the moments.
-fn bias_of(of: &Statistics) -> (f64, f64, f64) {
-    if of.dominated || !of.mean.value.is_finite() {
-        let scatter = (of.q75.value - of.q25.value) / 1.349;
-        (of.q50.value, of.q50.mcse, scatter)
+fn bias_of(error: &Statistics) -> (f64, f64, f64) {
+    if error.dominated || !error.mean.value.is_finite() {
+        let scatter = (error.q75.value - error.q25.value) / 1.349;
+        (error.q50.value, error.q50.mcse, scatter)
     } else {
-        (of.mean.value, of.mean.mcse, of.sd.value)
+        (error.mean.value, error.mean.mcse, error.sd.value)
     }
 }
 
@@ -24,7 +24,7 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
     // Iteration 0 may be biased by so much that nothing else is seen.
     let pass = |label: &str| {
         let cell = study.summary.cells.first()?;
-        study.output(cell, label).map(|of| of.pass)
+        study.output(cell, label).map(|output| output.pass)
     };
     let several = outputs.iter().any(|(_, label)| pass(label) > Some(0));
     let labels: Vec<(usize, String)> = outputs
@@ -37,7 +37,7 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
         .cells
         .iter()
         .flat_map(|cell| &cell.outputs)
-        .max_by_key(|of| of.parameters.len())?;
+        .max_by_key(|output| output.parameters.len())?;
     let names: Vec<String> = largest
         .parameters
         .iter()
@@ -63,15 +63,15 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
         };
         for (slot, label) in &labels {
             let output = study.output(cell, label);
-            let Some(output) = output.filter(|of| of.failed.low <= 0.5) else {
+            let Some(output) = output.filter(|output| output.failed.low <= 0.5) else {
                 continue;
             };
             let points = output
                 .parameters
                 .iter()
                 .enumerate()
-                .filter_map(|(i, (_, of))| {
-                    let (bias, error, scatter) = bias_of(of);
+                .filter_map(|(i, (_, statistics))| {
+                    let (bias, error, scatter) = bias_of(statistics);
                     let point = Point::uncertain(i as f64, bias / scatter, error / scatter);
                     point.y.is_finite().then_some(point)
                 });

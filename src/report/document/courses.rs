@@ -52,7 +52,7 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
 pub fn course_figures(summary: &Summary) -> super::Files {
     let drawn = courses(summary).into_iter();
     drawn
-        .map(|of| (format!("{}.svg", of.name), of.svg))
+        .map(|drawn| (format!("{}.svg", drawn.name), drawn.svg))
         .collect()
 }
 
@@ -73,8 +73,8 @@ fn series<'a>(
 ) -> Vec<Series> {
     let outputs = cell.outputs.iter().zip(&traces.outputs).enumerate();
     outputs
-        .filter_map(|(slot, (output, of))| {
-            let points = points(&traces.times, values(of)?.into_iter());
+        .filter_map(|(slot, (output, trace))| {
+            let points = points(&traces.times, values(trace)?.into_iter());
             Some(Series::new(output.label(), Style::Line, points).slot(slot))
         })
         .collect()
@@ -86,14 +86,14 @@ fn of_theta(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
         PlotAxis::linear("t, s"),
         PlotAxis::linear(format!("theta_hat_{}", i + 1)),
     );
-    plot.series = series(cell, traces, |of| of.theta_hat.get(i).cloned());
+    plot.series = series(cell, traces, |trace| trace.theta_hat.get(i).cloned());
     plot.reference("true theta_i", Course::Horizontal(traces.theta[i]))
 }
 
 fn of_state(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
     let x = &traces.x[i];
-    let error = |of: &OutputTrace| -> Option<Vec<f64>> {
-        let x_hat = of.x_hat.get(i)?;
+    let error = |trace: &OutputTrace| -> Option<Vec<f64>> {
+        let x_hat = trace.x_hat.get(i)?;
         Some(x.iter().zip(x_hat).map(|(x, x_hat)| x - x_hat).collect())
     };
     let end = traces.times.last().copied().unwrap_or(0.0);

@@ -110,7 +110,7 @@ pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
     };
     let last = plots
         .iter()
-        .filter_map(|plot| plot.series.iter().rfind(|of| !of.points.is_empty()));
+        .filter_map(|plot| plot.series.iter().rfind(|series| !series.points.is_empty()));
     let mut places: Vec<(f64, usize)> = last
         .flat_map(|series| &series.points)
         .map(parts)

@@ -74,8 +74,8 @@ impl Layout {
                 continue;
             }
             let with = |panel: &Choice| -> Vec<Choice> {
-                let one = |value: &String| [panel.clone(), vec![(key, value.clone())]].concat();
-                values.iter().map(one).collect()
+                let choice = |value: &String| [panel.clone(), vec![(key, value.clone())]].concat();
+                values.iter().map(choice).collect()
             };
             panels = panels.iter().flat_map(with).collect();
         }

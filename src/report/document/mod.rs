@@ -41,14 +41,18 @@ pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     let few = outputs.len() <= 3;
     let claimed = study.claimed();
     let mut last: HashMap<&str, usize> = HashMap::new();
-    for of in outputs {
-        last.insert(&of.estimator, of.pass);
+    for output in outputs {
+        last.insert(&output.estimator, output.pass);
     }
-    for of in outputs.iter().filter(|of| claimed.contains(&of.label())) {
-        last.remove(of.estimator.as_str());
+    for output in outputs
+        .iter()
+        .filter(|output| claimed.contains(&output.label()))
+    {
+        last.remove(output.estimator.as_str());
     }
-    let kept = outputs.iter().filter(|of| {
-        few || claimed.contains(&of.label()) || last.get(of.estimator.as_str()) == Some(&of.pass)
+    let kept = outputs.iter().filter(|output| {
+        few || claimed.contains(&output.label())
+            || last.get(output.estimator.as_str()) == Some(&output.pass)
     });
     let kept = kept.take(OUTPUTS).map(crate::study::OutputSummary::label);
     kept.enumerate().collect()
@@ -72,11 +76,12 @@ fn lead_figures(study: &Study) -> Vec<Measure> {
     let outputs = lead_outputs(study);
     let defined = |measure: Measure| {
         let cells = study.summary.cells.iter();
-        let of = cells.flat_map(|cell| {
+        let statistics = cells.flat_map(|cell| {
             let outputs = outputs.iter();
             outputs.filter_map(move |(_, label)| study.statistics(cell, label, measure))
         });
-        of.filter(|of| of.q50.value.is_finite()).count()
+        let medians = statistics.map(|statistics| statistics.q50.value);
+        medians.filter(|median| median.is_finite()).count()
     };
     let mut found: Vec<(usize, Measure)> = Vec::new();
     let others = study
@@ -309,12 +314,12 @@ fn settings(section: &mut Section, study: &Study) {
             .file
             .methods
             .iter()
-            .map(|of| method(&of.output_name(1), of));
+            .map(|table| method(&table.output_name(1), table));
         let observers = study
             .file
             .observers
             .iter()
-            .map(|of| method(&of.label(), of));
+            .map(|table| method(&table.label(), table));
         let mut all: Vec<String> = methods.chain(observers).collect();
         if all.len() > MOST {
             let left = all.len() - MOST;

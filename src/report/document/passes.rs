@@ -32,9 +32,9 @@ fn iterated(study: &Study) -> Vec<String> {
 
 /// The passes of an estimator in a cell, iteration 0 first: where that has a name of its own it is the output in front.
 fn passes_of<'a>(cell: &'a CellSummary, name: &str) -> &'a [OutputSummary] {
-    let mut runs = cell
-        .outputs
-        .chunk_by(|one, next| one.estimator == next.estimator || one.pass == 0 && next.pass > 0);
+    let mut runs = cell.outputs.chunk_by(|output, next| {
+        output.estimator == next.estimator || output.pass == 0 && next.pass > 0
+    });
     let run = runs.find(|run| run.iter().any(|output| output.estimator == name));
     run.unwrap_or_default()
 }
@@ -75,9 +75,14 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
     }
     let layout = Layout::new(study, None, &[]);
     let point = |output: &OutputSummary| {
-        let of = output.measures.get(&measure)?;
-        let point = Point::interval(output.pass as f64, of.q50.value, of.q05.value, of.q95.value);
-        of.q50.value.is_finite().then_some(point)
+        let statistics = output.measures.get(&measure)?;
+        let point = Point::interval(
+            output.pass as f64,
+            statistics.q50.value,
+            statistics.q05.value,
+            statistics.q95.value,
+        );
+        statistics.q50.value.is_finite().then_some(point)
     };
     let plots = over_passes(study, &layout, &y_axis(measure), Style::Band, point);
     let name = measure.label();
@@ -105,10 +110,10 @@ const LEAST: f64 = 0.5;
 /// Shares of trials that fail or leave an unstable model, where there are any to speak of.
 pub(super) fn lost(study: &Study) -> Option<Drawn> {
     let axis = PlotAxis::linear("failed or unstable, % of trials");
-    let lost = |at: f64, of: &OutputSummary| {
+    let lost = |at: f64, output: &OutputSummary| {
         let (trials, count) = (
-            of.outcomes.trials,
-            of.outcomes.failed() + of.outcomes.unstable,
+            output.outcomes.trials,
+            output.outcomes.failed() + output.outcomes.unstable,
         );
         let share = crate::metric::Share::new(count.min(trials), trials);
         Point::interval(
@@ -123,7 +128,7 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
         .cells
         .iter()
         .flat_map(|cell| &cell.outputs)
-        .map(|of| of.pass)
+        .map(|output| output.pass)
         .max();
     let (layout, plots) = if iterated(study).is_empty() || last <= Some(MANY) {
         let layout = Layout::new(study, x_key(study), &[]);
@@ -144,8 +149,8 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
         (layout, plots)
     } else {
         let layout = Layout::new(study, None, &[]);
-        let plots = over_passes(study, &layout, &axis, Style::ErrorBars, |of| {
-            Some(lost(of.pass as f64, of))
+        let plots = over_passes(study, &layout, &axis, Style::ErrorBars, |output| {
+            Some(lost(output.pass as f64, output))
         });
         (layout, plots)
     };

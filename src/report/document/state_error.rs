@@ -31,7 +31,9 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
             };
             if several {
                 let gain = words(Key::Gain, &cell.setting(Key::Gain));
-                let medians = curve(last).into_iter().map(|of| Point::new(of.x, of.y));
+                let medians = curve(last)
+                    .into_iter()
+                    .map(|point| Point::new(point.x, point.y));
                 plot = plot.series(Series::new(gain, Style::Line, medians.collect()));
             } else {
                 plot = plot.series(Series::new(ends[0].clone(), Style::Band, curve(first)).slot(0));

@@ -28,7 +28,10 @@ pub(in crate::report) fn study(toml: &str) -> Study {
             },
             failed: Share::new(0, 3),
             unstable: Share::new(0, 3),
-            measures: measures.iter().map(|of| (*of, statistics)).collect(),
+            measures: measures
+                .iter()
+                .map(|measure| (*measure, statistics))
+                .collect(),
             parameters: Vec::new(),
         };
         cell.outputs = experiment.outputs().iter().map(output).collect();

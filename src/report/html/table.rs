@@ -182,7 +182,7 @@ impl Table {
     /// cells are their texts.
     pub fn csv(&self) -> String {
         let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
-        let mut table = csv::line(headings.iter().map(|of| csv::Cell::Text(of))) + "\r\n";
+        let mut table = csv::line(headings.iter().map(|heading| csv::Cell::Text(heading))) + "\r\n";
         for row in &self.rows {
             table.push_str(&self.csv_row(row));
         }

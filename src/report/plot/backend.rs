@@ -354,7 +354,7 @@ impl Canvas {
     pub(super) fn clipped(&self, area: [f64; 4], draw: impl FnOnce() -> Drawn) -> Drawn {
         let [left, top, right, bottom] = area;
         let [x, y, width, height] =
-            [left, top, right - left, bottom - top].map(|of| tenths(px(of)));
+            [left, top, right - left, bottom - top].map(|length| tenths(px(length)));
         self.svg.add(&format!(
             "<svg x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" viewBox=\"{x} {y} {width} {height}\">"
         ));

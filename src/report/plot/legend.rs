@@ -94,10 +94,10 @@ impl<'a> Legend<'a> {
         let taken: Vec<usize> = all().filter_map(|series| series.slot).collect();
         let mut free = (0..).filter(|slot| !taken.contains(slot));
         let mut series: Vec<(&str, Style, Look)> = Vec::new();
-        for of in all() {
-            if series.iter().all(|(label, ..)| *label != of.label) {
-                let slot = of.slot.or_else(|| free.next()).unwrap_or(0);
-                series.push((&of.label, of.style, Look(slot)));
+        for item in all() {
+            if series.iter().all(|(label, ..)| *label != item.label) {
+                let slot = item.slot.or_else(|| free.next()).unwrap_or(0);
+                series.push((&item.label, item.style, Look(slot)));
             }
         }
         let mut references: Vec<&str> = Vec::new();

@@ -276,11 +276,11 @@ fn what_is_not_drawn_is_counted_and_markers_stay_inside() {
     assert!(svg.contains("Outside of the axes: 1 point."));
     let markers = svg.split("<circle").filter(|tag| tag.contains("r=\"4.6\""));
     let places: Vec<[f64; 2]> = markers
-        .map(|tag| ["cx", "cy"].map(|of| number(tag, of)))
+        .map(|tag| ["cx", "cy"].map(|name| number(tag, name)))
         .collect();
     assert_eq!(places.len(), 3);
     let cut = svg.split("<svg").nth(2).unwrap();
-    let [left, top, width, height] = ["x", "y", "width", "height"].map(|of| number(cut, of));
+    let [left, top, width, height] = ["x", "y", "width", "height"].map(|name| number(cut, name));
     for [x, y] in places {
         assert!((left..left + width).contains(&x) && (top..top + height).contains(&y));
     }

@@ -96,13 +96,13 @@ fn the_radius_is_as_exact_as_its_condition_allows() {
 fn every_width_gives_the_bits_of_one_number() {
     let table = table();
     for n in 1..=LARGEST_ORDER {
-        let of_table = table.iter().filter(|of| of.a.len() == n);
-        let mut all: Vec<Vec<f64>> = of_table.map(|of| of.a.clone()).collect();
+        let of_table = table.iter().filter(|plant| plant.a.len() == n);
+        let mut all: Vec<Vec<f64>> = of_table.map(|plant| plant.a.clone()).collect();
         for special in [f64::NAN, f64::INFINITY, f64::MAX, 5e-324, -1e-310] {
             all.push(vec![special; n]);
-            let mut one = vec![0.5; n];
-            one[n / 2] = special;
-            all.push(one);
+            let mut single = vec![0.5; n];
+            single[n / 2] = special;
+            all.push(single);
         }
         let expected: Vec<u64> = all.iter().map(|a| radius(a).to_bits()).collect();
         let all: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();

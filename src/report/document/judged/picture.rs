@@ -157,11 +157,11 @@ impl<'a> Picture<'a> {
         at: impl Fn(usize, &Mark<'_>) -> Point,
     ) -> Plot {
         for (says, label, slot) in SAYS {
-            let of = marks
+            let chosen = marks
                 .iter()
                 .enumerate()
                 .filter(|(_, mark)| mark.cell.says == says);
-            let points = of.map(|(i, mark)| at(i, mark)).collect();
+            let points = chosen.map(|(i, mark)| at(i, mark)).collect();
             // Of several tests a picture shows one; what the cell says rests on all.
             let label = match self.claim.tests.len() {
                 1 => label.to_owned(),
@@ -276,8 +276,8 @@ impl<'a> Picture<'a> {
         }
         let layout = Layout::new(study, Some(x), &keys);
         let draw = |panel: &(&Option<String>, Choice)| {
-            let of = cells.iter().zip(&self.marks);
-            let (here, marks): (Vec<&CellSummary>, Vec<Mark<'_>>) = of
+            let drawn = cells.iter().zip(&self.marks);
+            let (here, marks): (Vec<&CellSummary>, Vec<Mark<'_>>) = drawn
                 .filter(|(cell, mark)| choice(cell, mark) == *panel)
                 .map(|(cell, mark)| (*cell, mark.clone()))
                 .unzip();
