@@ -1,4 +1,5 @@
-//! Monte-Carlo benchmarks of estimators and adaptive state observers of SISO linear discrete systems.
+//! Monte-Carlo benchmarks of estimators and adaptive state observers of SISO linear discrete
+//! systems.
 //!
 //! The plant is in phase-coordinate canonical form, of known order n:
 //!
@@ -10,8 +11,8 @@
 //! From a window of N samples of u and y an estimator finds a, b, h and x0; an observer then gives
 //! x(k). The algorithm under study (Nikolov et al. 2023) has twelve stages: least squares as
 //! iteration 0 (stages 1 to 6), passes of instrumental variables (7 to 10, repeated by 11), and a
-//! pole-placed observer (12). Doc comments name the stage and the equation in this spelling: `Stage 3`,
-//! `Eq. (7)`.
+//! pole-placed observer (12). Doc comments name the stage and the equation in this spelling:
+//! `Stage 3`, `Eq. (7)`.
 //!
 //! | symbol | shape | what |
 //! |---|---|---|

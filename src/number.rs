@@ -5,7 +5,8 @@ use crate::metric::Quantile;
 /// A value with its standard error in parentheses, in units of the last digit: `0.0879(5)`,
 /// `3.21(4)e-13`. The error is shown with one digit, rounded up where that digit would be 0.
 ///
-/// An undefined value is `-`; an error that is undefined or zero is left out, with four digits shown.
+/// An undefined value is `-`; an error that is undefined or zero is left out, with four digits
+/// shown.
 pub fn uncertain(value: f64, error: f64) -> String {
     rounded(value, error, 17)
 }
@@ -19,7 +20,8 @@ pub fn quantile(quantile: Quantile) -> String {
     }
 }
 
-/// The same with at most `most` digits of the value; a smaller error is shown as 1 of the last of them.
+/// The same with at most `most` digits of the value; a smaller error is shown as 1 of the last of
+/// them.
 pub fn rounded(value: f64, error: f64, most: i32) -> String {
     if !value.is_finite() {
         return "-".to_owned();

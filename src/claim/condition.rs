@@ -8,8 +8,8 @@ use crate::study::place::{Place, axis_label, values, varying, words};
 /// The most items that a sentence lists.
 const MOST: usize = 6;
 
-/// The one setting whose values tell the `good` from all other cells, indices in `all`, or else, for
-/// each combination of the others, the values of a numerical one where it is good: "with white
+/// The one setting whose values tell the `good` from all other cells, indices in `all`, or else,
+/// for each combination of the others, the values of a numerical one where it is good: "with white
 /// noise", "from N = 98 on with eta = 2 %". A cell that is in neither is open: nothing is said of
 /// it. None where few settings do not tell.
 pub fn condition(all: &[Place], good: &[usize], bad: &[usize]) -> Option<String> {

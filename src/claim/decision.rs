@@ -47,8 +47,8 @@ pub(super) struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    /// The judged cells that certainly pass, and those that certainly fail: all together (Holm), but
-    /// each by itself where all must be and all are.
+    /// The judged cells that certainly pass, and those that certainly fail: all together (Holm),
+    /// but each by itself where all must be and all are.
     pub(super) fn certain(self, holds: Holds, level: f64) -> [Vec<usize>; 2] {
         let [pass, fail]: [Vec<f64>; 2] = [
             self.judged.iter().map(|cell| cell.pass).collect(),

@@ -119,8 +119,8 @@ impl Part {
 }
 
 impl Range {
-    /// The numbers that pass a test. No share is beyond 0 or 1, so a range that reaches there has no
-    /// limit there.
+    /// The numbers that pass a test. No share is beyond 0 or 1, so a range that reaches there has
+    /// no limit there.
     fn for_test(test: &ClaimTest) -> Self {
         let [low, high] = test.limit.ends();
         let open = matches!(test.limit, Limit::Below(_) | Limit::Above(_));

@@ -108,8 +108,8 @@ impl Findings<'_> {
         sentence
     }
 
-    /// Orders cells by how far their numbers are inside the limit: by the values where all are of one
-    /// test, else by standard errors. Cells without a number are last.
+    /// Orders cells by how far their numbers are inside the limit: by the values where all are of
+    /// one test, else by standard errors. Cells without a number are last.
     fn by_depth(&self, mut cells: Vec<usize>) -> Vec<usize> {
         let parts = || self.units.iter().filter_map(UnitFindings::decisive);
         let alike = parts().all(|part| Some(part.test) == parts().next().map(|first| first.test));

@@ -1,8 +1,9 @@
 //! The numbers of a study's summary that tests look at: the only part of the engine that knows
 //! where they stand.
 //!
-//! Populations: shares, quantiles and paired ratios are over all trials, lost ones last; means, root
-//! mean squares and biases are over the trials that have the measure, and say so ([`Number::kept`]).
+//! Populations: shares, quantiles and paired ratios are over all trials, lost ones last; means,
+//! root mean squares and biases are over the trials that have the measure, and say so
+//! ([`Number::kept`]).
 
 use super::known::{Freedom, Known};
 use crate::metric::{
@@ -237,8 +238,8 @@ fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing>
     })
 }
 
-/// The largest error of a ratio by which it is judged: the logarithm of a number with a larger one is
-/// not near normal.
+/// The largest error of a ratio by which it is judged: the logarithm of a number with a larger one
+/// is not near normal.
 const MOST_RELATIVE_ERROR: f64 = 0.5;
 
 /// An estimate with its standard error; without error it is exact.
@@ -401,8 +402,8 @@ fn quantile(statistics: &Statistics, q: f64, quantile: Quantile, measure: Measur
     ranks(q, n, (value, quantile.mcse), points, false)
 }
 
-/// Quantiles of n values with their ranks: a quantile is at or between the values of the ranks j and
-/// j + 1 with j = q (n - 1) rounded down, from 0.
+/// Quantiles of n values with their ranks: a quantile is at or between the values of the ranks j
+/// and j + 1 with j = q (n - 1) rounded down, from 0.
 fn at_ranks(
     quantiles: impl Iterator<Item = (f64, f64)>,
     n: u64,

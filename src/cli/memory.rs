@@ -1,5 +1,5 @@
-//! How much memory there is, and whether the threads of a run fit into it: told in a line before any of it is taken,
-//! since an allocation that fails ends a program without one.
+//! How much memory there is, and whether the threads of a run fit into it: told in a line before
+//! any of it is taken, since an allocation that fails ends a program without one.
 
 use super::error::Error;
 use crate::study::Experiment;
@@ -32,8 +32,8 @@ pub(super) fn fits(
     )))
 }
 
-/// The bytes that this process can still take: what Linux has without swapping, within the limits of the process and of
-/// its group. None where nothing says so.
+/// The bytes that this process can still take: what Linux has without swapping, within the limits
+/// of the process and of its group. None where nothing says so.
 #[expect(
     clippy::disallowed_methods,
     reason = "files of the kernel, which are short"

@@ -109,8 +109,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-/// Prints lines to standard output. With [`print_json`] and [`note`] the only place that prints: nothing unseen passes,
-/// whoever wrote it; a text of others inside of a line is [`visible`] before it comes here, so that it ends none.
+/// Prints lines to standard output. With [`print_json`] and [`note`] the only place that prints:
+/// nothing unseen passes, whoever wrote it; a text of others inside of a line is [`visible`] before
+/// it comes here, so that it ends none.
 fn print(text: &str) -> Result<(), Error> {
     write_out(&visible_lines(text))
 }
@@ -132,8 +133,8 @@ fn write_out(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Prints one line to standard error; of a text without end its beginning. Where standard error cannot be written to
-/// nothing more can be said.
+/// Prints one line to standard error; of a text without end its beginning. Where standard error
+/// cannot be written to nothing more can be said.
 fn note(line: &str) {
     use std::io::Write;
     const LONGEST: usize = 1000;

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Plan a study in shards for many machines, balanced by a short timing. The same command again plans what is still
-/// missing, and the next round where `trials` is a rule.
+/// Plan a study in shards for many machines, balanced by a short timing. The same command again
+/// plans what is still missing, and the next round where `trials` is a rule.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]

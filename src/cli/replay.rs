@@ -226,8 +226,8 @@ fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
     ]
 }
 
-/// Whether the rows stood bit for bit in the results' folder; `None` where it holds no such trial of this
-/// experiment.
+/// Whether the rows stood bit for bit in the results' folder; `None` where it holds no such trial
+/// of this experiment.
 fn stored(folder: &Path, experiment: &Experiment, cell: usize, rows: &[Row]) -> Option<bool> {
     // Whatever else is in the folder is no concern of a replay.
     let manifest = read_manifest(folder).ok()??;
@@ -429,7 +429,8 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// Stages 7 and 2 or 9 of a pass, where it got so far; not of a reflected auxiliary model, which is not kept.
+/// Stages 7 and 2 or 9 of a pass, where it got so far; not of a reflected auxiliary model, which is
+/// not kept.
 fn information(
     table: &MethodTable,
     window: Window<'_>,

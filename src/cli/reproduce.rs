@@ -1,4 +1,5 @@
-//! `asobench reproduce`: the papers' experiments, and what a typical realisation meets of their claims.
+//! `asobench reproduce`: the papers' experiments, and what a typical realisation meets of their
+//! claims.
 
 mod bobtsov;
 
@@ -32,14 +33,15 @@ named_enum! {
     }
 }
 
-/// Simulate the experiments of Nikolov et al. (2023), claims C1 to C3, and of Bobtsov et al. (2023), claims B1
-/// to B3, and print which of them a typical realisation meets.
+/// Simulate the experiments of Nikolov et al. (2023), claims C1 to C3, and of Bobtsov et al.
+/// (2023), claims B1 to B3, and print which of them a typical realisation meets.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Whose experiment: all, nikolov or bobtsov
     #[arg(long, value_name = "PAPER", default_value_t)]
     paper: Paper,
-    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have numbers of their own
+    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have numbers of
+    /// their own
     #[arg(long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
     pub(super) trials: u64,
     /// Seed of the random streams

@@ -17,8 +17,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Run an experiment file. A run that was stopped or killed resumes with the same command; more --trials
-/// extend it.
+/// Run an experiment file. A run that was stopped or killed resumes with the same command; more
+/// --trials extend it.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -60,7 +60,8 @@ pub(super) struct StudyArguments {
 }
 
 impl StudyArguments {
-    /// The study, and how many trials it is to have. Claims that were edited ask nothing new of the run in `folder`.
+    /// The study, and how many trials it is to have. Claims that were edited ask nothing new of the
+    /// run in `folder`.
     pub(super) fn experiment(&self, folder: &Path) -> Result<(Experiment, TrialRule), Error> {
         let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
         let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
@@ -104,8 +105,8 @@ impl StudyArguments {
     }
 }
 
-/// The study with what its claims needed when the results in a folder were begun, if these are results of it: then
-/// editing a claim asks for no other run.
+/// The study with what its claims needed when the results in a folder were begun, if these are
+/// results of it: then editing a claim asks for no other run.
 fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
     let stored = stored_design(folder)?;
     let needed = match stored.get("needed") {

@@ -14,8 +14,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Compute one shard of a plan, in a folder of this process's own. What earlier processes left of the shard is not
-/// computed again. Stopped by SIGTERM or --time-limit it ends with exit code 75: run it again.
+/// Compute one shard of a plan, in a folder of this process's own. What earlier processes left of
+/// the shard is not computed again. Stopped by SIGTERM or --time-limit it ends with exit code 75:
+/// run it again.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// The plan, as `asobench plan` writes it
@@ -23,7 +24,8 @@ pub(super) struct Arguments {
     /// The shard, such as 3 or 3/12, from 1 [default: SLURM_ARRAY_TASK_ID]
     #[arg(value_name = "I/S")]
     shard: Option<String>,
-    /// Folder of what all shards leave, on a file system that the machines share [default: NAME-shards beside the plan]
+    /// Folder of what all shards leave, on a file system that the machines share [default:
+    /// NAME-shards beside the plan]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Threads [default: SLURM_CPUS_PER_TASK, else as many processors as this process may use]
@@ -92,8 +94,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
 }
 
-/// The index of the shard, from 0. How many there are, only the plan says: a job that is submitted again for some of its
-/// tasks has another number of them.
+/// The index of the shard, from 0. How many there are, only the plan says: a job that is submitted
+/// again for some of its tasks has another number of them.
 fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error> {
     const TASK: &str = "SLURM_ARRAY_TASK_ID";
     let (flag, text) = match (given, std::env::var(TASK)) {
@@ -124,7 +126,8 @@ fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error
     }
 }
 
-/// The threads that are asked for, that a job has, or that this process may use, by its group and affinity.
+/// The threads that are asked for, that a job has, or that this process may use, by its group and
+/// affinity.
 fn allocated(asked: Option<u16>) -> usize {
     let of_job = || std::env::var("SLURM_CPUS_PER_TASK").ok()?.parse().ok();
     threads(asked.or_else(|| of_job().filter(|count| (1..=1024).contains(count))))

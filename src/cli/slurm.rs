@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Duration;
 
-/// Write a plan of a study, a job script of its shards and one that puts their results together, for Slurm. The same command
-/// again plans what is still missing, and the next round where `trials` is a rule.
+/// Write a plan of a study, a job script of its shards and one that puts their results together,
+/// for Slurm. The same command again plans what is still missing, and the next round where `trials`
+/// is a rule.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -31,8 +32,8 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
     #[command(flatten)]
     job: Job,
-    /// TOML file with these: partition, account, time, mem, cpus-per-task, array-limit, and options, a list of more
-    /// options of sbatch, such as "--constraint=avx512"; flags come first
+    /// TOML file with these: partition, account, time, mem, cpus-per-task, array-limit, and
+    /// options, a list of more options of sbatch, such as "--constraint=avx512"; flags come first
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 }
@@ -206,7 +207,8 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
         plan,
         name,
     } = places;
-    // What is under way is finished, and written: a block takes about five seconds at most, unless one trial does.
+    // What is under way is finished, and written: a block takes about five seconds at most, unless
+    // one trial does.
     let limit = time.map_or_else(String::new, |time| {
         let notice = Duration::from_mins(1).min(time / 4);
         format!(" --time-limit {}", slurm_time(time.saturating_sub(notice)))

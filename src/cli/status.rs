@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Tell what of a plan is there, by shard and by cell, and print the line that computes what is missing. Ends with exit
-/// code 75 while something is.
+/// Tell what of a plan is there, by shard and by cell, and print the line that computes what is
+/// missing. Ends with exit code 75 while something is.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// The plan, as `asobench plan` writes it

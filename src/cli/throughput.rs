@@ -1,4 +1,5 @@
-//! `asobench throughput`: trials per second of one fixed workload beside the machine's peak, or of a study's cells.
+//! `asobench throughput`: trials per second of one fixed workload beside the machine's peak, or of
+//! a study's cells.
 
 mod study;
 
@@ -16,7 +17,8 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// What one trial of W98 counts for, whatever the program really computes: so wasteful code does not look good.
+/// What one trial of W98 counts for, whatever the program really computes: so wasteful code does
+/// not look good.
 const FLOP_PER_TRIAL: f64 = 110_000.0;
 
 /// Trials of a repetition, about a second's work on one thread.
@@ -27,9 +29,10 @@ const fn default_trials(engine: Engine) -> u64 {
     }
 }
 
-/// Time one fixed workload, W98 (n = 6, N = 98, K = 400, least squares and four IV passes, observer), on each engine
-/// and number of threads, beside the machine's peak of fused multiply-adds. With FILE: time the trials of an experiment
-/// file, all cells, outputs and measures, and throw the results away: what `run` on the same file could reach at most.
+/// Time one fixed workload, W98 (n = 6, N = 98, K = 400, least squares and four IV passes,
+/// observer), on each engine and number of threads, beside the machine's peak of fused
+/// multiply-adds. With FILE: time the trials of an experiment file, all cells, outputs and
+/// measures, and throw the results away: what `run` on the same file could reach at most.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Experiment file to time instead of W98
@@ -37,7 +40,8 @@ pub(super) struct Arguments {
     /// Set a key of FILE, such as eta=5; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "file")]
     set: Vec<String>,
-    /// Trials in a repetition, with FILE of each cell [default: about a second's work; with FILE the file's]
+    /// Trials in a repetition, with FILE of each cell [default: about a second's work; with FILE
+    /// the file's]
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(100..=1_000_000_000))]
     trials: Option<u64>,
     /// Numbers of threads, such as 1,2 [default: one, and one per processor]

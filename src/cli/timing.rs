@@ -48,8 +48,8 @@ fn design(experiment: &Experiment) -> String {
     format!("{:032x}", experiment.fingerprint())
 }
 
-/// Times every method in every cell on one thread with the others idle; writes `timing/times.json`, whole. Stops
-/// between two measurements where `stop` is raised.
+/// Times every method in every cell on one thread with the others idle; writes `timing/times.json`,
+/// whole. Stops between two measurements where `stop` is raised.
 pub(super) fn measure(
     experiment: &Experiment,
     folder: &Path,

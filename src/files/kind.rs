@@ -108,7 +108,8 @@ impl Kind {
         }
     }
 
-    /// Whether a run must find it whole after a crash of the machine; anything else is made again by its command.
+    /// Whether a run must find it whole after a crash of the machine; anything else is made again
+    /// by its command.
     pub(super) const fn is_synced(self) -> bool {
         matches!(
             self,
@@ -122,7 +123,8 @@ impl Kind {
         )
     }
 
-    /// Whether the program wrote a file, by how it begins. An empty file holds nothing of anybody's.
+    /// Whether the program wrote a file, by how it begins. An empty file holds nothing of
+    /// anybody's.
     pub(super) fn is_own(self, file: &mut File) -> io::Result<bool> {
         let mut head = Vec::new();
         file.seek(SeekFrom::Start(0))?;
@@ -193,7 +195,8 @@ const TABLES: [&str; 9] = [
     "value,verdict,p (pass),p (fail)",
 ];
 
-/// Whether the footer of a Parquet file, where its columns are named, has those that all tables of results have.
+/// Whether the footer of a Parquet file, where its columns are named, has those that all tables of
+/// results have.
 fn has_own_columns(file: &mut File) -> io::Result<bool> {
     let length = file.seek(SeekFrom::End(0))?;
     let mut end = [0; 8];

@@ -17,7 +17,8 @@ struct Pending {
     kind: Kind,
 }
 
-/// Files that wait to be renamed to their names; what was not renamed is removed when this is dropped.
+/// Files that wait to be renamed to their names; what was not renamed is removed when this is
+/// dropped.
 #[derive(Debug, Default)]
 pub struct Staged(Vec<Pending>);
 
@@ -25,7 +26,8 @@ impl Staged {
     /// A new file that will become `path`, and the name that it has until then.
     ///
     /// # Errors
-    /// If something stands at `path` that is not the program's own file of this kind, or no file can be made.
+    /// If something stands at `path` that is not the program's own file of this kind, or no file
+    /// can be made.
     pub fn create(&mut self, path: &Path, kind: Kind) -> Result<(File, PathBuf), PathError> {
         replaceable(path, kind)?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -147,8 +149,8 @@ fn is_temporary(name: &str, kind: Kind) -> bool {
         .is_some_and(|(process, count)| number(process) && number(count))
 }
 
-/// Removes temporary files of some kinds that a killed run left in a folder. The caller has the folder's lock, and no
-/// other command makes files of these kinds there.
+/// Removes temporary files of some kinds that a killed run left in a folder. The caller has the
+/// folder's lock, and no other command makes files of these kinds there.
 ///
 /// # Errors
 /// If the folder cannot be read or a file cannot be removed.

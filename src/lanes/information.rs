@@ -1,5 +1,5 @@
-//! Stages 2 and 9 in lock step: the blocks of [`crate::estimator::information::Information`] by the same shift
-//! recurrence, lag sums over k in order.
+//! Stages 2 and 9 in lock step: the blocks of [`crate::estimator::information::Information`] by the
+//! same shift recurrence, lag sums over k in order.
 
 use super::{Square, order};
 use crate::real::Real;

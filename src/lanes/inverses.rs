@@ -1,5 +1,5 @@
-//! Stages 3 and 10 by the two inverses of [`crate::estimator::solver::Partitioned`]: the condition number of all lanes,
-//! and p of a lane that elimination without pivots does not serve.
+//! Stages 3 and 10 by the two inverses of [`crate::estimator::solver::Partitioned`]: the condition
+//! number of all lanes, and p of a lane that elimination without pivots does not serve.
 
 use super::Square;
 use super::information::PackedInformation;
@@ -171,8 +171,8 @@ fn inverse_power_of_two<R: Real>(x: R) -> R {
     R::from_bits(R::Word::splat(2046 << 52).minus(exponent))
 }
 
-/// The condition number as [`crate::estimator::solver::Partitioned`] defines it; not finite where G is not or has a
-/// zero row or column.
+/// The condition number as [`crate::estimator::solver::Partitioned`] defines it; not finite where G
+/// is not or has a zero row or column.
 #[inline(always)]
 fn condition_by<R: Real, const N: usize>(
     information: &PackedInformation<R, N>,
@@ -259,8 +259,8 @@ fn condition_by<R: Real, const N: usize>(
     (norm * inverse_norm.maximum(pivot_inverse)).maximum(schur_norm * schur_inverse)
 }
 
-/// The condition number of all lanes, by inverses without pivots; see [`condition_by`]. A function of its own: most
-/// solves do without its matrices, 28 KB of stack.
+/// The condition number of all lanes, by inverses without pivots; see [`condition_by`]. A function
+/// of its own: most solves do without its matrices, 28 KB of stack.
 #[inline(never)]
 pub(super) fn condition<R: Real, const N: usize>(information: &PackedInformation<R, N>) -> R {
     R::run(

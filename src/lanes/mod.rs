@@ -1,9 +1,9 @@
 //! The fast engine: the stages with one trial in each SIMD lane.
 //!
-//! A pack of trials runs in lock step, 8 with AVX-512, 4 with AVX2 and FMA, one elsewhere. A lane's arithmetic is that
-//! of f64 and knows nothing of its neighbours, so that the same trial gives the same bits in any lane of any pack on
-//! any machine. Records have the bits of [`crate::data`], estimates agree with those of [`crate::estimator`] to
-//! rounding.
+//! A pack of trials runs in lock step, 8 with AVX-512, 4 with AVX2 and FMA, one elsewhere. A lane's
+//! arithmetic is that of f64 and knows nothing of its neighbours, so that the same trial gives the
+//! same bits in any lane of any pack on any machine. Records have the bits of [`crate::data`],
+//! estimates agree with those of [`crate::estimator`] to rounding.
 //!
 //! [`crate::study::Engine`] says when it serves; everything else runs on [`crate::estimator`].
 
@@ -27,7 +27,8 @@ mod x86;
 use crate::names::named_enum;
 use crate::real::Real;
 
-/// The largest order of a pack: the capacity of the code that serves all orders without code of their own.
+/// The largest order of a pack: the capacity of the code that serves all orders without code of
+/// their own.
 pub const LARGEST_ORDER: usize = crate::plant::radius::LARGEST_ORDER;
 
 /// An n x n matrix, row by row, in the first n rows and columns.
@@ -39,7 +40,8 @@ pub(crate) fn order<const N: usize>(n: usize) -> usize {
     if N == LARGEST_ORDER { n } else { N }
 }
 
-/// `visit(0) ... visit(n - 1)`, written out where the order is a constant, so that what is indexed stays in registers.
+/// `visit(0) ... visit(n - 1)`, written out where the order is a constant, so that what is indexed
+/// stays in registers.
 #[inline(always)]
 fn unrolled<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
     if N == LARGEST_ORDER {
@@ -134,7 +136,8 @@ impl Isa {
     /// Calls with the pack of this width, and the capacity for an order.
     ///
     /// # Panics
-    /// If this machine does not have the instructions, or the order is 0 or above [`LARGEST_ORDER`].
+    /// If this machine does not have the instructions, or the order is 0 or above
+    /// [`LARGEST_ORDER`].
     pub(crate) fn dispatch<C: Call>(self, order: usize, call: C) -> C::Output {
         assert!(self.is_here(), "{self} is not on this machine");
         assert!((1..=LARGEST_ORDER).contains(&order));

@@ -1,10 +1,11 @@
-//! Stages 3 and 10 in lock step: p by elimination in blocks, without pivoting; lanes where that is not safe are solved
-//! again with pivots, one by one ([`inverses`]).
+//! Stages 3 and 10 in lock step: p by elimination in blocks, without pivoting; lanes where that is
+//! not safe are solved again with pivots, one by one ([`inverses`]).
 //!
-//! Eliminating one block, then the Schur complement that is left instead of the other, is the partitioned inverse
-//! without forming an inverse: r goes along, and p follows from the triangles. The block that goes first is G22: it is
-//! made of u alone, so it is well conditioned, positive definite, and with G21 and r2 the same in every pass of a record.
-//! Inverses are formed where the condition number is asked for.
+//! Eliminating one block, then the Schur complement that is left instead of the other, is the
+//! partitioned inverse without forming an inverse: r goes along, and p follows from the triangles.
+//! The block that goes first is G22: it is made of u alone, so it is well conditioned, positive
+//! definite, and with G21 and r2 the same in every pass of a record. Inverses are formed where the
+//! condition number is asked for.
 
 use super::information::PackedInformation;
 use super::{Square, inverses, unrolled};
@@ -12,7 +13,8 @@ use crate::estimator::solver::condition::rank_limit;
 use crate::real::{Mask, Real, Word};
 use std::hint::black_box;
 
-/// Eliminations whose multipliers sum up to more are done again with pivots: they lose up to as many digits.
+/// Eliminations whose multipliers sum up to more are done again with pivots: they lose up to as
+/// many digits.
 const LARGEST_MULTIPLIERS: f64 = 256.0;
 
 /// A bound on the condition number below which no exact one is needed for the rank rule.
@@ -27,8 +29,8 @@ pub(crate) struct Parameters<R, const N: usize> {
     pub(crate) condition: R,
 }
 
-/// The triangles that an elimination leaves of `[G22 G21; G12 G11] (p2, p1) = (r2, r1)`, y counted in units in which it
-/// is about as large as u: so nothing depends on the units that it came in.
+/// The triangles that an elimination leaves of `[G22 G21; G12 G11] (p2, p1) = (r2, r1)`, y counted
+/// in units in which it is about as large as u: so nothing depends on the units that it came in.
 pub(crate) struct Triangles<R, const N: usize> {
     /// U of G22, then `L^-1 G21`.
     top: [Square<R, N>; 2],
@@ -155,7 +157,8 @@ impl<R: Real, const N: usize> Triangles<R, N> {
                 sum: one,
                 multipliers: self.multipliers[1],
             };
-            // The top is read where it is: taken out of the loop it would be copied, since no register is free.
+            // The top is read where it is: taken out of the loop it would be copied, since no
+            // register is free.
             let top = black_box(&*self);
             unrolled::<N>(
                 n,
@@ -195,8 +198,8 @@ impl<R: Real, const N: usize> Triangles<R, N> {
         self.multipliers[half] = row.multipliers;
     }
 
-    /// p1 and p2 by `U (p2, p1) = L^-1 (r2, r1)`, and beside them a bound on `|| G^-1 ||`, rows summed: `|U^-1| |L^-1|`
-    /// with the triangles' off-diagonal entries taken as negative.
+    /// p1 and p2 by `U (p2, p1) = L^-1 (r2, r1)`, and beside them a bound on `|| G^-1 ||`, rows
+    /// summed: `|U^-1| |L^-1|` with the triangles' off-diagonal entries taken as negative.
     #[inline(always)]
     fn substitute(&self, n: usize) -> ([[R; N]; 2], R) {
         let [mut p2, mut p1] = self.r;
@@ -274,8 +277,8 @@ fn scaled<R: Real, const N: usize>(n: usize, values: &[R; N], by: R) -> [R; N] {
     to
 }
 
-/// Solves all lanes, after [`Triangles::eliminate_input`]; the mask holds those whose numbers must not be used: see
-/// [`inverses::solve_alone`].
+/// Solves all lanes, after [`Triangles::eliminate_input`]; the mask holds those whose numbers must
+/// not be used: see [`inverses::solve_alone`].
 #[inline(always)]
 pub(crate) fn solve<R: Real, const N: usize>(
     information: &PackedInformation<R, N>,

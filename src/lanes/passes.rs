@@ -86,7 +86,8 @@ impl<R: Real, const N: usize> Passes<R, N> {
         }
     }
 
-    /// Estimates on the window (u, y); lanes of `asked` count. Returns how many solves were done again alone.
+    /// Estimates on the window (u, y); lanes of `asked` count. Returns how many solves were done
+    /// again alone.
     pub(crate) fn estimate(&mut self, u: &[R], y: &[R], asked: R::Mask) -> u64 {
         self.fallbacks = 0;
         self.sum_least_squares(u, y);

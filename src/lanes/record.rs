@@ -76,8 +76,9 @@ impl<R: Real> Streams<R> {
     }
 }
 
-/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`], the radii of a block before its angles:
-/// each loop is short enough for a processor to have several rounds of it under way.
+/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`], the radii of a block
+/// before its angles: each loop is short enough for a processor to have several rounds of it under
+/// way.
 struct Normals<R: Real> {
     streams: Streams<R>,
     radius_squares: [R; DRAW_PAIRS],
@@ -120,8 +121,8 @@ impl<R: Real> Draw<R> for Normals<R> {
     }
 }
 
-/// The same numbers, the radius of the next pair beside the angle of this one: neither waits for the other, but the
-/// constants of both are at hand at once.
+/// The same numbers, the radius of the next pair beside the angle of this one: neither waits for
+/// the other, but the constants of both are at hand at once.
 struct OneAhead<R: Real> {
     streams: Streams<R>,
     radius_square: R,

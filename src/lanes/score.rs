@@ -1,4 +1,5 @@
-//! Errors of estimates in lock step: parameters, initial state, and stage 12's observer beside the true plant.
+//! Errors of estimates in lock step: parameters, initial state, and stage 12's observer beside the
+//! true plant.
 
 use super::passes::PassPack;
 use super::record::Record;
@@ -71,7 +72,8 @@ impl<R: Real> Gathered<R> {
         self.sum = self.sum + square;
     }
 
-    /// Maximum and root mean square of `count` numbers; NaN where there are none, or `defined` is not set.
+    /// Maximum and root mean square of `count` numbers; NaN where there are none, or `defined` is
+    /// not set.
     #[inline(always)]
     fn finish(self, count: R, defined: R::Mask) -> [R; 2] {
         let undefined = R::splat(f64::NAN);
@@ -156,7 +158,8 @@ impl<R: Real, const N: usize> PackedObserver<R, N> {
     }
 }
 
-/// What an observer gathers, in variables of their own on the way through a chunk, so that they stay in registers.
+/// What an observer gathers, in variables of their own on the way through a chunk, so that they
+/// stay in registers.
 struct Gathering<R> {
     relative: Gathered<R>,
     as_printed: Gathered<R>,
@@ -167,7 +170,8 @@ struct Gathering<R> {
 }
 
 impl<R: Real> Gathering<R> {
-    /// Gathers the error at x(k), whose size and sum come as their reciprocals, and puts e_x(k)^2 where it is kept.
+    /// Gathers the error at x(k), whose size and sum come as their reciprocals, and puts e_x(k)^2
+    /// where it is kept.
     #[inline(always)]
     fn add(&mut self, x: &[R], x_hat: &[R], size: R, sum: R, curve: Option<&mut R>) {
         let distance = distance(x, x_hat);
@@ -262,8 +266,8 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
         );
     }
 
-    /// Stage 12: makes an observer from a pass, starting at `x0`; where e_x(k) is not wanted before k = N, it runs
-    /// through the window at once.
+    /// Stage 12: makes an observer from a pass, starting at `x0`; where e_x(k) is not wanted before
+    /// k = N, it runs through the window at once.
     pub(crate) fn start(
         &self,
         pass: &PassPack<R, N>,
@@ -282,7 +286,8 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
             || {
                 let n = order::<N>(self.n);
                 let (a, b) = (&pass.a[..n], &pass.b[..n]);
-                // What changes from k to k + 1 is a variable of its own, so that it stays in registers.
+                // What changes from k to k + 1 is a variable of its own, so that it stays in
+                // registers.
                 let (mut of_g, mut of_x) = (*g, *x);
                 gain.compute(a, &mut of_g[..n]);
                 if !self.wanted.curves {
@@ -315,12 +320,12 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
         }
     }
 
-    /// Whether the first output's observer runs beside the truth: their recursions, each of which waits for itself,
-    /// share the time, but 16 registers do not hold both.
+    /// Whether the first output's observer runs beside the truth: their recursions, each of which
+    /// waits for itself, share the time, but 16 registers do not hold both.
     pub(crate) const BESIDE: bool = R::REGISTERS >= 32;
 
-    /// Simulates the truth for some k, at most to the next chunk, with the first output's observer where
-    /// [`Self::BESIDE`]. What [`Self::observe`] needs is kept where `KEEP`.
+    /// Simulates the truth for some k, at most to the next chunk, with the first output's observer
+    /// where [`Self::BESIDE`]. What [`Self::observe`] needs is kept where `KEEP`.
     pub(crate) fn advance<const KEEP: bool>(
         &mut self,
         record: &Record<R, N>,

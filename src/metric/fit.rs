@@ -3,13 +3,14 @@
 use crate::plant::simulate;
 use std::ops::Range;
 
-/// `100 (1 - || y - yhat || / || y - mean(y) ||)` per cent on some samples; NaN where y is constant.
+/// `100 (1 - || y - yhat || / || y - mean(y) ||)` per cent on some samples; NaN where y is
+/// constant.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Fit {
     /// With yhat simulated from x0: only u is used.
     pub simulated: f64,
-    /// With yhat predicted one step ahead, `yhat(k) = phi(k)' theta`: y up to k - 1 is used. Samples
-    /// before k = n have no prediction and are left out.
+    /// With yhat predicted one step ahead, `yhat(k) = phi(k)' theta`: y up to k - 1 is used.
+    /// Samples before k = n have no prediction and are left out.
     pub one_step: f64,
 }
 

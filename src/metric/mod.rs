@@ -1,8 +1,10 @@
-//! Error measures, and their summaries over trials, each with its Monte-Carlo standard error (MCSE).
+//! Error measures, and their summaries over trials, each with its Monte-Carlo standard error
+//! (MCSE).
 //!
-//! A statistic of M trials has a standard error from the M on at which its formula means something; before, it is
-//! NaN (in files null). For moments that is where `value -+ 1.96 MCSE` covers 90 % of normal numbers instead of the
-//! 95 % that it says, and from there on it tends to 95 % (`tests/coverage.rs` has the intervals at these M):
+//! A statistic of M trials has a standard error from the M on at which its formula means something;
+//! before, it is NaN (in files null). For moments that is where `value -+ 1.96 MCSE` covers 90 % of
+//! normal numbers instead of the 95 % that it says, and from there on it tends to 95 %
+//! (`tests/coverage.rs` has the intervals at these M):
 //!
 //! | statistic | from M | because |
 //! |---|---|---|
@@ -14,9 +16,9 @@
 //! | slope of RMSEs | [`JACKKNIFE_GROUPS`] = 20 | a trial in every group; Student's interval covers 94 % |
 //! | slope of medians | 40 | two trials in every group: with one, the interval covers 84 %, with two 91 % |
 //!
-//! [`Sample`] gathers one measure over trials, [`Paired`] two methods on the same trials, [`slope`] a rate
-//! over cells. They hold exact sums ([`ExactSum`]) and counts in fixed bins ([`Sketch`]), so that merging
-//! in any order or grouping gives the same bits.
+//! [`Sample`] gathers one measure over trials, [`Paired`] two methods on the same trials, [`slope`]
+//! a rate over cells. They hold exact sums ([`ExactSum`]) and counts in fixed bins ([`Sketch`]), so
+//! that merging in any order or grouping gives the same bits.
 
 mod double_double;
 mod error;

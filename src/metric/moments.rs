@@ -1,8 +1,8 @@
 //! One measure over trials: moments and quantiles, each with its Monte-Carlo standard error.
 //!
-//! The formulas are those of Morris, White and Crowther (2019), table 6, where they have one: mean (bias),
-//! standard deviation (empirical standard error), mean square. What they state for normal numbers is
-//! stated here by the fourth moment, and square roots by the delta method.
+//! The formulas are those of Morris, White and Crowther (2019), table 6, where they have one: mean
+//! (bias), standard deviation (empirical standard error), mean square. What they state for normal
+//! numbers is stated here by the fourth moment, and square roots by the delta method.
 
 use super::double_double::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
@@ -13,7 +13,8 @@ use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
 
-/// A measure over trials, gathered so that nothing depends on the order of trials, on blocks or on merges.
+/// A measure over trials, gathered so that nothing depends on the order of trials, on blocks or on
+/// merges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     count: u64,
@@ -89,7 +90,8 @@ impl Sample {
         }
     }
 
-    /// The same of one number, whose powers may be beyond the range of doubles: those that are not enter.
+    /// The same of one number, whose powers may be beyond the range of doubles: those that are not
+    /// enter.
     #[cold]
     fn add_far_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
         let alone = |x: f64| std::array::from_fn(|i| if i == 0 { x } else { 0.0 });
@@ -139,7 +141,8 @@ impl Sample {
         };
     }
 
-    /// Whether this can be the measure of so many trials: what of a stored sample is checked before it is used.
+    /// Whether this can be the measure of so many trials: what of a stored sample is checked before
+    /// it is used.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let extremes_fit = match (self.extremes, self.sketch.ends()) {
             (None, None) => true,
@@ -170,7 +173,8 @@ impl Sample {
         self.undefined
     }
 
-    /// Trials whose figure's fourth power is beyond the range of doubles: no moment that needs it is given.
+    /// Trials whose figure's fourth power is beyond the range of doubles: no moment that needs it
+    /// is given.
     pub fn overflowed(&self) -> u64 {
         self.overflowed
     }
@@ -204,8 +208,8 @@ impl Sample {
         }
     }
 
-    /// The q-quantile over all trials by the sketch, within smallest and largest value; trials without a
-    /// measure stand at the worse end.
+    /// The q-quantile over all trials by the sketch, within smallest and largest value; trials
+    /// without a measure stand at the worse end.
     pub fn quantile(&self, q: f64, worse: Worse) -> Quantile {
         self.quantile_among(q, self.lost(worse))
     }
@@ -257,8 +261,8 @@ impl Sample {
 
     /// `s^2 = sum (x - mean)^2 / (M - 1)`, NaN where it is undefined.
     ///
-    /// With c the rounded mean, `sum (x - c)^2 = sum x^2 - 2 c sum x + M c^2` is taken in exact arithmetic;
-    /// what is left of the mean, `(sum x - M c)^2 / M`, is subtracted.
+    /// With c the rounded mean, `sum (x - c)^2 = sum x^2 - 2 c sum x + M c^2` is taken in exact
+    /// arithmetic; what is left of the mean, `(sum x - M c)^2 / M`, is subtracted.
     fn variance(&self) -> f64 {
         let m = self.count as f64;
         let c = self.sum.value() / m;
@@ -367,7 +371,8 @@ impl Sample {
         }
     }
 
-    /// `max x^2 / sum x^2`; 0 where all are 0, NaN where the squares are out of range or there is none.
+    /// `max x^2 / sum x^2`; 0 where all are 0, NaN where the squares are out of range or there is
+    /// none.
     pub fn largest_share(&self) -> f64 {
         largest_share(self.count, self.largest(), &self.squares)
     }
@@ -395,8 +400,8 @@ impl Sample {
     }
 }
 
-/// Whether a sum can be that of so many powers of numbers up to `largest`, which is one of them. Sums are rounded to
-/// some 2^-52 here, and below the normal range.
+/// Whether a sum can be that of so many powers of numbers up to `largest`, which is one of them.
+/// Sums are rounded to some 2^-52 here, and below the normal range.
 pub(super) fn sum_fits(count: u64, power: i32, largest: f64, sum: &ExactSum) -> bool {
     let (sum, m, most) = (sum.value(), count as f64, largest.powi(power));
     let tiny = m * f64::MIN_POSITIVE;
@@ -493,8 +498,8 @@ mod tests {
         near(found.q25.value, 250.75, 2.0 * crate::metric::SKETCH_ERROR);
     }
 
-    /// An offset of 2^40 costs x^4 160 bits against the spread's, and leaves sd and its error alone: x + 2^40
-    /// is exact for these x, so both must be those without the offset.
+    /// An offset of 2^40 costs x^4 160 bits against the spread's, and leaves sd and its error
+    /// alone: x + 2^40 is exact for these x, so both must be those without the offset.
     #[test]
     fn offsets_do_not_cancel() {
         let plain = Sample::from_values((0..500).map(|i| f64::from((i * i) % 97)));
@@ -516,9 +521,9 @@ mod tests {
         assert_eq!(constant.q50.value, 0.1);
     }
 
-    /// Theory, at a million values within 4.5 standard errors, the errors themselves within 2 %: uniform
-    /// (mean 1/2, variance 1/12, mu_4 = 1/80), normal (sd error sigma / sqrt(2 M)), exponential (mean and sd
-    /// 1, mu_4 = 9, E x^4 = 24, median ln 2).
+    /// Theory, at a million values within 4.5 standard errors, the errors themselves within 2 %:
+    /// uniform (mean 1/2, variance 1/12, mu_4 = 1/80), normal (sd error sigma / sqrt(2 M)),
+    /// exponential (mean and sd 1, mu_4 = 9, E x^4 = 24, median ln 2).
     #[test]
     fn known_distributions() {
         let count = 1 << 20;
@@ -566,9 +571,9 @@ mod tests {
         }
     }
 
-    /// 101 trials of which those with 0 ... 60 have a measure: the median is the 51st of all, 50; the
-    /// upper quartile, the 76th, is lost. Where larger is better, the 40 lost ones are the smallest: the
-    /// lower quartile, the 26th, is lost, the median is the 11th of the others, 10.
+    /// 101 trials of which those with 0 ... 60 have a measure: the median is the 51st of all, 50;
+    /// the upper quartile, the 76th, is lost. Where larger is better, the 40 lost ones are the
+    /// smallest: the lower quartile, the 26th, is lost, the median is the 11th of the others, 10.
     #[test]
     fn quantiles_are_over_all_trials_with_lost_ones_at_the_worse_end() {
         let values = (0..101).map(|i| if i <= 60 { f64::from(i) } else { f64::NAN });
@@ -623,7 +628,8 @@ mod tests {
         assert!(empty.mean.value.is_nan() && empty.min.is_nan() && !empty.dominated);
     }
 
-    /// From [`FEWEST_FOR_MEANS`] and [`FEWEST_FOR_SQUARES`] on, and where the interval of a quantile exists.
+    /// From [`FEWEST_FOR_MEANS`] and [`FEWEST_FOR_SQUARES`] on, and where the interval of a
+    /// quantile exists.
     #[test]
     fn errors_begin_with_enough_trials() {
         let z = normals(9, 100);

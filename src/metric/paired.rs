@@ -10,12 +10,13 @@ use super::{ExactSum, Quantile, Sample, Share, Sketch, Worse};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
 
-/// One measure of two methods over the same trials, gathered independently of order, as [`Sample`] is.
+/// One measure of two methods over the same trials, gathered independently of order, as [`Sample`]
+/// is.
 ///
-/// The rule for trials without measure: in ratios and in the share of smaller ones a trial that only one
-/// method has is a loss of the other, and one that neither has is a tie. Differences and both RMSEs are
-/// over the trials where both methods have the measure; the others are counted beside them. NaN is no
-/// measure.
+/// The rule for trials without measure: in ratios and in the share of smaller ones a trial that
+/// only one method has is a loss of the other, and one that neither has is a tie. Differences and
+/// both RMSEs are over the trials where both methods have the measure; the others are counted
+/// beside them. NaN is no measure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Paired {
     both: u64,
@@ -144,7 +145,8 @@ impl Paired {
         }
     }
 
-    /// Whether this can be the comparison of so many trials: what of a stored one is checked before it is used.
+    /// Whether this can be the comparison of so many trials: what of a stored one is checked before
+    /// it is used.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let sum = |counts: &[u64]| counts.iter().try_fold(0, |sum: u64, n| sum.checked_add(*n));
         let all = [self.both, self.only_first, self.only_second, self.neither];
@@ -200,9 +202,9 @@ impl Paired {
     /// `R = RMSE(first) / RMSE(second)` over the M pairs.
     ///
     /// By the delta method on `sqrt(X / Y)`, X and Y the mean squares,
-    /// `MCSE = R/2 sqrt( sum (x^2/X - y^2/Y)^2 / (M (M - 1)) )`, which the sums of `x^4`, `x^2 y^2` and `y^4`
-    /// give in double-double, from [`FEWEST_FOR_SQUARES`] pairs on. Undefined where a fourth power overflows or
-    /// second is all 0.
+    /// `MCSE = R/2 sqrt( sum (x^2/X - y^2/Y)^2 / (M (M - 1)) )`, which the sums of `x^4`, `x^2 y^2`
+    /// and `y^4` give in double-double, from [`FEWEST_FOR_SQUARES`] pairs on. Undefined where a
+    /// fourth power overflows or second is all 0.
     pub fn rmse_ratio(&self) -> Estimate {
         if self.overflowed > 0 || self.both == 0 {
             return Estimate::UNDEFINED;
@@ -263,13 +265,13 @@ pub struct PairedStatistics {
     pub only_second: u64,
     /// Trials where neither has it.
     pub neither: u64,
-    /// Mean of first - second, MCSE from the differences themselves, so that what both methods share drops
-    /// out.
+    /// Mean of first - second, MCSE from the differences themselves, so that what both methods
+    /// share drops out.
     pub mean_difference: Estimate,
     /// Median of first - second.
     pub median_difference: Quantile,
-    /// Median of first / second over all trials: 0 or infinite, which is null and `lost`, where one method
-    /// lost the trial, 1 where both did.
+    /// Median of first / second over all trials: 0 or infinite, which is null and `lost`, where one
+    /// method lost the trial, 1 where both did.
     pub median_ratio: Quantile,
     /// 5 % quantile of the ratio.
     pub ratio_q05: Quantile,
@@ -279,16 +281,16 @@ pub struct PairedStatistics {
     pub ratio_q75: Quantile,
     /// 95 % quantile of the ratio.
     pub ratio_q95: Quantile,
-    /// Share of all trials with first < second, Wilson's interval; a lost trial stands at the worse end.
-    /// Ties are left out, as in the sign test, and counted in `ties`: of two equal methods this share is
-    /// undefined, not 0.
+    /// Share of all trials with first < second, Wilson's interval; a lost trial stands at the worse
+    /// end. Ties are left out, as in the sign test, and counted in `ties`: of two equal methods
+    /// this share is undefined, not 0.
     pub share_smaller: Share,
     /// Trials with first = second, or that both lost.
     pub ties: u64,
     /// RMSE of first over RMSE of second.
     pub rmse_ratio: Estimate,
-    /// Whether one trial has more than [`DOMINANT_SHARE`] of either sum of squares, or a fourth power
-    /// overflowed: then `mean_difference` and `rmse_ratio` are not to be trusted.
+    /// Whether one trial has more than [`DOMINANT_SHARE`] of either sum of squares, or a fourth
+    /// power overflowed: then `mean_difference` and `rmse_ratio` are not to be trusted.
     pub dominated: bool,
 }
 
@@ -345,7 +347,8 @@ mod tests {
         shared.iter().zip(&own).map(pair).collect()
     }
 
-    /// The linearised ratio, trial by trial: sd of x^2/X - y^2/Y over the trials, times R/2 over sqrt M.
+    /// The linearised ratio, trial by trial: sd of x^2/X - y^2/Y over the trials, times R/2 over
+    /// sqrt M.
     #[test]
     fn the_ratio_of_rmses_by_residuals() {
         let pairs = pairs(1000);
@@ -364,8 +367,9 @@ mod tests {
         assert!((found.mcse / expected - 1.0).abs() < 1e-12);
     }
 
-    /// Equal methods: no difference at all, and no share. Nearly equal ones, y = x (1 + 1e-9 w): the error of
-    /// the ratio is some 1e-9 / sqrt M, which sums in doubles (1e-16 of 1) would not show to three digits.
+    /// Equal methods: no difference at all, and no share. Nearly equal ones, y = x (1 + 1e-9 w):
+    /// the error of the ratio is some 1e-9 / sqrt M, which sums in doubles (1e-16 of 1) would not
+    /// show to three digits.
     #[test]
     fn methods_that_hardly_differ() {
         let x = normals(2, 400);
@@ -404,8 +408,9 @@ mod tests {
         }
     }
 
-    /// Ratios 1/2 (30 trials), exactly 1 (25 equal and 6 that both lost), 2 (20), 0 where the second
-    /// alone is lost (10), infinite where the first is (10): of 101 the median is the 51st, a tie.
+    /// Ratios 1/2 (30 trials), exactly 1 (25 equal and 6 that both lost), 2 (20), 0 where the
+    /// second alone is lost (10), infinite where the first is (10): of 101 the median is the 51st,
+    /// a tie.
     #[test]
     fn lost_trials_lose_and_ties_are_exactly_one() {
         let some = |x: f64, y: f64| (Some(x), Some(y));

@@ -15,8 +15,8 @@ pub struct Share {
     /// `count / of`; NaN of no trial.
     #[serde(with = "nan_is_null")]
     pub share: f64,
-    /// `sqrt(share (1 - share) / of)`; NaN unless `share -+ 1.96` times that is within 0 to 1 and not a point, that is
-    /// `of share >= 1.96^2 (1 - share)` and the same of the others.
+    /// `sqrt(share (1 - share) / of)`; NaN unless `share -+ 1.96` times that is within 0 to 1 and
+    /// not a point, that is `of share >= 1.96^2 (1 - share)` and the same of the others.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Lower end of Wilson's 95 % score interval (Wilson 1927).
@@ -75,8 +75,8 @@ named_enum! {
     }
 }
 
-/// "typical" where the lower end of the 95 % Wilson interval is above 1/2, "not typical" where the upper
-/// end is below, else "undecided".
+/// "typical" where the lower end of the 95 % Wilson interval is above 1/2, "not typical" where the
+/// upper end is below, else "undecided".
 pub fn verdict(share: Share) -> BoundVerdict {
     if share.low > 0.5 {
         BoundVerdict::Typical

@@ -5,8 +5,8 @@ use super::quantile::interval_ends;
 use super::{Quantile, Share};
 use serde::{Deserialize, Serialize, Serializer};
 
-/// Largest error of a value taken as the middle of its bin, relative to the value, for normal numbers:
-/// 1024 bins of equal width in every octave. Subnormal numbers have bins of width 2^-1032.
+/// Largest error of a value taken as the middle of its bin, relative to the value, for normal
+/// numbers: 1024 bins of equal width in every octave. Subnormal numbers have bins of width 2^-1032.
 pub const SKETCH_ERROR: f64 = 1.0 / 2048.0;
 
 /// Bits of the mantissa that a bin leaves open.
@@ -14,11 +14,12 @@ const OPEN_BITS: u32 = 42;
 /// The bin of plus infinity; that of minus infinity is its negative.
 const INFINITE: i32 = (0x7ff << 10) + 1;
 
-/// Counts of values in bins that depend on nothing: sign, exponent and the first ten bits of the mantissa.
+/// Counts of values in bins that depend on nothing: sign, exponent and the first ten bits of the
+/// mantissa.
 ///
-/// Zero has a bin of its own, as have the infinities; -0 is 0. Counts are integers, so a sketch does not
-/// depend on the order of values or merges. The j-th of the c values of a bin [low, high) is taken to be
-/// `low + (j + 1/2) / c (high - low)`, j = 0 ... c-1.
+/// Zero has a bin of its own, as have the infinities; -0 is 0. Counts are integers, so a sketch
+/// does not depend on the order of values or merges. The j-th of the c values of a bin [low, high)
+/// is taken to be `low + (j + 1/2) / c (high - low)`, j = 0 ... c-1.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Canonical")]
 pub struct Sketch {
@@ -26,8 +27,8 @@ pub struct Sketch {
     bins: Vec<(i32, u64)>,
 }
 
-/// How many bins a sketch of so many values has, about: values whose spread is a third of their size take some 2000
-/// bins, the tails a few more with every value.
+/// How many bins a sketch of so many values has, about: values whose spread is a third of their
+/// size take some 2000 bins, the tails a few more with every value.
 pub fn expected_bins(values: f64) -> f64 {
     const USUAL: f64 = 2000.0;
     USUAL * (1.0 - (-values / USUAL).exp())
@@ -97,7 +98,8 @@ impl Sketch {
         let ends = keys.iter().fold((i32::MAX, i32::MIN), |(low, high), key| {
             (low.min(*key), high.max(*key))
         });
-        // Bins are close together where there are many values: counting them takes less than sorting.
+        // Bins are close together where there are many values: counting them takes less than
+        // sorting.
         let width = i64::from(ends.1) - i64::from(ends.0) + 1;
         if (1..=8 * keys.len() as i64).contains(&width) {
             return Self::counted(&keys, ends.0, width as usize);
@@ -115,7 +117,8 @@ impl Sketch {
         for key in keys {
             counts[(key - lowest) as usize] += 1;
         }
-        // Every bin is put where the next one goes, and stays where it is not empty: no branch to be guessed.
+        // Every bin is put where the next one goes, and stays where it is not empty: no branch to
+        // be guessed.
         let mut bins = vec![(0, 0); width + 1];
         let mut filled = 0;
         for (bin, count) in (lowest..).zip(counts) {
@@ -195,9 +198,9 @@ impl Sketch {
         }
     }
 
-    /// The q-quantile of the values: type 7 of Hyndman and Fan (1996) on the order statistics as the
-    /// sketch knows them. NaN for an empty sketch. The MCSE is what [`Quantile::mcse`] says, but at
-    /// least half the width of the value's bin over 1.96.
+    /// The q-quantile of the values: type 7 of Hyndman and Fan (1996) on the order statistics as
+    /// the sketch knows them. NaN for an empty sketch. The MCSE is what [`Quantile::mcse`] says,
+    /// but at least half the width of the value's bin over 1.96.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
@@ -207,10 +210,11 @@ impl Sketch {
 
     /// The mean without the `g = floor(gamma M)` smallest and largest of M values.
     ///
-    /// Its standard error is Tukey and McLaughlin's (1963): `s_w / ((1 - 2 g / M) sqrt M)`, with s_w the
-    /// standard deviation (divisor M - 1) of the winsorised sample, in which the values left out are
-    /// replaced by the nearest one kept. Its law is Student's with M - 2 g - 1 degrees of freedom, so it is given where
-    /// [`FEWEST_FOR_MEANS`] values are kept. Undefined for an empty sketch.
+    /// Its standard error is Tukey and McLaughlin's (1963): `s_w / ((1 - 2 g / M) sqrt M)`, with
+    /// s_w the standard deviation (divisor M - 1) of the winsorised sample, in which the values
+    /// left out are replaced by the nearest one kept. Its law is Student's with M - 2 g - 1 degrees
+    /// of freedom, so it is given where [`FEWEST_FOR_MEANS`] values are kept. Undefined for an
+    /// empty sketch.
     ///
     /// # Panics
     /// In debug builds, if gamma is not in [0, 1/2).
@@ -242,7 +246,8 @@ impl Sketch {
         Estimate::new(mean, mcse)
     }
 
-    /// The order statistics of the ranks in `from..to`: the mean of those in one bin, and their number.
+    /// The order statistics of the ranks in `from..to`: the mean of those in one bin, and their
+    /// number.
     fn kept(&self, from: u64, to: u64) -> Vec<(f64, f64)> {
         let mut before = 0;
         let mut kept = Vec::with_capacity(self.bins.len());
@@ -258,8 +263,8 @@ impl Sketch {
         kept
     }
 
-    /// The share of values below x. Of the values in x's own bin those count that the sketch places below
-    /// x, so it is exact for x >= 0 of at most 11 significant bits, which begins a bin.
+    /// The share of values below x. Of the values in x's own bin those count that the sketch places
+    /// below x, so it is exact for x >= 0 of at most 11 significant bits, which begins a bin.
     pub fn share_below(&self, x: f64) -> Share {
         let own = bin_of(x);
         let (low, high) = edges(own);
@@ -324,8 +329,8 @@ impl Among<'_> {
         inside.or_else(|| (rank < self.sketch.count() + above).then(|| exactly(f64::INFINITY)))
     }
 
-    /// The value at a fractional position between the order statistics 0 ... count-1, and the half width
-    /// of the wider of the two bins; None where there is no value.
+    /// The value at a fractional position between the order statistics 0 ... count-1, and the half
+    /// width of the wider of the two bins; None where there is no value.
     fn at(self, count: u64, position: f64) -> Option<OrderStatistic> {
         let position = position.clamp(0.0, count.saturating_sub(1) as f64);
         let rank = position.floor() as u64;
@@ -337,12 +342,12 @@ impl Among<'_> {
         })
     }
 
-    /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows them.
-    /// NaN where there is no value.
+    /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows
+    /// them. NaN where there is no value.
     ///
-    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as [`Quantile::mcse`] says, but at
-    /// least half the width of the value's bin over 1.96: where the values are denser than the bins, the bin bounds
-    /// what is known.
+    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as
+    /// [`Quantile::mcse`] says, but at least half the width of the value's bin over 1.96: where the
+    /// values are denser than the bins, the bin bounds what is known.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
@@ -376,8 +381,8 @@ impl Among<'_> {
     }
 }
 
-/// A sketch as it is stored: the gap between a bin and the one before (the first: from the lowest bin
-/// there is), and the count.
+/// A sketch as it is stored: the gap between a bin and the one before (the first: from the lowest
+/// bin there is), and the count.
 #[derive(Deserialize)]
 struct Canonical(Vec<(u32, u64)>);
 
@@ -478,7 +483,8 @@ mod tests {
         assert_eq!((zero.value, zero.mcse), (0.0, 0.0));
     }
 
-    /// Within the bins' resolution of the quantiles of the sorted values, and their standard errors.
+    /// Within the bins' resolution of the quantiles of the sorted values, and their standard
+    /// errors.
     #[test]
     fn quantiles_agree_with_sorted_values() {
         for count in [1, 2, 3, 10, 400, 20_000] {
@@ -499,8 +505,8 @@ mod tests {
         }
     }
 
-    /// 2^20 values in one octave are 1024 to a bin: positions inside bins are then far finer than a bin,
-    /// and the standard error stays at the bin's half width over 1.96.
+    /// 2^20 values in one octave are 1024 to a bin: positions inside bins are then far finer than a
+    /// bin, and the standard error stays at the bin's half width over 1.96.
     #[test]
     fn dense_values_are_resolved_by_rank() {
         let m = 1 << 20;
@@ -519,8 +525,8 @@ mod tests {
         assert!((sketch.share_below(1.123_456).share - 0.123_456).abs() < 1e-5);
     }
 
-    /// By hand: 0 and 100 are cut of 0, 1, 2, 3, 4, 5, 6, 7, 8, 100; winsorised 1, 1, 2, ..., 8, 8. The
-    /// integers are taken as middles of their bins, so to 2^-11 of the largest.
+    /// By hand: 0 and 100 are cut of 0, 1, 2, 3, 4, 5, 6, 7, 8, 100; winsorised 1, 1, 2, ..., 8, 8.
+    /// The integers are taken as middles of their bins, so to 2^-11 of the largest.
     #[test]
     fn trimmed_means_by_hand() {
         let values = [5.0, 0.0, 1.0, 2.0, 100.0, 3.0, 4.0, 6.0, 7.0, 8.0];

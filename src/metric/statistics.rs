@@ -73,13 +73,14 @@ pub struct Statistics {
     /// Largest, as it was.
     #[serde(with = "nan_is_null")]
     pub max: f64,
-    /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out of
-    /// range. Then the measure has a heavy tail (or there are fewer than some ten trials): mean, sd, MSE and
-    /// RMSE say little, and their standard errors, which rest on fourth moments, even less. Read the
-    /// quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 % are flagged; their 95 %
-    /// intervals of the RMSE hold the truth in some 60 % (`tests/coverage.rs`). The reverse does not hold: of
-    /// studies of Student's law with 4 degrees of freedom, whose squares have no variance, 10 to 30 % are
-    /// flagged, and the intervals hold the truth in 89 %.
+    /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out
+    /// of range. Then the measure has a heavy tail (or there are fewer than some ten trials): mean,
+    /// sd, MSE and RMSE say little, and their standard errors, which rest on fourth moments, even
+    /// less. Read the quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 %
+    /// are flagged; their 95 % intervals of the RMSE hold the truth in some 60 %
+    /// (`tests/coverage.rs`). The reverse does not hold: of studies of Student's law with 4 degrees
+    /// of freedom, whose squares have no variance, 10 to 30 % are flagged, and the intervals hold
+    /// the truth in 89 %.
     pub dominated: bool,
     /// The largest `x^2` over the sum of `x^2`.
     #[serde(with = "nan_is_null")]

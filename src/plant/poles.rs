@@ -78,8 +78,9 @@ impl PoleFinder {
     }
 
     /// The largest modulus of a pole, 1 or more exactly where `a` is not `stable` by
-    /// [`is_stable`](super::stability::is_stable); NaN where a coefficient is not finite or the iteration does not
-    /// converge. Up to order 24 it has the bits of the lanes, above it is that of the eigenvalues.
+    /// [`is_stable`](super::stability::is_stable); NaN where a coefficient is not finite or the
+    /// iteration does not converge. Up to order 24 it has the bits of the lanes, above it is that
+    /// of the eigenvalues.
     ///
     /// # Panics
     /// If `a` is not of the order that the buffers were made for.

@@ -1,5 +1,6 @@
 //! A page of every kind of figure and table from made-up numbers, to look at:
-//! `ASOBENCH_DEMO=DIR cargo test --release --lib demo` writes it as `DIR/demo.html` with its figures beside it.
+//! `ASOBENCH_DEMO=DIR cargo test --release --lib demo` writes it as `DIR/demo.html` with its
+//! figures beside it.
 
 use super::html::{CellText, Column, Page, Table, Verdict};
 use super::markup::elements;

@@ -90,7 +90,8 @@ fn course(traces: &Traces, trace: &OutputTrace, i: usize, from: f64) -> String {
     format!("{mean:>9.4} {:>10.4}", (high - low) / 2.0)
 }
 
-/// The end of an estimate of theta at every cell, to compare steps: "step 0.005 s: 1.00279006 1.89516278".
+/// The end of an estimate of theta at every cell, to compare steps: "step 0.005 s: 1.00279006
+/// 1.89516278".
 pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
     let line = |cell: &CellSummary| {
         let place = cell

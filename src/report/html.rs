@@ -37,8 +37,8 @@ impl Page {
         write(&mut self.introduction);
     }
 
-    /// Adds a section. Its id, the target of links, keeps letters, digits and `-_.` of the given one, and gets a number
-    /// if it is taken.
+    /// Adds a section. Its id, the target of links, keeps letters, digits and `-_.` of the given
+    /// one, and gets a number if it is taken.
     pub fn section(&mut self, id: &str, heading: &str, write: impl FnOnce(&mut Section)) {
         let before = self.sections.last().unwrap_or(&self.introduction);
         let mut section = Section {
@@ -127,8 +127,8 @@ impl Section {
         self.add(&["<p class=\"claim\">", &inline(text), "</p>\n"]);
     }
 
-    /// The answer in a sentence behind its verdict; the sign also stands in the table of contents where all answers of
-    /// a section have the same.
+    /// The answer in a sentence behind its verdict; the sign also stands in the table of contents
+    /// where all answers of a section have the same.
     pub fn answer(&mut self, verdict: Verdict, sentence: &str) {
         self.verdicts.push(verdict);
         let (badge, sentence) = (verdict.badge(), inline(sentence));

@@ -1,4 +1,5 @@
-//! What a report asks of a study again and again, found once: the values of every setting, and which one a cell has.
+//! What a report asks of a study again and again, found once: the values of every setting, and
+//! which one a cell has.
 
 use crate::study::file::Key;
 use crate::study::{OutputSummary, Summary};

@@ -1,8 +1,8 @@
-//! Forged files with the right checksum: whatever a block, a manifest or a summary says, it is refused in a line or
-//! taken, decoded, merged, summarised and reported. Nothing panics.
+//! Forged files with the right checksum: whatever a block, a manifest or a summary says, it is
+//! refused in a line or taken, decoded, merged, summarised and reported. Nothing panics.
 //!
-//! `ASOBENCH_MUTATIONS=100000 cargo test --release --lib forged -- --nocapture` makes so many and counts what came of
-//! them.
+//! `ASOBENCH_MUTATIONS=100000 cargo test --release --lib forged -- --nocapture` makes so many and
+//! counts what came of them.
 
 #![expect(clippy::print_stdout, reason = "the counts that were found")]
 
@@ -20,7 +20,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use xxhash_rust::xxh3::xxh3_128;
 
-/// Pairs, slopes, curves, parameters, bounds and failures; with more of the file, other engines and stores.
+/// Pairs, slopes, curves, parameters, bounds and failures; with more of the file, other engines and
+/// stores.
 const DISCRETE: &str = r#"
 trials = 60
 measures = ["e_a", "e_x_max", "condition"]
@@ -125,7 +126,8 @@ impl Original {
         content.ok().map(|content| (span, content))
     }
 
-    /// Decodes a block, merges it with the true ones, and reports what comes out; true where it was not refused.
+    /// Decodes a block, merges it with the true ones, and reports what comes out; true where it was
+    /// not refused.
     fn take_block(&self, cell: usize, bytes: Vec<u8>) -> bool {
         let Some((span, content)) = self.decode(&self.blocks[cell].0, bytes) else {
             return false;
@@ -187,7 +189,8 @@ impl Forger {
         items[self.below(items.len())].clone()
     }
 
-    /// Alters a block's content, or its head behind the fingerprint, and seals it with the right checksum.
+    /// Alters a block's content, or its head behind the fingerprint, and seals it with the right
+    /// checksum.
     fn block(&mut self, mut bytes: Vec<u8>) -> Vec<u8> {
         const SPAN: usize = 28;
         const CONTENT: usize = 48;

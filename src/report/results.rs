@@ -112,7 +112,8 @@ impl Study {
         Ok(())
     }
 
-    /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where they were measured.
+    /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where
+    /// they were measured.
     ///
     /// # Errors
     /// [`ResultsError`], one line that names the file.
@@ -192,7 +193,8 @@ impl Study {
         self.index.varying.clone()
     }
 
-    /// The values of a setting over the cells, in order: by size where all are numbers, else of appearance.
+    /// The values of a setting over the cells, in order: by size where all are numbers, else of
+    /// appearance.
     pub fn values(&self, key: Key) -> &[String] {
         self.index.names(key)
     }

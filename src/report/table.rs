@@ -96,8 +96,8 @@ fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> f
     Ok(())
 }
 
-/// A share in per cent with its standard error, where it has one; where no trial or every trial counts, the other end
-/// of the 95 % interval instead.
+/// A share in per cent with its standard error, where it has one; where no trial or every trial
+/// counts, the other end of the 95 % interval instead.
 pub fn share(met: Share) -> String {
     let percent = |share: f64| 100.0 * share;
     if met.count == 0 {
@@ -115,7 +115,8 @@ pub fn share(met: Share) -> String {
     }
 }
 
-/// `median [5 %, 95 %]`, each with its standard error; with fewer digits where the column is too narrow.
+/// `median [5 %, 95 %]`, each with its standard error; with fewer digits where the column is too
+/// narrow.
 fn spread(statistics: &Statistics) -> String {
     let spread = |text: fn(Quantile) -> String| {
         format!(

@@ -65,7 +65,8 @@ pub enum CampaignError {
     /// The threads, or the stop flag.
     #[error(transparent)]
     Run(#[from] RunError<BlockError>),
-    /// The `stop` flag was raised while results were put together: all trials are there, no result was written.
+    /// The `stop` flag was raised while results were put together: all trials are there, no result
+    /// was written.
     #[error("interrupted while the results were put together")]
     Stopped,
     /// Fewer trials are asked for than are there.
@@ -216,8 +217,9 @@ impl<'e> Campaign<'e> {
         Ok(())
     }
 
-    /// Computes what is missing, then writes the results with `figures`: names and contents of more files. What is
-    /// finished stays, whatever ends the run. `is_decided` tells whether results decide the claim of the rule.
+    /// Computes what is missing, then writes the results with `figures`: names and contents of more
+    /// files. What is finished stays, whatever ends the run. `is_decided` tells whether results
+    /// decide the claim of the rule.
     ///
     /// # Errors
     /// [`CampaignError`].
@@ -296,8 +298,8 @@ impl<'e> Campaign<'e> {
         Ok(())
     }
 
-    /// Writes the results, one cell in memory at a time. Nothing is published before all of it is written, so it can
-    /// be stopped at any block.
+    /// Writes the results, one cell in memory at a time. Nothing is published before all of it is
+    /// written, so it can be stopped at any block.
     pub(super) fn conclude(
         mut self,
         targets: &[u64],
@@ -374,7 +376,8 @@ impl<'e> Campaign<'e> {
         Ok(parts)
     }
 
-    /// What a cell begins with: nothing, or where a study may lack all of its trials the tally of none.
+    /// What a cell begins with: nothing, or where a study may lack all of its trials the tally of
+    /// none.
     fn no_trials(&self, cell: usize) -> CellTally {
         if self.origin.partial && self.stored[cell].is_empty() {
             let cell = &self.experiment.cells[cell];
@@ -387,8 +390,8 @@ impl<'e> Campaign<'e> {
         CellTally::default()
     }
 
-    /// What the summary takes of a cell. Of a series with gaps only the trials before the first: cells are paired by
-    /// trials.
+    /// What the summary takes of a cell. Of a series with gaps only the trials before the first:
+    /// cells are paired by trials.
     fn part(&self, cell: usize, mut tally: CellTally) -> Part {
         if self.origin.partial {
             for series in &mut tally.series {
@@ -501,7 +504,8 @@ pub(super) fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
     Ok(())
 }
 
-/// What made the results: nothing of the time or the threads, and of the host only what faer's bits depend on.
+/// What made the results: nothing of the time or the threads, and of the host only what faer's bits
+/// depend on.
 fn manifest(experiment: &Experiment, targets: &[u64], origin: &Origin) -> Value {
     let trials = match targets {
         [first, rest @ ..] if rest.iter().all(|other| other == first) => json!(first),

@@ -56,8 +56,8 @@ impl Delivery for Computed {
 }
 
 impl Work<'_> {
-    /// Computes the spans and writes a file of each block. `file` takes what was written, and tells whether all trials of
-    /// a cell are there with it.
+    /// Computes the spans and writes a file of each block. `file` takes what was written, and tells
+    /// whether all trials of a cell are there with it.
     ///
     /// # Errors
     /// [`RunError`]; what is finished stays.

@@ -34,7 +34,8 @@ struct Timed {
     /// Buffers for a cell.
     setup: f64,
     trial: f64,
-    /// What is counted of the sampled trials; encoding and decoding it, with the rows where they are kept.
+    /// What is counted of the sampled trials; encoding and decoding it, with the rows where they
+    /// are kept.
     tally: f64,
     encode: f64,
     decode: f64,
@@ -101,8 +102,9 @@ impl Cost {
         bytes.sum::<f64>() / cells
     }
 
-    /// Seconds of a run with so many trials of each cell, of which a share is still missing: the trials on all threads,
-    /// the files that the calling thread writes meanwhile, and the results, which it puts together in the end.
+    /// Seconds of a run with so many trials of each cell, of which a share is still missing: the
+    /// trials on all threads, the files that the calling thread writes meanwhile, and the results,
+    /// which it puts together in the end.
     pub fn seconds(&self, trials: u64, missing: f64, threads: usize) -> f64 {
         let (trials, threads) = (trials as f64, threads as f64);
         let (mut parallel, mut serial, mut end) = (0.0, 0.0, 0.0);
@@ -131,7 +133,8 @@ impl Cost {
     }
 }
 
-/// Equal parts of all cells, ordered by what their trials are like: the cell in the middle of each stands for it.
+/// Equal parts of all cells, ordered by what their trials are like: the cell in the middle of each
+/// stands for it.
 fn sampled(experiment: &Experiment) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..experiment.cells.len()).collect();
     let kind = |index: &usize| {
@@ -158,8 +161,8 @@ fn sampled(experiment: &Experiment) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// How long something takes, and what came out: the shortest of a few times, since what else the machine does only
-/// adds.
+/// How long something takes, and what came out: the shortest of a few times, since what else the
+/// machine does only adds.
 fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
     let mut once = || {
         let begin = Instant::now();
@@ -174,7 +177,8 @@ fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
     (shortest.min(seconds), result)
 }
 
-/// Runs trials as long as there is time; gives their number, and the median of what one of them takes.
+/// Runs trials as long as there is time; gives their number, and the median of what one of them
+/// takes.
 fn run_trials(worker: &mut Worker<'_>, cell: &Cell, to: &mut Trials) -> (u64, f64) {
     let begin = Instant::now();
     let (mut count, mut times) = (0, Vec::new());

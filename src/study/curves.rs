@@ -1,8 +1,8 @@
 //! Quantiles of e_x(k) for every k, in memory that does not grow with the number of trials.
 //!
-//! Each k has a histogram with fixed logarithmic bins, 16 to an octave from 2^-64 to 2^16. Counts are
-//! integers, so that merging is exact in any order. A quantile is read as the middle of its bin: its
-//! relative error is at most [`CURVE_BIN_ERROR`].
+//! Each k has a histogram with fixed logarithmic bins, 16 to an octave from 2^-64 to 2^16. Counts
+//! are integers, so that merging is exact in any order. A quantile is read as the middle of its
+//! bin: its relative error is at most [`CURVE_BIN_ERROR`].
 
 use crate::metric::ascend;
 use crate::real::{MOST_LANES, Real};
@@ -99,8 +99,8 @@ fn bin(value: f64) -> usize {
     index.min(BINS - 1)
 }
 
-/// Errors that wait to be counted: those of many trials at one k are counted together, while its histogram is in the
-/// first cache.
+/// Errors that wait to be counted: those of many trials at one k are counted together, while its
+/// histogram is in the first cache.
 pub(super) struct Waiting {
     /// The bins of all trials at k = 0, then at k = 1, ...; [`BINS`] where there is no error.
     bins: Vec<u16>,
@@ -225,7 +225,8 @@ impl Curves {
         }
     }
 
-    /// Quantiles of the first or the last output over so many trials, those without the measure last.
+    /// Quantiles of the first or the last output over so many trials, those without the measure
+    /// last.
     pub fn quantiles(&self, last: bool, trials: u64) -> CurveQuantiles {
         let from = usize::from(last) * self.horizon * BINS;
         let histograms = || self.counts[from..].chunks_exact(BINS).take(self.horizon);
@@ -242,8 +243,8 @@ impl Curves {
     }
 }
 
-/// The middle of the bin that holds the order statistic of rank `ceil(q M)`; None where it is a trial
-/// without the measure.
+/// The middle of the bin that holds the order statistic of rank `ceil(q M)`; None where it is a
+/// trial without the measure.
 fn histogram_quantile(histogram: &[u32], trials: u64, q: f64) -> Option<f64> {
     let rank = ((q * trials as f64).ceil() as u64).max(1);
     let mut below = 0;

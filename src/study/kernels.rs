@@ -1,4 +1,5 @@
-//! The kernels of a pack one at a time, for the benches and examples that measure: feature `bench` alone.
+//! The kernels of a pack one at a time, for the benches and examples that measure: feature `bench`
+//! alone.
 
 use super::pack::Pack;
 use super::plan::Plan;

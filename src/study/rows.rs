@@ -1,4 +1,5 @@
-//! Rows of trials that follow each other, by columns: how they are gathered, counted, stored and written.
+//! Rows of trials that follow each other, by columns: how they are gathered, counted, stored and
+//! written.
 
 use super::measure::Measure;
 use super::row::Row;
@@ -24,7 +25,8 @@ pub struct OutputRows {
     failures: Vec<(usize, Failure)>,
     /// Each measure of [`Rows::measures`], NaN where undefined.
     values: Vec<Vec<f64>>,
-    /// Signed errors of a_1 ... a_n, h_1 ... h_n, NaN where undefined; no column where they are not wanted.
+    /// Signed errors of a_1 ... a_n, h_1 ... h_n, NaN where undefined; no column where they are not
+    /// wanted.
     parameters: Vec<Vec<f64>>,
 }
 
@@ -94,8 +96,8 @@ impl OutputRows {
         &self.failures
     }
 
-    /// A column of [`Self::parameters`] or of a measure as statistics take it: NaN of failed trials, whatever they had
-    /// got to.
+    /// A column of [`Self::parameters`] or of a measure as statistics take it: NaN of failed
+    /// trials, whatever they had got to.
     pub(super) fn counted<'a>(&self, column: &'a [f64]) -> Cow<'a, [f64]> {
         if self.failures.is_empty() {
             return Cow::Borrowed(column);
@@ -283,7 +285,8 @@ impl Rows {
     }
 }
 
-/// Bytes of rows in a block file: of each output the failures, then the flags, then the measures of the file.
+/// Bytes of rows in a block file: of each output the failures, then the flags, then the measures of
+/// the file.
 ///
 /// ```text
 /// length of failures u64 | failures (postcard) | of each output: flags u8 ... | of each measure: f64 ...

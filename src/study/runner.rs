@@ -17,7 +17,8 @@ use std::time::{Duration, Instant};
 /// How many times more trials lanes do in that time, about.
 const LANES_SPEED: usize = 64;
 
-/// Samples times outputs that take as long as a step of all observers in continuous time, with its halves, about.
+/// Samples times outputs that take as long as a step of all observers in continuous time, with its
+/// halves, about.
 const STEP_WORK: usize = 32;
 
 /// Samples times outputs in a block, about: half a second of work.
@@ -96,7 +97,8 @@ pub enum RunError<E> {
         /// Trials that were asked for, over all cells.
         total: u64,
     },
-    /// A cell that no worker serves, such as one with a method of the caller's own that refuses its shape.
+    /// A cell that no worker serves, such as one with a method of the caller's own that refuses its
+    /// shape.
     #[error(transparent)]
     Worker(WorkerError),
     /// The consumer failed.
@@ -126,7 +128,8 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
 }
 
 /// Runs trials 0 ... `trials` - 1 of every cell, or the one that a deterministic cell has, on
-/// `threads` threads. `consume` sees each block on the calling thread as it is finished, in no certain order.
+/// `threads` threads. `consume` sees each block on the calling thread as it is finished, in no
+/// certain order.
 ///
 /// # Errors
 /// [`RunError`].
@@ -145,7 +148,8 @@ pub fn run<E>(
     shared.run(threads, |block| block, consume)
 }
 
-/// Runs the same trials and throws away what comes out: what simulation, estimation and measures alone take.
+/// Runs the same trials and throws away what comes out: what simulation, estimation and measures
+/// alone take.
 ///
 /// # Errors
 /// [`RunError`].
@@ -178,11 +182,13 @@ fn whole(experiment: &Experiment, trials: u64) -> Vec<Span> {
     (0..experiment.cells.len()).map(whole).collect()
 }
 
-/// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]; no result depends on it.
+/// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]; no
+/// result depends on it.
 ///
-/// `finish` makes something of a block on the thread that computed it. `consume` sees that on the calling thread as
-/// blocks are finished, in no certain order; a block that takes long comes as several. The error of `consume`, or
-/// raising `stop`, ends the run with the trials under way: what is finished of every span is still delivered.
+/// `finish` makes something of a block on the thread that computed it. `consume` sees that on the
+/// calling thread as blocks are finished, in no certain order; a block that takes long comes as
+/// several. The error of `consume`, or raising `stop`, ends the run with the trials under way: what
+/// is finished of every span is still delivered.
 ///
 /// # Errors
 /// [`RunError`].
@@ -464,7 +470,8 @@ impl<'a> Shared<'a> {
         mut working: usize,
         mut consume: impl FnMut(T) -> Result<(), E>,
     ) -> Result<u64, E> {
-        /// Where the consumer panics, the workers end; the receiver, dropped with it, frees those that wait to send.
+        /// Where the consumer panics, the workers end; the receiver, dropped with it, frees those
+        /// that wait to send.
         struct EndOnPanic<'a>(&'a AtomicBool);
         impl Drop for EndOnPanic<'_> {
             fn drop(&mut self) {

@@ -219,8 +219,8 @@ fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, Store
     })
 }
 
-/// Whether `rows`, all outputs of one trial of a cell, stand bit for bit in a stored file whose cells have so many
-/// trials each; `None` where the file has no such trial.
+/// Whether `rows`, all outputs of one trial of a cell, stand bit for bit in a stored file whose
+/// cells have so many trials each; `None` where the file has no such trial.
 ///
 /// # Errors
 /// If the file cannot be read.
@@ -249,7 +249,8 @@ pub fn stored_alike(
     })
 }
 
-/// Where the rows of a trial begin in a file whose cells have so many trials each; `None` where it has no such trial.
+/// Where the rows of a trial begin in a file whose cells have so many trials each; `None` where it
+/// has no such trial.
 fn first_row(cell: usize, trials: &[u64], rows: &[Row]) -> Option<usize> {
     let (before, of_cell) = (trials.get(..cell)?, trials.get(cell)?);
     let trial = rows.first()?.trial;

@@ -326,7 +326,8 @@ fn bounds(
         .collect()
 }
 
-/// What the slopes need of a cell, for every slope of the file and every output: few numbers instead of tallies.
+/// What the slopes need of a cell, for every slope of the file and every output: few numbers
+/// instead of tallies.
 #[derive(Clone, Debug)]
 pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
 
@@ -391,7 +392,8 @@ pub struct CellPair {
 /// What a cell kept trial by trial, in the order of [`Experiment::series_of`].
 pub type CellSeries = Vec<Vec<f64>>;
 
-/// A study's results. As JSON the numbers of cells and slopes have nine significant digits; summary.parquet has all.
+/// A study's results. As JSON the numbers of cells and slopes have nine significant digits;
+/// summary.parquet has all.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Summary {
     /// The title.
@@ -409,7 +411,8 @@ pub struct Summary {
     pub seed: u64,
     /// The settings that vary, beside claim, eta and window.
     pub axes: Vec<Key>,
-    /// The largest relative error that quantiles and trimmed means have of their bins, beside their standard error.
+    /// The largest relative error that quantiles and trimmed means have of their bins, beside their
+    /// standard error.
     pub quantile_relative_error: f64,
     /// The same of the quantiles in `curves`.
     pub curve_relative_error: f64,
@@ -433,8 +436,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Puts cells together; `statistics` are what the slopes need of every cell, `series` what pairs
-    /// of cells do.
+    /// Puts cells together; `statistics` are what the slopes need of every cell, `series` what
+    /// pairs of cells do.
     pub fn new(
         experiment: &Experiment,
         cells: Vec<CellSummary>,
@@ -461,7 +464,8 @@ impl Summary {
         }
     }
 
-    /// The summary that a file holds, whoever wrote it: what comes out is what a run could have left.
+    /// The summary that a file holds, whoever wrote it: what comes out is what a run could have
+    /// left.
     ///
     /// # Errors
     /// What is wrong.
@@ -522,7 +526,8 @@ impl Summary {
     }
 }
 
-/// Items with numbers of nine significant digits, one at a time: all of a large study would not fit into memory.
+/// Items with numbers of nine significant digits, one at a time: all of a large study would not fit
+/// into memory.
 fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(items.iter().map(|item| {
         let mut json = serde_json::to_value(item).unwrap_or_default();
@@ -595,7 +600,8 @@ fn slopes(
     let axes = [Key::Claim, Key::Eta, Key::Window]
         .into_iter()
         .chain(experiment.axes());
-    // What moves with the axis does not tell families apart: zipped settings, and l, which is the window.
+    // What moves with the axis does not tell families apart: zipped settings, and l, which is the
+    // window.
     let zip = experiment
         .file
         .zip

@@ -1,4 +1,5 @@
-//! What a block leaves of its trials: counts and accumulators that merge in any order to the same bits.
+//! What a block leaves of its trials: counts and accumulators that merge in any order to the same
+//! bits.
 
 use super::continuous_time::Traces;
 use super::curves::Curves;
@@ -72,7 +73,8 @@ pub struct OutputTally {
     pub outcomes: Outcomes,
     /// Every measure, in the order of the file.
     pub samples: Vec<Sample>,
-    /// Signed errors of a_1 ... a_n, h_1 ... h_n; empty where they are not wanted or the orders differ.
+    /// Signed errors of a_1 ... a_n, h_1 ... h_n; empty where they are not wanted or the orders
+    /// differ.
     pub parameters: Vec<Sample>,
     /// Trials that meet each bound, in the order of the file.
     pub met: Vec<u64>,
@@ -240,8 +242,8 @@ impl CellTally {
         }
     }
 
-    /// Checks that this can be what [`Self::from_trials`] leaves of these trials of a cell: every part is there, and each obeys
-    /// what its type does.
+    /// Checks that this can be what [`Self::from_trials`] leaves of these trials of a cell: every
+    /// part is there, and each obeys what its type does.
     ///
     /// # Errors
     /// The part that does not.

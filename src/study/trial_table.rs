@@ -34,8 +34,9 @@ const ZSTD_LEVEL: i32 = 1;
 
 /// The columns of trials.parquet for an experiment.
 ///
-/// `cell, claim, eta, window`, every other setting that varies, `trial, estimator, pass, status, failed_pass,
-/// failed_stage, unstable, unstable_so_far`, then every measure; eta in per cent; null where undefined.
+/// `cell, claim, eta, window`, every other setting that varies,
+/// `trial, estimator, pass, status, failed_pass, failed_stage, unstable, unstable_so_far`, then
+/// every measure; eta in per cent; null where undefined.
 pub(super) struct TrialTable<'e> {
     experiment: &'e Experiment,
     /// Settings that vary, and whether all values are numbers.
@@ -324,7 +325,8 @@ fn append<W: Write>(to: &mut FileWriter<W>, group: &Encoded) -> PolarsResult<()>
     to.write(group.rows as u64, DynIter::new(columns))
 }
 
-/// Writes the trials of an experiment to one file, cell after cell; groups are encoded on the threads of a scope.
+/// Writes the trials of an experiment to one file, cell after cell; groups are encoded on the
+/// threads of a scope.
 pub(super) struct TrialWriter<'t> {
     table: &'t TrialTable<'t>,
     path: PathBuf,

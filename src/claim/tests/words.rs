@@ -415,9 +415,9 @@ fn times_are_judged_by_their_quartiles() {
     );
 }
 
-/// 1,000 trials of which 300 have a ratio of 1/2, 400 of exactly 1 and 300 of 3: the median is a tie
-/// without an error. 700 are at most 1, so below 1.05 it certainly is; whether it is below 1 only
-/// 300 say.
+/// 1,000 trials of which 300 have a ratio of 1/2, 400 of exactly 1 and 300 of 3: the median is a
+/// tie without an error. 700 are at most 1, so below 1.05 it certainly is; whether it is below 1
+/// only 300 say.
 #[test]
 fn a_median_among_ties_is_judged_by_their_number() {
     let pairs = |x: f64, count: usize| vec![(Some(x), Some(1.0)); count];

@@ -1,4 +1,5 @@
-//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and what its studies claim.
+//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and what its
+//! studies claim.
 
 use super::super::error::{Error, failed};
 use super::super::files::cannot_write;
@@ -12,7 +13,8 @@ use crate::text::visible;
 use serde_json::Value;
 use std::path::Path;
 
-/// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment has run.
+/// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment
+/// has run.
 pub(super) fn check(folder: &Path) -> Result<(), Error> {
     BOBTSOV2023.iter().try_for_each(|(name, ..)| {
         let there = files::subfolder(folder, name);

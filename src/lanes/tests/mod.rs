@@ -14,7 +14,8 @@ use crate::signal::{Purpose, normal::fill_standard_normal, stream};
 /// Half an ulp of 1, which bounds a rounding.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// The widths of this machine, of those that `ASOBENCH_LANES` lists (all without it): valgrind has no AVX-512.
+/// The widths of this machine, of those that `ASOBENCH_LANES` lists (all without it): valgrind has
+/// no AVX-512.
 pub(super) fn tested() -> Vec<Isa> {
     let asked = std::env::var("ASOBENCH_LANES").ok();
     let asked = |isa: &Isa| match &asked {

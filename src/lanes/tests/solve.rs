@@ -14,7 +14,8 @@ struct Solved {
     /// G by rows, and r.
     g: Mat<f64>,
     r: Vec<f64>,
-    /// p; of lanes that are not safe by [`inverses::solve_alone`], of others not finite where a number is not.
+    /// p; of lanes that are not safe by [`inverses::solve_alone`], of others not finite where a
+    /// number is not.
     p: Result<Vec<f64>, FailureKind>,
     condition: f64,
     /// Whether the lane was safe without pivots.
@@ -119,11 +120,13 @@ fn triangles(g: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Elimination is as backward stable as elimination is (Higham 2002, Theorem 9.4, m = 2n unknowns):
-/// `|G p - r| <= 3m u |L| |U| |p|`, here 4m, since a pivot's reciprocal rounds once more, twice for what the triangles of
-/// this test differ by; and rounding of the residual itself, `(m + 2) u (|G| |p| + |r|)`.
+/// `|G p - r| <= 3m u |L| |U| |p|`, here 4m, since a pivot's reciprocal rounds once more, twice for
+/// what the triangles of this test differ by; and rounding of the residual itself,
+/// `(m + 2) u (|G| |p| + |r|)`.
 ///
-/// The parameters agree with faer's as the solvers agree among themselves (tests/properties.rs), 1e3 eps times the
-/// condition number; the condition numbers, made of inverses that are that accurate, to the same.
+/// The parameters agree with faer's as the solvers agree among themselves (tests/properties.rs),
+/// 1e3 eps times the condition number; the condition numbers, made of inverses that are that
+/// accurate, to the same.
 #[test]
 fn elimination_is_backward_stable_and_agrees_with_faer() {
     for order in [1, 2, 3, 4, 5, 6, 8, 12, 24] {
@@ -324,8 +327,8 @@ fn failures_are_those_of_faer() {
     }
 }
 
-/// A singular G11 in a regular matrix: its inverse, which the condition number is made of, fails as faer's does; the
-/// elimination, which begins with G22, does not.
+/// A singular G11 in a regular matrix: its inverse, which the condition number is made of, fails as
+/// faer's does; the elimination, which begins with G22, does not.
 #[test]
 fn a_singular_block_in_a_regular_matrix() {
     // Instruments of which G11 = 0: tests/properties.rs.
@@ -357,8 +360,8 @@ fn a_singular_block_in_a_regular_matrix() {
     }
 }
 
-/// Wherever faer's condition number breaks the rank rule, the lane is not safe: neither the bound that stands for it nor
-/// half the rule's limit hides that.
+/// Wherever faer's condition number breaks the rank rule, the lane is not safe: neither the bound
+/// that stands for it nor half the rule's limit hides that.
 #[test]
 fn no_rank_deficient_matrix_is_safe() {
     let mut deficient = 0;

@@ -162,7 +162,8 @@ impl Word for Avx2Word {
     }
     #[inline(always)]
     fn times(self, other: Self) -> Self {
-        // SAFETY: as the module says. The halves' products, of which those of unlike halves count 2^32.
+        // SAFETY: as the module says. The halves' products, of which those of unlike halves count
+        // 2^32.
         Self(unsafe {
             let (high, other_high) = (
                 _mm256_srli_epi64::<32>(self.0),

@@ -44,7 +44,8 @@ impl Real for Avx512 {
     #[inline(always)]
     fn load(x: &[f64]) -> Self {
         let x: &[f64; 8] = x[..8].try_into().expect("eight numbers");
-        // SAFETY: as the module says; the array has the register's size, and the load asks for no alignment.
+        // SAFETY: as the module says; the array has the register's size, and the load asks for no
+        // alignment.
         Self(unsafe { _mm512_loadu_pd(x.as_ptr()) })
     }
     #[inline(always)]

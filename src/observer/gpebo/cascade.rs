@@ -27,9 +27,10 @@ impl Cascade {
     /// Checks the settings and prepares the matrices and the grid.
     ///
     /// # Errors
-    /// If a length does not fit the plant's order, a filter or gain is not positive, filters are not distinct, the step
-    /// or a signal does not fit the horizon, or there would be more than [`super::LARGEST_STEPS`]
-    /// steps, [`super::LARGEST_BREAKPOINTS`] breakpoints or [`super::LARGEST_LENGTHS`] different step lengths.
+    /// If a length does not fit the plant's order, a filter or gain is not positive, filters are
+    /// not distinct, the step or a signal does not fit the horizon, or there would be more than
+    /// [`super::LARGEST_STEPS`] steps, [`super::LARGEST_BREAKPOINTS`] breakpoints or
+    /// [`super::LARGEST_LENGTHS`] different step lengths.
     pub fn new(
         plant: &ContinuousPlant,
         scenario: &Scenario,
@@ -63,7 +64,8 @@ impl Cascade {
         &self.theta
     }
 
-    /// Runs with each base step divided into `refine` (0 counts as 1); calls `visit` at t = 0 and after each base step.
+    /// Runs with each base step divided into `refine` (0 counts as 1); calls `visit` at t = 0 and
+    /// after each base step.
     pub fn run(&self, refine: usize, mut visit: impl FnMut(&Sample<'_>)) -> Summary {
         let mut run = self.start(refine);
         visit(&run.sample());
@@ -198,7 +200,8 @@ pub struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// One base step. False, and nothing done, at the horizon or where the plant's state is not finite.
+    /// One base step. False, and nothing done, at the horizon or where the plant's state is not
+    /// finite.
     pub fn advance(&mut self) -> bool {
         let Some(gap) = self.cascade.grid.gaps.get(self.gap).copied() else {
             return false;

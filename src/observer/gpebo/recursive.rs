@@ -31,7 +31,8 @@ impl LeastSquaresIntegrals {
         }
     }
 
-    /// The smallest eigenvalue of S, which measures the excitation of Eq. (9) over the run; `None` if S is not finite.
+    /// The smallest eigenvalue of S, which measures the excitation of Eq. (9) over the run; `None`
+    /// if S is not finite.
     pub fn smallest_eigenvalue(&self) -> Option<f64> {
         let n = self.n;
         let s = faer::Mat::from_fn(n, n, |i, j| self.matrix[i.max(j) * n + i.min(j)]);
@@ -46,9 +47,10 @@ impl LeastSquaresIntegrals {
     }
 }
 
-/// `theta_hat = (I / p0 + S / r)^-1 s / r`: the mean of theta given z up to now for `theta ~ N(0, p0 I)` and white delta of
-/// intensity r. Then `xhat = xi + Phi theta_hat` is the filter `xhat' = A xhat + B u + P C (y - C'xhat) / r`,
-/// `P' = A P + P A' - P C C'P / r`, `P(0) = p0 I`, `xhat(0) = xi(0)`, without the Riccati equation.
+/// `theta_hat = (I / p0 + S / r)^-1 s / r`: the mean of theta given z up to now for
+/// `theta ~ N(0, p0 I)` and white delta of intensity r. Then `xhat = xi + Phi theta_hat` is the
+/// filter `xhat' = A xhat + B u + P C (y - C'xhat) / r`, `P' = A P + P A' - P C C'P / r`,
+/// `P(0) = p0 I`, `xhat(0) = xi(0)`, without the Riccati equation.
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     p0: f64,
@@ -66,7 +68,8 @@ impl LeastSquares {
         }
     }
 
-    /// Fills `theta` by Cholesky of `I r / p0 + S`; NaN if that is not numerically positive definite.
+    /// Fills `theta` by Cholesky of `I r / p0 + S`; NaN if that is not numerically positive
+    /// definite.
     pub fn solve(&mut self, information: &LeastSquaresIntegrals, theta: &mut [f64]) {
         let n = theta.len();
         let l = &mut self.factor;

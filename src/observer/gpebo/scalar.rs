@@ -3,7 +3,8 @@
 use super::excitation::Window;
 use super::filter::{Nodes, simpson};
 
-/// `theta' = gamma Delta (M - Delta theta)`, the estimator of theta from `M = Delta theta + d`, from `theta(0) = 0`.
+/// `theta' = gamma Delta (M - Delta theta)`, the estimator of theta from `M = Delta theta + d`,
+/// from `theta(0) = 0`.
 ///
 /// The equation is linear in theta with the rate `gamma Delta^2`, which may be large (stiff) or
 /// zero (no excitation): each of eight parts of a step, in which Delta and M are parabolas through
@@ -21,8 +22,8 @@ pub struct ScalarEstimator {
     window: Window,
 }
 
-/// Parts of a step: with rates that change much within one, which is where the equation is stiff, the error is
-/// smaller by the square of their number.
+/// Parts of a step: with rates that change much within one, which is where the equation is stiff,
+/// the error is smaller by the square of their number.
 const PARTS: u32 = 8;
 
 /// The parabola through values at 0, 1/2 and 1.
@@ -94,8 +95,8 @@ impl ScalarEstimator {
         self.integral
     }
 
-    /// The first recorded t from which `gamma int_t^T Delta^2 < 0.01`; `None` if that is in the last hundredth of the
-    /// horizon T. See [`super::Excitation::frozen_at`].
+    /// The first recorded t from which `gamma int_t^T Delta^2 < 0.01`; `None` if that is in the
+    /// last hundredth of the horizon T. See [`super::Excitation::frozen_at`].
     pub fn frozen_at(&self, horizon: f64) -> Option<f64> {
         self.window.frozen_at(horizon)
     }

@@ -8,7 +8,8 @@ use crate::report::results::Study;
 use crate::report::table::share;
 use std::collections::HashMap;
 
-/// The share of realisations that meet each bound: of the last output, or over all combinations of a large grid.
+/// The share of realisations that meet each bound: of the last output, or over all combinations of
+/// a large grid.
 pub(super) fn shares(study: &Study) -> Option<Drawn> {
     const FEW: usize = 4;
     let mut names: Vec<String> = Vec::new();

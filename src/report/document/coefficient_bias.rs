@@ -8,7 +8,8 @@ use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::report::results::Study;
 use crate::study::file::Key;
 
-/// Bias, its error and the scatter of one coefficient, by quantiles where one trial dominates the moments.
+/// Bias, its error and the scatter of one coefficient, by quantiles where one trial dominates the
+/// moments.
 fn bias_of(error: &Statistics) -> (f64, f64, f64) {
     if error.dominated || !error.mean.value.is_finite() {
         let scatter = (error.q75.value - error.q25.value) / 1.349;

@@ -1,11 +1,12 @@
-//! The course of the first trial in continuous time: theta_hat(t) and the errors of the state, Figs. 1 to 4 of Bobtsov
-//! et al.
+//! The course of the first trial in continuous time: theta_hat(t) and the errors of the state,
+//! Figs. 1 to 4 of Bobtsov et al.
 
 use super::figures::Drawn;
 use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::study::{CellSummary, OutputTrace, Summary, Traces};
 
-/// Errors of the state are drawn up to so many times their largest value past this share of the time.
+/// Errors of the state are drawn up to so many times their largest value past this share of the
+/// time.
 const ROOM: f64 = 1.3;
 const SETTLED: f64 = 0.2;
 

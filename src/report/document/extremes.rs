@@ -89,8 +89,8 @@ impl LongTable {
     }
 }
 
-/// Leaves of too many names along the x axes (along y, of a plot that lies) those with the smallest and the largest
-/// values of the last series; says so.
+/// Leaves of too many names along the x axes (along y, of a plot that lies) those with the smallest
+/// and the largest values of the last series; says so.
 pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
     let lies = plots
         .iter()

@@ -102,8 +102,9 @@ fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
     }
 }
 
-/// Whether a picture shows an output of a cell: not where most trials fail, so that its median is that of a few, and
-/// not without noise where other cells have noise, which would stretch every axis to errors of rounding.
+/// Whether a picture shows an output of a cell: not where most trials fail, so that its median is
+/// that of a few, and not without noise where other cells have noise, which would stretch every
+/// axis to errors of rounding.
 pub(super) fn is_shown(study: &Study, cell: &CellSummary, label: &str) -> bool {
     let output = study.output(cell, label);
     !study.is_quiet(cell) && output.is_some_and(|output| output.failed.low <= 0.5)
@@ -145,7 +146,8 @@ fn at_one_place(plots: &[Plot]) -> bool {
     places.len() < 2 && !plots.iter().any(names)
 }
 
-/// Medians of a measure over the axis, with the spread of the trials where few outputs leave room for it.
+/// Medians of a measure over the axis, with the spread of the trials where few outputs leave room
+/// for it.
 pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let layout = Layout::new(study, x_of(study, measure), &[]);
     let outputs = lead_outputs(study);

@@ -145,13 +145,14 @@ impl Layout {
     }
 }
 
-/// Beyond so many decades over the middle one of the values a logarithmic axis ends; what is beyond is noted.
+/// Beyond so many decades over the middle one of the values a logarithmic axis ends; what is beyond
+/// is noted.
 const DECADES: f64 = 12.0;
 /// Intervals that reach this many times beyond every value are cut.
 const WIDE: f64 = 1e3;
 
-/// Cuts logarithmic axes of y that the intervals of a few estimates would stretch: the axis holds every value that is
-/// not out of all bounds, and about a decade more.
+/// Cuts logarithmic axes of y that the intervals of a few estimates would stretch: the axis holds
+/// every value that is not out of all bounds, and about a decade more.
 fn cut(plots: &mut [Plot]) {
     let logarithmic = plots
         .iter()
@@ -206,7 +207,8 @@ fn cut(plots: &mut [Plot]) {
     }
 }
 
-/// Whether the values of some panels are so far from those of others that one axis of y would flatten them all.
+/// Whether the values of some panels are so far from those of others that one axis of y would
+/// flatten them all.
 fn apart(plots: &[Plot]) -> bool {
     let middle = |plot: &Plot| {
         let points = plot.series.iter().flat_map(|series| &series.points);
@@ -228,8 +230,8 @@ fn apart(plots: &[Plot]) -> bool {
         && most > 1e5 * least
 }
 
-/// What a claim speaks of, the first that says it; else the default of a setting where the study has it, else the last
-/// of its values.
+/// What a claim speaks of, the first that says it; else the default of a setting where the study
+/// has it, else the last of its values.
 fn held_value(study: &Study, key: Key) -> String {
     let values = study.values(key);
     let claims = study.file.claims.iter();
@@ -255,8 +257,8 @@ fn positive_ends(numbers: &[f64]) -> (f64, f64) {
     )
 }
 
-/// Whether an axis names the values: texts, few numbers, and numbers from zero on of which a linear axis would hide the
-/// small ones.
+/// Whether an axis names the values: texts, few numbers, and numbers from zero on of which a linear
+/// axis would hide the small ones.
 fn has_names(study: &Study, key: Key) -> bool {
     let Some(numbers) = study.numbers(key) else {
         return true;

@@ -31,8 +31,8 @@ pub type Files = Vec<(String, String)>;
 /// Most outputs that a picture shows.
 const OUTPUTS: usize = 8;
 
-/// The outputs that figures and the page's tables show, with their place in the palette: all if they are few, else those
-/// that claims speak of and the last pass of every other estimator.
+/// The outputs that figures and the page's tables show, with their place in the palette: all if
+/// they are few, else those that claims speak of and the last pass of every other estimator.
 pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     let Some(cell) = study.summary.cells.first() else {
         return Vec::new();
@@ -58,7 +58,8 @@ pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     kept.enumerate().collect()
 }
 
-/// The figures of merit that the study is about, at most three: those that most cells have, errors of a first.
+/// The figures of merit that the study is about, at most three: those that most cells have, errors
+/// of a first.
 fn lead_figures(study: &Study) -> Vec<Measure> {
     const ORDER: [Measure; 11] = [
         Measure::Ea,

@@ -30,7 +30,8 @@ fn iterated(study: &Study) -> Vec<String> {
     names
 }
 
-/// The passes of an estimator in a cell, iteration 0 first: where that has a name of its own it is the output in front.
+/// The passes of an estimator in a cell, iteration 0 first: where that has a name of its own it is
+/// the output in front.
 fn passes_of<'a>(cell: &'a CellSummary, name: &str) -> &'a [OutputSummary] {
     let mut runs = cell.outputs.chunk_by(|output, next| {
         output.estimator == next.estimator || output.pass == 0 && next.pass > 0

@@ -1,4 +1,5 @@
-//! A page of a study with many cells: as large as one of a few, with the ends of what it leaves out.
+//! A page of a study with many cells: as large as one of a few, with the ends of what it leaves
+//! out.
 
 use super::*;
 use crate::estimator::Output;

@@ -52,8 +52,8 @@ pub struct Verified {
 }
 
 impl Collection {
-    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone. Blocks of folders without
-    /// it count as there until they are read.
+    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone.
+    /// Blocks of folders without it count as there until they are read.
     ///
     /// # Errors
     /// If a folder cannot be read.

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-/// Of ranges those that do not overlap and together have the most trials, of these the fewest; ascending. Blocks can
-/// only be taken whole, since they hold what is left of all of their trials.
+/// Of ranges those that do not overlap and together have the most trials, of these the fewest;
+/// ascending. Blocks can only be taken whole, since they hold what is left of all of their trials.
 pub(super) fn cover<T>(mut found: Vec<T>, range: impl Fn(&T) -> &Range<u64>) -> Vec<T> {
     found.sort_by_key(|block| (range(block).end, range(block).start));
     // Of the first i ranges: the most trials, and how few ranges have them.

@@ -32,12 +32,14 @@ pub enum Merged {
     Done(Box<Summary>),
     /// Trials are missing: nothing was written.
     Missing(Status),
-    /// All trials of the plan are there, and by the file's rule so many cells need more: nothing was written.
+    /// All trials of the plan are there, and by the file's rule so many cells need more: nothing
+    /// was written.
     More(usize),
 }
 
-/// Puts together what is in folders. Blocks are read where they are, one in memory at a time for each thread; `out` has
-/// what a run leaves in its folder, and of a study that keeps its trials no blocks.
+/// Puts together what is in folders. Blocks are read where they are, one in memory at a time for
+/// each thread; `out` has what a run leaves in its folder, and of a study that keeps its trials no
+/// blocks.
 ///
 /// # Errors
 /// [`ClusterError`].
@@ -128,8 +130,8 @@ fn remove_parts<'a>(
     Ok(())
 }
 
-/// The vector instructions of all cells by faer, and the machines' blocks of these alone. Where no one kind has all
-/// that is there, nothing is left out, and only `mix` takes it.
+/// The vector instructions of all cells by faer, and the machines' blocks of these alone. Where no
+/// one kind has all that is there, nothing is left out, and only `mix` takes it.
 fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<String, ClusterError> {
     let by_faer = |cell: &usize| plan.is_by_faer(*cell);
     let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
@@ -171,8 +173,8 @@ fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<Strin
     ))
 }
 
-/// How many trials each cell is to have next by the rule of the file, and which of them are missing: what is there is
-/// read where the rule asks for it.
+/// How many trials each cell is to have next by the rule of the file, and which of them are
+/// missing: what is there is read where the rule asks for it.
 ///
 /// # Errors
 /// [`ClusterError`].

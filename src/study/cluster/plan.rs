@@ -46,8 +46,9 @@ pub struct Part {
 }
 
 impl ShardPlan {
-    /// A plan of trials that are `missing` of those wanted, in about so many shards that take equally long, where a trial
-    /// of each cell takes some seconds. There are fewer shards where trials are few.
+    /// A plan of trials that are `missing` of those wanted, in about so many shards that take
+    /// equally long, where a trial of each cell takes some seconds. There are fewer shards where
+    /// trials are few.
     ///
     /// # Errors
     /// If a cell has no engine.
@@ -185,7 +186,8 @@ impl ShardPlan {
         self.shards[index].iter().map(Part::len).sum()
     }
 
-    /// The folder of what the shards of a plan leave, where none is given: `NAME-shards` beside `NAME.plan.json`.
+    /// The folder of what the shards of a plan leave, where none is given: `NAME-shards` beside
+    /// `NAME.plan.json`.
     pub fn default_folder(path: &Path) -> PathBuf {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.strip_suffix(".json").unwrap_or(&name);
@@ -255,7 +257,8 @@ fn cut(spans: &[Span], seconds: &[f64], shards: usize) -> Vec<Vec<Part>> {
 mod tests {
     use super::*;
 
-    /// Whatever the costs, every trial stands in one shard, in order, and no shard has much more than its share.
+    /// Whatever the costs, every trial stands in one shard, in order, and no shard has much more
+    /// than its share.
     #[test]
     fn every_trial_is_in_one_shard() {
         let spans: Vec<Span> = [(0, 0..1000), (1, 300..5000), (3, 0..1), (7, 10..90_000)]

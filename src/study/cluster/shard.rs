@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-/// So many blocks of a part are put together to one while it is computed: files are dear where many machines share them.
+/// So many blocks of a part are put together to one while it is computed: files are dear where many
+/// machines share them.
 const JOINED: usize = 64;
 
 /// What a process says of itself in `run.json`.
@@ -73,9 +74,9 @@ struct Shard<'a> {
     own: Option<PathBuf>,
 }
 
-/// Computes what is missing of a shard: what earlier processes left in the shard's folder is read and counts, what this
-/// one computes goes into a folder of its own. What is finished stays, whatever ends it. Notes are of what was found and
-/// not taken.
+/// Computes what is missing of a shard: what earlier processes left in the shard's folder is read
+/// and counts, what this one computes goes into a folder of its own. What is finished stays,
+/// whatever ends it. Notes are of what was found and not taken.
 ///
 /// # Errors
 /// [`ClusterError`], [`crate::study::RunError::Interrupted`] where `stop` was raised.
@@ -242,8 +243,8 @@ impl Shard<'_> {
         Ok(())
     }
 
-    /// Puts the blocks of each part together to one, where this process made some of them: whatever became of another
-    /// process's blocks since, the part is whole. Those of others stay.
+    /// Puts the blocks of each part together to one, where this process made some of them: whatever
+    /// became of another process's blocks since, the part is whole. Those of others stay.
     fn join_all(&self, there: &[Vec<StoredBlock>]) -> Result<(), ClusterError> {
         let Some(own) = &self.own else { return Ok(()) };
         if self.experiment.file.store == Store::Trials {

@@ -334,7 +334,8 @@ fn observer(
     }
 }
 
-/// The filter of the steady state, which is a full-order observer, or without process noise the time-varying one.
+/// The filter of the steady state, which is a full-order observer, or without process noise the
+/// time-varying one.
 fn kalman_bucy(
     table: &ObserverTable,
     plant: &ContinuousPlant,

@@ -45,8 +45,8 @@ impl Traces {
 }
 
 impl Traces {
-    /// Whether this can be the course of a trial of n states and so many observers: every part of the same length, and
-    /// ascending times.
+    /// Whether this can be the course of a trial of n states and so many observers: every part of
+    /// the same length, and ascending times.
     pub(crate) fn are_of(&self, n: usize, observers: usize) -> bool {
         let points = self.times.len();
         let full = |courses: &[Vec<f64>]| {

@@ -66,7 +66,8 @@ impl ContinuousCell {
             Term::Fixed(wave) => wave.clone(),
             Term::RandomPhase(wave) => with_phase(wave, TAU * phases.random::<f64>()),
             Term::White { deviation, hold } => {
-                // One more than the holds that fit, so that the last instant has one however the quotient is rounded.
+                // One more than the holds that fit, so that the last instant has one however the
+                // quotient is rounded.
                 let count = (self.until / hold).ceil() as usize + 1;
                 let mut values = vec![0.0; count];
                 fill_white(&mut noise, *deviation, &mut values);

@@ -47,7 +47,8 @@ impl<'e> ContinuousTrial<'e> {
         })
     }
 
-    /// Runs a trial and appends its rows, one per observer; of trial 0 its course too, where it is wanted.
+    /// Runs a trial and appends its rows, one per observer; of trial 0 its course too, where it is
+    /// wanted.
     pub fn run_into(&self, trial: u64, to: &mut Trials) {
         let every = self.cell.trace_every.filter(|_| trial == 0);
         self.run_with_course(trial, every, to);

@@ -193,8 +193,8 @@ impl<'de> Visitor<'de> for AxisVisitor {
     }
 }
 
-/// `count` values from `from` to `to`, evenly spaced under `map`, rounded to six significant digits so that
-/// they are the same numbers on every machine; the ends are exact.
+/// `count` values from `from` to `to`, evenly spaced under `map`, rounded to six significant digits
+/// so that they are the same numbers on every machine; the ends are exact.
 fn range_of(
     from: f64,
     to: f64,
