@@ -19,7 +19,8 @@
 //! | `u`, `y`, `f` | K | input, measured output, noise |
 //! | `x`, `x0` | n | state, initial state |
 //! | `a`, `b`, `h` | n | last row of A, input vector, numerator |
-//! | `alpha`, `beta` | n | A(q) = 1 + alpha_1 q^-1 + ..., B(q) = beta_1 q^-1 + ...; alpha_i = -a_(n+1-i), beta = h |
+//! | `alpha` | n | A(q) = 1 + alpha_1 q^-1 + ...; alpha_i = -a_(n+1-i) |
+//! | `beta` | n | B(q) = beta_1 q^-1 + ...; beta = h |
 //! | `p` | 2n | (alpha, beta), the paper's p, the field's theta |
 //! | `Phi`, `Z` | (N-n) x 2n | regressors -y, u; instruments -yhat, u |
 //! | `G` | 2n x 2n | Z'Phi, in blocks G11, G12, G21, G22 of n x n |
@@ -32,7 +33,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`plant`] | the true system: forms, simulation, poles |
-//! | [`signal`] | inputs, coloured noise, random streams; the arithmetic that gives the same bits everywhere |
+//! | [`signal`] | inputs, coloured noise, random streams; arithmetic of the same bits anywhere |
 //! | [`data`] | records: simulated with their truth, or read from a file |
 //! | [`estimator`] | stages 1 to 11, and the ways to solve for p |
 //! | [`observer`] | stage 12 and its gain |

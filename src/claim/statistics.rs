@@ -366,7 +366,8 @@ fn moment(
 ) -> Result<Number, Missing> {
     if statistics.dominated && !cell.deterministic {
         return Err(format!(
-            "a single trial makes up most of the mean square of {measure}, so means say nothing; quantiles do"
+            "a single trial makes up most of the mean square of {measure}, so means say nothing; \
+            quantiles do"
         ));
     }
     let estimate = estimated(cell, estimate);

@@ -50,7 +50,8 @@ pub(super) fn units(
                 .collect();
             if found.is_empty() {
                 return Err(format!(
-                    "the run did not keep the slope of {} over {over} of '{}'; a new run of the file keeps what its claims need",
+                    "the run did not keep the slope of {} over {over} of '{}'; a new run of the \
+                    file keeps what its claims need",
                     slope.measure, test.output
                 ));
             }

@@ -75,8 +75,9 @@ mod tests {
         let text = "MemTotal:  24000000 kB\nMemAvailable:   12000000 kB\n";
         assert_eq!(kibibytes(text, "MemAvailable:"), Some(12_288_000_000.0));
         assert_eq!(kibibytes(text, "VmSize:"), None);
-        let limits = "Limit                     Soft Limit           Hard Limit           Units     \n\
-                      Max address space         409600000            unlimited            bytes     \n";
+        let limits = "\
+            Limit                     Soft Limit           Hard Limit           Units     \n\
+            Max address space         409600000            unlimited            bytes     \n";
         assert_eq!(address_space(limits), Some(409_600_000.0));
         let limits = limits.replace("409600000", "unlimited");
         assert_eq!(address_space(&limits), None);

@@ -82,12 +82,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             }
             let missing: u64 = status.cells.iter().map(|cell| cell.missing).sum();
             Err(Error::Again(format!(
-                "{missing} trials are missing, nothing was written; --partial makes results of the others"
+                "{missing} trials are missing, nothing was written; --partial makes results of the \
+                others"
             )))
         }
         Merged::More(cells) => Err(Error::Again(format!(
-            "all trials of the plan are there, and by the rule of 'trials' {cells} cells need more; plan the \
-             next round by the command that made the plan, or: asobench plan {} --out {}",
+            "all trials of the plan are there, and by the rule of 'trials' {cells} cells need \
+             more; plan the next round by the command that made the plan, or: asobench plan {} \
+             --out {}",
             word(path),
             word(path)
         ))),

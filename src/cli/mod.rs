@@ -41,8 +41,8 @@ use std::process::ExitCode;
     version,
     arg_required_else_help = true,
     max_term_width = 80,
-    after_help = "Exit codes: 0 done, 1 the run failed, 2 bad input, 75 trials are missing: run again, \
-                  130 interrupted"
+    after_help = "Exit codes: 0 done, 1 the run failed, 2 bad input, 75 trials are missing: run \
+                  again, 130 interrupted"
 )]
 struct Cli {
     #[command(subcommand)]

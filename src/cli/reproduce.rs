@@ -42,7 +42,10 @@ pub(super) struct Arguments {
     paper: Paper,
     /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have numbers of
     /// their own
-    #[arg(long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
+    #[arg(
+        long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT)
+    )]
     pub(super) trials: u64,
     /// Seed of the random streams
     #[arg(
@@ -86,7 +89,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = arguments.folder();
     if arguments.replay.is_some() {
         if arguments.paper == Paper::Bobtsov {
-            let message = "--replay: trials of Bobtsov et al. are replayed by asobench replay FOLDER CELL:TRIAL";
+            let message = "--replay: trials of Bobtsov et al. are replayed by asobench replay \
+                FOLDER CELL:TRIAL";
             return Err(Error::Input(message.to_owned()));
         }
         return nikolov(arguments, path).map(|_| ExitCode::SUCCESS);

@@ -46,7 +46,10 @@ pub(super) struct StudyArguments {
     /// Experiment file, such as experiments/window.toml, or - for standard input
     file: PathBuf,
     /// Trials in each cell instead of the file's
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
+    #[arg(
+        long, value_name = "M", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT)
+    )]
     trials: Option<u64>,
     /// Set a key, such as eta=5 or methods.0.solver=lu; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -42,10 +42,16 @@ pub(super) struct Arguments {
     set: Vec<String>,
     /// Trials in a repetition, with FILE of each cell [default: about a second's work; with FILE
     /// the file's]
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(100..=1_000_000_000))]
+    #[arg(
+        long, value_name = "M", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(100..=1_000_000_000)
+    )]
     trials: Option<u64>,
     /// Numbers of threads, such as 1,2 [default: one, and one per processor]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',',
+        value_parser = clap::value_parser!(u16).range(1..=1024)
+    )]
     threads: Vec<u16>,
     /// Engines, of lanes and faer [default: lanes,faer; with FILE the file's]
     #[arg(
@@ -56,7 +62,10 @@ pub(super) struct Arguments {
     )]
     engine: Vec<Engine>,
     /// Repetitions; the median counts
-    #[arg(long, value_name = "R", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(
+        long, value_name = "R", default_value_t = 5,
+        value_parser = clap::value_parser!(u16).range(1..=1000)
+    )]
     repetitions: u16,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
@@ -281,7 +290,8 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
     let peaks: Vec<String> = peaks.collect();
     writeln!(
         text,
-        "\nShare of peak: {FLOP_PER_TRIAL} flop for a trial, a fixed count, over the measured peak of\n\
+        "\nShare of peak: {FLOP_PER_TRIAL} flop for a trial, a fixed count, over the measured peak \
+         of\n\
          fused multiply-adds on registers ({} Gflop/s, before and after each line).\n\
          Every line is the median of repetitions; the last one's medians are printed.",
         peaks.join(", "),

@@ -24,7 +24,8 @@ pub enum RecordError {
     NoHeader(u64),
     /// A column that is neither k, u nor y.
     #[error(
-        "line {line}: unknown column '{column}'; expected k (optional), u and y, separated by commas"
+        "line {line}: unknown column '{column}'; expected k (optional), u and y, separated by \
+        commas"
     )]
     UnknownColumn {
         /// The header's line.
@@ -70,7 +71,9 @@ pub enum RecordError {
     },
     /// The samples are not consecutive.
     #[error(
-        "line {line}, column k: {} where {} was expected; samples must be consecutive", number(*.found), number(*.expected)
+        "line {line}, column k: {} where {} was expected; samples must be consecutive",
+        number(*.found),
+        number(*.expected)
     )]
     Gap {
         /// The line.

@@ -37,7 +37,11 @@ impl Feedback {
                 "output": { "numerator": law.numerator, "denominator": law.denominator() }
             }),
             Self::Controlled(law) => json!({
-                "controlled": { "pilot": law.pilot(), "silent": law.is_silent(), "law": law.description() }
+                "controlled": {
+                    "pilot": law.pilot(),
+                    "silent": law.is_silent(),
+                    "law": law.description(),
+                }
             }),
         }
     }

@@ -180,7 +180,8 @@ impl Kind {
 }
 
 /// How the figures of `reproduce` begin.
-const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" xmlns=\"http://www.w3.org/2000/svg\">\n";
+const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" \
+    xmlns=\"http://www.w3.org/2000/svg\">\n";
 
 /// What the header of every table of a report has one of.
 const TABLES: [&str; 9] = [

@@ -726,7 +726,8 @@ mod tests {
             let (values, shuffled) = values;
             let whole = Sample::from_values(values.iter().copied());
             prop_assert!(whole.is_of(values.len() as u64));
-            let (a, b) = (cuts.0.min(cuts.1).min(values.len()), cuts.0.max(cuts.1).min(values.len()));
+            let ends = [cuts.0.min(cuts.1), cuts.0.max(cuts.1)];
+            let [a, b] = ends.map(|end| end.min(values.len()));
             let mut merged = Sample::from_values(shuffled[b..].iter().copied());
             let mut rest = Sample::from_values(shuffled[..a].iter().copied());
             rest.merge(&Sample::from_values(shuffled[a..b].iter().copied()));

@@ -20,7 +20,8 @@ pub enum ObserverKind {
 pub enum ObserverKindError {
     /// Not one of the forms.
     #[error(
-        "unknown observer '{0}'; expected kalman, kalman-varying, dead-beat, scaled:RHO or poles:LIST"
+        "unknown observer '{0}'; expected kalman, kalman-varying, dead-beat, scaled:RHO or \
+        poles:LIST"
     )]
     Form(String),
     /// What is wrong with a gain.

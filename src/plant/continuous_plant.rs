@@ -41,7 +41,8 @@ pub enum ContinuousPlantError {
     NotFinite(&'static str),
     /// (A, C) is not observable.
     #[error(
-        "the state cannot be observed: the observability matrix of (A, C) has rank {rank}, and the order is {order}"
+        "the state cannot be observed: the observability matrix of (A, C) has rank {rank}, and the \
+        order is {order}"
     )]
     Unobservable {
         /// The numerical rank.

@@ -304,8 +304,16 @@ fn page() -> Page {
     let mut page =
         Page::new("asobench: what the papers claim and what a typical realisation shows");
     page.introduction(|s| {
-        s.paragraph("Made-up numbers, to look at the page. Every number has its Monte-Carlo standard error; `asobench report` would write it.");
-        s.settings(&[("version", "0.1.0"), ("revision", "dc6db91"), ("seed", "2023"), ("trials", "10,000 a cell")]);
+        s.paragraph(
+            "Made-up numbers, to look at the page. Every number has its Monte-Carlo \
+            standard error; `asobench report` would write it.",
+        );
+        s.settings(&[
+            ("version", "0.1.0"),
+            ("revision", "dc6db91"),
+            ("seed", "2023"),
+            ("trials", "10,000 a cell"),
+        ]);
     });
     page.section("verdicts", "Verdicts", |s| s.table(&verdicts()));
     let figures = figures();
@@ -317,20 +325,42 @@ fn page() -> Page {
     ];
     for (i, pair) in figures.chunks(3).enumerate() {
         let id = format!("c{}", i + 1);
-        page.section(&id, &format!("C{}: does the error fall in proportion to N?", i + 1), |s| {
-            s.question("Robustness to noise grows in proportion to the number of samples N. Is the slope of log RMSE over log N -1/2?");
-            s.answer(all[i], "the slope is -0.497(3) for LS and -0.51(2) for IV(4), where the noise is `1/A(q)`; with white noise LS is biased and levels off.");
-            for (_, svg, caption) in pair {
-                s.figure(svg, caption);
-            }
-            s.heading("Numbers");
-            s.table(&verdicts());
-            s.files(&[("rates.csv", "tables/rates.csv"), ("rates.svg", "figures/rates.svg")]);
-            s.heading("To run it again");
-            s.code("asobench run experiments/rates.json --seed 2023 --trials 10000 --out results/rates --threads 8 --checkpoint\nasobench report results/rates");
-            s.details("Settings", |s| s.settings(&[("noise", "1/A(q), level 10 % of the window"), ("lengths", "50, 98, 218, 400, 800, 1600, 3200")]));
-            s.details("45 failures", |s| s.table(&long_table()));
-        });
+        page.section(
+            &id,
+            &format!("C{}: does the error fall in proportion to N?", i + 1),
+            |s| {
+                s.question(
+                    "Robustness to noise grows in proportion to the number of samples N. Is the \
+                slope of log RMSE over log N -1/2?",
+                );
+                s.answer(
+                    all[i],
+                    "the slope is -0.497(3) for LS and -0.51(2) for IV(4), where the \
+                noise is `1/A(q)`; with white noise LS is biased and levels off.",
+                );
+                for (_, svg, caption) in pair {
+                    s.figure(svg, caption);
+                }
+                s.heading("Numbers");
+                s.table(&verdicts());
+                s.files(&[
+                    ("rates.csv", "tables/rates.csv"),
+                    ("rates.svg", "figures/rates.svg"),
+                ]);
+                s.heading("To run it again");
+                s.code(
+                    "asobench run experiments/rates.json --seed 2023 --trials 10000 --out \
+                results/rates --threads 8 --checkpoint\nasobench report results/rates",
+                );
+                s.details("Settings", |s| {
+                    s.settings(&[
+                        ("noise", "1/A(q), level 10 % of the window"),
+                        ("lengths", "50, 98, 218, 400, 800, 1600, 3200"),
+                    ])
+                });
+                s.details("45 failures", |s| s.table(&long_table()));
+            },
+        );
     }
     page
 }

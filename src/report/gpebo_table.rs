@@ -111,7 +111,8 @@ pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
                 .map_or(f64::NAN, |statistics| statistics.mean.value)
         };
         Some(format!(
-            "step {:<9} theta_hat(T) = ({}), order {},\n{:26}frozen from {:.1} s, largest |dbar| {}",
+            "step {:<9} theta_hat(T) = ({}), order {},\n\
+             {:26}frozen from {:.1} s, largest |dbar| {}",
             format!("{} s:", cell.setting(crate::study::file::Key::Step)),
             ends.join(", "),
             uncertain(measure(Measure::StepOrder), f64::NAN),

@@ -82,13 +82,14 @@ impl Page {
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
-             style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src \
+             'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
              <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
              <style>\n{CSS}</style>\n{figures}\n</head>\n<body>\n\
              <a class=\"skip\" href=\"#contents\">Contents</a>\n<div class=\"page\">\n\
              <header>\n<h1>{title}</h1>\n{introduction}</header>\n<div class=\"columns\">\n\
-             <nav id=\"contents\" aria-label=\"Contents\">\n<h2>Contents</h2>\n<ol>\n{contents}</ol>\n</nav>\n\
+             <nav id=\"contents\" aria-label=\"Contents\">\n<h2>Contents</h2>\n<ol>\n\
+             {contents}</ol>\n</nav>\n\
              <main>\n{sections}</main>\n</div>\n</div>\n<script>\n{JS}</script>\n</body>\n</html>\n"
         )
     }

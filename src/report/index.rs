@@ -178,7 +178,8 @@ mod tests {
     #[test]
     fn what_follows_from_another_setting_does_not_vary() {
         let zipped = "[settings]\neta = [1, 2, 3]\nnoise = [\"ar\", \"white\"]\nwindow = [98, 18]\n\
-                      [[exclude]]\neta = [1, 3]\nnoise = \"white\"\n[[exclude]]\neta = 2\nnoise = \"ar\"\n";
+                      [[exclude]]\neta = [1, 3]\nnoise = \"white\"\n\
+                      [[exclude]]\neta = 2\nnoise = \"ar\"\n";
         let (index, _) = index(zipped);
         assert_eq!(index.varying, [Key::Window, Key::Eta]);
     }

@@ -17,7 +17,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// The folder holds no results.
-    #[error("{}: no results there (no manifest.json); run an experiment with --out {} first", .0.display(), .0.display())]
+    #[error(
+        "{}: no results there (no manifest.json); run an experiment with --out {} first",
+        .0.display(),
+        .0.display()
+    )]
     NoResults(PathBuf),
     /// The manifest.
     #[error(transparent)]
@@ -178,7 +182,8 @@ impl Study {
         let (cells, trials) = (self.summary.cells.len(), self.trials());
         self.summary.partial.then(|| {
             format!(
-                "Partial results: {trials} trials of {cells} cells, and others that the study asks for are missing."
+                "Partial results: {trials} trials of {cells} cells, and others that the study asks \
+                for are missing."
             )
         })
     }

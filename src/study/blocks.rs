@@ -2,7 +2,8 @@
 //! checksum.
 //!
 //! ```text
-//! "asobench" | format u32 | fingerprint u128 | cell u32 | first trial u64 | end u64 | content | checksum u128
+//! "asobench" | format u32 | fingerprint u128 | cell u32 | first trial u64 | end u64 |
+//! content | checksum u128
 //! content: length of the tally u64 | tally (postcard) | rows by columns, where they are kept
 //! ```
 //!
@@ -42,7 +43,10 @@ pub enum BlockError {
         reason: &'static str,
     },
     /// Another version's file.
-    #[error("{}: written by a newer version of asobench (format {format}; this one knows {FORMAT})", .path.display())]
+    #[error(
+        "{}: written by a newer version of asobench (format {format}; this one knows {FORMAT})",
+        .path.display()
+    )]
     Newer {
         /// The file.
         path: PathBuf,
@@ -50,7 +54,10 @@ pub enum BlockError {
         format: u32,
     },
     /// Another design's file.
-    #[error("{}: a block of another experiment; remove this file, then its trials are computed", .path.display())]
+    #[error(
+        "{}: a block of another experiment; remove this file, then its trials are computed",
+        .path.display()
+    )]
     OtherDesign {
         /// The file.
         path: PathBuf,

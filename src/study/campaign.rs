@@ -71,7 +71,8 @@ pub enum CampaignError {
     Stopped,
     /// Fewer trials are asked for than are there.
     #[error(
-        "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take another folder for fewer"
+        "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take \
+        another folder for fewer"
     )]
     Fewer {
         /// The folder.
@@ -572,7 +573,8 @@ mod tests {
     fn a_rule_for_what_is_not_there_is_refused() {
         let experiment = Experiment::new(ExperimentFile::parse("trials = 4").unwrap()).unwrap();
         let place = tempfile::tempdir().unwrap();
-        let rule = "trials = { until = \"e_a\", output = \"iv(9)\", relative_mcse = 1, minimum = 1, maximum = 2 }";
+        let rule = "trials = { until = \"e_a\", output = \"iv(9)\", relative_mcse = 1, \
+                    minimum = 1, maximum = 2 }";
         let rule = ExperimentFile::parse(rule).unwrap().trials;
         let opened = Campaign::open(place.path(), &experiment, rule, RunOptions::default());
         let error = opened.err().map(|error| error.to_string());

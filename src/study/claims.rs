@@ -121,7 +121,8 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         .find(|measure| by_ratio && measure.may_be_negative())
     {
         let message = format!(
-            "'{measure}' may be negative, so ratios of it mean nothing; expected share = \"{measure}\" with 'to', or a value"
+            "'{measure}' may be negative, so ratios of it mean nothing; expected share = \
+            \"{measure}\" with 'to', or a value"
         );
         return wrong("", message);
     }
@@ -333,7 +334,8 @@ mod tests {
             ),
             (
                 format!(
-                    "[{{ ratio = 'e_a', {iv}, below = 1 }}, {{ ratio = 'e_b', {iv}, within = 1.05 }}]"
+                    "[{{ ratio = 'e_a', {iv}, below = 1 }}, \
+                    {{ ratio = 'e_b', {iv}, within = 1.05 }}]"
                 ),
                 Needs {
                     compare: pair(),
@@ -500,7 +502,8 @@ mod tests {
             ),
             (
                 claim(
-                    "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', to = 'wite', below = 1 }",
+                    "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', to = 'wite', \
+                     below = 1 }",
                 ),
                 ["test.to: ", "did you mean 'white'"],
             ),

@@ -26,7 +26,11 @@ pub enum FolderError {
     #[error("{}: another run is writing there", .0.display())]
     Busy(PathBuf),
     /// A newer version's results.
-    #[error("{}: written by asobench {version}, which is newer than this one ({})", .path.display(), env!("CARGO_PKG_VERSION"))]
+    #[error(
+        "{}: written by asobench {version}, which is newer than this one ({})",
+        .path.display(),
+        env!("CARGO_PKG_VERSION")
+    )]
     Newer {
         /// The file.
         path: PathBuf,
@@ -35,7 +39,8 @@ pub enum FolderError {
     },
     /// The folder holds results of unknown design.
     #[error(
-        "{}: holds {file} without manifest.json, so nobody knows of which study; remove it or choose another folder",
+        "{}: holds {file} without manifest.json, so nobody knows of which study; remove it or \
+        choose another folder",
         .path.display()
     )]
     Unknown {

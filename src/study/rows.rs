@@ -289,7 +289,8 @@ impl Rows {
 /// the file.
 ///
 /// ```text
-/// length of failures u64 | failures (postcard) | of each output: flags u8 ... | of each measure: f64 ...
+/// length of failures u64 | failures (postcard) | of each output: flags u8 ... |
+/// of each measure: f64 ...
 /// ```
 pub(super) mod stored {
     use super::{

@@ -287,7 +287,10 @@ impl CellTally {
             None => !file.curves,
         };
         let traces_fit = self.traces.as_ref().is_none_or(|traces| {
-            let wanted = matches!(&cell.source, Source::Continuous(continuous) if continuous.trace_every.is_some());
+            let wanted = match &cell.source {
+                Source::Continuous(cell) => cell.trace_every.is_some(),
+                Source::Record(_) => false,
+            };
             wanted && trials.start == 0 && traces.are_of(cell.order, outputs)
         });
         let series = experiment.series_of(cell).count();

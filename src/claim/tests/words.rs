@@ -75,13 +75,14 @@ fn each_verdict_is_a_sentence_with_the_decisive_number() {
     let everywhere = claim("everywhere", RATIO);
     assert_eq!(
         line(&everywhere, &three([0.5, 0.9, 0.7], [0; 3])),
-        "W1  holds: in all 3 cells the ratio of the rms over trials of e_a of new to that of old is below 1; nearest to the limit: 0.900(9) at \
-         eta = 20 %."
+        "W1  holds: in all 3 cells the ratio of the rms over trials of e_a of new to that of old \
+         is below 1; nearest to the limit: 0.900(9) at eta = 20 %."
     );
     assert_eq!(
         line(&everywhere, &three([0.5, 1.5, 0.7], [0; 3])),
-        "W1  does not hold: the ratio of the rms over trials of e_a of new to that of old is 1.50(2) at eta = 20 %, not below 1; one certain \
-         counterexample in 3 cells. It certainly holds with eta = 10 % and eta = 30 %."
+        "W1  does not hold: the ratio of the rms over trials of e_a of new to that of old is \
+         1.50(2) at eta = 20 %, not below 1; one certain counterexample in 3 cells. It certainly \
+         holds with eta = 10 % and eta = 30 %."
     );
     let open = judged(&everywhere, &three([0.5, 0.99, 0.7], [0; 3]));
     // (1.96 + 0.84)^2 / 1^2 times 1,000 trials.
@@ -124,8 +125,8 @@ fn lists_conditions_and_what_is_missing() {
     let found = line(&claim("everywhere", both), &three([0.5; 3], [0, 400, 0]));
     assert_eq!(
         found,
-        "W1  holds: in all 3 cells all 2 tests pass; nearest to the limit: at eta = 20 %, where the share of failed trials of new \
-         is 40(2) % and must be below 50 %."
+        "W1  holds: in all 3 cells all 2 tests pass; nearest to the limit: at eta = 20 %, where \
+         the share of failed trials of new is 40(2) % and must be below 50 %."
     );
     let found = judged(&claim("everywhere", both), &three([0.5; 3], [0, 600, 0]));
     assert_eq!(found.verdict, Verdict::DoesNotHold);
@@ -344,8 +345,10 @@ fn ranges_with_two_ends_by_hand() {
 #[test]
 fn pairs_and_families_of_cells_are_found() {
     use crate::claim::units::units;
-    let text = "[settings]\neta = [10, 20]\nnoise = ['ar', 'white']\n[[claims]]\nid = 'W1'\nwhere = { eta = 20 }\n\
-                test = { cells = 'e_a', of = 'new', axis = 'noise', from = 'white', within = 1.05 }";
+    let text = "[settings]\neta = [10, 20]\nnoise = ['ar', 'white']\n\
+                [[claims]]\nid = 'W1'\nwhere = { eta = 20 }\n\
+                test = { cells = 'e_a', of = 'new', axis = 'noise', from = 'white', \
+                within = 1.05 }";
     let file = ExperimentFile::parse(text).unwrap();
     let settings = [(10.0, "ar"), (10.0, "white"), (20.0, "ar"), (20.0, "white")];
     let cells = settings

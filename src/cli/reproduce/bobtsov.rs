@@ -71,7 +71,10 @@ impl Bobtsov {
         text.push('\n');
         let folder = folder.join("gpebo-figures");
         text.push_str(&wrapped(&format!(
-            "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of them that the proposed estimate is as fast as the gradient's and more exact. kalman-bucy, recursive least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as theta.svg and state-errors.svg in {}",
+            "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of \
+            them that the proposed estimate is as fast as the gradient's and more exact. \
+            kalman-bucy, recursive least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as \
+            theta.svg and state-errors.svg in {}",
             visible(folder.display())
         ), ""));
         text

@@ -142,12 +142,14 @@ pub enum CascadeError {
     Steps(f64),
     /// Too many breakpoints.
     #[error(
-        "the signals have about {0:.1e} switches and samples, and {LARGEST_BREAKPOINTS:.0e} are the most"
+        "the signals have about {0:.1e} switches and samples, and {LARGEST_BREAKPOINTS:.0e} are \
+        the most"
     )]
     Breakpoints(f64),
     /// Too many step lengths.
     #[error(
-        "the signals' switches and samples leave more than {LARGEST_LENGTHS} different distances: give them common multiples"
+        "the signals' switches and samples leave more than {LARGEST_LENGTHS} different distances: \
+        give them common multiples"
     )]
     Lengths,
 }

@@ -125,7 +125,8 @@ fn paired(study: &Study, measure: Measure) -> String {
         });
         if !ratios.is_empty() {
             text.push_str(&format!(
-                " On the same trials the {} of {} is smaller than that of {} in {better} of {} cells and larger in {worse}, by the 95 % interval of the median ratio.",
+                " On the same trials the {} of {} is smaller than that of {} in {better} of {} \
+                cells and larger in {worse}, by the 95 % interval of the median ratio.",
                 measure.label(),
                 first,
                 second,

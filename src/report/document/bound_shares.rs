@@ -73,7 +73,8 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
             Style::Boxes,
             points.collect(),
         ));
-        "For each bound the shares of realisations over all cells and outputs: boxes hold the middle half of the combinations, whiskers reach the worst and the best."
+        "For each bound the shares of realisations over all cells and outputs: boxes hold the \
+        middle half of the combinations, whiskers reach the worst and the best."
     };
     plot = plot.reference("typical: half", Course::Vertical(50.0));
     let (svg, note) = sheet(&format!("{}: bounds", study.title()), what, vec![plot])?;

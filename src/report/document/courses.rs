@@ -32,20 +32,23 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
         (
             "state-errors",
             "errors of the state over time",
-            "x_i - xhat_i of the first trial; what lies outside of the frame in the first seconds is cut off.",
+            "x_i - xhat_i of the first trial; what lies outside of the frame in the first seconds \
+            is cut off.",
             state,
         ),
     ]
     .into_iter()
-    .map(|(name, title, caption, plots): (&str, &str, &str, Vec<Plot>)| {
-        let title = format!("{}: {title}", summary.title);
-        let sharing = Sharing { x: true, y: false };
-        Drawn {
-            name: name.to_owned(),
-            svg: small_multiples(&title, caption, &plots, 2, sharing),
-            caption: caption.to_owned(),
-        }
-    })
+    .map(
+        |(name, title, caption, plots): (&str, &str, &str, Vec<Plot>)| {
+            let title = format!("{}: {title}", summary.title);
+            let sharing = Sharing { x: true, y: false };
+            Drawn {
+                name: name.to_owned(),
+                svg: small_multiples(&title, caption, &plots, 2, sharing),
+                caption: caption.to_owned(),
+            }
+        },
+    )
     .collect()
 }
 

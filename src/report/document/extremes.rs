@@ -142,8 +142,8 @@ pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
             .retain(|point| kept.contains(&(parts(point).0 as usize)));
     }
     Some(format!(
-        " Of {count} places along the axis the {NAMES} with the smallest and the largest values are drawn; the table \
-         has the rest."
+        " Of {count} places along the axis the {NAMES} with the smallest and the largest values \
+         are drawn; the table has the rest."
     ))
 }
 

@@ -61,7 +61,8 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
 pub(super) fn quantile_note(study: &Study) -> String {
     let percent = 100.0 * study.summary.quantile_relative_error;
     format!(
-        "Quantiles are over all trials, lost ones last, from bins of relative error below {percent:.2} %."
+        "Quantiles are over all trials, lost ones last, from bins of relative error below \
+        {percent:.2} %."
     )
 }
 
@@ -197,7 +198,8 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let what = match style {
         Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
         Style::Boxes => {
-            "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the median."
+            "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the \
+            median."
         }
         _ if few => "Medians with the middle half of the trials.",
         _ => "Medians with their 95 % intervals.",
@@ -316,14 +318,16 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
         Better::Neither => "",
     };
     let what = format!(
-        "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals{better}."
+        "Medians over the trials of the ratio of two outputs on the same record, with 95 % \
+        intervals{better}."
     );
     let (svg, note) = sheet(&title, &what, plots)?;
     Some(Drawn {
         name: format!("ratio-{}", measure.name()),
         svg,
         caption: format!(
-            "{what} Trials where either fails are left out, and pairs of which one fails in more than half of them.{note}{}",
+            "{what} Trials where either fails are left out, and pairs of which one fails in more \
+            than half of them.{note}{}",
             layout.held_text()
         ),
     })

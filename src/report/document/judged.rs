@@ -159,7 +159,8 @@ fn cells(claim: &Judged) -> LongTable {
         _ => "All tests must pass in a cell. ".to_owned(),
     };
     caption.push_str(&format!(
-        "Passed or failed for certain at {} per cent: p (pass) is the p-value of \"the cell does not pass\", p (fail) of \"it does\".",
+        "Passed or failed for certain at {} per cent: p (pass) is the p-value of \"the cell does \
+        not pass\", p (fail) of \"it does\".",
         crate::text::number(100.0 * claim.level)
     ));
     let mut columns = vec![Column::text("cell")];

@@ -87,7 +87,8 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
     };
     let plots = over_passes(study, &layout, &y_axis(measure), Style::Band, point);
     let name = measure.label();
-    let what = "Medians over the passes, bands hold the middle 90 % of the trials; pass 0 is least squares.";
+    let what = "Medians over the passes, bands hold the middle 90 % of the trials; pass 0 is least \
+        squares.";
     let (svg, note) = sheet(
         &format!("{}: {name} over the passes", study.title()),
         what,
@@ -160,7 +161,8 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
     if !drawn.any(|point| point.y >= LEAST) {
         return None;
     }
-    let what = "Trials whose estimate fails, or whose model has a pole on or outside the unit circle, with Wilson's 95 % intervals.";
+    let what = "Trials whose estimate fails, or whose model has a pole on or outside the unit \
+        circle, with Wilson's 95 % intervals.";
     let (svg, note) = sheet(
         &format!("{}: failed or unstable", study.title()),
         what,

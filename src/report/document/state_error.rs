@@ -60,7 +60,8 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
         name: "curves".to_owned(),
         svg,
         caption: format!(
-            "{what} Quantiles of curves are from bins of relative error below {percent:.1} %.{note}{}",
+            "{what} Quantiles of curves are from bins of relative error below \
+            {percent:.1} %.{note}{}",
             layout.held_text()
         ),
     })

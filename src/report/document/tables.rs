@@ -76,7 +76,9 @@ pub(super) fn overview(study: &Study) -> LongTable {
         Column::number("unstable", "%"),
     ]);
     let mut table = LongTable::new(
-        "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one trial has more than a tenth of the sum of squares, so that the RMSE says nothing; read the median.",
+        "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one \
+        trial has more than a tenth of the sum of squares, so that the RMSE says nothing; read the \
+        median.",
         all,
         &format!("median {}", first.unwrap_or_default()),
     );
@@ -223,7 +225,8 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, unit));
     }
     let mut table = LongTable::new(
-        "First over second on the same trials; a trial that one of them lost is its loss. \"tail\": one trial dominates.",
+        "First over second on the same trials; a trial that one of them lost is its loss. \
+        \"tail\": one trial dominates.",
         all,
         "median ratio",
     );
@@ -286,7 +289,8 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, ""));
     }
     let mut table = LongTable::new(
-        "Slopes in log-log coordinates; standard errors by the jackknife over 20 groups of trials. \"tail\": a trial dominates the RMSE of a cell.",
+        "Slopes in log-log coordinates; standard errors by the jackknife over 20 groups of trials. \
+        \"tail\": a trial dominates the RMSE of a cell.",
         all,
         "slope",
     );
@@ -351,7 +355,8 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
     );
     all.push(Column::text("typical"));
     let mut table = LongTable::new(
-        "Shares of all trials that meet a bound. Typical: Wilson's 95 % interval lies above one half.",
+        "Shares of all trials that meet a bound. Typical: Wilson's 95 % interval lies above one \
+        half.",
         all,
         "met in",
     );

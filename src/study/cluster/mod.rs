@@ -73,8 +73,9 @@ pub enum ClusterError {
     },
     /// Faer's bits of different machines.
     #[error(
-        "cells by faer were computed with different vector instructions, whose last bits differ ({0}); \
-         compute their shards again on machines of one kind, or take them as they are with --mix-instructions"
+        "cells by faer were computed with different vector instructions, whose last bits differ \
+         ({0}); compute their shards again on machines of one kind, or take them as they are with \
+         --mix-instructions"
     )]
     Instructions(String),
 }

@@ -199,10 +199,12 @@ impl<'a> Picture<'a> {
         let (svg, note) = sheet(&title, &what, plots)?;
         let left = match self.left {
             0 => String::new(),
-            1 => " Not drawn: one cell whose number is that of a trial without a value, 0 or missing."
+            1 => " Not drawn: one cell whose number is that of a trial without a value, 0 or \
+                missing."
                 .to_owned(),
             left => format!(
-                " Not drawn: {left} cells whose number is that of a trial without a value, 0 or missing."
+                " Not drawn: {left} cells whose number is that of a trial without a value, 0 or \
+                missing."
             ),
         };
         Some(Drawn {
