@@ -51,8 +51,14 @@ fn a_trial_allocates_nothing() {
                 trials.rows.clear();
                 worker.run_into(from..from + 50, &mut trials);
                 assert_eq!(trials.rows.len(), 50 * 5);
-                let width = |of: &OutputRows| of.parameters().len();
-                assert!(trials.rows.outputs().iter().all(|of| width(of) == 12));
+                let width = |output: &OutputRows| output.parameters().len();
+                assert!(
+                    trials
+                        .rows
+                        .outputs()
+                        .iter()
+                        .all(|output| width(output) == 12)
+                );
                 trials.fallbacks
             };
             // Long enough to meet ill-conditioned models, whose buffers grow to the longest problem met.

@@ -109,7 +109,7 @@ fn repeat(
     rows
 }
 
-fn of(statistic: &'static str, estimate: Estimate, truth: f64) -> Interval {
+fn interval(statistic: &'static str, estimate: Estimate, truth: f64) -> Interval {
     (statistic, estimate.interval(), truth, Expected::Nominal)
 }
 
@@ -127,11 +127,11 @@ fn normal(trials: usize) -> Vec<Row> {
     repeat("normal(1, 2)", trials, 1, |z| {
         let found = Sample::from_values(z.iter().map(|z| 1.0 + 2.0 * z)).statistics(Worse::Larger);
         vec![
-            of("mean", found.mean, 1.0),
-            of("sd", found.sd, 2.0),
-            of("mse", found.mse, 5.0),
-            of("rmse", found.rmse, 5.0_f64.sqrt()),
-            of("trimmed mean", found.trimmed, 1.0),
+            interval("mean", found.mean, 1.0),
+            interval("sd", found.sd, 2.0),
+            interval("mse", found.mse, 5.0),
+            interval("rmse", found.rmse, 5.0_f64.sqrt()),
+            interval("trimmed mean", found.trimmed, 1.0),
             at("median", found.q50, 1.0),
             at("q05", found.q05, 1.0 - 2.0 * Z95),
             at("q95", found.q95, 1.0 + 2.0 * Z95),
@@ -151,8 +151,8 @@ fn exponential_law(trials: usize) -> Vec<Row> {
             .map(|[a, b]| exponential(*a, *b));
         let found = Sample::from_values(x).statistics(Worse::Larger);
         vec![
-            of("mean", found.mean, 1.0),
-            of("trimmed mean", found.trimmed, trimmed),
+            interval("mean", found.mean, 1.0),
+            interval("trimmed mean", found.trimmed, trimmed),
             at("median", found.q50, LN_2),
             at("q05", found.q05, low),
             at("q95", found.q95, high),
@@ -219,7 +219,7 @@ fn differences(trials: usize) -> Vec<Row> {
         let share = found.share_smaller;
         let p = 0.5 * (-0.3_f64).exp();
         vec![
-            of("mean difference", found.mean_difference, 0.3),
+            interval("mean difference", found.mean_difference, 0.3),
             at("median difference", found.median_difference, 0.3),
             (
                 "share smaller",
@@ -241,7 +241,7 @@ fn ratios(trials: usize) -> Vec<Row> {
         let found = Paired::from_pairs(pairs).statistics(Worse::Larger);
         vec![
             at("median ratio", found.median_ratio, 1.2),
-            of("rmse ratio", found.rmse_ratio, 1.2),
+            interval("rmse ratio", found.rmse_ratio, 1.2),
         ]
     })
 }
@@ -326,7 +326,7 @@ fn heavy(trials: usize) -> Vec<Row> {
         vec![
             ("rmse", rmse, 2.0_f64.sqrt(), Expected::Exactly(student.0)),
             at("median", found.q50, 0.0),
-            of("trimmed mean", found.trimmed, 0.0),
+            interval("trimmed mean", found.trimmed, 0.0),
             flagged(found.dominated, student.1),
         ]
     });
@@ -352,7 +352,7 @@ fn heavy(trials: usize) -> Vec<Row> {
 fn fewest() -> Vec<Row> {
     /// Name, trials, numbers for each, interval, truth.
     type Statistic = (&'static str, usize, usize, fn(&[f64]) -> (f64, f64), f64);
-    fn of(z: &[f64]) -> Statistics {
+    fn statistics(z: &[f64]) -> Statistics {
         Sample::from_values(z.iter().copied()).statistics(Worse::Larger)
     }
     fn pairs(z: &[f64]) -> Estimate {
@@ -371,14 +371,20 @@ fn fewest() -> Vec<Row> {
     }
     const Q25: f64 = -0.674_489_750_196_081_7;
     let statistics: [Statistic; 11] = [
-        ("mean", 7, 1, |z| of(z).mean.interval(), 0.0),
-        ("trimmed mean", 7, 1, |z| of(z).trimmed.interval(), 0.0),
-        ("sd", 40, 1, |z| of(z).sd.interval(), 1.0),
-        ("mse", 40, 1, |z| of(z).mse.interval(), 1.0),
-        ("rmse", 40, 1, |z| of(z).rmse.interval(), 1.0),
-        ("median", 6, 1, |z| of(z).q50.interval(), 0.0),
-        ("q25", 16, 1, |z| of(z).q25.interval(), Q25),
-        ("q05", 92, 1, |z| of(z).q05.interval(), -Z95),
+        ("mean", 7, 1, |z| statistics(z).mean.interval(), 0.0),
+        (
+            "trimmed mean",
+            7,
+            1,
+            |z| statistics(z).trimmed.interval(),
+            0.0,
+        ),
+        ("sd", 40, 1, |z| statistics(z).sd.interval(), 1.0),
+        ("mse", 40, 1, |z| statistics(z).mse.interval(), 1.0),
+        ("rmse", 40, 1, |z| statistics(z).rmse.interval(), 1.0),
+        ("median", 6, 1, |z| statistics(z).q50.interval(), 0.0),
+        ("q25", 16, 1, |z| statistics(z).q25.interval(), Q25),
+        ("q05", 92, 1, |z| statistics(z).q05.interval(), -Z95),
         ("rmse ratio", 40, 2, |z| pairs(z).interval(), 1.0),
         ("slope rmse, t", 20, 2, |z| slope_of(z, SlopeOf::Rmse), 0.0),
         (

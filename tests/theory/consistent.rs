@@ -81,7 +81,7 @@ pub fn noise_levels() -> Vec<Check> {
             .collect()
     };
     let (value, error) = ratio(&square(1), &square(0));
-    let of = |eta| {
+    let root_mean_square = |eta| {
         let theory = open("ar", eta);
         size(&theory, &theory.least_squares_covariance(), 0, 5000)
     };
@@ -91,7 +91,7 @@ pub fn noise_levels() -> Vec<Check> {
         "ls RMSE of e_a, ratio of eta = 1 to 0.1",
         TRIALS,
         root,
-        Theory::Value(of(1.0) / of(0.1)),
+        Theory::Value(root_mean_square(1.0) / root_mean_square(0.1)),
     ));
 
     const FEW: u64 = 4000;
