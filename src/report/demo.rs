@@ -331,12 +331,12 @@ fn page() -> Page {
             |s| {
                 s.question(
                     "Robustness to noise grows in proportion to the number of samples N. Is the \
-                slope of log RMSE over log N -1/2?",
+                    slope of log RMSE over log N -1/2?",
                 );
                 s.answer(
                     all[i],
                     "the slope is -0.497(3) for LS and -0.51(2) for IV(4), where the \
-                noise is `1/A(q)`; with white noise LS is biased and levels off.",
+                    noise is `1/A(q)`; with white noise LS is biased and levels off.",
                 );
                 for (_, svg, caption) in pair {
                     s.figure(svg, caption);
@@ -350,13 +350,13 @@ fn page() -> Page {
                 s.heading("To run it again");
                 s.code(
                     "asobench run experiments/rates.json --seed 2023 --trials 10000 --out \
-                results/rates --threads 8 --checkpoint\nasobench report results/rates",
+                    results/rates --threads 8 --checkpoint\nasobench report results/rates",
                 );
                 s.details("Settings", |s| {
                     s.settings(&[
                         ("noise", "1/A(q), level 10 % of the window"),
                         ("lengths", "50, 98, 218, 400, 800, 1600, 3200"),
-                    ])
+                    ]);
                 });
                 s.details("45 failures", |s| s.table(&long_table()));
             },
