@@ -228,8 +228,8 @@ pub struct TestTable {
     /// The output, such as "iv(4)"; of `time` the method. A list: each of them is judged by itself.
     #[serde(rename = "of", skip_serializing_if = "Option::is_none")]
     pub output: Option<Axis>,
-    /// The output or method that it is compared with, or a list, as for `of`; of `cells` the value
-    /// of `axis`, or a list (every other value where absent).
+    /// The output or method that it is compared with, or a list, as for `of`; of `cells` the value of
+    /// `axis`, or a list (every other value where absent).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<Axis>,
     /// ratio: the measure of `to` where it is another one.

@@ -7,8 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// A study of observers in continuous time: x' = A x + B u, y = C'x + delta. Its presence makes the
-/// file one.
+/// A study of observers in continuous time: x' = A x + B u, y = C'x + delta. Its presence makes the file one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContinuousTable {
@@ -20,15 +19,13 @@ pub struct ContinuousTable {
     /// The input u: a constant from t = 0 on.
     #[serde(default = "unit")]
     pub input: f64,
-    /// The n - 1 poles a of the filters a / (p + a) that extend regression (9); 1, 2, ..., n - 1
-    /// where absent.
+    /// The n - 1 poles a of the filters a / (p + a) that extend regression (9); 1, 2, ..., n - 1 where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub filters: Option<Vec<f64>>,
     /// A trial whose relative error by step halving is estimated above this has failed.
     #[serde(default = "error_limit")]
     pub error_limit: f64,
-    /// Seconds between the points of the first trial's course that are kept for figures; none where
-    /// absent.
+    /// Seconds between the points of the first trial's course that are kept for figures; none where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_every: Option<f64>,
 }
@@ -163,8 +160,7 @@ pub struct ObserverTable {
     /// luenberger, instead of L: the n poles of A - L C', such as "-1+2i,-1-2i".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poles: Option<String>,
-    /// luenberger, instead of L: all n poles of A - L C' in a Butterworth pattern of this radius,
-    /// rad/s.
+    /// luenberger, instead of L: all n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<f64>,
     /// gradient, proposed: adaptation gains, one for each component of theta, or one for all.

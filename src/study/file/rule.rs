@@ -20,9 +20,8 @@ named_enum! {
     }
 }
 
-/// Trials until the Monte-Carlo standard error of a measure is small enough in a cell. The number
-/// is `minimum`, doubled until the target is met or `maximum` reached, so that it does not depend
-/// on the machine.
+/// Trials until the Monte-Carlo standard error of a measure is small enough in a cell. The number is
+/// `minimum`, doubled until the target is met or `maximum` reached, so that it does not depend on the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Until {
     /// The measure.
@@ -40,9 +39,8 @@ pub struct Until {
     pub maximum: u64,
 }
 
-/// Trials until a claim of the file is decided. Their number is `minimum` in every cell, doubled
-/// until the claim holds or does not, or `maximum` is reached. Every look has its share of the
-/// claim's level.
+/// Trials until a claim of the file is decided. Their number is `minimum` in every cell, doubled until
+/// the claim holds or does not, or `maximum` is reached. Every look has its share of the claim's level.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct UntilDecided {
     /// The claim's id.
