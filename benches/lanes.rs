@@ -4,8 +4,8 @@ use asobench::lanes::Isa;
 use asobench::plant::{Numerator, PoleFinder, nikolov2023, random_stable};
 use asobench::signal::{Purpose, stream};
 use asobench::study::file::ExperimentFile;
-use asobench::study::kernels::{Kernel, W98};
-use asobench::study::{Block, Engine, Experiment, PackTrial, Plan, Trials, Worker, run};
+use asobench::study::kernels::Kernel;
+use asobench::study::{Block, Engine, Experiment, PackTrial, Plan, Trials, W98, Worker, run};
 use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,

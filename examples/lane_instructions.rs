@@ -4,8 +4,7 @@
 
 use asobench::lanes::Isa;
 use asobench::study::file::ExperimentFile;
-use asobench::study::kernels::W98;
-use asobench::study::{CellTally, Engine, Experiment, NIKOLOV2023, Plan, Trials, Worker};
+use asobench::study::{CellTally, Engine, Experiment, NIKOLOV2023, Plan, Trials, W98, Worker};
 use std::hint::black_box;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -37,7 +36,7 @@ fn main() -> Result<()> {
     trials.rows.reserve(count as usize);
     worker.run_into(0..count, &mut trials);
     if reproduce {
-        black_box(CellTally::of(&experiment, cell, &mut trials));
+        black_box(CellTally::from_trials(&experiment, cell, &mut trials));
     }
     println!("{} rows, {} fallbacks", trials.rows.len(), trials.fallbacks);
     Ok(())

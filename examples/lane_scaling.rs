@@ -30,8 +30,8 @@ fn main() -> Result<()> {
         [98, 998, 9998].map(|window| ("scaling_window", 6, window, format!("N{window:04}")));
     let mut before: Option<(usize, f64)> = None;
     for (group, n, window, size) in orders.chain(windows) {
-        let of = |engine| microseconds(&criterion::folder().join(group).join(engine).join(&size));
-        let (lanes, faer) = (of("lanes")?, of("faer")?);
+        let time = |engine| microseconds(&criterion::folder().join(group).join(engine).join(&size));
+        let (lanes, faer) = (time("lanes")?, time("faer")?);
         // Growth from one window to the next of the same plant.
         let exponent = match before {
             Some((shorter, time)) if group == "scaling_window" => {

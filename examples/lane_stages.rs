@@ -18,8 +18,8 @@ use asobench::observer::{Gain, ObservedModel, Observer};
 use asobench::plant::PoleFinder;
 use asobench::signal::{Purpose, stream};
 use asobench::study::file::ExperimentFile;
-use asobench::study::kernels::{Kernel, W98};
-use asobench::study::{Cell, Engine, Experiment, Plan, Trials, Worker, fma_peak};
+use asobench::study::kernels::Kernel;
+use asobench::study::{Cell, Engine, Experiment, Plan, Trials, W98, Worker, fma_peak};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -96,10 +96,10 @@ fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
         Kernel::ImpulseResponse => (2 * n - 1 + 3) * FRESH,
         Kernel::FreshFit => (2 * sample + 1 + 3 + 3) * FRESH,
         Kernel::Estimate => {
-            let of = |kernel| flop(kernel, cell, rows);
-            of(Kernel::LeastSquaresSums)
-                + 4 * (of(Kernel::IvSums) + of(Kernel::Auxiliary))
-                + 5 * (of(Kernel::Solve) + of(Kernel::InitialState))
+            let flop_of = |kernel| flop(kernel, cell, rows);
+            flop_of(Kernel::LeastSquaresSums)
+                + 4 * (flop_of(Kernel::IvSums) + flop_of(Kernel::Auxiliary))
+                + 5 * (flop_of(Kernel::Solve) + flop_of(Kernel::InitialState))
         }
     }
 }
@@ -129,10 +129,10 @@ fn bytes(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
         Kernel::ImpulseResponse => FRESH,
         Kernel::FreshFit => 2 * FRESH,
         Kernel::Estimate => {
-            let of = |kernel| bytes(kernel, cell, rows) / 8;
-            of(Kernel::LeastSquaresSums)
-                + 4 * (of(Kernel::IvSums) + of(Kernel::Auxiliary))
-                + 5 * (of(Kernel::Solve) + of(Kernel::InitialState))
+            let numbers_of = |kernel| bytes(kernel, cell, rows) / 8;
+            numbers_of(Kernel::LeastSquaresSums)
+                + 4 * (numbers_of(Kernel::IvSums) + numbers_of(Kernel::Auxiliary))
+                + 5 * (numbers_of(Kernel::Solve) + numbers_of(Kernel::InitialState))
         }
     }
 }
@@ -377,7 +377,7 @@ fn print(isa: Isa, lanes: usize, cell: &Cell, rows: usize, peak: f64, times: &[[
             slow
         };
         let all = [fast, slow].map(|time| time * count as f64);
-        let work = [flop, bytes].map(|of| count * of(kernel, cell, rows));
+        let work = [flop, bytes].map(|work_of| count * work_of(kernel, cell, rows));
         line(name, count, work, all);
         sum = [sum[0] + all[0], sum[1] + all[1]];
         sum_work = [sum_work[0] + work[0], sum_work[1] + work[1]];
@@ -387,7 +387,7 @@ fn print(isa: Isa, lanes: usize, cell: &Cell, rows: usize, peak: f64, times: &[[
     line(
         "all passes",
         1,
-        [flop, bytes].map(|of| of(Kernel::Estimate, cell, rows)),
+        [flop, bytes].map(|work_of| work_of(Kernel::Estimate, cell, rows)),
         estimate,
     );
     line("whole trial", 1, sum_work, whole);

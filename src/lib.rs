@@ -1,4 +1,5 @@
-//! Monte-Carlo benchmarks of estimators and adaptive state observers of SISO linear discrete systems.
+//! Monte-Carlo benchmarks of estimators and adaptive state observers of SISO linear discrete
+//! systems.
 //!
 //! The plant is in phase-coordinate canonical form, of known order n:
 //!
@@ -10,15 +11,16 @@
 //! From a window of N samples of u and y an estimator finds a, b, h and x0; an observer then gives
 //! x(k). The algorithm under study (Nikolov et al. 2023) has twelve stages: least squares as
 //! iteration 0 (stages 1 to 6), passes of instrumental variables (7 to 10, repeated by 11), and a
-//! pole-placed observer (12). Doc comments name the stage and the equation in this spelling: `Stage 3`,
-//! `Eq. (7)`.
+//! pole-placed observer (12). Doc comments name the stage and the equation in this spelling:
+//! `Stage 3`, `Eq. (7)`.
 //!
 //! | symbol | shape | what |
 //! |---|---|---|
 //! | `u`, `y`, `f` | K | input, measured output, noise |
 //! | `x`, `x0` | n | state, initial state |
 //! | `a`, `b`, `h` | n | last row of A, input vector, numerator |
-//! | `alpha`, `beta` | n | A(q) = 1 + alpha_1 q^-1 + ..., B(q) = beta_1 q^-1 + ...; alpha_i = -a_(n+1-i), beta = h |
+//! | `alpha` | n | A(q) = 1 + alpha_1 q^-1 + ...; alpha_i = -a_(n+1-i) |
+//! | `beta` | n | B(q) = beta_1 q^-1 + ...; beta = h |
 //! | `p` | 2n | (alpha, beta), the paper's p, the field's theta |
 //! | `Phi`, `Z` | (N-n) x 2n | regressors -y, u; instruments -yhat, u |
 //! | `G` | 2n x 2n | Z'Phi, in blocks G11, G12, G21, G22 of n x n |
@@ -31,7 +33,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`plant`] | the true system: forms, simulation, poles |
-//! | [`signal`] | inputs, coloured noise, random streams; the arithmetic that gives the same bits everywhere |
+//! | [`signal`] | inputs, coloured noise, random streams; arithmetic of the same bits anywhere |
 //! | [`data`] | records: simulated with their truth, or read from a file |
 //! | [`model`] | the general linear model: polynomials, realisation, difference equation |
 //! | [`estimator`] | stages 1 to 11, and the ways to solve for p |

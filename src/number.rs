@@ -5,21 +5,23 @@ use crate::metric::Quantile;
 /// A value with its standard error in parentheses, in units of the last digit: `0.0879(5)`,
 /// `3.21(4)e-13`. The error is shown with one digit, rounded up where that digit would be 0.
 ///
-/// An undefined value is `-`; an error that is undefined or zero is left out, with four digits shown.
+/// An undefined value is `-`; an error that is undefined or zero is left out, with four digits
+/// shown.
 pub fn uncertain(value: f64, error: f64) -> String {
     rounded(value, error, 17)
 }
 
 /// A quantile with its standard error; `lost` where it falls among lost trials.
-pub fn quantile(of: Quantile) -> String {
-    if of.lost {
+pub fn quantile(quantile: Quantile) -> String {
+    if quantile.lost {
         "lost".to_owned()
     } else {
-        uncertain(of.value, of.mcse)
+        uncertain(quantile.value, quantile.mcse)
     }
 }
 
-/// The same with at most `most` digits of the value; a smaller error is shown as 1 of the last of them.
+/// The same with at most `most` digits of the value; a smaller error is shown as 1 of the last of
+/// them.
 pub fn rounded(value: f64, error: f64, most: i32) -> String {
     if !value.is_finite() {
         return "-".to_owned();
@@ -77,7 +79,7 @@ fn plain(value: f64) -> String {
 pub fn listed(items: &[String]) -> String {
     match items {
         [] => "none".to_owned(),
-        [one] => one.clone(),
+        [item] => item.clone(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
 }

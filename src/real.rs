@@ -1,7 +1,8 @@
 //! What the stages' arithmetic is written over: one number, or a pack of numbers in lock step.
 //!
-//! [`Real`] is f64 itself or one SIMD register of f64 ([`crate::lanes`]). A lane's results are those of f64: every
-//! operation is IEEE 754's, lane by lane, and every fused product says so ([`Real::mul_add`]).
+//! [`Real`] is f64 itself or one SIMD register of f64 ([`crate::lanes`]). A lane's results are
+//! those of f64: every operation is IEEE 754's, lane by lane, and every fused product says so
+//! ([`Real::mul_add`]).
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -166,7 +167,8 @@ pub trait Word:
 
 /// Runs `kernel` compiled for the machine's fused multiply-add and vector instructions.
 ///
-/// The result does not depend on what is found: `kernel` must only use the rules of [`crate::signal::arithmetic`].
+/// The result does not depend on what is found: `kernel` must only use the rules of
+/// [`crate::signal::arithmetic`].
 #[inline(always)]
 pub fn with_fma<T>(kernel: impl FnOnce() -> T) -> T {
     pulp::Arch::new().dispatch(kernel)

@@ -1,12 +1,13 @@
-//! Text of others, such as names, titles and paths: what of it is shown as it is, and which names are told apart.
+//! Text of others, such as names, titles and paths: what of it is shown as it is, and which names
+//! are told apart.
 
 use std::fmt::{Display, Write as _};
 
 /// The most characters of a name: of a method, a claim, a plant and the like.
 pub(crate) const NAME_LIMIT: usize = 200;
 
-/// Whether a character is not seen, or changes where others stand: controls, line ends, directions, and what Unicode
-/// calls default-ignorable.
+/// Whether a character is not seen, or changes where others stand: controls, line ends, directions,
+/// and what Unicode calls default-ignorable.
 fn is_unseen(c: char) -> bool {
     c.is_control()
         || matches!(c,
@@ -17,8 +18,8 @@ fn is_unseen(c: char) -> bool {
             | '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}' | '\u{e0000}'..='\u{e0fff}')
 }
 
-/// Whether an unseen character stands where words and emoji need it: joiners between two characters beyond ASCII, a
-/// variation selector behind one, or in a keycap.
+/// Whether an unseen character stands where words and emoji need it: joiners between two characters
+/// beyond ASCII, a variation selector behind one, or in a keycap.
 fn joins(before: Option<char>, c: char, after: Option<char>) -> bool {
     const EMOJI: char = '\u{fe0f}';
     const KEYCAP: char = '\u{20e3}';
@@ -171,7 +172,8 @@ pub(crate) fn wrap(text: &str, width: usize, indent: &str) -> String {
         .collect()
 }
 
-/// A number in the shortest form that reads back to the same bits, with an exponent where it is large or small.
+/// A number in the shortest form that reads back to the same bits, with an exponent where it is
+/// large or small.
 pub(crate) fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e15).contains(&x.abs()) {
         x.to_string()
@@ -227,7 +229,7 @@ mod tests {
 
     #[test]
     fn names_that_look_alike_are_alike() {
-        for (one, other) in [
+        for (name, other) in [
             ("C2", "c2"),
             ("a b", "a \u{a0} b"),
             ("a", " a\t"),
@@ -235,8 +237,8 @@ mod tests {
             ("\u{5d0}\u{5d1}", "\u{5d0}\u{200d}\u{5d1}"),
             ("stra\u{df}e", "STRASSE"),
         ] {
-            assert_eq!(folded(one), folded(other), "{one} {other}");
-            assert_eq!(alike(["x", one, other]), Some([one, other]));
+            assert_eq!(folded(name), folded(other), "{name} {other}");
+            assert_eq!(alike(["x", name, other]), Some([name, other]));
         }
         assert_eq!(alike(["a b", "ab", "a-b"]), None);
     }

@@ -709,8 +709,13 @@ fn throughput_is_measured_beside_the_peak() {
     let output = asobench(&arguments);
     assert!(output.status.success(), "{}", stderr(&output));
     let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
-    let keys = |of: &Value| -> Vec<String> {
-        of.as_object().expect("an object").keys().cloned().collect()
+    let keys = |object: &Value| -> Vec<String> {
+        object
+            .as_object()
+            .expect("an object")
+            .keys()
+            .cloned()
+            .collect()
     };
     assert_eq!(
         keys(&json),
@@ -726,10 +731,14 @@ fn throughput_is_measured_beside_the_peak() {
     let engines = json["engines"].as_array().expect("engines");
     let asked = [("lanes", 1), ("lanes", 2), ("faer", 1), ("faer", 2)];
     assert_eq!(engines.len(), asked.len());
-    let number = |of: &Value, key: &str| of[key].as_f64().unwrap_or_else(|| panic!("{key}: {of}"));
-    for (of, (engine, threads)) in engines.iter().zip(asked) {
+    let number = |object: &Value, key: &str| {
+        object[key]
+            .as_f64()
+            .unwrap_or_else(|| panic!("{key}: {object}"))
+    };
+    for (timing, (engine, threads)) in engines.iter().zip(asked) {
         assert_eq!(
-            keys(of),
+            keys(timing),
             [
                 "engine",
                 "instructions",
@@ -751,27 +760,31 @@ fn throughput_is_measured_beside_the_peak() {
                 "fallbacks",
             ]
         );
-        assert_eq!(of["engine"], engine);
-        assert_eq!(of["threads"], threads);
-        assert_eq!(of["trials"], 2000);
-        assert_eq!(of["repetitions"], 1);
-        assert_eq!(of["failed"], 0);
-        assert!(number(of, "fallbacks") < 2000.0 && (engine == "lanes" || of["fallbacks"] == 0));
+        assert_eq!(timing["engine"], engine);
+        assert_eq!(timing["threads"], threads);
+        assert_eq!(timing["trials"], 2000);
+        assert_eq!(timing["repetitions"], 1);
+        assert_eq!(timing["failed"], 0);
+        assert!(
+            number(timing, "fallbacks") < 2000.0 && (engine == "lanes" || timing["fallbacks"] == 0)
+        );
         for (key, expected) in [("e_a", 0.119), ("e_b", 0.0223), ("e_x_max", 0.649)] {
-            let error = number(of, &format!("{key}_mcse"));
-            let found = number(of, key);
+            let error = number(timing, &format!("{key}_mcse"));
+            let found = number(timing, key);
             assert!(error > 0.0 && error < 0.05 * expected, "{key}: {error}");
             assert!(
                 (found - expected).abs() < 5.0 * error,
                 "{key}: {found} +- {error}"
             );
         }
-        let rate = number(of, "trials_per_second");
-        assert!(rate > 0.0 && rate == number(of, "slowest") && rate == number(of, "fastest"));
-        let peaks = numbers(&of["fma_peak_gflops"]);
+        let rate = number(timing, "trials_per_second");
+        assert!(
+            rate > 0.0 && rate == number(timing, "slowest") && rate == number(timing, "fastest")
+        );
+        let peaks = numbers(&timing["fma_peak_gflops"]);
         assert_eq!(peaks.len(), 2);
         let fraction = rate * number(&json, "flop_per_trial") / (0.5e9 * (peaks[0] + peaks[1]));
-        assert!((number(of, "fraction_of_fma_peak") / fraction - 1.0).abs() < 1e-12);
+        assert!((number(timing, "fraction_of_fma_peak") / fraction - 1.0).abs() < 1e-12);
         assert!(
             peaks
                 .iter()
@@ -799,8 +812,8 @@ fn throughput_as_text() {
     let output = asobench(&[&fast[..], &["--format", "text"]].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     let text = stdout(&output);
-    let of = |engine: &str| text.lines().filter(|line| line.starts_with(engine)).count();
-    assert_eq!((of("lanes "), of("faer ")), (2, 2), "{text}");
+    let count = |engine: &str| text.lines().filter(|line| line.starts_with(engine)).count();
+    assert_eq!((count("lanes "), count("faer ")), (2, 2), "{text}");
     assert!(text.starts_with("W98: n = 6, N = 98, K = 400"), "{text}");
     let output = asobench(&[&fast[..], &["--engine", "lanes"]].concat());
     assert!(!stdout(&output).contains("faer"), "{}", stdout(&output));

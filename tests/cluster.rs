@@ -154,7 +154,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 
 fn assert_same(left: &Path, right: &Path, what: &str) {
     let (left, right) = (files(left), files(right));
-    let names = |of: &BTreeMap<String, Vec<u8>>| of.keys().cloned().collect::<Vec<String>>();
+    let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<String>>();
     assert_eq!(names(&left), names(&right), "{what}");
     for (name, bytes) in &left {
         assert!(bytes == &right[name], "{what}: {name} differs");
@@ -167,7 +167,10 @@ fn blocks_in(folder: &Path) -> Vec<PathBuf> {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
             found.extend(blocks_in(&path));
-        } else if path.extension().is_some_and(|of| of == "block") {
+        } else if path
+            .extension()
+            .is_some_and(|extension| extension == "block")
+        {
             found.push(path);
         }
     }
@@ -531,7 +534,7 @@ fn bits_of_two_machines_are_not_mixed() {
     assert!(
         kinds
             .as_str()
-            .is_some_and(|of| of.contains("abacus+") || of.contains("+abacus")),
+            .is_some_and(|isa| isa.contains("abacus+") || isa.contains("+abacus")),
         "{kinds}"
     );
     // Blocks of another machine do not count here; when this one has computed them, its own suffice.

@@ -109,7 +109,7 @@ fn repeat(
     rows
 }
 
-fn of(statistic: &'static str, estimate: Estimate, truth: f64) -> Interval {
+fn interval(statistic: &'static str, estimate: Estimate, truth: f64) -> Interval {
     (statistic, estimate.interval(), truth, Expected::Nominal)
 }
 
@@ -125,13 +125,13 @@ fn exponential(a: f64, b: f64) -> f64 {
 /// 1 + 2 z.
 fn normal(trials: usize) -> Vec<Row> {
     repeat("normal(1, 2)", trials, 1, |z| {
-        let found = Sample::of(z.iter().map(|z| 1.0 + 2.0 * z)).statistics(Worse::Larger);
+        let found = Sample::from_values(z.iter().map(|z| 1.0 + 2.0 * z)).statistics(Worse::Larger);
         vec![
-            of("mean", found.mean, 1.0),
-            of("sd", found.sd, 2.0),
-            of("mse", found.mse, 5.0),
-            of("rmse", found.rmse, 5.0_f64.sqrt()),
-            of("trimmed mean", found.trimmed, 1.0),
+            interval("mean", found.mean, 1.0),
+            interval("sd", found.sd, 2.0),
+            interval("mse", found.mse, 5.0),
+            interval("rmse", found.rmse, 5.0_f64.sqrt()),
+            interval("trimmed mean", found.trimmed, 1.0),
             at("median", found.q50, 1.0),
             at("q05", found.q05, 1.0 - 2.0 * Z95),
             at("q95", found.q95, 1.0 + 2.0 * Z95),
@@ -149,10 +149,10 @@ fn exponential_law(trials: usize) -> Vec<Row> {
             .0
             .iter()
             .map(|[a, b]| exponential(*a, *b));
-        let found = Sample::of(x).statistics(Worse::Larger);
+        let found = Sample::from_values(x).statistics(Worse::Larger);
         vec![
-            of("mean", found.mean, 1.0),
-            of("trimmed mean", found.trimmed, trimmed),
+            interval("mean", found.mean, 1.0),
+            interval("trimmed mean", found.trimmed, trimmed),
             at("median", found.q50, LN_2),
             at("q05", found.q05, low),
             at("q95", found.q95, high),
@@ -215,11 +215,11 @@ fn differences(trials: usize) -> Vec<Row> {
             let [s, a, b] = [0, 2, 4].map(|i| exponential(z[i], z[i + 1]));
             (Some(0.3 + s + a), Some(s + b))
         });
-        let found = Paired::of(pairs).statistics(Worse::Larger);
+        let found = Paired::from_pairs(pairs).statistics(Worse::Larger);
         let share = found.share_smaller;
         let p = 0.5 * (-0.3_f64).exp();
         vec![
-            of("mean difference", found.mean_difference, 0.3),
+            interval("mean difference", found.mean_difference, 0.3),
             at("median difference", found.median_difference, 0.3),
             (
                 "share smaller",
@@ -238,10 +238,10 @@ fn ratios(trials: usize) -> Vec<Row> {
             let [s, a, b] = [0, 2, 4].map(|i| exponential(z[i], z[i + 1]));
             (Some(1.2 * (s + a)), Some(s + b))
         });
-        let found = Paired::of(pairs).statistics(Worse::Larger);
+        let found = Paired::from_pairs(pairs).statistics(Worse::Larger);
         vec![
             at("median ratio", found.median_ratio, 1.2),
-            of("rmse ratio", found.rmse_ratio, 1.2),
+            interval("rmse ratio", found.rmse_ratio, 1.2),
         ]
     })
 }
@@ -270,7 +270,7 @@ fn slopes(trials: usize) -> Vec<Row> {
         let cell = |i: usize| -> Vec<Sample> {
             let group = |g: usize| {
                 let own = trials[g..].iter().step_by(JACKKNIFE_GROUPS);
-                Sample::of(own.map(|z| (z[0] + 0.5 * z[i + 1]).abs() / X[i].sqrt()))
+                Sample::from_values(own.map(|z| (z[0] + 0.5 * z[i + 1]).abs() / X[i].sqrt()))
             };
             (0..JACKKNIFE_GROUPS).map(group).collect()
         };
@@ -321,17 +321,18 @@ fn heavy(trials: usize) -> Vec<Row> {
             let square: f64 = z[1..].iter().map(|z| z * z).sum();
             z[0] / (square / 4.0).sqrt()
         });
-        let found = Sample::of(x).statistics(Worse::Larger);
+        let found = Sample::from_values(x).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
             ("rmse", rmse, 2.0_f64.sqrt(), Expected::Exactly(student.0)),
             at("median", found.q50, 0.0),
-            of("trimmed mean", found.trimmed, 0.0),
+            interval("trimmed mean", found.trimmed, 0.0),
             flagged(found.dominated, student.1),
         ]
     });
     rows.extend(repeat("lognormal(1.5)", trials, 1, |z| {
-        let found = Sample::of(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
+        let found =
+            Sample::from_values(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
             (
@@ -351,33 +352,39 @@ fn heavy(trials: usize) -> Vec<Row> {
 fn fewest() -> Vec<Row> {
     /// Name, trials, numbers for each, interval, truth.
     type Statistic = (&'static str, usize, usize, fn(&[f64]) -> (f64, f64), f64);
-    fn of(z: &[f64]) -> Statistics {
-        Sample::of(z.iter().copied()).statistics(Worse::Larger)
+    fn statistics(z: &[f64]) -> Statistics {
+        Sample::from_values(z.iter().copied()).statistics(Worse::Larger)
     }
     fn pairs(z: &[f64]) -> Estimate {
         let (first, second) = z.split_at(z.len() / 2);
         let pairs = first.iter().zip(second);
-        Paired::of(pairs.map(|(x, y)| (Some(*x), Some(0.6 * x + 0.8 * y)))).rmse_ratio()
+        Paired::from_pairs(pairs.map(|(x, y)| (Some(*x), Some(0.6 * x + 0.8 * y)))).rmse_ratio()
     }
     fn slope_of(z: &[f64], statistic: SlopeOf) -> (f64, f64) {
         let (first, second) = z.split_at(z.len() / 2);
         let cells = [first, second].map(|z| -> Vec<Sample> {
             let group = |g: usize| z[g..].iter().step_by(JACKKNIFE_GROUPS);
-            let group = |g| Sample::of(group(g).map(|z| libm::exp(0.5 * z)));
+            let group = |g| Sample::from_values(group(g).map(|z| libm::exp(0.5 * z)));
             (0..JACKKNIFE_GROUPS).map(group).collect()
         });
         slope(&[1.0, 2.0], &cells, statistic).unwrap().interval()
     }
     const Q25: f64 = -0.674_489_750_196_081_7;
     let statistics: [Statistic; 11] = [
-        ("mean", 7, 1, |z| of(z).mean.interval(), 0.0),
-        ("trimmed mean", 7, 1, |z| of(z).trimmed.interval(), 0.0),
-        ("sd", 40, 1, |z| of(z).sd.interval(), 1.0),
-        ("mse", 40, 1, |z| of(z).mse.interval(), 1.0),
-        ("rmse", 40, 1, |z| of(z).rmse.interval(), 1.0),
-        ("median", 6, 1, |z| of(z).q50.interval(), 0.0),
-        ("q25", 16, 1, |z| of(z).q25.interval(), Q25),
-        ("q05", 92, 1, |z| of(z).q05.interval(), -Z95),
+        ("mean", 7, 1, |z| statistics(z).mean.interval(), 0.0),
+        (
+            "trimmed mean",
+            7,
+            1,
+            |z| statistics(z).trimmed.interval(),
+            0.0,
+        ),
+        ("sd", 40, 1, |z| statistics(z).sd.interval(), 1.0),
+        ("mse", 40, 1, |z| statistics(z).mse.interval(), 1.0),
+        ("rmse", 40, 1, |z| statistics(z).rmse.interval(), 1.0),
+        ("median", 6, 1, |z| statistics(z).q50.interval(), 0.0),
+        ("q25", 16, 1, |z| statistics(z).q25.interval(), Q25),
+        ("q05", 92, 1, |z| statistics(z).q05.interval(), -Z95),
         ("rmse ratio", 40, 2, |z| pairs(z).interval(), 1.0),
         ("slope rmse, t", 20, 2, |z| slope_of(z, SlopeOf::Rmse), 0.0),
         (

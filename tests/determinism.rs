@@ -87,8 +87,9 @@ fn check_threads(experiment: &Experiment) {
             let (curves, others) = (tally.curves.as_ref(), other.curves.as_ref());
             let (curves, others) = (curves.expect("curves"), others.expect("curves"));
             for last in [false, true] {
-                let of = |curves: &asobench::study::Curves| curves.quantiles(last, TRIALS);
-                assert_eq!(of(curves), of(others));
+                let last_quantiles =
+                    |curves: &asobench::study::Curves| curves.quantiles(last, TRIALS);
+                assert_eq!(last_quantiles(curves), last_quantiles(others));
             }
         }
     }

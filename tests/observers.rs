@@ -156,10 +156,10 @@ fn summary(experiment: &Experiment, index: usize, trials: u64) -> CellSummary {
     Worker::new(experiment, cell)
         .unwrap()
         .run_into(0..trials, &mut all);
-    CellSummary::of(
+    CellSummary::new(
         experiment,
         index,
-        &CellTally::of(experiment, cell, &mut all),
+        &CellTally::from_trials(experiment, cell, &mut all),
     )
 }
 

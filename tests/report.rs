@@ -104,9 +104,9 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     );
 
     let first = files(Path::new(&out));
-    let of =
+    let page =
         |name: &str| String::from_utf8(first[&format!("{out}/{name}")].clone()).expect("UTF-8");
-    let html = of("report.html");
+    let html = page("report.html");
     check_tags(&html);
     assert!(
         html.contains("x0 &amp; &lt;more&gt;")
@@ -135,7 +135,7 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     ] {
         assert!(first.contains_key(&format!("{out}/{part}")), "{part}");
     }
-    let verdicts = of("claims.md");
+    let verdicts = page("claims.md");
     for part in [
         "\n| W1 | Least squares is nearer to a than ten. | holds | anything |\n",
         "\n| W2 | It is within a billionth. | does not hold | anything |\n",
@@ -145,7 +145,7 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
         assert!(verdicts.contains(part), "{part}: {verdicts}");
     }
     // A row for each cell of each claim.
-    let numbers = of("tables/claims.csv");
+    let numbers = page("tables/claims.csv");
     assert_eq!(numbers.lines().count(), 1 + 2 * 2, "{numbers}");
 
     // Nothing but the report; the same again, bit for bit.
@@ -163,8 +163,8 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     let manifest = format!("{}/manifest.json", results[1]);
     done(&["run", &manifest, "--out", &path("again")]);
     for name in ["summary.json", "manifest.json"] {
-        let of = |folder: &str| fs::read(Path::new(folder).join(name)).expect("a file");
-        assert_eq!(of(&path("again")), of(&results[1]), "{name}");
+        let content = |folder: &str| fs::read(Path::new(folder).join(name)).expect("a file");
+        assert_eq!(content(&path("again")), content(&results[1]), "{name}");
     }
 }
 
@@ -228,7 +228,7 @@ fn literals(source: &str) -> Vec<String> {
         } else {
             (None, 1)
         };
-        found.extend(literal.map(|of| of.replace("\\\"", "\"")));
+        found.extend(literal.map(|literal| literal.replace("\\\"", "\"")));
         rest = &rest[at + length..];
     }
     found
@@ -246,7 +246,7 @@ fn sources(module: &Path, folder: &Path, found: &mut Vec<String>) {
         let line = line.trim_start_matches("pub ");
         if let Some(name) = line
             .strip_prefix("mod ")
-            .and_then(|of| of.strip_suffix(';'))
+            .and_then(|rest| rest.strip_suffix(';'))
         {
             let [own, below] = [format!("{name}.rs"), format!("{name}/mod.rs")];
             let paths = [own, below].map(|path| folder.join(path));

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 /// Where criterion keeps them.
 pub fn folder() -> PathBuf {
-    let of = |name| std::env::var_os(name).map(PathBuf::from);
-    of("CRITERION_HOME").unwrap_or_else(|| {
-        of("CARGO_TARGET_DIR")
+    let folder_in = |name| std::env::var_os(name).map(PathBuf::from);
+    folder_in("CRITERION_HOME").unwrap_or_else(|| {
+        folder_in("CARGO_TARGET_DIR")
             .unwrap_or_else(|| PathBuf::from("target"))
             .join("criterion")
     })

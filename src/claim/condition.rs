@@ -8,26 +8,26 @@ use crate::study::place::{Place, axis_label, values, varying, words};
 /// The most items that a sentence lists.
 const MOST: usize = 6;
 
-/// The one setting whose values tell the `good` from all other cells, indices in `all`, or else, for
-/// each combination of the others, the values of a numerical one where it is good: "with white
+/// The one setting whose values tell the `good` from all other cells, indices in `all`, or else,
+/// for each combination of the others, the values of a numerical one where it is good: "with white
 /// noise", "from N = 98 on with eta = 2 %". A cell that is in neither is open: nothing is said of
 /// it. None where few settings do not tell.
 pub fn condition(all: &[Place], good: &[usize], bad: &[usize]) -> Option<String> {
     if good.is_empty() || bad.is_empty() {
         return None;
     }
-    one(all, good).or_else(|| each(all, good))
+    by_one_setting(all, good).or_else(|| by_combination(all, good))
 }
 
 /// Every cell with one of these values is good, and every good cell has one.
-fn one(all: &[Place], good: &[usize]) -> Option<String> {
+fn by_one_setting(all: &[Place], good: &[usize]) -> Option<String> {
     varying(all).into_iter().find_map(|key| {
-        let of = |is_good: bool| {
+        let values_where = |is_good: bool| {
             let cells = (0..all.len()).filter(|cell| good.contains(cell) == is_good);
             let cells: Vec<Place> = cells.map(|cell| all[cell].clone()).collect();
             values(&cells, key)
         };
-        let (good, others) = (of(true), of(false));
+        let (good, others) = (values_where(true), values_where(false));
         let tells = good.len() <= MOST && !good.iter().any(|value| others.contains(value));
         let texts: Vec<String> = good.iter().map(|value| words(key, value)).collect();
         tells.then(|| format!("with {}", listed(&texts)))
@@ -45,7 +45,7 @@ fn longest(all: &[Place]) -> Option<Key> {
         .map(|(key, _)| key)
 }
 
-fn each(all: &[Place], good: &[usize]) -> Option<String> {
+fn by_combination(all: &[Place], good: &[usize]) -> Option<String> {
     let along = longest(all)?;
     let mut others = varying(all);
     others.retain(|key| *key != along);

@@ -29,7 +29,7 @@ named_enum! {
 
 /// What a cell's test says: p-values of "it does not pass" and of "it does not fail".
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Says {
+pub(super) struct PValues {
     /// Small where it certainly passes.
     pub(super) pass: f64,
     /// Small where it certainly fails.
@@ -40,15 +40,15 @@ pub(super) struct Says {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cells<'a> {
     /// Those that are judged.
-    pub(super) judged: &'a [Says],
+    pub(super) judged: &'a [PValues],
     /// How many there were before results told which of them are judged: as many could have been
     /// chosen by chance.
     pub(super) among: usize,
 }
 
 impl Cells<'_> {
-    /// The judged cells that certainly pass, and those that certainly fail: all together (Holm), but
-    /// each by itself where all must be and all are.
+    /// The judged cells that certainly pass, and those that certainly fail: all together (Holm),
+    /// but each by itself where all must be and all are.
     pub(super) fn certain(self, holds: Holds, level: f64) -> [Vec<usize>; 2] {
         let [pass, fail]: [Vec<f64>; 2] = [
             self.judged.iter().map(|cell| cell.pass).collect(),
@@ -98,8 +98,8 @@ pub(super) fn level_of_each(r: usize, judged: usize, among: usize, level: f64) -
 
 /// Whether at least r of the p-values are certain.
 pub(super) fn at_least(p: &[f64], r: usize, among: usize, level: f64) -> bool {
-    let each = level_of_each(r, p.len(), among, level);
-    r > 0 && p.iter().filter(|p| **p <= each).count() >= r
+    let cell_level = level_of_each(r, p.len(), among, level);
+    r > 0 && p.iter().filter(|p| **p <= cell_level).count() >= r
 }
 
 /// The most cells of which [`at_least`] is true.
@@ -147,9 +147,9 @@ mod tests {
     use super::*;
 
     fn verdict(holds: Holds, pass: &[f64], fail: &[f64]) -> Verdict {
-        let says = pass.iter().zip(fail);
-        let judged: Vec<Says> = says
-            .map(|(pass, fail)| Says {
+        let p_values = pass.iter().zip(fail);
+        let judged: Vec<PValues> = p_values
+            .map(|(pass, fail)| PValues {
                 pass: *pass,
                 fail: *fail,
             })
@@ -212,8 +212,8 @@ mod tests {
         assert_eq!(verdict(Holds::Somewhere, &other, &all), DoesNotHold);
         assert_eq!(verdict(Holds::Somewhere, &all, &other), Yes);
         // One of four: certain at 0.025/4 or not.
-        let one = [not, not, not, 0.007];
-        assert_eq!(verdict(Holds::Everywhere, &[open; 4], &one), Undecided);
+        let one_low = [not, not, not, 0.007];
+        assert_eq!(verdict(Holds::Everywhere, &[open; 4], &one_low), Undecided);
         assert_eq!(
             verdict(Holds::Everywhere, &[open; 4], &[not, not, not, 0.006]),
             DoesNotHold

@@ -1,6 +1,6 @@
 //! What the results say of a claim's tests in one cell.
 
-use super::decision::Says;
+use super::decision::PValues;
 use super::known::{Range, worst};
 use super::sentence::Scale;
 use super::statistics::{Members, Number, Results};
@@ -28,14 +28,14 @@ pub(super) struct Evidence {
 
 impl Evidence {
     /// Of all tests of a claim.
-    pub(super) fn of(results: Results<'_>, tests: &[ClaimTest], cells: &Members) -> Self {
+    pub(super) fn new(results: Results<'_>, tests: &[ClaimTest], cells: &Members) -> Self {
         let mut evidence = Self::default();
-        for (test, of) in tests.iter().enumerate() {
-            match results.numbers(of, cells) {
+        for (index, test) in tests.iter().enumerate() {
+            match results.numbers(test, cells) {
                 Ok(numbers) => {
-                    let range = Range::of(of);
+                    let range = Range::for_test(test);
                     let part = |number| Part {
-                        test,
+                        test: index,
                         number,
                         range,
                     };
@@ -48,7 +48,7 @@ impl Evidence {
     }
 
     /// p-values: all numbers must be inside (the largest), one outside is enough (Bonferroni).
-    pub(super) fn says(&self) -> Says {
+    pub(super) fn p_values(&self) -> PValues {
         let inside = self
             .parts
             .iter()
@@ -57,7 +57,7 @@ impl Evidence {
             .parts
             .iter()
             .map(|part| part.number.known.outside(part.range));
-        Says {
+        PValues {
             pass: if self.missing.is_empty() && !self.parts.is_empty() {
                 inside.fold(0.0, worst)
             } else {
@@ -82,14 +82,19 @@ impl Evidence {
         if !self.missing.is_empty() {
             return 0.0;
         }
-        let of = |part: &Part| part.number.known.power_inside(part.range, factor, level);
-        self.parts.iter().map(of).product()
+        let passes = |part: &Part| part.number.known.power_inside(part.range, factor, level);
+        self.parts.iter().map(passes).product()
     }
 
     /// The same of a fail.
     pub(super) fn power_of_fail(&self, factor: f64, level: f64) -> f64 {
-        let each = level / self.count();
-        let misses = |part: &Part| 1.0 - part.number.known.power_outside(part.range, factor, each);
+        let part_level = level / self.count();
+        let misses = |part: &Part| {
+            1.0 - part
+                .number
+                .known
+                .power_outside(part.range, factor, part_level)
+        };
         1.0 - self.parts.iter().map(misses).product::<f64>()
     }
 
@@ -114,12 +119,12 @@ impl Part {
 }
 
 impl Range {
-    /// The numbers that pass a test. No share is beyond 0 or 1, so a range that reaches there has no
-    /// limit there.
-    fn of(test: &ClaimTest) -> Self {
+    /// The numbers that pass a test. No share is beyond 0 or 1, so a range that reaches there has
+    /// no limit there.
+    fn for_test(test: &ClaimTest) -> Self {
         let [low, high] = test.limit.ends();
         let open = matches!(test.limit, Limit::Below(_) | Limit::Above(_));
-        let reaches = Scale::of(test) == Scale::Share && !open;
+        let reaches = Scale::for_test(test) == Scale::Share && !open;
         Self {
             low: if reaches && low <= 0.0 {
                 f64::NEG_INFINITY

@@ -91,7 +91,7 @@ pub(super) enum Known {
         /// Trials that count.
         count: u64,
         /// Of so many.
-        of: u64,
+        total: u64,
     },
     /// A quantile without a usable standard error: lost trials or equal values are around it. What
     /// is left is how many of the trials are on either side of a limit.
@@ -101,7 +101,7 @@ pub(super) enum Known {
         /// Which quantile.
         q: f64,
         /// Trials.
-        of: u64,
+        total: u64,
         /// (x, count): where x is below a limit at least `count` trials are, where it is not at
         /// most `count`.
         points: Vec<(f64, u64)>,
@@ -131,7 +131,7 @@ impl OneSided {
         match self {
             Self::Sure(is) => f64::from(u8::from(!is)),
             Self::Student(t, freedom) => student_above(t, freedom.now),
-            Self::Few(count, of, chance) => binomial_at_most(count, of, chance),
+            Self::Few(count, total, chance) => binomial_at_most(count, total, chance),
         }
     }
 
@@ -148,9 +148,9 @@ impl OneSided {
                     grows: Some(power),
                 },
             ) => beyond(t * factor.sqrt(), now * factor.powf(power), level),
-            Self::Few(count, of, chance) => {
-                let trials = (of as f64 * factor).round() as u64;
-                few(trials, count as f64 / of as f64, chance, level)
+            Self::Few(count, total, chance) => {
+                let trials = (total as f64 * factor).round() as u64;
+                few(trials, count as f64 / total as f64, chance, level)
             }
         }
     }
@@ -196,9 +196,9 @@ impl Known {
         match self {
             Self::Exact(value) | Self::Ranks { value, .. } => (*value, f64::NAN),
             Self::Estimate { value, error, .. } => (*value, *error),
-            Self::Count { count, of } => {
-                let share = *count as f64 / *of as f64;
-                (share, (share * (1.0 - share) / *of as f64).sqrt())
+            Self::Count { count, total } => {
+                let share = *count as f64 / *total as f64;
+                (share, (share * (1.0 - share) / *total as f64).sqrt())
             }
         }
     }
@@ -263,8 +263,8 @@ impl Known {
                 }
             }
             OneSided::Student(t, _) => t,
-            OneSided::Few(count, of, chance) => {
-                let (n, k) = (of as f64, count as f64);
+            OneSided::Few(count, total, chance) => {
+                let (n, k) = (total as f64, count as f64);
                 (n * chance - k) / (n * chance * (1.0 - chance)).sqrt().max(1e-300)
             }
         };
@@ -286,20 +286,26 @@ impl Known {
                 (Some((t, freedom)), Side::Below) => OneSided::Student(-t, freedom),
                 (None, _) => OneSided::Sure(false),
             },
-            Self::Count { count, of } => match side {
-                Side::Below => OneSided::Few(*count, *of, limit),
-                Side::Above => OneSided::Few(of - count, *of, 1.0 - limit),
+            Self::Count { count, total } => match side {
+                Side::Below => OneSided::Few(*count, *total, limit),
+                Side::Above => OneSided::Few(total - count, *total, 1.0 - limit),
             },
-            Self::Ranks { q, of, points, .. } => {
+            Self::Ranks {
+                q, total, points, ..
+            } => {
                 let counts_as_below =
                     |x: f64| x < limit || x == limit && closed == (side == Side::Below);
                 let (below, others): (Vec<_>, Vec<_>) =
                     points.iter().partition(|(x, _)| counts_as_below(*x));
                 let at_least = below.iter().map(|(_, count)| *count).max().unwrap_or(0);
-                let at_most = others.iter().map(|(_, count)| *count).min().unwrap_or(*of);
+                let at_most = others
+                    .iter()
+                    .map(|(_, count)| *count)
+                    .min()
+                    .unwrap_or(*total);
                 match side {
-                    Side::Below => OneSided::Few(of - at_least, *of, 1.0 - q),
-                    Side::Above => OneSided::Few(at_most, *of, *q),
+                    Side::Below => OneSided::Few(total - at_least, *total, 1.0 - q),
+                    Side::Above => OneSided::Few(at_most, *total, *q),
                 }
             }
         }

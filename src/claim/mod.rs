@@ -25,10 +25,10 @@ pub use sentence::Scale;
 use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, TrialRule};
 use crate::study::place::{Place, varying};
 use crate::study::{MethodTime, Summary};
-use decision::{Cells, Says, certain_count, decide};
+use decision::{Cells, PValues, certain_count, decide};
 use evidence::Evidence;
 use power::Undecided;
-use sentence::{Told, ToldUnit};
+use sentence::{Findings, UnitFindings};
 use serde::Serialize;
 use statistics::Results;
 use units::{Unit, units};
@@ -156,7 +156,7 @@ pub fn judge_at(
     summary: &Summary,
     times: &[MethodTime],
 ) -> Judged {
-    let given = claim.given.as_ref().map(ClaimTest::of).transpose();
+    let given = claim.given.as_ref().map(ClaimTest::from_table).transpose();
     match (claim.cases(), given) {
         (Ok(cases), Ok(given)) => {
             let results = Results { summary, times };
@@ -198,12 +198,12 @@ fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
 }
 
 impl JudgedTest {
-    fn of(test: &ClaimTest) -> Self {
+    fn new(test: &ClaimTest) -> Self {
         Self {
             what: sentence::noun(test, None),
             must: sentence::must(test),
             limits: test.limit.ends(),
-            scale: Scale::of(test),
+            scale: Scale::for_test(test),
         }
     }
 }
@@ -225,7 +225,7 @@ struct Found<'a> {
     unit: Unit,
     evidence: Evidence,
     /// With the claim's condition: p-values of "condition and test".
-    says: Says,
+    p_values: PValues,
     judged: bool,
 }
 
@@ -238,23 +238,24 @@ impl<'a> Judge<'a> {
         unit: Unit,
         among: usize,
     ) -> Found<'a> {
-        let evidence = Evidence::of(results, tests, &unit.members);
-        let mut says = evidence.says();
+        let evidence = Evidence::new(results, tests, &unit.members);
+        let mut p_values = evidence.p_values();
         let mut judged = true;
         if let Some(given) = self.given {
-            let given = Evidence::of(results, std::slice::from_ref(given), &unit.members).says();
+            let given =
+                Evidence::new(results, std::slice::from_ref(given), &unit.members).p_values();
             // Of so many cells some would be judged by chance (Bonferroni).
             judged = given.pass <= self.level / among as f64;
-            says = Says {
-                pass: says.pass.max(given.pass),
-                fail: says.fail.max(given.pass),
+            p_values = PValues {
+                pass: p_values.pass.max(given.pass),
+                fail: p_values.fail.max(given.pass),
             };
         }
         Found {
             tests,
             unit,
             evidence,
-            says,
+            p_values,
             judged,
         }
     }
@@ -281,10 +282,10 @@ impl<'a> Judge<'a> {
         };
         let among = found.len();
         let kept: Vec<&Found> = found.iter().filter(|found| found.judged).collect();
-        let says: Vec<Says> = kept.iter().map(|found| found.says).collect();
+        let p_values: Vec<PValues> = kept.iter().map(|found| found.p_values).collect();
         let holds = self.claim.holds;
         let judged = Cells {
-            judged: &says,
+            judged: &p_values,
             among,
         };
         let verdict = decide(holds, judged, self.level);
@@ -292,8 +293,10 @@ impl<'a> Judge<'a> {
         let enough = kept.iter().all(|found| trials(found) >= FEWEST_FOR_POWER);
         let open = verdict == Verdict::Undecided && !kept.is_empty();
         let needed = (open && enough).then(|| {
-            let cells: Vec<(&Evidence, u64)> =
-                kept.iter().map(|of| (&of.evidence, trials(of))).collect();
+            let cells: Vec<(&Evidence, u64)> = kept
+                .iter()
+                .map(|found| (&found.evidence, trials(found)))
+                .collect();
             let (cells, level) = (cells.as_slice(), self.level);
             Undecided {
                 cells,
@@ -304,16 +307,17 @@ impl<'a> Judge<'a> {
             .trials()
         });
         let [passing, failing] = judged.certain(holds, self.level);
-        let (pass, fail): (Vec<f64>, Vec<f64>) = says.iter().map(|of| (of.pass, of.fail)).unzip();
-        let units: Vec<ToldUnit> = kept
+        let (pass, fail): (Vec<f64>, Vec<f64>) =
+            p_values.iter().map(|cell| (cell.pass, cell.fail)).unzip();
+        let units: Vec<UnitFindings> = kept
             .iter()
-            .map(|found| ToldUnit {
+            .map(|found| UnitFindings {
                 tests: found.tests,
                 place: found.unit.place.clone(),
                 evidence: &found.evidence,
             })
             .collect();
-        let told = Told {
+        let findings = Findings {
             holds,
             cases: self.cases,
             given: self.given,
@@ -325,7 +329,7 @@ impl<'a> Judge<'a> {
             verdict,
             needed,
         };
-        let sentence = told.sentence();
+        let sentence = findings.sentence();
         let mut judged = undecided(self.claim, self.level, "");
         judged.verdict = verdict;
         let added = added(self.claim);
@@ -334,7 +338,9 @@ impl<'a> Judge<'a> {
         let mut tests = self.cases.iter().flatten().chain(self.given);
         judged.timed = tests.any(ClaimTest::is_timed);
         let tests = 0..self.claim.test.len();
-        judged.tests = tests.map(|test| JudgedTest::of(&told.any(test))).collect();
+        judged.tests = tests
+            .map(|test| JudgedTest::new(&findings.any(test)))
+            .collect();
         judged.cells = self.cells(&found, &passing, &failing);
         judged
     }
@@ -365,8 +371,8 @@ impl<'a> Judge<'a> {
                     true if failing.contains(&index) => "fail",
                     true => "open",
                 },
-                p_pass: found.says.pass,
-                p_fail: found.says.fail,
+                p_pass: found.p_values.pass,
+                p_fail: found.p_values.fail,
                 numbers: parts.map(|part| number(found.tests, part)).collect(),
                 missing: found.evidence.missing.clone(),
             }

@@ -73,16 +73,19 @@ impl Undecided<'_> {
     pub(super) fn power(self, trials: u64) -> f64 {
         let m = self.cells.len();
         let (passes, fails) = (self.holds.passes(m), self.holds.fails(m));
-        let seem = self.cells.iter().filter(|(of, _)| of.seems_to_pass());
+        let seem = self
+            .cells
+            .iter()
+            .filter(|(evidence, _)| evidence.seems_to_pass());
         let towards_holds = seem.count() >= passes;
         let r = if towards_holds { passes } else { fails };
-        let each = level_of_each(r, m, self.among, self.level);
+        let cell_level = level_of_each(r, m, self.among, self.level);
         let of_cell = |(evidence, there): &(&Evidence, u64)| {
             let factor = trials as f64 / *there as f64;
             if towards_holds {
-                evidence.power_of_pass(factor, each)
+                evidence.power_of_pass(factor, cell_level)
             } else {
-                evidence.power_of_fail(factor, each)
+                evidence.power_of_fail(factor, cell_level)
             }
         };
         let chances: Vec<f64> = self.cells.iter().map(of_cell).collect();
@@ -101,16 +104,16 @@ fn at_least(chances: &[f64], r: usize) -> f64 {
         return normal_above((r as f64 - 0.5 - mean) / variance.sqrt().max(1e-9));
     }
     // of[k]: k events so far; the last one: r or more.
-    let mut of = vec![0.0; r + 1];
-    of[0] = 1.0;
+    let mut chance = vec![0.0; r + 1];
+    chance[0] = 1.0;
     for p in chances {
-        of[r] += of[r - 1] * p;
+        chance[r] += chance[r - 1] * p;
         for k in (1..r).rev() {
-            of[k] = of[k] * (1.0 - p) + of[k - 1] * p;
+            chance[k] = chance[k] * (1.0 - p) + chance[k - 1] * p;
         }
-        of[0] *= 1.0 - p;
+        chance[0] *= 1.0 - p;
     }
-    of[r]
+    chance[r]
 }
 
 #[cfg(test)]

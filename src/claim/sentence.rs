@@ -15,13 +15,13 @@ use crate::study::place::Place;
 use serde::Serialize;
 
 /// What a sentence is made of.
-pub(super) struct Told<'a> {
+pub(super) struct Findings<'a> {
     pub(super) holds: Holds,
     /// The tests, for every output that the claim lists.
     pub(super) cases: &'a [Vec<ClaimTest>],
     pub(super) given: Option<&'a ClaimTest>,
     /// What is judged, and what each says.
-    pub(super) units: &'a [ToldUnit<'a>],
+    pub(super) units: &'a [UnitFindings<'a>],
     /// Cells in which the condition is not certain, or no cell is judged.
     pub(super) left_out: usize,
     /// The judged cells that certainly pass or fail, as indices.
@@ -34,20 +34,20 @@ pub(super) struct Told<'a> {
 }
 
 /// A cell, or what else is judged by itself, with one of the outputs that the claim lists.
-pub(super) struct ToldUnit<'a> {
+pub(super) struct UnitFindings<'a> {
     pub(super) tests: &'a [ClaimTest],
     pub(super) place: Place,
     pub(super) evidence: &'a Evidence,
 }
 
-impl ToldUnit<'_> {
+impl UnitFindings<'_> {
     /// Its number that is nearest to failing, or fails most.
     fn decisive(&self) -> Option<&Part> {
         self.evidence.decisive()
     }
 }
 
-impl Told<'_> {
+impl Findings<'_> {
     fn places(&self) -> Vec<Place> {
         self.units.iter().map(|unit| unit.place.clone()).collect()
     }
@@ -108,14 +108,14 @@ impl Told<'_> {
         sentence
     }
 
-    /// Orders cells by how far their numbers are inside the limit: by the values where all are of one
-    /// test, else by standard errors. Cells without a number are last.
+    /// Orders cells by how far their numbers are inside the limit: by the values where all are of
+    /// one test, else by standard errors. Cells without a number are last.
     fn by_depth(&self, mut cells: Vec<usize>) -> Vec<usize> {
-        let parts = || self.units.iter().filter_map(ToldUnit::decisive);
+        let parts = || self.units.iter().filter_map(UnitFindings::decisive);
         let alike = parts().all(|part| Some(part.test) == parts().next().map(|first| first.test));
         let depth = |cell: &usize| {
-            let of = if alike { Part::depth } else { Part::margin };
-            self.units[*cell].decisive().map_or(f64::INFINITY, of)
+            let inside = if alike { Part::depth } else { Part::margin };
+            self.units[*cell].decisive().map_or(f64::INFINITY, inside)
         };
         cells.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
         cells
@@ -154,7 +154,7 @@ impl Told<'_> {
 
     /// "the median e_a of iv(4)" of the cell's decisive number, with the number itself and what it
     /// must be.
-    fn of(&self, cell: usize) -> Option<(String, String, String)> {
+    fn words(&self, cell: usize) -> Option<(String, String, String)> {
         let unit = &self.units[cell];
         let part = unit.evidence.decisive()?;
         let test = &unit.tests[part.test];
@@ -171,7 +171,7 @@ impl Told<'_> {
     /// "the share of lost trials of ls is below 1 %", or that all tests pass.
     fn claim(&self, verb: &str) -> String {
         match self.cases[0].as_slice() {
-            [one] => format!("{} {verb} {}", noun(&self.any(0), None), must(one)),
+            [test] => format!("{} {verb} {}", noun(&self.any(0), None), must(test)),
             tests => format!(
                 "all {} tests {}",
                 tests.len(),
@@ -184,7 +184,7 @@ impl Told<'_> {
     pub(super) fn any(&self, index: usize) -> ClaimTest {
         let mut any = self.cases[0][index].clone();
         let all = || self.cases.iter().map(|case| &case[index]);
-        any.of = each_of(all().map(|test| test.of.clone()));
+        any.output = each_of(all().map(|test| test.output.clone()));
         if let Some(to) = any.kind.other_mut() {
             *to = each_of(all().filter_map(|test| test.kind.other().cloned()));
         }
@@ -192,7 +192,7 @@ impl Told<'_> {
     }
 
     fn of_one(&self) -> String {
-        let Some((noun, value, must)) = self.of(0) else {
+        let Some((noun, value, must)) = self.words(0) else {
             return ".".to_owned();
         };
         let not = if self.verdict == Verdict::Holds {
@@ -206,9 +206,9 @@ impl Told<'_> {
     fn holding(&self) -> String {
         let m = self.units.len();
         let number = |cell: Option<usize>, word: &str| {
-            let told = cell.and_then(|cell| Some((self.of(cell)?, self.at(cell))));
+            let named = cell.and_then(|cell| Some((self.words(cell)?, self.at(cell))));
             let several = self.cases.len() > 1 || self.cases[0].len() > 1;
-            told.map_or_else(String::new, |((noun, value, must), at)| {
+            named.map_or_else(String::new, |((noun, value, must), at)| {
                 let place = if at.is_empty() {
                     at.clone()
                 } else {
@@ -244,14 +244,14 @@ impl Told<'_> {
 
     fn failing(&self) -> String {
         let m = self.units.len();
-        let told = |cell: Option<usize>| {
-            let (noun, value, must) = self.of(cell?)?;
+        let cell_words = |cell: Option<usize>| {
+            let (noun, value, must) = self.words(cell?)?;
             Some(format!("{noun} is {value}{}, not {must}", self.at(cell?)))
         };
         match self.holds {
             Holds::Everywhere => {
                 let cells = self.cells();
-                let counter = told(self.nearest(self.failing)).unwrap_or_default();
+                let counter = cell_words(self.nearest(self.failing)).unwrap_or_default();
                 let count = match self.failing.len() {
                     1 => format!("one certain counterexample in {m} {cells}"),
                     count => format!("{count} certain counterexamples in {m} {cells}"),
@@ -265,7 +265,7 @@ impl Told<'_> {
                 self.at_least[1],
                 self.cells(),
                 self.claim("is not"),
-                told(self.middle()).unwrap_or_default()
+                cell_words(self.middle()).unwrap_or_default()
             ),
             Holds::Somewhere => {
                 if self.cases[0].len() > 1 {
@@ -277,7 +277,7 @@ impl Told<'_> {
                 format!(
                     ": in none of {m} {}; at best {}.",
                     self.cells(),
-                    told(best).unwrap_or_default()
+                    cell_words(best).unwrap_or_default()
                 )
             }
         }
@@ -310,10 +310,10 @@ impl Told<'_> {
                 reasons.push(why.clone());
             }
         }
-        let is_silent = |unit: &&ToldUnit| !unit.evidence.missing.is_empty();
+        let is_silent = |unit: &&UnitFindings| !unit.evidence.missing.is_empty();
         let silent = self.units.iter().filter(is_silent).count();
         let open = m - self.passing.len() - self.failing.len();
-        let open = match self.of(0).filter(|_| m == 1) {
+        let open = match self.words(0).filter(|_| m == 1) {
             Some((noun, value, must)) => format!("{noun} is {value}, not certainly {must} or not"),
             None if m == 1 => "nothing is known of the cell".to_owned(),
             None if open == 1 => format!("1 of {m} {} leaves it open", self.cells()),
@@ -356,7 +356,7 @@ fn each_of(names: impl Iterator<Item = String>) -> String {
         }
     }
     match all.as_slice() {
-        [one] => one.clone(),
+        [name] => name.clone(),
         all => format!("each of {}", listed(all)),
     }
 }
@@ -364,8 +364,8 @@ fn each_of(names: impl Iterator<Item = String>) -> String {
 /// "iv(4)", or "iv(4) over ls".
 pub(super) fn of_and_to(test: &ClaimTest) -> String {
     match test.kind.other() {
-        Some(to) => format!("{} over {to}", test.of),
-        None => test.of.clone(),
+        Some(to) => format!("{} over {to}", test.output),
+        None => test.output.clone(),
     }
 }
 
@@ -399,7 +399,7 @@ pub enum Scale {
 }
 
 impl Scale {
-    pub(super) fn of(test: &ClaimTest) -> Self {
+    pub(super) fn for_test(test: &ClaimTest) -> Self {
         match test.kind {
             TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. } => Self::Share,
             TestKind::Slope(_)
@@ -414,7 +414,7 @@ impl Scale {
 
 /// Whether a test's numbers are shares of trials, told in per cent.
 fn is_share(test: &ClaimTest) -> bool {
-    Scale::of(test) == Scale::Share
+    Scale::for_test(test) == Scale::Share
 }
 
 /// The number with its error.
@@ -451,30 +451,34 @@ pub(super) fn must(test: &ClaimTest) -> String {
 
 /// What a test looks at: "the median e_a of iv(4)".
 pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
-    let of = &test.of;
+    let output = &test.output;
     match &test.kind {
         TestKind::Outcome(Outcome::Lost) => {
-            format!("the share of lost trials (failed or unstable) of {of}")
+            format!("the share of lost trials (failed or unstable) of {output}")
         }
-        TestKind::Outcome(outcome) => format!("the share of {outcome} trials of {of}"),
+        TestKind::Outcome(outcome) => format!("the share of {outcome} trials of {output}"),
         TestKind::Bound(bound) => {
             let measure = bound.measure.label();
             let text = match bound.below {
                 None => "= 0 up to rounding".to_owned(),
                 Some(_) => bound.text(),
             };
-            format!("the share of trials of {of} with {measure} {text}")
+            format!("the share of trials of {output} with {measure} {text}")
         }
         TestKind::Wins { measure, to } => format!(
-            "the share of trials in which {of} is better than {to} in {}",
+            "the share of trials in which {output} is better than {to} in {}",
             measure.label()
         ),
         TestKind::Value { what, statistic } => match what {
             ValueOf::Measure(measure) => {
-                format!("{} {} of {of}", statistic_name(*statistic), measure.label())
+                format!(
+                    "{} {} of {output}",
+                    statistic_name(*statistic),
+                    measure.label()
+                )
             }
-            ValueOf::Parameter(name) => bias(name, of),
-            ValueOf::Parameters => bias(coefficient.unwrap_or("every coefficient"), of),
+            ValueOf::Parameter(name) => bias(name, output),
+            ValueOf::Parameters => bias(coefficient.unwrap_or("every coefficient"), output),
         },
         TestKind::Ratio {
             measure,
@@ -486,16 +490,18 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             match statistic {
                 Statistic::Median if measure != measure_of_to => {
                     format!(
-                        "the ratio of the median {first} of {of} to the median {second} of {to}"
+                        "the ratio of the median {first} of {output} to the median {second} of {to}"
                     )
                 }
                 Statistic::Median => {
-                    format!("the ratio of the median {first} of {of} to that of {to}")
+                    format!("the ratio of the median {first} of {output} to that of {to}")
                 }
                 Statistic::Rms => {
-                    format!("the ratio of the rms over trials of {first} of {of} to that of {to}")
+                    format!(
+                        "the ratio of the rms over trials of {first} of {output} to that of {to}"
+                    )
                 }
-                _ => format!("the median ratio of {first}, {of} over {to},"),
+                _ => format!("the median ratio of {first}, {output} over {to},"),
             }
         }
         TestKind::Cells {
@@ -506,11 +512,11 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
         } => {
             let axis = axis.name().replace('_', " ");
             let to = match to.as_deref() {
-                Some([one]) => format!("{axis} {one}"),
+                Some([value]) => format!("{axis} {value}"),
                 _ => format!("another {axis}"),
             };
             format!(
-                "the median ratio of {} of {of}, {to} over {from},",
+                "the median ratio of {} of {output}, {to} over {from},",
                 measure.label()
             )
         }
@@ -522,14 +528,14 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             let over = crate::study::place::axis_label(slope.over);
             let over = over.split(',').next().unwrap_or_default();
             let measure = slope.measure.label();
-            format!("the log-log slope of the {statistic} of {measure} of {of} over {over}")
+            format!("the log-log slope of the {statistic} of {measure} of {output} over {over}")
         }
-        TestKind::Time { to } => format!("the time of {of} over that of {to}"),
+        TestKind::Time { to } => format!("the time of {output} over that of {to}"),
     }
 }
 
-fn bias(what: &str, of: &str) -> String {
-    format!("the bias of {what} of {of}, in standard deviations,")
+fn bias(what: &str, output: &str) -> String {
+    format!("the bias of {what} of {output}, in standard deviations,")
 }
 
 fn statistic_name(statistic: Statistic) -> &'static str {

@@ -1,8 +1,9 @@
 //! The numbers of a study's summary that tests look at: the only part of the engine that knows
 //! where they stand.
 //!
-//! Populations: shares, quantiles and paired ratios are over all trials, lost ones last; means, root
-//! mean squares and biases are over the trials that have the measure, and say so ([`Number::kept`]).
+//! Populations: shares, quantiles and paired ratios are over all trials, lost ones last; means,
+//! root mean squares and biases are over the trials that have the measure, and say so
+//! ([`Number::kept`]).
 
 use super::known::{Freedom, Known};
 use crate::metric::{
@@ -54,29 +55,35 @@ pub(super) enum Members {
 
 impl Results<'_> {
     /// The numbers that a test looks at: one, or one for every coefficient.
-    pub(super) fn numbers(self, test: &ClaimTest, of: &Members) -> Result<Vec<Number>, Missing> {
+    pub(super) fn numbers(
+        self,
+        test: &ClaimTest,
+        members: &Members,
+    ) -> Result<Vec<Number>, Missing> {
         let cell = |index: usize| {
             let cell = self.summary.cells.get(index);
             cell.ok_or_else(|| format!("cell {index} is missing"))
         };
-        match (&test.kind, of) {
+        match (&test.kind, members) {
             (TestKind::Cells { measure, .. }, Members::Pair(from, to)) => {
-                let known = self.pair([*from, *to], &test.of, *measure);
+                let known = self.pair([*from, *to], &test.output, *measure);
                 let sure = cell(*from)?.deterministic && cell(*to)?.deterministic;
-                one(known).map(|numbers| if sure { exact(numbers) } else { numbers })
+                single(known).map(|numbers| if sure { exact(numbers) } else { numbers })
             }
             (TestKind::Slope(slope), Members::Family(cells)) => self
-                .slope(slope, &test.of, cells)
+                .slope(slope, &test.output, cells)
                 .map(|number| vec![number]),
-            (TestKind::Time { to }, Members::Cell(index)) => one(self.time(*index, &test.of, to)),
+            (TestKind::Time { to }, Members::Cell(index)) => {
+                single(self.time(*index, &test.output, to))
+            }
             (_, Members::Cell(index)) => in_cell(cell(*index)?, test),
             _ => Err("the test is about other cells".to_owned()),
         }
     }
 
     /// The trials of a cell.
-    pub(super) fn trials(self, of: &Members) -> u64 {
-        let index = match of {
+    pub(super) fn trials(self, members: &Members) -> u64 {
+        let index = match members {
             Members::Cell(index) | Members::Pair(_, index) => Some(index),
             Members::Family(cells) => cells.first(),
         };
@@ -94,17 +101,22 @@ impl Results<'_> {
         let mut pairs = self.summary.cell_pairs.iter();
         let found = pairs.find(|pair| {
             let cells = (pair.from, pair.to) == (from, to);
-            cells && pair.of.measure == measure && pair.of.output == output
+            cells && pair.table.measure == measure && pair.table.output == output
         });
         let what = || not_kept(&format!("pairs of cells in {measure} of '{output}'"));
         Ok(paired_median(&found.ok_or_else(what)?.ratio, measure))
     }
 
-    fn slope(self, of: &SlopeTable, output: &str, cells: &[usize]) -> Result<Number, Missing> {
+    fn slope(self, table: &SlopeTable, output: &str, cells: &[usize]) -> Result<Number, Missing> {
         let mut slopes = self.summary.slopes.iter();
-        let found =
-            slopes.find(|slope| slope.of == *of && slope.output == output && slope.cells == cells);
-        let what = || format!("slope of {} over {} of '{output}'", of.measure, of.over);
+        let found = slopes
+            .find(|slope| slope.table == *table && slope.output == output && slope.cells == cells);
+        let what = || {
+            format!(
+                "slope of {} over {} of '{output}'",
+                table.measure, table.over
+            )
+        };
         let found = found.ok_or_else(|| not_kept(&what()))?;
         let undefined = || {
             format!(
@@ -117,8 +129,8 @@ impl Results<'_> {
         let estimate = (slope.value, slope.mcse);
         let freedom = Freedom::constant((JACKKNIFE_GROUPS - 1) as f64);
         Ok(Number {
-            kept: match of.statistic {
-                SlopeOf::Rmse => self.least_kept(cells, output, of.measure),
+            kept: match table.statistic {
+                SlopeOf::Rmse => self.least_kept(cells, output, table.measure),
                 SlopeOf::Median => None,
             },
             ..known(estimate, freedom, false)?.into()
@@ -131,8 +143,8 @@ impl Results<'_> {
             .iter()
             .filter_map(|cell| self.summary.cells.get(*cell));
         let shares = cells.filter_map(|cell| {
-            let of = cell.output(output)?.measures.get(&measure)?;
-            kept(of.count, cell.trials)
+            let statistics = cell.output(output)?.measures.get(&measure)?;
+            kept(statistics.count, cell.trials)
         });
         shares.reduce(f64::min)
     }
@@ -140,7 +152,7 @@ impl Results<'_> {
     /// A time is a median over repetitions, of which quartiles are known. Repetitions share the
     /// state of the machine, so their number says nothing: the standard deviation of one of them,
     /// (q75 - q25) / 1.349, is taken for the error.
-    fn time(self, cell: usize, of: &str, to: &str) -> Result<Known, Missing> {
+    fn time(self, cell: usize, method: &str, to: &str) -> Result<Known, Missing> {
         let relative = |method: &str| {
             let mut times = self.times.iter();
             let time = times.find(|time| time.cell == cell && time.method == method);
@@ -150,13 +162,13 @@ impl Results<'_> {
             let error = (time.q75_seconds - time.q25_seconds) / 1.349;
             Ok::<_, Missing>((time.median_seconds, error / time.median_seconds))
         };
-        let ((first, a), (second, b)) = (relative(of)?, relative(to)?);
+        let ((first, a), (second, b)) = (relative(method)?, relative(to)?);
         let ratio = first / second;
         known((ratio, ratio * a.hypot(b)), Freedom::FIXED, true)
     }
 }
 
-fn one(known: Result<Known, Missing>) -> Result<Vec<Number>, Missing> {
+fn single(known: Result<Known, Missing>) -> Result<Vec<Number>, Missing> {
     known.map(|known| vec![known.into()])
 }
 
@@ -173,17 +185,24 @@ fn exact(mut numbers: Vec<Number>) -> Vec<Number> {
 }
 
 /// An estimate's value and error: none where nothing is random.
-fn estimated(cell: &CellSummary, of: Estimate) -> (f64, f64) {
-    (of.value, if cell.deterministic { 0.0 } else { of.mcse })
+fn estimated(cell: &CellSummary, estimate: Estimate) -> (f64, f64) {
+    (
+        estimate.value,
+        if cell.deterministic {
+            0.0
+        } else {
+            estimate.mcse
+        },
+    )
 }
 
 fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
-    let output = cell.output(&test.of);
-    let output = output.ok_or_else(|| format!("the results have no output '{}'", test.of))?;
+    let output = cell.output(&test.output);
+    let output = output.ok_or_else(|| format!("the results have no output '{}'", test.output))?;
     let numbers = match &test.kind {
-        TestKind::Outcome(outcome) => one(outcome_count(cell, output, *outcome)),
-        TestKind::Bound(bound) => one(bound_count(cell, &test.of, bound)),
-        TestKind::Wins { measure, to } => one(wins(cell, &test.of, to, *measure)),
+        TestKind::Outcome(outcome) => single(outcome_count(cell, output, *outcome)),
+        TestKind::Bound(bound) => single(bound_count(cell, &test.output, bound)),
+        TestKind::Wins { measure, to } => single(wins(cell, &test.output, to, *measure)),
         TestKind::Value {
             what: ValueOf::Measure(measure),
             statistic,
@@ -202,11 +221,13 @@ fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing>
             measure_of_to,
             statistic,
         } => match statistic {
-            ClaimStatistic::Median => one(ratio_of_medians(
+            ClaimStatistic::Median => single(ratio_of_medians(
                 cell,
-                [(&test.of, *measure), (to, *measure_of_to)],
+                [(&test.output, *measure), (to, *measure_of_to)],
             )),
-            statistic => ratio(cell, &test.of, to, *measure, *statistic).map(|number| vec![number]),
+            statistic => {
+                ratio(cell, &test.output, to, *measure, *statistic).map(|number| vec![number])
+            }
         },
         TestKind::Cells { .. } | TestKind::Slope(_) | TestKind::Time { .. } => Ok(Vec::new()),
     }?;
@@ -217,8 +238,8 @@ fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing>
     })
 }
 
-/// The largest error of a ratio by which it is judged: the logarithm of a number with a larger one is
-/// not near normal.
+/// The largest error of a ratio by which it is judged: the logarithm of a number with a larger one
+/// is not near normal.
 const MOST_RELATIVE_ERROR: f64 = 0.5;
 
 /// An estimate with its standard error; without error it is exact.
@@ -258,11 +279,11 @@ fn outcome_count(
     count_of(count, cell.trials)
 }
 
-fn count_of(count: u64, of: u64) -> Result<Known, Missing> {
-    if of == 0 {
+fn count_of(count: u64, total: u64) -> Result<Known, Missing> {
+    if total == 0 {
         Err("there is no trial to count".to_owned())
     } else {
-        Ok(Known::Count { count, of })
+        Ok(Known::Count { count, total })
     }
 }
 
@@ -270,8 +291,9 @@ fn bound_count(cell: &CellSummary, label: &str, bound: &BoundTable) -> Result<Kn
     let found = cell
         .bounds
         .iter()
-        .find(|of| of.bound.limits() == bound.limits());
-    let output = found.and_then(|of| of.outputs.iter().find(|output| output.output == label));
+        .find(|summary| summary.bound.limits() == bound.limits());
+    let output =
+        found.and_then(|summary| summary.outputs.iter().find(|output| output.output == label));
     let what = || {
         not_kept(&format!(
             "the share of trials with {} {}",
@@ -280,35 +302,35 @@ fn bound_count(cell: &CellSummary, label: &str, bound: &BoundTable) -> Result<Kn
         ))
     };
     let met = output.ok_or_else(what)?.met;
-    count_of(met.count, met.of)
+    count_of(met.count, met.total)
 }
 
 fn compared<'a>(
     cell: &'a CellSummary,
-    of: &str,
+    output: &str,
     to: &str,
     measure: Measure,
 ) -> Result<&'a PairedStatistics, Missing> {
     let mut pairs = cell.comparisons.iter();
-    let pair = pairs.find(|pair| pair.first == of && pair.second == to);
+    let pair = pairs.find(|pair| pair.first == output && pair.second == to);
     let found = pair.and_then(|pair| pair.measures.get(&measure));
     found.ok_or_else(|| {
         not_kept(&format!(
-            "the comparison of '{of}' with '{to}' in {measure}"
+            "the comparison of '{output}' with '{to}' in {measure}"
         ))
     })
 }
 
-fn wins(cell: &CellSummary, of: &str, to: &str, measure: Measure) -> Result<Known, Missing> {
-    let smaller = compared(cell, of, to, measure)?.share_smaller;
+fn wins(cell: &CellSummary, output: &str, to: &str, measure: Measure) -> Result<Known, Missing> {
+    let smaller = compared(cell, output, to, measure)?.share_smaller;
     let count = match measure.worse() {
         Worse::Larger => smaller.count,
-        Worse::Smaller => smaller.of - smaller.count,
+        Worse::Smaller => smaller.total - smaller.count,
     };
-    if smaller.of == 0 {
+    if smaller.total == 0 {
         return Err("all trials are ties".to_owned());
     }
-    count_of(count, smaller.of)
+    count_of(count, smaller.total)
 }
 
 fn statistics(output: &OutputSummary, measure: Measure) -> Result<&Statistics, Missing> {
@@ -322,60 +344,67 @@ fn value(
     measure: Measure,
     statistic: ClaimStatistic,
 ) -> Result<Number, Missing> {
-    let of = statistics(output, measure)?;
-    let quantile = |q: f64, of_q: Quantile| Ok(quantile(of, q, of_q, measure).into());
+    let statistics = statistics(output, measure)?;
+    let quantile = |q: f64, of_q: Quantile| Ok(quantile(statistics, q, of_q, measure).into());
     match statistic {
-        ClaimStatistic::Mean => moment(cell, of, of.mean, measure),
-        ClaimStatistic::Rms => moment(cell, of, of.rmse, measure),
-        ClaimStatistic::Q05 => quantile(0.05, of.q05),
-        ClaimStatistic::Q25 => quantile(0.25, of.q25),
-        ClaimStatistic::Q75 => quantile(0.75, of.q75),
-        ClaimStatistic::Q95 => quantile(0.95, of.q95),
-        _ => quantile(0.5, of.q50),
+        ClaimStatistic::Mean => moment(cell, statistics, statistics.mean, measure),
+        ClaimStatistic::Rms => moment(cell, statistics, statistics.rmse, measure),
+        ClaimStatistic::Q05 => quantile(0.05, statistics.q05),
+        ClaimStatistic::Q25 => quantile(0.25, statistics.q25),
+        ClaimStatistic::Q75 => quantile(0.75, statistics.q75),
+        ClaimStatistic::Q95 => quantile(0.95, statistics.q95),
+        _ => quantile(0.5, statistics.q50),
     }
 }
 
 /// A mean or a root mean square, of the trials that have the measure.
 fn moment(
     cell: &CellSummary,
-    of: &Statistics,
+    statistics: &Statistics,
     estimate: Estimate,
     measure: Measure,
 ) -> Result<Number, Missing> {
-    if of.dominated && !cell.deterministic {
+    if statistics.dominated && !cell.deterministic {
         return Err(format!(
-            "a single trial makes up most of the mean square of {measure}, so means say nothing; quantiles do"
+            "a single trial makes up most of the mean square of {measure}, so means say nothing; \
+            quantiles do"
         ));
     }
     let estimate = estimated(cell, estimate);
     Ok(Number {
-        kept: kept(of.count, cell.trials),
-        ..known(estimate, Freedom::of_mean(of.count), false)?.into()
+        kept: kept(statistics.count, cell.trials),
+        ..known(estimate, Freedom::of_mean(statistics.count), false)?.into()
     })
 }
 
-fn kept(count: u64, of: u64) -> Option<f64> {
-    (count < of).then(|| count as f64 / of as f64)
+fn kept(count: u64, total: u64) -> Option<f64> {
+    (count < total).then(|| count as f64 / total as f64)
 }
 
 /// A quantile over all trials.
-fn quantile(of: &Statistics, q: f64, quantile: Quantile, measure: Measure) -> Known {
-    let (n, lost) = (of.count + of.undefined, of.undefined);
+fn quantile(statistics: &Statistics, q: f64, quantile: Quantile, measure: Measure) -> Known {
+    let (n, lost) = (
+        statistics.count + statistics.undefined,
+        statistics.undefined,
+    );
     // Lost trials below and above the others.
     let (below, end) = match measure.worse() {
-        Worse::Larger => (0, (f64::INFINITY, of.count)),
+        Worse::Larger => (0, (f64::INFINITY, statistics.count)),
         Worse::Smaller => (lost, (f64::NEG_INFINITY, lost)),
     };
     let value = if quantile.lost { end.0 } else { quantile.value };
-    let extremes = [(of.min, below + 1), (of.max, below + of.count)];
+    let extremes = [
+        (statistics.min, below + 1),
+        (statistics.max, below + statistics.count),
+    ];
     let quantiles = [0.05, 0.25, 0.5, 0.75, 0.95].into_iter();
-    let quantiles = quantiles.zip(of.quantiles.all().map(|of| of.value));
+    let quantiles = quantiles.zip(statistics.quantiles.all().map(|quantile| quantile.value));
     let points = at_ranks(quantiles, n).chain(extremes).chain([end]);
     ranks(q, n, (value, quantile.mcse), points, false)
 }
 
-/// Quantiles of n values with their ranks: a quantile is at or between the values of the ranks j and
-/// j + 1 with j = q (n - 1) rounded down, from 0.
+/// Quantiles of n values with their ranks: a quantile is at or between the values of the ranks j
+/// and j + 1 with j = q (n - 1) rounded down, from 0.
 fn at_ranks(
     quantiles: impl Iterator<Item = (f64, f64)>,
     n: u64,
@@ -387,7 +416,7 @@ fn at_ranks(
 /// A quantile by its standard error where it has one, else by the ranks of known values.
 fn ranks(
     q: f64,
-    of: u64,
+    total: u64,
     (value, error): (f64, f64),
     points: impl Iterator<Item = (f64, u64)>,
     logarithmic: bool,
@@ -397,14 +426,14 @@ fn ranks(
         return Known::Estimate {
             value,
             error,
-            freedom: Freedom::of_quantile(q, of),
+            freedom: Freedom::of_quantile(q, total),
             logarithmic,
         };
     }
     Known::Ranks {
         value,
         q,
-        of,
+        total,
         points: points.filter(|(x, _)| !x.is_nan()).collect(),
     }
 }
@@ -412,12 +441,12 @@ fn ranks(
 /// Two outputs on the same trials. A trial that one of them loses makes the ratio infinite or 0.
 fn ratio(
     cell: &CellSummary,
-    of: &str,
+    output: &str,
     to: &str,
     measure: Measure,
     statistic: ClaimStatistic,
 ) -> Result<Number, Missing> {
-    let pair = compared(cell, of, to, measure)?;
+    let pair = compared(cell, output, to, measure)?;
     if statistic != ClaimStatistic::Rms {
         return Ok(paired_median(pair, measure).into());
     }
@@ -441,7 +470,7 @@ fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
         Worse::Smaller => (pair.only_second, pair.only_first),
     };
     let value = match pair.median_ratio {
-        of if !of.lost => of.value,
+        quantile if !quantile.lost => quantile.value,
         _ if zero > infinite => 0.0,
         _ => f64::INFINITY,
     };
@@ -465,9 +494,9 @@ fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
 /// The ratio of two medians. Outputs that share their trials are taken as independent: nearly
 /// always they rise and fall together, and the error is then too large rather than too small.
 /// A median that falls among lost trials makes the ratio infinite or 0.
-fn ratio_of_medians(cell: &CellSummary, of: [(&str, Measure); 2]) -> Result<Known, Missing> {
+fn ratio_of_medians(cell: &CellSummary, medians: [(&str, Measure); 2]) -> Result<Known, Missing> {
     let mut found = Vec::with_capacity(2);
-    for (label, measure) in of {
+    for (label, measure) in medians {
         let output = cell.output(label);
         let output = output.ok_or_else(|| format!("the results have no output '{label}'"))?;
         found.push(statistics(output, measure)?);
@@ -476,7 +505,7 @@ fn ratio_of_medians(cell: &CellSummary, of: [(&str, Measure); 2]) -> Result<Know
     let by_lost = |value: f64, point: (f64, u64)| Known::Ranks {
         value,
         q: 0.5,
-        of: cell.trials,
+        total: cell.trials,
         points: vec![point],
     };
     match (first.q50.lost, second.q50.lost) {
@@ -505,19 +534,19 @@ fn biases(
     name: Option<&String>,
 ) -> Result<Vec<Number>, Missing> {
     let named = output.parameters.iter();
-    let wanted = named.filter(|(of, _)| name.is_none_or(|name| name == of));
+    let wanted = named.filter(|(parameter, _)| name.is_none_or(|name| name == parameter));
     let biases: Result<Vec<Number>, Missing> = wanted
-        .map(|(of, errors)| {
+        .map(|(parameter, errors)| {
             if errors.dominated {
                 return Err(format!(
-                    "a single trial makes up most of the mean square of the error of {of}"
+                    "a single trial makes up most of the mean square of the error of {parameter}"
                 ));
             }
             let (mean, sd) = (errors.mean, errors.sd);
             let delta = mean.value / sd.value;
             let error = (mean.mcse / sd.value).hypot(delta * sd.mcse / sd.value);
             Ok(Number {
-                name: Some(of.clone()),
+                name: Some(parameter.clone()),
                 kept: kept(errors.count, cell.trials),
                 known: known((delta, error), Freedom::of_mean(errors.count), false)?,
             })

@@ -39,17 +39,20 @@ pub(super) fn units(
     match (test.unit(), &test.kind) {
         (TestUnit::Pair(axis, ..), _) => Ok(pairs(&wanted, axis, test, file, summary)),
         (TestUnit::Family(over, _), TestKind::Slope(slope)) => {
-            let same = |of: &&crate::study::SlopeSummary| of.of == *slope && of.output == test.of;
+            let same = |summary: &&crate::study::SlopeSummary| {
+                summary.table == *slope && summary.output == test.output
+            };
             let found: Vec<&Vec<usize>> = summary
                 .slopes
                 .iter()
                 .filter(same)
-                .map(|of| &of.cells)
+                .map(|summary| &summary.cells)
                 .collect();
             if found.is_empty() {
                 return Err(format!(
-                    "the run did not keep the slope of {} over {over} of '{}'; a new run of the file keeps what its claims need",
-                    slope.measure, test.of
+                    "the run did not keep the slope of {} over {over} of '{}'; a new run of the \
+                    file keeps what its claims need",
+                    slope.measure, test.output
                 ));
             }
             Ok(found

@@ -85,7 +85,8 @@ pub(super) fn missing(plan_path: &Path, plan: &ShardPlan, status: &Status) -> St
     lines.join("\n") + "\n"
 }
 
-/// The line that computes what is missing, as a job where there is a script of one; none where no shard has it.
+/// The line that computes what is missing, as a job where there is a script of one; none where no
+/// shard has it.
 pub(super) fn again(plan_path: &Path, plan: &ShardPlan, status: &Status) -> Option<String> {
     let array = status.array();
     let first = array.split([',', '-']).next().unwrap_or_default();
@@ -155,7 +156,8 @@ pub(super) fn slurm_time(time: Duration) -> String {
 mod tests {
     use super::*;
 
-    /// The forms of sbatch(1), --time, but for a bare number, which is minutes there and could be anything here.
+    /// The forms of sbatch(1), --time, but for a bare number, which is minutes there and could be
+    /// anything here.
     #[test]
     fn times_are_those_of_slurm() {
         for (text, seconds) in [

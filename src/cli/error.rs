@@ -84,8 +84,9 @@ fn one_line(text: &str) -> String {
 mod tests {
     #[test]
     fn usage_errors_become_one_line() {
-        let text = "error: unexpected argument '--trails' found\n\n  tip: a similar argument exists: \
-                    '--trials'\n\nUsage: asobench reproduce\n\nFor more information, try '--help'.\n";
+        let text = "error: unexpected argument '--trails' found\n\n  tip: a similar argument \
+                    exists: '--trials'\n\nUsage: asobench reproduce\n\nFor more information, try \
+                    '--help'.\n";
         let line = super::one_line(text);
         assert_eq!(
             line,

@@ -167,7 +167,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.plot {
         if path.extension().is_none_or(|extension| extension != "svg") {
             let message = "expected a name that ends in .svg";
-            return Err(Error::Input(format!("--plot {}: {message}", path.display())));
+            return Err(Error::Input(format!(
+                "--plot {}: {message}",
+                path.display()
+            )));
         }
         check_output("--plot", Some(path), Kind::Figure)?;
     }

@@ -16,7 +16,8 @@ pub(super) fn cannot_write(PathError { path, source, .. }: &PathError) -> Error 
     Error::Input(format!("--out {path}: cannot write there ({source})"))
 }
 
-/// Refuses a file that is there and that the program did not write itself. `flag` names the option in a message.
+/// Refuses a file that is there and that the program did not write itself. `flag` names the option
+/// in a message.
 pub(super) fn check_output(flag: &str, path: Option<&Path>, kind: Kind) -> Result<(), Error> {
     path.map_or(Ok(()), |path| replaceable(path, kind))
         .map_err(refused(flag))

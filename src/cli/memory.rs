@@ -1,5 +1,5 @@
-//! How much memory there is, and whether the threads of a run fit into it: told in a line before any of it is taken,
-//! since an allocation that fails ends a program without one.
+//! How much memory there is, and whether the threads of a run fit into it: told in a line before
+//! any of it is taken, since an allocation that fails ends a program without one.
 
 use super::error::Error;
 use crate::study::Experiment;
@@ -20,20 +20,20 @@ pub(super) fn fits(
         return Ok(());
     }
     let mib = |bytes: f64| (bytes / f64::from(1 << 20)).ceil();
-    let each = match threads {
+    let on_each = match threads {
         1 => String::new(),
         _ => format!(" on each of {threads} threads"),
     };
     Err(Error::Input(format!(
-        "a trial of cell {cell} needs {} MiB of memory{each}, and {} MiB are free; expected a \
+        "a trial of cell {cell} needs {} MiB of memory{on_each}, and {} MiB are free; expected a \
          shorter horizon or window, or fewer threads",
         mib(needed as f64),
         mib(free)
     )))
 }
 
-/// The bytes that this process can still take: what Linux has without swapping, within the limits of the process and of
-/// its group. None where nothing says so.
+/// The bytes that this process can still take: what Linux has without swapping, within the limits
+/// of the process and of its group. None where nothing says so.
 #[expect(
     clippy::disallowed_methods,
     reason = "files of the kernel, which are short"
@@ -75,8 +75,9 @@ mod tests {
         let text = "MemTotal:  24000000 kB\nMemAvailable:   12000000 kB\n";
         assert_eq!(kibibytes(text, "MemAvailable:"), Some(12_288_000_000.0));
         assert_eq!(kibibytes(text, "VmSize:"), None);
-        let limits = "Limit                     Soft Limit           Hard Limit           Units     \n\
-                      Max address space         409600000            unlimited            bytes     \n";
+        let limits = "\
+            Limit                     Soft Limit           Hard Limit           Units     \n\
+            Max address space         409600000            unlimited            bytes     \n";
         assert_eq!(address_space(limits), Some(409_600_000.0));
         let limits = limits.replace("409600000", "unlimited");
         assert_eq!(address_space(&limits), None);

@@ -10,9 +10,9 @@ use crate::study::cluster::{Collection, MergeOptions, Merged, ShardPlan, merge};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Put the results together from what shards left, to the same bytes as `run` on one machine. Any folders, in any order,
-/// twice the same: all that is damaged or of another experiment is named and not taken. Where trials are missing they are
-/// named, and it ends with exit code 75.
+/// Put the results together from what shards left, to the same bytes as `run` on one machine. Any
+/// folders, in any order, twice the same: all that is damaged or of another experiment is named and
+/// not taken. Where trials are missing they are named, and it ends with exit code 75.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// The plan, as `asobench plan` writes it
@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let out = out.unwrap_or_else(|| Path::new("results").join(cluster::name_of(path)));
     mark_added(&mut experiment.file, &out);
     let folders = folders(path, &arguments.folders);
-    let found = Collection::of(&folders, &experiment).map_err(|e| refused(e.into()))?;
+    let found = Collection::from_folders(&folders, &experiment).map_err(|e| refused(e.into()))?;
     let stop = progress::stop_flag()?;
     let options = MergeOptions {
         threads: threads(arguments.threads),
@@ -82,12 +82,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             }
             let missing: u64 = status.cells.iter().map(|cell| cell.missing).sum();
             Err(Error::Again(format!(
-                "{missing} trials are missing, nothing was written; --partial makes results of the others"
+                "{missing} trials are missing, nothing was written; --partial makes results of the \
+                others"
             )))
         }
         Merged::More(cells) => Err(Error::Again(format!(
-            "all trials of the plan are there, and by the rule of 'trials' {cells} cells need more; plan the \
-             next round by the command that made the plan, or: asobench plan {} --out {}",
+            "all trials of the plan are there, and by the rule of 'trials' {cells} cells need \
+             more; plan the next round by the command that made the plan, or: asobench plan {} \
+             --out {}",
             word(path),
             word(path)
         ))),

@@ -16,6 +16,7 @@ mod memory;
 mod merge;
 mod methods;
 mod need;
+mod new_experiment;
 mod plan;
 mod progress;
 mod replay;
@@ -25,7 +26,6 @@ mod run;
 mod shard;
 mod slurm;
 mod status;
-mod template;
 mod throughput;
 mod timing;
 
@@ -43,8 +43,8 @@ use std::process::ExitCode;
     version,
     arg_required_else_help = true,
     max_term_width = 80,
-    after_help = "Exit codes: 0 done, 1 the run failed, 2 bad input, 75 trials are missing: run again, \
-                  130 interrupted"
+    after_help = "Exit codes: 0 done, 1 the run failed, 2 bad input, 75 trials are missing: run \
+                  again, 130 interrupted"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -56,7 +56,7 @@ enum Command {
     Reproduce(reproduce::Arguments),
     Run(run::Arguments),
     Check(check::Arguments),
-    New(template::Arguments),
+    New(new_experiment::Arguments),
     Replay(replay::Arguments),
     Report(report::Arguments),
     Estimate(estimate::Arguments),
@@ -90,7 +90,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Reproduce(arguments) => reproduce::run(&arguments),
             Command::Run(arguments) => run::run(&arguments),
             Command::Check(arguments) => check::run(&arguments),
-            Command::New(arguments) => template::run(&arguments),
+            Command::New(arguments) => new_experiment::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Throughput(arguments) => throughput::run_command(&arguments),
             Command::Plan(arguments) => plan::run(&arguments),
@@ -101,7 +101,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Report(arguments) => report::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
             Command::Methods => methods::run(),
-            Command::Schema => template::schema(),
+            Command::Schema => new_experiment::schema(),
         },
         Err(error) => error::usage(&error),
     };
@@ -114,8 +114,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-/// Prints lines to standard output. With [`print_json`] and [`note`] the only place that prints: nothing unseen passes,
-/// whoever wrote it; a text of others inside of a line is [`visible`] before it comes here, so that it ends none.
+/// Prints lines to standard output. With [`print_json`] and [`note`] the only place that prints:
+/// nothing unseen passes, whoever wrote it; a text of others inside of a line is [`visible`] before
+/// it comes here, so that it ends none.
 fn print(text: &str) -> Result<(), Error> {
     write_out(&visible_lines(text))
 }
@@ -137,8 +138,8 @@ fn write_out(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Prints one line to standard error; of a text without end its beginning. Where standard error cannot be written to
-/// nothing more can be said.
+/// Prints one line to standard error; of a text without end its beginning. Where standard error
+/// cannot be written to nothing more can be said.
 fn note(line: &str) {
     use std::io::Write;
     const LONGEST: usize = 1000;

@@ -33,8 +33,8 @@ pub(super) struct Need {
 }
 
 impl Need {
-    /// Of a run with so many trials of each cell, where some are there already and a row of trials.parquet takes `row`
-    /// bytes.
+    /// Of a run with so many trials of each cell, where some are there already and a row of
+    /// trials.parquet takes `row` bytes.
     pub(super) fn of(
         experiment: &Experiment,
         trials: u64,
@@ -68,7 +68,8 @@ impl Need {
     }
 }
 
-/// Before a run that cannot fit: a question on a terminal, and a refusal elsewhere, unless it is to run `anyway`.
+/// Before a run that cannot fit: a question on a terminal, and a refusal elsewhere, unless it is to
+/// run `anyway`.
 pub(super) fn ask(
     experiment: &Experiment,
     rule: &TrialRule,

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Plan a study in shards for many machines, balanced by a short timing. The same command again plans what is still
-/// missing, and the next round where `trials` is a rule.
+/// Plan a study in shards for many machines, balanced by a short timing. The same command again
+/// plans what is still missing, and the next round where `trials` is a rule.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -23,7 +23,10 @@ pub(super) struct Arguments {
     #[command(flatten)]
     size: SizeArguments,
     /// Threads that a shard will have, for --target-time
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(
+        long, value_name = "T", default_value_t = 1,
+        value_parser = clap::value_parser!(u16).range(1..=1024)
+    )]
     threads: u16,
     /// The plan [default: NAME.plan.json of NAME.toml]
     #[arg(long, value_name = "PLAN")]
@@ -37,7 +40,10 @@ pub(super) struct Arguments {
 #[derive(clap::Args)]
 pub(super) struct SizeArguments {
     /// How many shards, about
-    #[arg(long, value_name = "S", conflicts_with = "target_time", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(
+        long, value_name = "S", conflicts_with = "target_time",
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
     pub(super) shards: Option<u32>,
     /// What a shard is to take, such as 90s, 30m, 2h or 1-12:00:00 [default: 1h]
     #[arg(long, value_name = "T", value_parser = parse_time)]
@@ -154,7 +160,7 @@ fn wanted(
     if from == folders(path, &[]) {
         from.retain(|folder| is_there(folder));
     }
-    let mut found = Collection::of(&from, experiment).map_err(|e| refused(e.into()))?;
+    let mut found = Collection::from_folders(&from, experiment).map_err(|e| refused(e.into()))?;
     found.verify(experiment).map_err(|e| refused(e.into()))?;
     for line in found.refused.iter().take(cluster::LINES) {
         note(line);

@@ -12,7 +12,8 @@ use std::time::{Duration, Instant};
 /// Between two lines where standard error is no terminal; a shorter run prints none.
 const BETWEEN_LINES: Duration = Duration::from_mins(1);
 
-/// A bar on standard error with trials, cells and failures; a line a minute where that is no terminal.
+/// A bar on standard error with trials, cells and failures; a line a minute where that is no
+/// terminal.
 pub(super) struct Display {
     bar: ProgressBar,
     /// When there was a line last; `None` on a terminal.
@@ -93,10 +94,10 @@ impl Display {
             return None;
         }
         self.last_line = Some(now);
-        let (done, of) = (self.bar.position(), self.bar.length().unwrap_or(0));
-        let percent = 100 * u128::from(done) / u128::from(of.max(1));
+        let (done, total) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        let percent = 100 * u128::from(done) / u128::from(total.max(1));
         Some(format!(
-            "{percent}%, {done} of {of} trials, {}/{} cells, {} failed",
+            "{percent}%, {done} of {total} trials, {}/{} cells, {} failed",
             self.done, self.cells, self.failures
         ))
     }
@@ -133,8 +134,9 @@ pub(super) fn shares(spent: &Spent) -> String {
     shares.collect::<Vec<String>>().join(", ")
 }
 
-/// The steps of what has no trials to count: a line on a terminal that says which one it is and since when, or a line
-/// for each step that begins more than a minute after the last line elsewhere.
+/// The steps of what has no trials to count: a line on a terminal that says which one it is and
+/// since when, or a line for each step that begins more than a minute after the last line
+/// elsewhere.
 pub(super) struct Steps {
     bar: ProgressBar,
     /// When there was a line last; `None` on a terminal.
@@ -177,8 +179,9 @@ impl Drop for Steps {
     }
 }
 
-/// A flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once: files are written whole under
-/// other names first, so nothing is left half-written. All studies of a program share it.
+/// A flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once: files are
+/// written whole under other names first, so nothing is left half-written. All studies of a program
+/// share it.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
     static SHARED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     if let Some(flag) = SHARED.get() {

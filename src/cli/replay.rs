@@ -178,8 +178,8 @@ pub(super) fn show(
     let index = which.cell(options.flag, experiment)?;
     check_output("--data", options.data, Kind::Record)?;
     let cell = &experiment.cells[index];
-    if let Source::Continuous(of) = &cell.source {
-        return course::show(experiment, index, of, which.trial, options);
+    if let Source::Continuous(continuous) = &cell.source {
+        return course::show(experiment, index, continuous, which.trial, options);
     }
     // The stages by faer, the rows by the engine of the study.
     memory::fits(experiment, index..index + 1, 2)?;
@@ -226,8 +226,8 @@ fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
     ]
 }
 
-/// Whether the rows stood bit for bit in the results' folder; `None` where it holds no such trial of this
-/// experiment.
+/// Whether the rows stood bit for bit in the results' folder; `None` where it holds no such trial
+/// of this experiment.
 fn stored(folder: &Path, experiment: &Experiment, cell: usize, rows: &[Row]) -> Option<bool> {
     // Whatever else is in the folder is no concern of a replay.
     let manifest = read_manifest(folder).ok()??;
@@ -279,11 +279,11 @@ impl<'a> Replay<'a> {
         )];
         for (table, passes) in experiment.file.methods.iter().zip(&record.methods) {
             for (number, pass) in passes.iter().enumerate() {
-                let of = format!("{} pass {number}", table.output_name(number));
+                let name = format!("{} pass {number}", table.output_name(number));
                 let solve = if number == 0 { 3 } else { 10 };
-                stages.extend(information(table, window, passes, number, &of));
-                stages.extend(parameters(&of, solve, pass));
-                stages.extend(observer(&of, cell, data, pass));
+                stages.extend(information(table, window, passes, number, &name));
+                stages.extend(parameters(&name, solve, pass));
+                stages.extend(observer(&name, cell, data, pass));
             }
         }
         let output = |row: &Row| record.passes[row.output].0.clone();
@@ -308,8 +308,11 @@ impl<'a> Replay<'a> {
 
     /// The cell's settings, and what its vectors mean.
     fn head(&self) -> (String, &'static str) {
-        if let Source::Continuous(of) = &self.cell.source {
-            let settings = format!("continuous time, T = {} s, step {} s", of.until, of.step);
+        if let Source::Continuous(continuous) = &self.cell.source {
+            let settings = format!(
+                "continuous time, T = {} s, step {} s",
+                continuous.until, continuous.step
+            );
             return (
                 settings,
                 "errors of integration are known by halving the step twice",
@@ -426,19 +429,20 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// Stages 7 and 2 or 9 of a pass, where it got so far; not of a reflected auxiliary model, which is not kept.
+/// Stages 7 and 2 or 9 of a pass, where it got so far; not of a reflected auxiliary model, which is
+/// not kept.
 fn information(
     table: &MethodTable,
     window: Window<'_>,
     passes: &[Pass],
     number: usize,
-    of: &str,
+    name: &str,
 ) -> Vec<Stage> {
     let order = passes[number].a.len();
     let mut information = Information::new(order);
     information.least_squares(window);
     let stage = |first: usize, information: &Information| {
-        let title = format!("Stage {first}, {of}: information blocks, G by columns");
+        let title = format!("Stage {first}, {name}: information blocks, G by columns");
         (title, blocks(information))
     };
     if number == 0 {
@@ -470,7 +474,7 @@ fn information(
     let output = &model.yhat;
     information.instruments(window, Instruments { output, input });
     let yhat = vec![("yhat".to_owned(), output.clone())];
-    let auxiliary = (format!("Stage 7, {of}: auxiliary model"), yhat);
+    let auxiliary = (format!("Stage 7, {name}: auxiliary model"), yhat);
     vec![auxiliary, stage(9, &information)]
 }
 
@@ -484,7 +488,7 @@ fn blocks(information: &Information) -> Vec<(String, Vec<f64>)> {
 }
 
 /// Stages 3 or 10, 4, 5 and 6 of a pass, as far as it came.
-fn parameters(of: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
+fn parameters(name: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
     let mut stages = Vec::new();
     if pass.progress >= Progress::Parameters {
         let alpha = pass.a.iter().rev().map(|a| -a);
@@ -498,22 +502,22 @@ fn parameters(of: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
             ("b".to_owned(), pass.b.clone()),
         ];
         stages.push((
-            format!("Stages {solve}, 4 and 5, {of}: parameters"),
+            format!("Stages {solve}, 4 and 5, {name}: parameters"),
             vectors,
         ));
     }
     if pass.progress >= Progress::InitialState {
         let vectors = vec![("x0".to_owned(), pass.x0.clone())];
-        stages.push((format!("Stage 6, {of}: initial state"), vectors));
+        stages.push((format!("Stage 6, {name}: initial state"), vectors));
     }
     if let Some(failure) = pass.failure {
-        stages.push((format!("{of} failed: {failure}"), Vec::new()));
+        stages.push((format!("{name} failed: {failure}"), Vec::new()));
     }
     stages
 }
 
 /// Stage 12 of a pass.
-fn observer(of: &str, cell: &Cell, data: &Realisation, pass: &Pass) -> Option<Stage> {
+fn observer(name: &str, cell: &Cell, data: &Realisation, pass: &Pass) -> Option<Stage> {
     let mut observer = Observer::new(cell.gain.clone(), pass.a.len());
     let (mut at_window, mut last) = (Vec::new(), Vec::new());
     let zero = vec![0.0; pass.a.len()];
@@ -533,5 +537,5 @@ fn observer(of: &str, cell: &Cell, data: &Realisation, pass: &Pass) -> Option<St
         ("xhat(N)".to_owned(), at_window),
         ("xhat(K-1)".to_owned(), last),
     ];
-    Some((format!("Stage 12, {of}: observer"), vectors))
+    Some((format!("Stage 12, {name}: observer"), vectors))
 }

@@ -12,7 +12,8 @@ use crate::text::{alike, folded, visible};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Make a report of results: report.html, figures, tables, and the verdict on every claim of their files.
+/// Make a report of results: report.html, figures, tables, and the verdict on every claim of their
+/// files.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Results folders, such as results/window

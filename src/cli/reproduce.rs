@@ -1,4 +1,5 @@
-//! `asobench reproduce`: the papers' experiments, and what a typical realisation meets of their claims.
+//! `asobench reproduce`: the papers' experiments, and what a typical realisation meets of their
+//! claims.
 
 mod bobtsov;
 
@@ -32,15 +33,19 @@ named_enum! {
     }
 }
 
-/// Simulate the experiments of Nikolov et al. (2023), claims C1 to C3, and of Bobtsov et al. (2023), claims B1
-/// to B3, and print which of them a typical realisation meets.
+/// Simulate the experiments of Nikolov et al. (2023), claims C1 to C3, and of Bobtsov et al.
+/// (2023), claims B1 to B3, and print which of them a typical realisation meets.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Whose experiment: all, nikolov or bobtsov
     #[arg(long, value_name = "PAPER", default_value_t)]
     paper: Paper,
-    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have numbers of their own
-    #[arg(long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
+    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have numbers of
+    /// their own
+    #[arg(
+        long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT)
+    )]
     pub(super) trials: u64,
     /// Seed of the random streams
     #[arg(
@@ -84,7 +89,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = arguments.folder();
     if arguments.replay.is_some() {
         if arguments.paper == Paper::Bobtsov {
-            let message = "--replay: trials of Bobtsov et al. are replayed by asobench replay FOLDER CELL:TRIAL";
+            let message = "--replay: trials of Bobtsov et al. are replayed by asobench replay \
+                FOLDER CELL:TRIAL";
             return Err(Error::Input(message.to_owned()));
         }
         return nikolov(arguments, path).map(|_| ExitCode::SUCCESS);
@@ -221,9 +227,9 @@ fn lines(studies: &[Study]) -> String {
 fn claims_json(study: &Study) -> Vec<Value> {
     let claim = |claim: &Judged| {
         let numbers = claim.cells.iter().flat_map(|cell| {
-            let named = |of: &JudgedNumber| {
-                let name = format!("{}: {}", of.what, cell.place);
-                json!({ "name": name, "value": of.value, "mcse": of.error })
+            let named = |number: &JudgedNumber| {
+                let name = format!("{}: {}", number.what, cell.place);
+                json!({ "name": name, "value": number.value, "mcse": number.error })
             };
             cell.numbers.iter().map(named)
         });

@@ -17,8 +17,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Run an experiment file. A run that was stopped or killed resumes with the same command; more --trials
-/// extend it.
+/// Run an experiment file. A run that was stopped or killed resumes with the same command; more
+/// --trials extend it.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -46,7 +46,10 @@ pub(super) struct StudyArguments {
     /// Experiment file, such as experiments/window.toml, or - for standard input
     file: PathBuf,
     /// Trials in each cell instead of the file's
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT))]
+    #[arg(
+        long, value_name = "M", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT)
+    )]
     trials: Option<u64>,
     /// Set a key, such as eta=5 or methods.0.solver=lu; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -60,7 +63,8 @@ pub(super) struct StudyArguments {
 }
 
 impl StudyArguments {
-    /// The study, and how many trials it is to have. Claims that were edited ask nothing new of the run in `folder`.
+    /// The study, and how many trials it is to have. Claims that were edited ask nothing new of the
+    /// run in `folder`.
     pub(super) fn experiment(&self, folder: &Path) -> Result<(Experiment, TrialRule), Error> {
         let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
         let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
@@ -104,8 +108,8 @@ impl StudyArguments {
     }
 }
 
-/// The study with what its claims needed when the results in a folder were begun, if these are results of it: then
-/// editing a claim asks for no other run.
+/// The study with what its claims needed when the results in a folder were begun, if these are
+/// results of it: then editing a claim asks for no other run.
 fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
     let stored = stored_design(folder)?;
     let needed = match stored.get("needed") {
@@ -123,7 +127,8 @@ fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
 /// Marks the claims that were not there when the results in a folder were made.
 pub(super) fn mark_added(file: &mut ExperimentFile, folder: &Path) {
     let manifest = read_manifest(folder).ok().flatten();
-    let stored = manifest.and_then(|of| ExperimentFile::from_json(&of["experiment"]).ok());
+    let stored =
+        manifest.and_then(|manifest| ExperimentFile::from_json(&manifest["experiment"]).ok());
     let Some(stored) = stored else { return };
     for claim in &mut file.claims {
         let known = stored.claims.iter().find(|known| known.judges_as(claim));
@@ -247,8 +252,8 @@ pub(super) fn execute(
             stop,
             speed: display.speed(),
         }),
-        Err(CampaignError::Run(RunError::Interrupted { done, of })) => Err(Error::Interrupted(
-            format!("interrupted with {done} of {of} trials of this run; {left}"),
+        Err(CampaignError::Run(RunError::Interrupted { done, total })) => Err(Error::Interrupted(
+            format!("interrupted with {done} of {total} trials of this run; {left}"),
         )),
         Err(error @ CampaignError::Stopped) => Err(Error::Interrupted(format!("{error}; {left}"))),
         Err(other) => Err(refused("", other)),

@@ -14,8 +14,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Compute one shard of a plan, in a folder of this process's own. What earlier processes left of the shard is not
-/// computed again. Stopped by SIGTERM or --time-limit it ends with exit code 75: run it again.
+/// Compute one shard of a plan, in a folder of this process's own. What earlier processes left of
+/// the shard is not computed again. Stopped by SIGTERM or --time-limit it ends with exit code 75:
+/// run it again.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// The plan, as `asobench plan` writes it
@@ -23,7 +24,8 @@ pub(super) struct Arguments {
     /// The shard, such as 3 or 3/12, from 1 [default: SLURM_ARRAY_TASK_ID]
     #[arg(value_name = "I/S")]
     shard: Option<String>,
-    /// Folder of what all shards leave, on a file system that the machines share [default: NAME-shards beside the plan]
+    /// Folder of what all shards leave, on a file system that the machines share [default:
+    /// NAME-shards beside the plan]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Threads [default: SLURM_CPUS_PER_TASK, else as many processors as this process may use]
@@ -66,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         note,
     );
     display.clear();
-    let of = plan.shards.len();
+    let total = plan.shards.len();
     let number = index + 1;
     match done {
         Ok(()) => {
@@ -74,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                 note(&speed);
             }
             print(&format!(
-                "shard {number} of {of}: all {} trials are there, in {}\n",
+                "shard {number} of {total}: all {} trials are there, in {}\n",
                 plan.trials_of_shard(index),
                 word(&shard_folder(&folder, index))
             ))?;
@@ -84,7 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             let out = arguments.out.as_ref();
             let out = out.map_or_else(String::new, |out| format!(" --out {}", word(out)));
             Err(Error::Again(format!(
-                "stopped, run again: asobench shard {} {number}/{of}{out}",
+                "stopped, run again: asobench shard {} {number}/{total}{out}",
                 word(path)
             )))
         }
@@ -92,8 +94,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
 }
 
-/// The index of the shard, from 0. How many there are, only the plan says: a job that is submitted again for some of its
-/// tasks has another number of them.
+/// The index of the shard, from 0. How many there are, only the plan says: a job that is submitted
+/// again for some of its tasks has another number of them.
 fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error> {
     const TASK: &str = "SLURM_ARRAY_TASK_ID";
     let (flag, text) = match (given, std::env::var(TASK)) {
@@ -111,20 +113,21 @@ fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error
             "{flag}{space}'{text}': {what}; {plan} has the shards 1 to {shards}"
         ))
     };
-    let (number, of) = match text.split_once('/') {
-        Some((number, of)) => (number, Some(of)),
+    let (number, total) = match text.split_once('/') {
+        Some((number, total)) => (number, Some(total)),
         None => (&text[..], None),
     };
     let parsed = |text: &str| text.parse::<usize>().ok();
-    match (parsed(number), of.map(parsed)) {
-        (_, Some(of)) if of != Some(shards) => Err(wrong("not the plan's number of shards")),
+    match (parsed(number), total.map(parsed)) {
+        (_, Some(total)) if total != Some(shards) => Err(wrong("not the plan's number of shards")),
         (Some(number), _) if (1..=shards).contains(&number) => Ok(number - 1),
         (Some(_), _) => Err(wrong("no such shard")),
         (None, _) => Err(wrong("not a shard's number")),
     }
 }
 
-/// The threads that are asked for, that a job has, or that this process may use, by its group and affinity.
+/// The threads that are asked for, that a job has, or that this process may use, by its group and
+/// affinity.
 fn allocated(asked: Option<u16>) -> usize {
     let of_job = || std::env::var("SLURM_CPUS_PER_TASK").ok()?.parse().ok();
     threads(asked.or_else(|| of_job().filter(|count| (1..=1024).contains(count))))
@@ -168,9 +171,9 @@ mod tests {
     #[test]
     fn a_shard_is_one_of_the_plan() {
         let plan = Path::new("a.plan.json");
-        let of = |text| index(Some(text), 12, plan).map_err(|error| error.to_string());
-        assert_eq!(of("1"), Ok(0));
-        assert_eq!(of("12/12"), Ok(11));
+        let index_of = |text| index(Some(text), 12, plan).map_err(|error| error.to_string());
+        assert_eq!(index_of("1"), Ok(0));
+        assert_eq!(index_of("12/12"), Ok(11));
         for (text, part) in [
             ("0", "no such shard"),
             ("13", "no such shard"),
@@ -179,7 +182,7 @@ mod tests {
             ("", "not a shard's number"),
             ("-1", "not a shard's number"),
         ] {
-            let error = of(text).unwrap_err();
+            let error = index_of(text).unwrap_err();
             assert!(error.contains(part) && error.contains("1 to 12"), "{error}");
         }
     }

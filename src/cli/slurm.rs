@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Duration;
 
-/// Write a plan of a study, a job script of its shards and one that puts their results together, for Slurm. The same command
-/// again plans what is still missing, and the next round where `trials` is a rule.
+/// Write a plan of a study, a job script of its shards and one that puts their results together,
+/// for Slurm. The same command again plans what is still missing, and the next round where `trials`
+/// is a rule.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -31,8 +32,8 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
     #[command(flatten)]
     job: Job,
-    /// TOML file with these: partition, account, time, mem, cpus-per-task, array-limit, and options, a list of more
-    /// options of sbatch, such as "--constraint=avx512"; flags come first
+    /// TOML file with these: partition, account, time, mem, cpus-per-task, array-limit, and
+    /// options, a list of more options of sbatch, such as "--constraint=avx512"; flags come first
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 }
@@ -189,7 +190,8 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
         let there = files::read_named(path, Kind::Script).map_err(failed)?;
         if there != text {
             note(&format!(
-                "{}: kept as it is, and not what this command would write; remove it to have it written anew",
+                "{}: kept as it is, and not what this command would write; remove it to have it \
+                written anew",
                 path.display()
             ));
         }
@@ -206,16 +208,19 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
         plan,
         name,
     } = places;
-    // What is under way is finished, and written: a block takes about five seconds at most, unless one trial does.
+    // What is under way is finished, and written: a block takes about five seconds at most, unless
+    // one trial does.
     let limit = time.map_or_else(String::new, |time| {
         let notice = Duration::from_mins(1).min(time / 4);
         format!(" --time-limit {}", slurm_time(time.saturating_sub(notice)))
     });
     format!(
         "#!/bin/bash\n\
-         # Written by `asobench slurm`, and yours to edit: it is not written again while it is there.\n\
+         # Written by `asobench slurm`, and yours to edit: it is not written again while it is \
+         there.\n\
          # All shards:   sbatch --array=1-S {script}\n\
-         # Some of them: sbatch --array=3,17 {script}   (`asobench status {plan}` prints that line)\n\
+         # Some of them: sbatch --array=3,17 {script}   (`asobench status {plan}` prints that \
+         line)\n\
          #SBATCH --job-name={name}\n\
          #SBATCH --chdir={chdir}\n\
          #SBATCH --output=logs/%x-%A_%a.log\n\
@@ -223,11 +228,13 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
          #SBATCH --requeue\n\
          #SBATCH --cpus-per-task={cpus}\n\
          {lines}\n\
-         # The number of the shard is SLURM_ARRAY_TASK_ID, the number of threads SLURM_CPUS_PER_TASK.\n\
+         # The number of the shard is SLURM_ARRAY_TASK_ID, the number of threads \
+         SLURM_CPUS_PER_TASK.\n\
          {program} shard {plan}{limit}\n\
          code=$?\n\
          \n\
-         # 75: stopped before its end. What is finished is stored, so the task goes back into the queue for the rest.\n\
+         # 75: stopped before its end. What is finished is stored, so the task goes back into the \
+         queue for the rest.\n\
          if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt 100 ]; then\n\
          \x20   scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\"\n\
          fi\n\
@@ -249,8 +256,10 @@ fn merge_script_of(places: &Places, job: &Job, out: &Path) -> String {
     } = places;
     format!(
         "#!/bin/bash\n\
-         # Written by `asobench slurm`, and yours to edit: it is not written again while it is there.\n\
-         # Puts the results together; where trials are missing, the log says which, and the line that computes them.\n\
+         # Written by `asobench slurm`, and yours to edit: it is not written again while it is \
+         there.\n\
+         # Puts the results together; where trials are missing, the log says which, and the line \
+         that computes them.\n\
          #SBATCH --job-name={name}-merge\n\
          #SBATCH --chdir={chdir}\n\
          #SBATCH --output=logs/%x-%j.log\n\
@@ -271,8 +280,8 @@ fn submit(now: bool, array: Option<String>, scripts: (&Path, &Path)) -> Result<(
         let merge = word(merge);
         return print(&match array {
             Some(array) => format!(
-                "submit: sbatch --array={array} {}\nthen:   sbatch --dependency=afterany:JOB {merge}   \
-                 (JOB: the number that the first prints)\n",
+                "submit: sbatch --array={array} {}\nthen:   sbatch --dependency=afterany:JOB \
+                 {merge}   (JOB: the number that the first prints)\n",
                 word(script)
             ),
             None => format!("submit: sbatch {merge}\n"),

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Tell what of a plan is there, by shard and by cell, and print the line that computes what is missing. Ends with exit
-/// code 75 while something is.
+/// Tell what of a plan is there, by shard and by cell, and print the line that computes what is
+/// missing. Ends with exit code 75 while something is.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// The plan, as `asobench plan` writes it
@@ -29,7 +29,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         // Before the first shard there is no folder.
         folders.retain(|folder| crate::files::is_there(folder));
     }
-    let mut found = Collection::of(&folders, &experiment).map_err(|e| refused(e.into()))?;
+    let mut found =
+        Collection::from_folders(&folders, &experiment).map_err(|e| refused(e.into()))?;
     if arguments.verify {
         found.verify(&experiment).map_err(|e| refused(e.into()))?;
     } else {
@@ -38,7 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     for line in found.refused.iter().take(cluster::LINES) {
         note(line);
     }
-    let status = Status::of(&plan, &found);
+    let status = Status::new(&plan, &found);
     let mut text = table("shard", 1, &status.shards);
     text += &table("cell", 0, &status.cells);
     if !arguments.verify {
@@ -68,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// How many places are whole, and a line for each of the first that are not.
 fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
-    let (mut whole, mut begun, mut told, mut text) = (0, 0, 0, String::new());
+    let (mut whole, mut begun, mut listed, mut text) = (0, 0, 0, String::new());
     for (i, place) in places.iter().enumerate() {
         let PlaceStatus { wanted, missing } = *place;
         if missing == 0 {
@@ -76,8 +77,8 @@ fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
             continue;
         }
         begun += usize::from(missing < wanted);
-        told += 1;
-        if told > cluster::LINES {
+        listed += 1;
+        if listed > cluster::LINES {
             continue;
         }
         // Writing to a string does not fail.
@@ -87,7 +88,7 @@ fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
             i + first
         );
     }
-    if let Some(more @ 1..) = told.checked_sub(cluster::LINES) {
+    if let Some(more @ 1..) = listed.checked_sub(cluster::LINES) {
         let _ = writeln!(text, "  and {more} more");
     }
     let not_begun = places.len() - whole - begun;

@@ -1,4 +1,5 @@
-//! `asobench throughput`: trials per second of one fixed workload beside the machine's peak, or of a study's cells.
+//! `asobench throughput`: trials per second of one fixed workload beside the machine's peak, or of
+//! a study's cells.
 
 mod study;
 
@@ -7,8 +8,7 @@ use super::{Format, print, print_json, progress};
 use crate::lanes::Isa;
 use crate::metric::Worse;
 use crate::study::file::ExperimentFile;
-use crate::study::kernels::W98;
-use crate::study::{CellTally, Engine, Experiment, RunError, fma_peak, run};
+use crate::study::{CellTally, Engine, Experiment, RunError, W98, fma_peak, run};
 use serde_json::{Value, json};
 use std::convert::Infallible;
 use std::fmt::Write as _;
@@ -17,7 +17,8 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// What one trial of W98 counts for, whatever the program really computes: so wasteful code does not look good.
+/// What one trial of W98 counts for, whatever the program really computes: so wasteful code does
+/// not look good.
 const FLOP_PER_TRIAL: f64 = 110_000.0;
 
 /// Trials of a repetition, about a second's work on one thread.
@@ -28,9 +29,10 @@ const fn default_trials(engine: Engine) -> u64 {
     }
 }
 
-/// Time one fixed workload, W98 (n = 6, N = 98, K = 400, least squares and four IV passes, observer), on each engine
-/// and number of threads, beside the machine's peak of fused multiply-adds. With FILE: time the trials of an experiment
-/// file, all cells, outputs and measures, and throw the results away: what `run` on the same file could reach at most.
+/// Time one fixed workload, W98 (n = 6, N = 98, K = 400, least squares and four IV passes,
+/// observer), on each engine and number of threads, beside the machine's peak of fused
+/// multiply-adds. With FILE: time the trials of an experiment file, all cells, outputs and
+/// measures, and throw the results away: what `run` on the same file could reach at most.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Experiment file to time instead of W98
@@ -38,11 +40,18 @@ pub(super) struct Arguments {
     /// Set a key of FILE, such as eta=5; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "file")]
     set: Vec<String>,
-    /// Trials in a repetition, with FILE of each cell [default: about a second's work; with FILE the file's]
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(100..=1_000_000_000))]
+    /// Trials in a repetition, with FILE of each cell [default: about a second's work; with FILE
+    /// the file's]
+    #[arg(
+        long, value_name = "M", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(100..=1_000_000_000)
+    )]
     trials: Option<u64>,
     /// Numbers of threads, such as 1,2 [default: one, and one per processor]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',',
+        value_parser = clap::value_parser!(u16).range(1..=1024)
+    )]
     threads: Vec<u16>,
     /// Engines, of lanes and faer [default: lanes,faer; with FILE the file's]
     #[arg(
@@ -53,7 +62,10 @@ pub(super) struct Arguments {
     )]
     engine: Vec<Engine>,
     /// Repetitions; the median counts
-    #[arg(long, value_name = "R", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(
+        long, value_name = "R", default_value_t = 5,
+        value_parser = clap::value_parser!(u16).range(1..=1000)
+    )]
     repetitions: u16,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
@@ -168,7 +180,7 @@ pub(super) fn run_command(arguments: &Arguments) -> Result<ExitCode, Error> {
         Format::Text => print(&text(&timings)?)?,
         Format::Json => {
             let engines: Vec<Value> = timings.iter().map(Timing::json).collect();
-            let best = |peak: f64, of: &Timing| peak.max(of.peak[0]).max(of.peak[1]);
+            let best = |peak: f64, timing: &Timing| peak.max(timing.peak[0]).max(timing.peak[1]);
             print_json(&json!({
                 "workload": "W98",
                 "flop_per_trial": FLOP_PER_TRIAL,
@@ -237,21 +249,25 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
         "W98: n = 6, N = 98, K = 400, least squares and four IV passes, observer\n\n\
          engine  instructions  threads   trials/s  (slowest, fastest)   share of peak\n",
     );
-    for of in timings {
-        let (engine, instructions) = (of.engine.name(), of.instructions());
-        let spread = format!("({:.0}, {:.0})", of.rates[0], of.rates[of.rates.len() - 1]);
+    for timing in timings {
+        let (engine, instructions) = (timing.engine.name(), timing.instructions());
+        let spread = format!(
+            "({:.0}, {:.0})",
+            timing.rates[0],
+            timing.rates[timing.rates.len() - 1]
+        );
         writeln!(
             text,
             "{engine:<7} {instructions:<13} {:>7} {:>10.0}  {spread:<20} {:>12.1} %",
-            of.threads,
-            of.median(),
-            100.0 * of.fraction_of_peak(),
+            timing.threads,
+            timing.median(),
+            100.0 * timing.fraction_of_peak(),
         )
         .map_err(failed)?;
     }
     text.push_str("\nengine  threads     trials  median e_a      median e_b      median max e_x\n");
-    for of in timings {
-        let figures = of.figures().map(|[value, mcse]| {
+    for timing in timings {
+        let figures = timing.figures().map(|[value, mcse]| {
             if mcse.is_finite() {
                 format!("{value:.5} \u{b1} {mcse:.5}")
             } else {
@@ -262,19 +278,20 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
         writeln!(
             text,
             "{:<7} {:>7} {:>10}  {e_a:<15} {e_b:<15} {e_x_max}",
-            of.engine.name(),
-            of.threads,
-            of.trials,
+            timing.engine.name(),
+            timing.threads,
+            timing.trials,
         )
         .map_err(failed)?;
     }
     let peaks = timings
         .iter()
-        .map(|of| format!("{:.0}", (of.peak[0] + of.peak[1]) / 2e9));
+        .map(|timing| format!("{:.0}", (timing.peak[0] + timing.peak[1]) / 2e9));
     let peaks: Vec<String> = peaks.collect();
     writeln!(
         text,
-        "\nShare of peak: {FLOP_PER_TRIAL} flop for a trial, a fixed count, over the measured peak of\n\
+        "\nShare of peak: {FLOP_PER_TRIAL} flop for a trial, a fixed count, over the measured peak \
+         of\n\
          fused multiply-adds on registers ({} Gflop/s, before and after each line).\n\
          Every line is the median of repetitions; the last one's medians are printed.",
         peaks.join(", "),

@@ -48,8 +48,8 @@ fn design(experiment: &Experiment) -> String {
     format!("{:032x}", experiment.fingerprint())
 }
 
-/// Times every method in every cell on one thread with the others idle; writes `timing/times.json`, whole. Stops
-/// between two measurements where `stop` is raised.
+/// Times every method in every cell on one thread with the others idle; writes `timing/times.json`,
+/// whole. Stops between two measurements where `stop` is raised.
 pub(super) fn measure(
     experiment: &Experiment,
     folder: &Path,
@@ -80,8 +80,8 @@ pub(super) fn measure(
                 let mut repetition = 0;
                 while repetition < REPETITIONS || begin.elapsed() < BUDGET {
                     if stop.load(Ordering::Relaxed) {
-                        let message = "interrupted while times were measured; the results are there, the same \
-                                       command measures the times again";
+                        let message = "interrupted while times were measured; the results are \
+                                       there, the same command measures the times again";
                         return Err(Error::Interrupted(message.to_owned()));
                     }
                     passes.iter_mut().for_each(Pass::clear);

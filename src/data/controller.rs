@@ -4,8 +4,8 @@ use super::DrawFailure;
 use serde_json::Value;
 use std::sync::Arc;
 
-/// What a controller has seen when it must give u(k): samples from the trial's first one on, the open-loop part
-/// included.
+/// What a controller has seen when it must give u(k): samples from the trial's first one on, the
+/// open-loop part included.
 #[derive(Clone, Copy, Debug)]
 pub struct History<'a> {
     /// The reference r(0) ... r(k).
@@ -28,7 +28,8 @@ pub trait Controller: Send {
     /// Forgets the trial before.
     fn reset(&mut self);
 
-    /// The input u(k) that is to drive the plant. Called once for every k from [`ControlLaw::pilot`] on, in order.
+    /// The input u(k) that is to drive the plant. Called once for every k from
+    /// [`ControlLaw::pilot`] on, in order.
     ///
     /// # Errors
     /// [`DrawFailure`] where no input can be given; the trial then has no record.
@@ -48,8 +49,8 @@ pub struct ControlLaw {
 }
 
 impl ControlLaw {
-    /// A law. The loop is open (u = r) for the first `pilot` samples, which precede the record; `description` is
-    /// what a manifest says of it.
+    /// A law. The loop is open (u = r) for the first `pilot` samples, which precede the record;
+    /// `description` is what a manifest says of it.
     pub fn new(
         pilot: usize,
         description: Value,
@@ -96,13 +97,14 @@ impl std::fmt::Debug for ControlLaw {
     }
 }
 
-/// A controller kept from trial to trial with the law that it was made by. A copy begins without one.
+/// A controller kept from trial to trial with the law that it was made by. A copy begins without
+/// one.
 #[derive(Default)]
 pub(super) struct Kept(Option<(Arc<Factory>, Box<dyn Controller>)>);
 
 impl Kept {
     /// The law's controller, reset; made anew where the one kept is of another law.
-    pub(super) fn of(&mut self, law: &ControlLaw) -> &mut dyn Controller {
+    pub(super) fn for_law(&mut self, law: &ControlLaw) -> &mut dyn Controller {
         if !matches!(&self.0, Some((factory, _)) if Arc::ptr_eq(factory, &law.factory)) {
             self.0 = None;
         }

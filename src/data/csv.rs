@@ -1,5 +1,5 @@
-//! CSV text: records of u and y, which have a header with the columns `u`, `y` and perhaps `k` and comment lines
-//! beginning with `#`; and the one writer of lines for every table of the program.
+//! CSV text: records of u and y, which have a header with the columns `u`, `y` and perhaps `k` and
+//! comment lines beginning with `#`; and the one writer of lines for every table of the program.
 
 use crate::text::{beginning, number, visible, visible_lines};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -24,7 +24,8 @@ pub enum RecordError {
     NoHeader(u64),
     /// A column that is neither k, u nor y.
     #[error(
-        "line {line}: unknown column '{column}'; expected k (optional), u and y, separated by commas"
+        "line {line}: unknown column '{column}'; expected k (optional), u and y, separated by \
+        commas"
     )]
     UnknownColumn {
         /// The header's line.
@@ -70,7 +71,9 @@ pub enum RecordError {
     },
     /// The samples are not consecutive.
     #[error(
-        "line {line}, column k: {} where {} was expected; samples must be consecutive", number(*.found), number(*.expected)
+        "line {line}, column k: {} where {} was expected; samples must be consecutive",
+        number(*.found),
+        number(*.expected)
     )]
     Gap {
         /// The line.
@@ -264,9 +267,9 @@ pub fn comment(text: &str) -> String {
     format!("# {}", visible(text))
 }
 
-/// A line of a table without its end, as in RFC 4180: quotes around texts that need them. No text is a formula for a
-/// spreadsheet: `=`, `+`, `-` and `@` have an apostrophe before them wherever a cell could begin, and so has an
-/// apostrophe, so that nothing is lost by taking one away.
+/// A line of a table without its end, as in RFC 4180: quotes around texts that need them. No text
+/// is a formula for a spreadsheet: `=`, `+`, `-` and `@` have an apostrophe before them wherever a
+/// cell could begin, and so has an apostrophe, so that nothing is lost by taking one away.
 pub fn line<'a>(cells: impl IntoIterator<Item = Cell<'a>>) -> String {
     let text = |cell: Cell<'_>| match cell {
         Cell::Number(value) => number(value),
@@ -276,8 +279,9 @@ pub fn line<'a>(cells: impl IntoIterator<Item = Cell<'a>>) -> String {
     cells.join(",")
 }
 
-/// A text with an apostrophe before all that a spreadsheet would read as the first sign of a formula: at the beginning,
-/// or behind what separates cells elsewhere (semicolon, line end), with or without blanks and quotes between.
+/// A text with an apostrophe before all that a spreadsheet would read as the first sign of a
+/// formula: at the beginning, or behind what separates cells elsewhere (semicolon, line end), with
+/// or without blanks and quotes between.
 fn no_formula(text: &str) -> String {
     const SIGNS: &str = "=+-@\u{ff1d}\u{ff0b}\u{ff0d}\u{ff20}";
     if text == "-" {
@@ -323,7 +327,8 @@ mod tests {
         assert_eq!(read(text.as_slice()).unwrap(), record);
     }
 
-    /// No cell begins a formula, whatever separates cells, and taking one apostrophe away gives the text back.
+    /// No cell begins a formula, whatever separates cells, and taking one apostrophe away gives the
+    /// text back.
     #[test]
     fn texts_are_no_formulas_and_numbers_stay_numbers() {
         for (text, cell) in [

@@ -1,7 +1,7 @@
 //! The loop around the plant: none, output feedback, or a controller of the caller's own.
 //!
-//! The plant is strictly proper: y(k) depends on u only up to k - 1. So u(k) may use y(k), and no algebraic
-//! loop arises.
+//! The plant is strictly proper: y(k) depends on u only up to k - 1. So u(k) may use y(k), and no
+//! algebraic loop arises.
 
 use super::{ControlLaw, DrawFailure, History, Realisation};
 use crate::plant::{StateSpace, drive};
@@ -15,8 +15,8 @@ pub enum Feedback {
     None,
     /// `u(k) = -K(q) y(k) + r(k)` from k = 0 on.
     Output(OutputFeedback),
-    /// A controller of the caller's own, after an open-loop part of [`ControlLaw::pilot`] samples that precedes the
-    /// record.
+    /// A controller of the caller's own, after an open-loop part of [`ControlLaw::pilot`] samples
+    /// that precedes the record.
     Controlled(ControlLaw),
 }
 
@@ -37,13 +37,18 @@ impl Feedback {
                 "output": { "numerator": law.numerator, "denominator": law.denominator() }
             }),
             Self::Controlled(law) => json!({
-                "controlled": { "pilot": law.pilot(), "silent": law.is_silent(), "law": law.description() }
+                "controlled": {
+                    "pilot": law.pilot(),
+                    "silent": law.is_silent(),
+                    "law": law.description(),
+                }
             }),
         }
     }
 }
 
-/// `K(q) = (c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`, acting on the measured y, at rest before k = 0.
+/// `K(q) = (c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`, acting on the measured y, at rest before
+/// k = 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputFeedback {
     /// c_0 ... c_q.
@@ -97,7 +102,8 @@ impl OutputFeedback {
         [&[1.0], self.denominator.as_slice()].concat()
     }
 
-    /// `v(k) = sum_i c_i y(k-i) - sum_i d_i v(k-i)`, newest first, from v(0) ... v(k-1) and y(0) ... y(k).
+    /// `v(k) = sum_i c_i y(k-i) - sum_i d_i v(k-i)`, newest first, from v(0) ... v(k-1) and y(0)
+    /// ... y(k).
     #[inline(always)]
     fn output(&self, k: usize, y: &[f64], v: &[f64]) -> f64 {
         let mut sum = 0.0;
@@ -110,7 +116,8 @@ impl OutputFeedback {
         sum
     }
 
-    /// Runs the loop with the noise `scale f` from the state in `to.x`: fills y0, y, u0 and the states.
+    /// Runs the loop with the noise `scale f` from the state in `to.x`: fills y0, y, u0 and the
+    /// states.
     pub(super) fn run(&self, plant: &StateSpace, scale: f64, to: &mut Realisation) {
         let n = plant.order();
         let Realisation {
@@ -143,8 +150,8 @@ impl OutputFeedback {
     }
 }
 
-/// Runs the loop of a controller with the noise `scale f` from the state in `to.x`: fills y0, y, u0, u and the
-/// states. `to.u` comes with the input-measurement noise in it.
+/// Runs the loop of a controller with the noise `scale f` from the state in `to.x`: fills y0, y,
+/// u0, u and the states. `to.u` comes with the input-measurement noise in it.
 pub(super) fn run_controlled(
     law: &ControlLaw,
     plant: &StateSpace,
@@ -164,7 +171,7 @@ pub(super) fn run_controlled(
         controller,
         ..
     } = to;
-    let controller = controller.of(law);
+    let controller = controller.for_law(law);
     let mut outcome = Ok(());
     drive(plant.a(), plant.b(), x, r.len(), |k, x| {
         y0[k] = x[0];

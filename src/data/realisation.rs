@@ -8,8 +8,8 @@ use crate::plant::canonical::multiply_toeplitz;
 named_enum! {
     /// Why a trial has no record.
     DrawFailure, "failure of the draw" {
-        /// A value that is not finite, or a random plant so near the unit circle that rounding leaves the noise
-        /// `1/A` without a stationary start.
+        /// A value that is not finite, or a random plant so near the unit circle that rounding
+        /// leaves the noise `1/A` without a stationary start.
         NonFinite = "non-finite",
         /// The controller's model: an exactly singular matrix.
         Singular = "singular",
@@ -77,10 +77,11 @@ pub struct Realisation {
     pub scale: f64,
     /// The true system of this trial.
     pub truth: Truth,
-    /// Samples that were drawn before the record's first one: the open-loop part before a controller starts.
+    /// Samples that were drawn before the record's first one: the open-loop part before a
+    /// controller starts.
     pub origin: usize,
-    /// Why there is no record, if there is none: `u` and `y` are then NaN, and so is the truth where no plant was
-    /// drawn.
+    /// Why there is no record, if there is none: `u` and `y` are then NaN, and so is the truth
+    /// where no plant was drawn.
     pub failure: Option<DrawFailure>,
     /// The noise filter's inner signal.
     pub(super) scratch: Vec<f64>,

@@ -108,7 +108,8 @@ impl Kind {
         }
     }
 
-    /// Whether a run must find it whole after a crash of the machine; anything else is made again by its command.
+    /// Whether a run must find it whole after a crash of the machine; anything else is made again
+    /// by its command.
     pub(super) const fn is_synced(self) -> bool {
         matches!(
             self,
@@ -122,7 +123,8 @@ impl Kind {
         )
     }
 
-    /// Whether the program wrote a file, by how it begins. An empty file holds nothing of anybody's.
+    /// Whether the program wrote a file, by how it begins. An empty file holds nothing of
+    /// anybody's.
     pub(super) fn is_own(self, file: &mut File) -> io::Result<bool> {
         let mut head = Vec::new();
         file.seek(SeekFrom::Start(0))?;
@@ -167,7 +169,7 @@ impl Kind {
             }
             Self::Table => text
                 .split_once("\r\n")
-                .is_some_and(|(header, _)| TABLES.iter().any(|of| header.contains(of))),
+                .is_some_and(|(header, _)| TABLES.iter().any(|line| header.contains(line))),
             Self::Record => text.starts_with("# asobench re") && text.contains("\n# order: "),
             Self::States => {
                 let (first, rest) = text.split_once('\n').unwrap_or_default();
@@ -178,7 +180,8 @@ impl Kind {
 }
 
 /// How the figures of `reproduce` begin.
-const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" xmlns=\"http://www.w3.org/2000/svg\">\n";
+const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" \
+    xmlns=\"http://www.w3.org/2000/svg\">\n";
 
 /// What the header of every table of a report has one of.
 const TABLES: [&str; 9] = [
@@ -193,7 +196,8 @@ const TABLES: [&str; 9] = [
     "value,verdict,p (pass),p (fail)",
 ];
 
-/// Whether the footer of a Parquet file, where its columns are named, has those that all tables of results have.
+/// Whether the footer of a Parquet file, where its columns are named, has those that all tables of
+/// results have.
 fn has_own_columns(file: &mut File) -> io::Result<bool> {
     let length = file.seek(SeekFrom::End(0))?;
     let mut end = [0; 8];

@@ -1,9 +1,10 @@
 //! The only door to the file system: everything that the program opens, writes, renames or removes.
 //!
-//! What is written is made under a new temporary name beside its own and renamed. What stands there already is
-//! replaced or removed only if it is a regular file that is empty, or that the program recognises as its own by name and
-//! content ([`Kind`]). Links, folders, FIFOs and devices where a file belongs are refused and never followed, and so is
-//! everything else of others. Nothing is removed with what is in it.
+//! What is written is made under a new temporary name beside its own and renamed. What stands there
+//! already is replaced or removed only if it is a regular file that is empty, or that the program
+//! recognises as its own by name and content ([`Kind`]). Links, folders, FIFOs and devices where a
+//! file belongs are refused and never followed, and so is everything else of others. Nothing is
+//! removed with what is in it.
 //!
 //! Another program that swaps files for links while this one is at work is not guarded against.
 
@@ -65,12 +66,12 @@ pub(crate) const NOT_OWN: &str = "not written by asobench; move it away or choos
 
 /// What an entry of a folder is, where it is no regular file.
 fn irregularity(metadata: &Metadata) -> Option<&'static str> {
-    let of = metadata.file_type();
-    if of.is_file() {
+    let kind = metadata.file_type();
+    if kind.is_file() {
         None
-    } else if of.is_dir() {
+    } else if kind.is_dir() {
         Some("a directory")
-    } else if of.is_symlink() {
+    } else if kind.is_symlink() {
         Some("a link")
     } else {
         Some("a pipe, a socket or a device")
@@ -138,7 +139,8 @@ fn limited<R: Read>(from: R, kind: Kind) -> Limited<R> {
     Limited { from, left, kind }
 }
 
-/// Opens a file that the user names: a regular one or a link to one, or `-`, which is standard input.
+/// Opens a file that the user names: a regular one or a link to one, or `-`, which is standard
+/// input.
 ///
 /// # Errors
 /// If it is neither. Reading fails beyond [`Kind::limit`].
@@ -212,7 +214,8 @@ pub(crate) fn is_there(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// Checks that a file may be written there: nothing is there, an empty file, or the program's own of this kind.
+/// Checks that a file may be written there: nothing is there, an empty file, or the program's own
+/// of this kind.
 ///
 /// # Errors
 /// If it may not, or what is there cannot be read.
@@ -223,7 +226,8 @@ pub(crate) fn replaceable(path: &Path, kind: Kind) -> Result<(), PathError> {
     Ok(())
 }
 
-/// Makes a new file; what is there is left alone, and nothing is left of a file that could not be written.
+/// Makes a new file; what is there is left alone, and nothing is left of a file that could not be
+/// written.
 ///
 /// # Errors
 /// If anything is there, or it cannot be written.

@@ -17,7 +17,8 @@ struct Pending {
     kind: Kind,
 }
 
-/// Files that wait to be renamed to their names; what was not renamed is removed when this is dropped.
+/// Files that wait to be renamed to their names; what was not renamed is removed when this is
+/// dropped.
 #[derive(Debug, Default)]
 pub struct Staged(Vec<Pending>);
 
@@ -25,7 +26,8 @@ impl Staged {
     /// A new file that will become `path`, and the name that it has until then.
     ///
     /// # Errors
-    /// If something stands at `path` that is not the program's own file of this kind, or no file can be made.
+    /// If something stands at `path` that is not the program's own file of this kind, or no file
+    /// can be made.
     pub fn create(&mut self, path: &Path, kind: Kind) -> Result<(File, PathBuf), PathError> {
         replaceable(path, kind)?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -62,7 +64,7 @@ impl Staged {
     /// Of the first that may not.
     pub fn check(&self) -> Result<(), PathError> {
         let mut files = self.0.iter();
-        files.try_for_each(|of| replaceable(&of.path, of.kind))
+        files.try_for_each(|file| replaceable(&file.path, file.kind))
     }
 
     /// Renames every file to its name, in the order in which they were made, but a manifest last.
@@ -71,7 +73,7 @@ impl Staged {
     /// If one of them may not be replaced, before any is renamed; if one cannot be renamed.
     pub fn publish(&mut self) -> Result<(), PathError> {
         self.check()?;
-        self.0.sort_by_key(|of| of.kind == Kind::Manifest);
+        self.0.sort_by_key(|file| file.kind == Kind::Manifest);
         // From the end, so that what was not renamed is still there to be removed.
         self.0.reverse();
         while let Some(Pending {
@@ -147,8 +149,8 @@ fn is_temporary(name: &str, kind: Kind) -> bool {
         .is_some_and(|(process, count)| number(process) && number(count))
 }
 
-/// Removes temporary files of some kinds that a killed run left in a folder. The caller has the folder's lock, and no
-/// other command makes files of these kinds there.
+/// Removes temporary files of some kinds that a killed run left in a folder. The caller has the
+/// folder's lock, and no other command makes files of these kinds there.
 ///
 /// # Errors
 /// If the folder cannot be read or a file cannot be removed.
@@ -156,7 +158,8 @@ pub(crate) fn remove_temporary(folder: &Path, kinds: &[Kind]) -> Result<(), Path
     for path in super::list(folder)? {
         let name = path.file_name().and_then(|name| name.to_str());
         let is_own = name.is_some_and(|name| kinds.iter().any(|kind| is_temporary(name, *kind)));
-        let is_file = || fs::symlink_metadata(&path).is_ok_and(|of| irregularity(&of).is_none());
+        let is_file =
+            || fs::symlink_metadata(&path).is_ok_and(|metadata| irregularity(&metadata).is_none());
         if is_own && is_file() {
             remove_file(&path)?;
         }

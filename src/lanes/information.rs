@@ -1,11 +1,11 @@
-//! Stages 2 and 9 in lock step: the blocks of [`crate::estimator::information::Information`] by the same shift
-//! recurrence, lag sums over k in order.
+//! Stages 2 and 9 in lock step: the blocks of [`crate::estimator::information::Information`] by the
+//! same shift recurrence, lag sums over k in order.
 
 use super::{Square, order};
 use crate::real::Real;
 
 /// `G = Z'Phi` and `r = Z'y` in blocks; of each the first n rows and columns.
-pub(crate) struct Information<R, const N: usize> {
+pub(crate) struct PackedInformation<R, const N: usize> {
     n: usize,
     /// G11, G12, G21, G22.
     pub(crate) g: [Square<R, N>; 4],
@@ -42,7 +42,7 @@ fn negate<R: Real, const N: usize>(n: usize, block: &mut Square<R, N>) {
     }
 }
 
-impl<R: Real, const N: usize> Information<R, N> {
+impl<R: Real, const N: usize> PackedInformation<R, N> {
     pub(crate) fn new(n: usize) -> Self {
         Self {
             n,
@@ -142,16 +142,16 @@ impl<R: Real, const N: usize> Information<R, N> {
     }
 
     /// The blocks of one lane.
-    pub(crate) fn lane(&self, lane: usize) -> Information<f64, N> {
-        let mut of = Information::new(self.n);
-        for (to, from) in of.g.iter_mut().zip(&self.g) {
+    pub(crate) fn lane(&self, lane: usize) -> PackedInformation<f64, N> {
+        let mut single = PackedInformation::new(self.n);
+        for (to, from) in single.g.iter_mut().zip(&self.g) {
             for i in 0..self.n {
                 to[i] = super::lane(&from[i], lane);
             }
         }
-        for (to, from) in of.r.iter_mut().zip(&self.r) {
+        for (to, from) in single.r.iter_mut().zip(&self.r) {
             *to = super::lane(from, lane);
         }
-        of
+        single
     }
 }

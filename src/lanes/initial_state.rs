@@ -1,9 +1,10 @@
-//! Stage 6 in lock step: [`crate::estimator::initial_state`] by the normal equations; lanes where those are
-//! ill-conditioned are solved again by sorted QR, one by one.
+//! Stage 6 in lock step: [`crate::estimator::initial_state`] by the normal equations; lanes where
+//! those are ill-conditioned are solved again by sorted QR, one by one.
 //!
-//! Rows of D are `r(k) = c'A^k`, and `M = D'D` obeys Stein's equation `M = A'MA + c c' - r(K)'r(K)` with K rows. A is
-//! a companion matrix, so that the last column of M, n sums over k, gives all others:
-//! `M_ij = M_(i-1)(j-1) + a_j M_(i-1)n + a_i M_(j-1)n + a_i a_j M_nn - r_i(K) r_j(K)`, and 1 more for `M_11`.
+//! Rows of D are `r(k) = c'A^k`, and `M = D'D` obeys Stein's equation `M = A'MA + c c' - r(K)'r(K)`
+//! with K rows. A is a companion matrix, so that the last column of M, n sums over k, gives all
+//! others: `M_ij = M_(i-1)(j-1) + a_j M_(i-1)n + a_i M_(j-1)n + a_i a_j M_nn - r_i(K) r_j(K)`, and
+//! 1 more for `M_11`.
 
 use super::{Square, lane as lane_of, order, sorted_qr};
 use crate::estimator::FailureKind;

@@ -1,8 +1,8 @@
-//! Stages 3 and 10 by the two inverses of [`crate::estimator::solver::Partitioned`]: the condition number of all lanes,
-//! and p of a lane that elimination without pivots does not serve.
+//! Stages 3 and 10 by the two inverses of [`crate::estimator::solver::Partitioned`]: the condition
+//! number of all lanes, and p of a lane that elimination without pivots does not serve.
 
 use super::Square;
-use super::information::Information;
+use super::information::PackedInformation;
 use crate::estimator::FailureKind;
 use crate::estimator::solver::condition::check_rank;
 use crate::real::{Real, Word};
@@ -26,12 +26,12 @@ struct Inverses<R, const N: usize> {
 impl<R: Real, const N: usize> Inverses<R, N> {
     /// By `invert`, which puts the inverse in a matrix's place.
     #[inline(always)]
-    fn of<E>(
-        of: &Information<R, N>,
+    fn new<E>(
+        information: &PackedInformation<R, N>,
         mut invert: impl FnMut(usize, &mut Square<R, N>) -> Result<(), E>,
     ) -> Result<Self, E> {
-        let n = of.order();
-        let [g11, g12, g21, g22] = &of.g;
+        let n = information.order();
+        let [g11, g12, g21, g22] = &information.g;
         let zero = [[R::zero(); N]; N];
         let (mut m1, mut m1_g12, mut schur) = (*g11, zero, zero);
         invert(n, &mut m1)?;
@@ -151,12 +151,15 @@ fn apply<const MINUS: bool, R: Real, const N: usize>(
 
 /// p1 and p2: `q = M1 r1`, `p2 = M2 (r2 - G21 q)`, `p1 = q - M1 G12 p2`.
 #[inline(always)]
-fn parameters<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R, N>) -> [[R; N]; 2] {
-    let n = of.order();
+fn parameters<R: Real, const N: usize>(
+    information: &PackedInformation<R, N>,
+    by: &Inverses<R, N>,
+) -> [[R; N]; 2] {
+    let n = information.order();
     let zero = [R::zero(); N];
-    let [r1, r2] = &of.r;
+    let [r1, r2] = &information.r;
     let q = apply::<false, R, N>(n, &zero, &by.m1, r1);
-    let rest = apply::<true, R, N>(n, r2, &of.g[2], &q);
+    let rest = apply::<true, R, N>(n, r2, &information.g[2], &q);
     let p2 = apply::<false, R, N>(n, &zero, &by.m2, &rest);
     [apply::<true, R, N>(n, &q, &by.m1_g12, &p2), p2]
 }
@@ -168,12 +171,15 @@ fn inverse_power_of_two<R: Real>(x: R) -> R {
     R::from_bits(R::Word::splat(2046 << 52).minus(exponent))
 }
 
-/// The condition number as [`crate::estimator::solver::Partitioned`] defines it; not finite where G is not or has a
-/// zero row or column.
+/// The condition number as [`crate::estimator::solver::Partitioned`] defines it; not finite where G
+/// is not or has a zero row or column.
 #[inline(always)]
-fn condition_by<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R, N>) -> R {
-    let n = of.order();
-    let [g11, g12, g21, g22] = &of.g;
+fn condition_by<R: Real, const N: usize>(
+    information: &PackedInformation<R, N>,
+    by: &Inverses<R, N>,
+) -> R {
+    let n = information.order();
+    let [g11, g12, g21, g22] = &information.g;
     let Inverses {
         m1,
         m1_g12,
@@ -253,15 +259,15 @@ fn condition_by<R: Real, const N: usize>(of: &Information<R, N>, by: &Inverses<R
     (norm * inverse_norm.maximum(pivot_inverse)).maximum(schur_norm * schur_inverse)
 }
 
-/// The condition number of all lanes, by inverses without pivots; see [`condition_by`]. A function of its own: most
-/// solves do without its matrices, 28 KB of stack.
+/// The condition number of all lanes, by inverses without pivots; see [`condition_by`]. A function
+/// of its own: most solves do without its matrices, 28 KB of stack.
 #[inline(never)]
-pub(super) fn condition<R: Real, const N: usize>(of: &Information<R, N>) -> R {
+pub(super) fn condition<R: Real, const N: usize>(information: &PackedInformation<R, N>) -> R {
     R::run(
         #[inline(always)]
         || {
-            let Ok(by) = Inverses::of(
-                of,
+            let Ok(by) = Inverses::new(
+                information,
                 #[inline(always)]
                 |n, a| {
                     for k in 0..n {
@@ -270,32 +276,32 @@ pub(super) fn condition<R: Real, const N: usize>(of: &Information<R, N>) -> R {
                     Ok::<(), Infallible>(())
                 },
             );
-            condition_by(of, &by)
+            condition_by(information, &by)
         },
     )
 }
 
 /// One lane with pivots, its condition number and its failure.
 pub(crate) fn solve_alone<R: Real, const N: usize>(
-    of: &Information<R, N>,
+    information: &PackedInformation<R, N>,
     lane: usize,
 ) -> Single<N> {
-    let of = of.lane(lane);
+    let information = information.lane(lane);
     f64::run(
         #[inline(always)]
-        || solve_pivoted(&of),
+        || solve_pivoted(&information),
     )
 }
 
 #[inline(always)]
-fn solve_pivoted<const N: usize>(of: &Information<f64, N>) -> Single<N> {
-    let n = of.order();
+fn solve_pivoted<const N: usize>(information: &PackedInformation<f64, N>) -> Single<N> {
+    let n = information.order();
     let unknown = |kind| (Err(kind), f64::NAN);
     let finite = |block: &Square<f64, N>| block.as_flattened().iter().all(|x| x.is_finite());
-    if !of.g.iter().all(finite) {
+    if !information.g.iter().all(finite) {
         return unknown(FailureKind::NonFinite);
     }
-    let [g11, g12, g21, g22] = &of.g;
+    let [g11, g12, g21, g22] = &information.g;
     let zero_row = |left: &Square<f64, N>, right: &Square<f64, N>, i: usize| {
         left[i].iter().chain(&right[i]).all(|x| *x == 0.0)
     };
@@ -311,10 +317,10 @@ fn solve_pivoted<const N: usize>(of: &Information<f64, N>) -> Single<N> {
     if singular {
         return unknown(FailureKind::Singular);
     }
-    match Inverses::of(of, invert_pivoted) {
+    match Inverses::new(information, invert_pivoted) {
         Ok(by) => {
-            let condition = condition_by(of, &by);
-            let p = parameters(of, &by);
+            let condition = condition_by(information, &by);
+            let p = parameters(information, &by);
             (check_rank(condition, n).map(|()| p), condition)
         }
         Err(kind) => unknown(kind),

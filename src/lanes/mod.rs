@@ -1,22 +1,23 @@
 //! The fast engine: the stages with one trial in each SIMD lane.
 //!
-//! A pack of trials runs in lock step, 8 with AVX-512, 4 with AVX2 and FMA, one elsewhere. A lane's arithmetic is that
-//! of f64 and knows nothing of its neighbours, so that the same trial gives the same bits in any lane of any pack on
-//! any machine. Records have the bits of [`crate::data`], estimates agree with those of [`crate::estimator`] to
-//! rounding.
+//! A pack of trials runs in lock step, 8 with AVX-512, 4 with AVX2 and FMA, one elsewhere. A lane's
+//! arithmetic is that of f64 and knows nothing of its neighbours, so that the same trial gives the
+//! same bits in any lane of any pack on any machine. Records have the bits of [`crate::data`],
+//! estimates agree with those of [`crate::estimator`] to rounding.
 //!
 //! [`crate::study::Engine`] says when it serves; everything else runs on [`crate::estimator`].
 
 pub(crate) mod information;
 pub(crate) mod initial_state;
 mod inverses;
+#[cfg(feature = "bench")]
+mod one_record;
 pub(crate) mod partitioned;
 pub(crate) mod passes;
 mod peak;
 pub(crate) mod record;
 pub(crate) mod response;
 pub(crate) mod score;
-mod single;
 mod sorted_qr;
 #[cfg(test)]
 mod tests;
@@ -26,7 +27,8 @@ mod x86;
 use crate::names::named_enum;
 use crate::real::Real;
 
-/// The largest order of a pack: the capacity of the code that serves all orders without code of their own.
+/// The largest order of a pack: the capacity of the code that serves all orders without code of
+/// their own.
 pub const LARGEST_ORDER: usize = crate::plant::radius::LARGEST_ORDER;
 
 /// An n x n matrix, row by row, in the first n rows and columns.
@@ -38,9 +40,10 @@ pub(crate) fn order<const N: usize>(n: usize) -> usize {
     if N == LARGEST_ORDER { n } else { N }
 }
 
-/// `visit(0) ... visit(n - 1)`, written out where the order is a constant, so that what is indexed stays in registers.
+/// `visit(0) ... visit(n - 1)`, written out where the order is a constant, so that what is indexed
+/// stays in registers.
 #[inline(always)]
-fn each<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
+fn unrolled<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
     if N == LARGEST_ORDER {
         for i in 0..n {
             visit(i);
@@ -69,17 +72,17 @@ fn each<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
 }
 
 /// The same numbers in every lane, zeros following.
-fn splat<R: Real, const N: usize>(of: &[f64]) -> [R; N] {
+fn splat<R: Real, const N: usize>(numbers: &[f64]) -> [R; N] {
     let mut to = [R::zero(); N];
-    for (to, of) in to.iter_mut().zip(of) {
-        *to = R::splat(*of);
+    for (to, number) in to.iter_mut().zip(numbers) {
+        *to = R::splat(*number);
     }
     to
 }
 
 /// The numbers of one lane.
-pub(crate) fn lane<R: Real, const N: usize>(of: &[R; N], lane: usize) -> [f64; N] {
-    std::array::from_fn(|i| of[i].lane(lane))
+pub(crate) fn lane<R: Real, const N: usize>(packed: &[R; N], lane: usize) -> [f64; N] {
+    std::array::from_fn(|i| packed[i].lane(lane))
 }
 
 named_enum! {
@@ -133,7 +136,8 @@ impl Isa {
     /// Calls with the pack of this width, and the capacity for an order.
     ///
     /// # Panics
-    /// If this machine does not have the instructions, or the order is 0 or above [`LARGEST_ORDER`].
+    /// If this machine does not have the instructions, or the order is 0 or above
+    /// [`LARGEST_ORDER`].
     pub(crate) fn dispatch<C: Call>(self, order: usize, call: C) -> C::Output {
         assert!(self.is_here(), "{self} is not on this machine");
         assert!((1..=LARGEST_ORDER).contains(&order));

@@ -1,18 +1,20 @@
-//! Stages 3 and 10 in lock step: p by elimination in blocks, without pivoting; lanes where that is not safe are solved
-//! again with pivots, one by one ([`inverses`]).
+//! Stages 3 and 10 in lock step: p by elimination in blocks, without pivoting; lanes where that is
+//! not safe are solved again with pivots, one by one ([`inverses`]).
 //!
-//! Eliminating one block, then the Schur complement that is left instead of the other, is the partitioned inverse
-//! without forming an inverse: r goes along, and p follows from the triangles. The block that goes first is G22: it is
-//! made of u alone, so it is well conditioned, positive definite, and with G21 and r2 the same in every pass of a record.
-//! Inverses are formed where the condition number is asked for.
+//! Eliminating one block, then the Schur complement that is left instead of the other, is the
+//! partitioned inverse without forming an inverse: r goes along, and p follows from the triangles.
+//! The block that goes first is G22: it is made of u alone, so it is well conditioned, positive
+//! definite, and with G21 and r2 the same in every pass of a record. Inverses are formed where the
+//! condition number is asked for.
 
-use super::information::Information;
-use super::{Square, each, inverses};
+use super::information::PackedInformation;
+use super::{Square, inverses, unrolled};
 use crate::estimator::solver::condition::rank_limit;
 use crate::real::{Mask, Real, Word};
 use std::hint::black_box;
 
-/// Eliminations whose multipliers sum up to more are done again with pivots: they lose up to as many digits.
+/// Eliminations whose multipliers sum up to more are done again with pivots: they lose up to as
+/// many digits.
 const LARGEST_MULTIPLIERS: f64 = 256.0;
 
 /// A bound on the condition number below which no exact one is needed for the rank rule.
@@ -27,8 +29,8 @@ pub(crate) struct Parameters<R, const N: usize> {
     pub(crate) condition: R,
 }
 
-/// The triangles that an elimination leaves of `[G22 G21; G12 G11] (p2, p1) = (r2, r1)`, y counted in units in which it
-/// is about as large as u: so nothing depends on the units that it came in.
+/// The triangles that an elimination leaves of `[G22 G21; G12 G11] (p2, p1) = (r2, r1)`, y counted
+/// in units in which it is about as large as u: so nothing depends on the units that it came in.
 pub(crate) struct Triangles<R, const N: usize> {
     /// U of G22, then `L^-1 G21`.
     top: [Square<R, N>; 2],
@@ -107,25 +109,25 @@ impl<R: Real, const N: usize> Triangles<R, N> {
 
     /// Eliminates G22: once for all passes of a record.
     #[inline(always)]
-    pub(crate) fn eliminate_input(&mut self, of: &Information<R, N>) {
-        let n = of.order();
+    pub(crate) fn eliminate_input(&mut self, information: &PackedInformation<R, N>) {
+        let n = information.order();
         let one = R::splat(1.0);
-        let [g11, _, g21, g22] = &of.g;
+        let [g11, _, g21, g22] = &information.g;
         self.unit = unit(g22[0][0], g11[0][0]);
         self.input_norm = norm(n, [g21, g22], self.unit);
         self.multipliers[0] = R::zero();
-        each::<N>(
+        unrolled::<N>(
             n,
             #[inline(always)]
             |i| {
                 let mut row = Pending {
                     left: g22[i],
                     right: scaled(n, &g21[i], self.unit),
-                    r: of.r[1][i] * self.unit,
+                    r: information.r[1][i] * self.unit,
                     sum: one,
                     multipliers: self.multipliers[0],
                 };
-                each::<N>(
+                unrolled::<N>(
                     i,
                     #[inline(always)]
                     |k| row.eliminate_left(n, k, self),
@@ -140,10 +142,10 @@ impl<R: Real, const N: usize> Triangles<R, N> {
 
     /// Eliminates the rest.
     #[inline(always)]
-    fn eliminate_output(&mut self, of: &Information<R, N>) {
-        let n = of.order();
+    fn eliminate_output(&mut self, information: &PackedInformation<R, N>) {
+        let n = information.order();
         let one = R::splat(1.0);
-        let [g11, g12, ..] = &of.g;
+        let [g11, g12, ..] = &information.g;
         let square = self.unit * self.unit;
         self.multipliers[1] = self.multipliers[0];
         // A loop, not written out: its code runs n times while it is in the instruction cache.
@@ -151,13 +153,14 @@ impl<R: Real, const N: usize> Triangles<R, N> {
             let mut row = Pending {
                 left: scaled(n, &g12[i], self.unit),
                 right: scaled(n, &g11[i], square),
-                r: of.r[0][i] * square,
+                r: information.r[0][i] * square,
                 sum: one,
                 multipliers: self.multipliers[1],
             };
-            // The top is read where it is: taken out of the loop it would be copied, since no register is free.
+            // The top is read where it is: taken out of the loop it would be copied, since no
+            // register is free.
             let top = black_box(&*self);
-            each::<N>(
+            unrolled::<N>(
                 n,
                 #[inline(always)]
                 |k| row.eliminate_left(n, k, top),
@@ -165,7 +168,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
             self.bottom[i] = row.right;
             self.keep(1, i, &row);
         }
-        each::<N>(
+        unrolled::<N>(
             n,
             #[inline(always)]
             |i| {
@@ -176,7 +179,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
                     sum: self.sums[1][i],
                     multipliers: self.multipliers[1],
                 };
-                each::<N>(
+                unrolled::<N>(
                     i,
                     #[inline(always)]
                     |k| row.eliminate_right(n, k, self),
@@ -195,8 +198,8 @@ impl<R: Real, const N: usize> Triangles<R, N> {
         self.multipliers[half] = row.multipliers;
     }
 
-    /// p1 and p2 by `U (p2, p1) = L^-1 (r2, r1)`, and beside them a bound on `|| G^-1 ||`, rows summed: `|U^-1| |L^-1|`
-    /// with the triangles' off-diagonal entries taken as negative.
+    /// p1 and p2 by `U (p2, p1) = L^-1 (r2, r1)`, and beside them a bound on `|| G^-1 ||`, rows
+    /// summed: `|U^-1| |L^-1|` with the triangles' off-diagonal entries taken as negative.
     #[inline(always)]
     fn substitute(&self, n: usize) -> ([[R; N]; 2], R) {
         let [mut p2, mut p1] = self.r;
@@ -266,38 +269,38 @@ fn unit<R: Real>(of_u: R, of_y: R) -> R {
 }
 
 #[inline(always)]
-fn scaled<R: Real, const N: usize>(n: usize, of: &[R; N], by: R) -> [R; N] {
+fn scaled<R: Real, const N: usize>(n: usize, values: &[R; N], by: R) -> [R; N] {
     let mut to = [R::zero(); N];
     for i in 0..n {
-        to[i] = of[i] * by;
+        to[i] = values[i] * by;
     }
     to
 }
 
-/// Solves all lanes, after [`Triangles::eliminate_input`]; the mask holds those whose numbers must not be used: see
-/// [`inverses::solve_alone`].
+/// Solves all lanes, after [`Triangles::eliminate_input`]; the mask holds those whose numbers must
+/// not be used: see [`inverses::solve_alone`].
 #[inline(always)]
 pub(crate) fn solve<R: Real, const N: usize>(
-    of: &Information<R, N>,
+    information: &PackedInformation<R, N>,
     by: &mut Triangles<R, N>,
     with_condition: bool,
 ) -> (Parameters<R, N>, R::Mask) {
-    let n = of.order();
-    by.eliminate_output(of);
+    let n = information.order();
+    by.eliminate_output(information);
     let (p, inverse_bound) = by.substitute(n);
     let tame = by.multipliers[1].at_most(R::splat(LARGEST_MULTIPLIERS));
     // Half the rank rule's limit: what is nearer is judged alone.
     let limit = R::splat(0.5 / rank_limit(n));
     let (condition, regular) = if with_condition {
-        let condition = inverses::condition(of);
+        let condition = inverses::condition(information);
         (condition, condition.less(limit))
     } else {
-        let [g11, g12, ..] = &of.g;
+        let [g11, g12, ..] = &information.g;
         let of_output = norm(n, [g11, g12], by.unit) * by.unit;
         let bound = larger(of_output, by.input_norm) * inverse_bound;
         let mut regular = bound.less(R::splat(SURELY_REGULAR));
         if (!regular).any() {
-            regular = regular | inverses::condition(of).less(limit);
+            regular = regular | inverses::condition(information).less(limit);
         }
         (R::splat(f64::NAN), regular)
     };

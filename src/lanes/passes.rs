@@ -1,6 +1,6 @@
 //! Stages 1 to 11 in lock step: least squares and the IV passes of a pack of trials.
 
-use super::information::Information;
+use super::information::PackedInformation;
 use super::partitioned::{Parameters, Triangles};
 use super::{initial_state, inverses, order, partitioned};
 use crate::estimator::{Auxiliary, Failure, FailureKind, IvOptions, Stage, StartState};
@@ -53,7 +53,7 @@ pub(crate) struct Passes<R: Real, const N: usize> {
     auxiliary: Auxiliary,
     /// Whether condition numbers are wanted.
     with_condition: bool,
-    information: Information<R, N>,
+    information: PackedInformation<R, N>,
     triangles: Triangles<R, N>,
     yhat: Vec<R>,
     /// Of lanes whose initial state is solved alone.
@@ -77,7 +77,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
             start: options.initial_state,
             auxiliary: options.auxiliary,
             with_condition,
-            information: Information::new(n),
+            information: PackedInformation::new(n),
             triangles: Triangles::new(),
             yhat: vec![R::zero(); window],
             rows: Vec::new(),
@@ -86,7 +86,8 @@ impl<R: Real, const N: usize> Passes<R, N> {
         }
     }
 
-    /// Estimates on the window (u, y); lanes of `asked` count. Returns how many solves were done again alone.
+    /// Estimates on the window (u, y); lanes of `asked` count. Returns how many solves were done
+    /// again alone.
     pub(crate) fn estimate(&mut self, u: &[R], y: &[R], asked: R::Mask) -> u64 {
         self.fallbacks = 0;
         self.sum_least_squares(u, y);

@@ -4,14 +4,16 @@ use super::{Call, Isa, LARGEST_ORDER};
 use crate::real::Real;
 use std::hint::black_box;
 
-/// Independent chains: latency times throughput of every machine of the last years, and below the number of registers.
+/// Independent chains: latency times throughput of every machine of the last years, and below the
+/// number of registers.
 const CHAINS: usize = 12;
 
 /// Multiply-adds of a chain: some 50 microseconds.
 const ROUNDS: usize = 20_000;
 
 impl Isa {
-    /// Does fused multiply-adds; returns how many floating-point operations, two for each in each lane.
+    /// Does fused multiply-adds; returns how many floating-point operations, two for each in each
+    /// lane.
     ///
     /// # Panics
     /// If this machine does not have the instructions.

@@ -76,8 +76,9 @@ impl<R: Real> Streams<R> {
     }
 }
 
-/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`], the radii of a block before its angles:
-/// each loop is short enough for a processor to have several rounds of it under way.
+/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`], the radii of a block
+/// before its angles: each loop is short enough for a processor to have several rounds of it under
+/// way.
 struct Normals<R: Real> {
     streams: Streams<R>,
     radius_squares: [R; DRAW_PAIRS],
@@ -120,8 +121,8 @@ impl<R: Real> Draw<R> for Normals<R> {
     }
 }
 
-/// The same numbers, the radius of the next pair beside the angle of this one: neither waits for the other, but the
-/// constants of both are at hand at once.
+/// The same numbers, the radius of the next pair beside the angle of this one: neither waits for
+/// the other, but the constants of both are at hand at once.
 struct OneAhead<R: Real> {
     streams: Streams<R>,
     radius_square: R,
@@ -176,7 +177,7 @@ pub(crate) struct Record<R, const N: usize> {
 }
 
 /// What all records of a cell have in common.
-pub(crate) struct Source<'a> {
+pub(crate) struct RecordSource<'a> {
     pub(crate) settings: &'a ProcessSettings,
     pub(crate) plant: &'a StateSpace,
     pub(crate) noise: &'a NoiseFilter,
@@ -187,7 +188,7 @@ pub(crate) struct Source<'a> {
 }
 
 impl<R: Real, const N: usize> Record<R, N> {
-    pub(crate) fn new(source: &Source<'_>, horizon: usize) -> Self {
+    pub(crate) fn new(source: &RecordSource<'_>, horizon: usize) -> Self {
         let zeros = |samples| vec![R::zero(); samples];
         let (plant, window, memory) = (source.plant, source.window, source.noise.memory());
         Self {
@@ -211,7 +212,7 @@ impl<R: Real, const N: usize> Record<R, N> {
     }
 
     /// Draws a trial in each lane.
-    pub(crate) fn draw(&mut self, source: &Source<'_>, trials: &[u64; MOST_LANES]) {
+    pub(crate) fn draw(&mut self, source: &RecordSource<'_>, trials: &[u64; MOST_LANES]) {
         let streams = |purpose| Streams::<R>::new(source.seed, trials, purpose);
         let memory = self.memory;
         let (input, start, drive) = (
@@ -259,7 +260,7 @@ impl<R: Real, const N: usize> Record<R, N> {
         );
     }
 
-    fn measure(&mut self, source: &Source<'_>) {
+    fn measure(&mut self, source: &RecordSource<'_>) {
         let level = source.settings.level;
         let f = &self.v[self.memory..self.memory + self.window];
         let scale = level.scale(source.eta, &self.y, f, source.variances);
@@ -290,7 +291,7 @@ mod tests {
     type Drawn = [Vec<f64>; 4];
 
     struct Draw<'a> {
-        source: &'a Source<'a>,
+        source: &'a RecordSource<'a>,
         horizon: usize,
         trials: [u64; MOST_LANES],
     }
@@ -354,7 +355,7 @@ mod tests {
 
     fn check(process: &Process, eta: f64, window: usize, horizon: usize, isas: &[Isa]) {
         let (plant, noise, variances) = process.open_loop().expect("an open loop");
-        let source = Source {
+        let source = RecordSource {
             settings: process.settings(),
             plant,
             noise,

@@ -2,7 +2,7 @@
 //! input.
 
 use super::passes::PassPack;
-use super::record::{Source, Streams};
+use super::record::{RecordSource, Streams};
 use super::{order, splat};
 use crate::metric::{Response, System};
 use crate::real::{MOST_LANES, Real};
@@ -19,7 +19,7 @@ pub(crate) struct Responses<R, const N: usize> {
 
 impl<R: Real, const N: usize> Responses<R, N> {
     /// With the impulse response over `samples` samples.
-    pub(crate) fn new(source: &Source<'_>, samples: usize) -> Self {
+    pub(crate) fn new(source: &RecordSource<'_>, samples: usize) -> Self {
         let plant = source.plant;
         let mut this = Self {
             n: plant.order(),
@@ -39,7 +39,7 @@ impl<R: Real, const N: usize> Responses<R, N> {
     }
 
     /// Draws a trial's fresh input in each lane, and simulates the plant under it.
-    pub(crate) fn draw(&mut self, source: &Source<'_>, trials: &[u64; MOST_LANES]) {
+    pub(crate) fn draw(&mut self, source: &RecordSource<'_>, trials: &[u64; MOST_LANES]) {
         let fresh = Streams::<R>::new(source.seed, trials, Purpose::FreshInput);
         fresh.fill(source.settings.input, self.response.input());
         R::run(

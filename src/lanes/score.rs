@@ -1,4 +1,5 @@
-//! Errors of estimates in lock step: parameters, initial state, and stage 12's observer beside the true plant.
+//! Errors of estimates in lock step: parameters, initial state, and stage 12's observer beside the
+//! true plant.
 
 use super::passes::PassPack;
 use super::record::Record;
@@ -71,7 +72,8 @@ impl<R: Real> Gathered<R> {
         self.sum = self.sum + square;
     }
 
-    /// Maximum and root mean square of `count` numbers; NaN where there are none, or `defined` is not set.
+    /// Maximum and root mean square of `count` numbers; NaN where there are none, or `defined` is
+    /// not set.
     #[inline(always)]
     fn finish(self, count: R, defined: R::Mask) -> [R; 2] {
         let undefined = R::splat(f64::NAN);
@@ -112,7 +114,7 @@ struct Chunk<R> {
 
 /// The observer of one output.
 #[derive(Clone)]
-pub(crate) struct Observer<R: Real, const N: usize> {
+pub(crate) struct PackedObserver<R: Real, const N: usize> {
     g: [R; N],
     x: [R; N],
     relative: Gathered<R>,
@@ -123,7 +125,7 @@ pub(crate) struct Observer<R: Real, const N: usize> {
     pub(crate) curve: Vec<R>,
 }
 
-impl<R: Real, const N: usize> Observer<R, N> {
+impl<R: Real, const N: usize> PackedObserver<R, N> {
     /// With room for `samples` errors e_x(k): all, or 0 where they are not wanted.
     pub(crate) fn new(samples: usize) -> Self {
         let zero = [R::zero(); N];
@@ -156,7 +158,8 @@ impl<R: Real, const N: usize> Observer<R, N> {
     }
 }
 
-/// What an observer gathers, in variables of their own on the way through a chunk, so that they stay in registers.
+/// What an observer gathers, in variables of their own on the way through a chunk, so that they
+/// stay in registers.
 struct Gathering<R> {
     relative: Gathered<R>,
     as_printed: Gathered<R>,
@@ -167,7 +170,8 @@ struct Gathering<R> {
 }
 
 impl<R: Real> Gathering<R> {
-    /// Gathers the error at x(k), whose size and sum come as their reciprocals, and puts e_x(k)^2 where it is kept.
+    /// Gathers the error at x(k), whose size and sum come as their reciprocals, and puts e_x(k)^2
+    /// where it is kept.
     #[inline(always)]
     fn add(&mut self, x: &[R], x_hat: &[R], size: R, sum: R, curve: Option<&mut R>) {
         let distance = distance(x, x_hat);
@@ -190,7 +194,7 @@ impl<R: Real> Gathering<R> {
 }
 
 /// The measures of one cell, with buffers.
-pub(crate) struct Scorer<R, const N: usize> {
+pub(crate) struct PackedScorer<R, const N: usize> {
     n: usize,
     window: usize,
     horizon: usize,
@@ -207,7 +211,7 @@ pub(crate) struct Scorer<R, const N: usize> {
     sum_count: R,
 }
 
-impl<R: Real, const N: usize> Scorer<R, N> {
+impl<R: Real, const N: usize> PackedScorer<R, N> {
     pub(crate) fn new(
         window: usize,
         horizon: usize,
@@ -222,7 +226,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
             window,
             horizon,
             gain,
-            truth: [&truth.a, &truth.b, &truth.h, &truth.x0].map(|of| splat(of)),
+            truth: [&truth.a, &truth.b, &truth.h, &truth.x0].map(|numbers| splat(numbers)),
             wanted,
             chunk: Chunk {
                 y: zeros,
@@ -262,27 +266,28 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         );
     }
 
-    /// Stage 12: makes an observer from a pass, starting at `x0`; where e_x(k) is not wanted before k = N, it runs
-    /// through the window at once.
+    /// Stage 12: makes an observer from a pass, starting at `x0`; where e_x(k) is not wanted before
+    /// k = N, it runs through the window at once.
     pub(crate) fn start(
         &self,
         pass: &PassPack<R, N>,
         x0: &[R; N],
         record: &Record<R, N>,
-        observer: &mut Observer<R, N>,
+        observer: &mut PackedObserver<R, N>,
     ) {
         let gain = &self.gain;
         observer.x = *x0;
         observer.relative = Gathered::new();
         observer.as_printed = Gathered::new();
         observer.absolute = R::zero();
-        let Observer { g, x, .. } = observer;
+        let PackedObserver { g, x, .. } = observer;
         R::run(
             #[inline(always)]
             || {
                 let n = order::<N>(self.n);
                 let (a, b) = (&pass.a[..n], &pass.b[..n]);
-                // What changes from k to k + 1 is a variable of its own, so that it stays in registers.
+                // What changes from k to k + 1 is a variable of its own, so that it stays in
+                // registers.
                 let (mut of_g, mut of_x) = (*g, *x);
                 gain.compute(a, &mut of_g[..n]);
                 if !self.wanted.curves {
@@ -315,18 +320,18 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         }
     }
 
-    /// Whether the first output's observer runs beside the truth: their recursions, each of which waits for itself,
-    /// share the time, but 16 registers do not hold both.
+    /// Whether the first output's observer runs beside the truth: their recursions, each of which
+    /// waits for itself, share the time, but 16 registers do not hold both.
     pub(crate) const BESIDE: bool = R::REGISTERS >= 32;
 
-    /// Simulates the truth for some k, at most to the next chunk, with the first output's observer where
-    /// [`Self::BESIDE`]. What [`Self::observe`] needs is kept where `KEEP`.
+    /// Simulates the truth for some k, at most to the next chunk, with the first output's observer
+    /// where [`Self::BESIDE`]. What [`Self::observe`] needs is kept where `KEEP`.
     pub(crate) fn advance<const KEEP: bool>(
         &mut self,
         record: &Record<R, N>,
         from: usize,
         pass: &PassPack<R, N>,
-        observer: &mut Observer<R, N>,
+        observer: &mut PackedObserver<R, N>,
     ) -> Range<usize> {
         let mut to = self.horizon.min(from + CHUNK);
         if from < self.window {
@@ -410,7 +415,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
         pass: &PassPack<R, N>,
         record: &Record<R, N>,
         k: Range<usize>,
-        observer: &mut Observer<R, N>,
+        observer: &mut PackedObserver<R, N>,
     ) {
         let (from, count) = (k.start, k.len());
         let (u, chunk) = (&record.u[k], &self.chunk);
@@ -447,7 +452,7 @@ impl<R: Real, const N: usize> Scorer<R, N> {
     pub(crate) fn finish(
         &self,
         pass: &PassPack<R, N>,
-        observer: &Observer<R, N>,
+        observer: &PackedObserver<R, N>,
         errors: &mut Errors<R>,
     ) -> R::Mask {
         R::run(

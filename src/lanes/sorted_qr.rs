@@ -1,9 +1,10 @@
-//! Least squares with rows of widely different size, one trial alone: [`crate::estimator`]'s sorted QR in arithmetic of
-//! its own, so that its bits do not depend on faer's choice of instructions.
+//! Least squares with rows of widely different size, one trial alone: [`crate::estimator`]'s sorted
+//! QR in arithmetic of its own, so that its bits do not depend on faer's choice of instructions.
 
 use crate::estimator::FailureKind;
 
-/// `argmin || rows x - rhs ||` by Householder QR with column pivoting, rows in descending order of size.
+/// `argmin || rows x - rhs ||` by Householder QR with column pivoting, rows in descending order of
+/// size.
 pub(super) fn solve<const N: usize>(
     n: usize,
     rows: &mut [([f64; N], f64)],

@@ -15,8 +15,8 @@ pub fn relative_error<R: Real>(v: &[R], v_hat: &[R]) -> R {
     (square_distance(v, v_hat) / size).sqrt()
 }
 
-/// `sqrt( sum (v - v_hat)^2 / sum v )`: the reading `as-printed`, its minus sign dropped. NaN (undefined)
-/// where `sum v <= 0`.
+/// `sqrt( sum (v - v_hat)^2 / sum v )`: the reading `as-printed`, its minus sign dropped. NaN
+/// (undefined) where `sum v <= 0`.
 ///
 /// # Panics
 /// If the lengths differ.
@@ -82,9 +82,11 @@ impl Gathered {
 }
 
 impl StateError {
-    /// Adds x(k) and its estimate; returns `e_x(k)^2` in the reading `relative`, NaN where undefined.
+    /// Adds x(k) and its estimate; returns `e_x(k)^2` in the reading `relative`, NaN where
+    /// undefined.
     ///
-    /// A k where a reading is undefined (x(k) = 0; or `sum x(k) <= 0` as printed) is left out of it.
+    /// A k where a reading is undefined (x(k) = 0; or `sum x(k) <= 0` as printed) is left out of
+    /// it.
     #[inline(always)]
     pub fn add(&mut self, x: &[f64], x_hat: &[f64]) -> f64 {
         let (mut distance, mut size, mut sum) = (0.0, 0.0, 0.0);
@@ -128,7 +130,8 @@ impl StateError {
         self.as_printed.maximum()
     }
 
-    /// Root mean square of `e_x(k)` as printed, over the k where it is defined; NaN where there is none.
+    /// Root mean square of `e_x(k)` as printed, over the k where it is defined; NaN where there is
+    /// none.
     pub fn rms_as_printed(&self) -> f64 {
         self.as_printed.rms()
     }

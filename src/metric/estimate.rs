@@ -2,19 +2,20 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Fewest trials from which a mean has a standard error: with 6 degrees of freedom 1.96 covers 90.2 % of Student's
-/// law, with fewer less than 90 %.
+/// Fewest trials from which a mean has a standard error: with 6 degrees of freedom 1.96 covers 90.2
+/// % of Student's law, with fewer less than 90 %.
 pub const FEWEST_FOR_MEANS: u64 = 7;
 
-/// Fewest trials from which a statistic of squares has a standard error, which is of their fourth powers: that of a
-/// standard deviation, the slowest to tend to 95 %, then covers 90 % of normal numbers.
+/// Fewest trials from which a statistic of squares has a standard error, which is of their fourth
+/// powers: that of a standard deviation, the slowest to tend to 95 %, then covers 90 % of normal
+/// numbers.
 pub const FEWEST_FOR_SQUARES: u64 = 40;
 
 /// The standard normal 97.5 % point.
 pub const Z: f64 = 1.959_963_984_540_054;
 
-/// An estimate and its Monte-Carlo standard error (MCSE): how far it would scatter over repetitions of
-/// the whole study (Koehler, Brown and Haneuse 2009). NaN, in files null, where it is undefined.
+/// An estimate and its Monte-Carlo standard error (MCSE): how far it would scatter over repetitions
+/// of the whole study (Koehler, Brown and Haneuse 2009). NaN, in files null, where it is undefined.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The estimate, in the figure's unit.
@@ -32,8 +33,8 @@ impl Estimate {
         mcse: f64::NAN,
     };
 
-    /// An estimate; undefined in whole where the value is not finite, and without standard error where
-    /// that is not finite.
+    /// An estimate; undefined in whole where the value is not finite, and without standard error
+    /// where that is not finite.
     pub(super) fn new(value: f64, mcse: f64) -> Self {
         let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
         Self {
@@ -70,7 +71,8 @@ pub(super) fn not_negative(x: f64) -> f64 {
     if x < 0.0 { 0.0 } else { x }
 }
 
-/// NaN stands as null in files. JSON has no infinities either and makes them null, postcard keeps them.
+/// NaN stands as null in files. JSON has no infinities either and makes them null, postcard keeps
+/// them.
 pub(super) mod nan_is_null {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

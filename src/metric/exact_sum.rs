@@ -1,12 +1,12 @@
 //! Sums of doubles without rounding.
 
-use super::dd::two_product;
+use super::double_double::two_product;
 use serde::{Deserialize, Serialize};
 
 /// Limbs of 32 bits: 2098 for the doubles from 2^-1074 to 2^1024, 78 more for the number of terms.
 const LIMBS: usize = 68;
-/// Additions that a limb of 64 bits takes before carries must run: each adds less than 2^32, and two
-/// sums at this limit can still be merged.
+/// Additions that a limb of 64 bits takes before carries must run: each adds less than 2^32, and
+/// two sums at this limit can still be merged.
 const LIMIT: u32 = 1 << 29;
 const MANTISSA: u64 = (1 << 52) - 1;
 const LOW: i64 = 0xffff_ffff;
@@ -14,9 +14,9 @@ const LOW: i64 = 0xffff_ffff;
 /// The exact sum of doubles: a fixed-point number of 2176 bits in units of 2^-1074.
 ///
 /// This is the small superaccumulator of Neal (2015), "Fast exact summation using small and large
-/// superaccumulators". An addition is exact, so the sum does not depend on the order of its terms nor
-/// on how partial sums were merged. Equality and the serialised bytes are those of the number: sign,
-/// first digit, and digits of 32 bits without zeros at the ends.
+/// superaccumulators". An addition is exact, so the sum does not depend on the order of its terms
+/// nor on how partial sums were merged. Equality and the serialised bytes are those of the number:
+/// sign, first digit, and digits of 32 bits without zeros at the ends.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(into = "Canonical", try_from = "Canonical")]
 pub struct ExactSum {
@@ -64,9 +64,11 @@ impl ExactSum {
         self.limbs[limb + 2] += signed(high);
     }
 
-    /// Adds `x y` without rounding: its rounded value and what was rounded off, by fused multiply-add.
+    /// Adds `x y` without rounding: its rounded value and what was rounded off, by fused
+    /// multiply-add.
     ///
-    /// Exact where the product is zero or above 2^-969; below, the second part is rounded to 2^-1074.
+    /// Exact where the product is zero or above 2^-969; below, the second part is rounded to
+    /// 2^-1074.
     ///
     /// # Panics
     /// In debug builds, if the product is not finite.
@@ -126,8 +128,8 @@ impl ExactSum {
         if negative { -size } else { size }
     }
 
-    /// The sum as two doubles: the nearest double, and the nearest one to what is left, at most half a unit in
-    /// the last place of the first.
+    /// The sum as two doubles: the nearest double, and the nearest one to what is left, at most
+    /// half a unit in the last place of the first.
     pub fn value_dd(&self) -> (f64, f64) {
         let high = self.value();
         if !high.is_finite() {
@@ -150,8 +152,8 @@ fn parts(x: f64) -> (i64, usize) {
     ((mantissa.cast_signed() ^ sign) - sign, exponent as usize)
 }
 
-/// Numbers on their way into an [`ExactSum`]: the mantissas of each exponent are summed first, one addition for each
-/// number instead of three (Neal's large superaccumulator).
+/// Numbers on their way into an [`ExactSum`]: the mantissas of each exponent are summed first, one
+/// addition for each number instead of three (Neal's large superaccumulator).
 pub(super) struct Buckets {
     /// By exponent, in four parts: an addition need not wait for the one before it.
     sums: Box<[[i64; 4]; 2048]>,
@@ -161,7 +163,8 @@ pub(super) struct Buckets {
     count: usize,
 }
 
-/// Numbers that are added to buckets at a time: few enough that the additions to several buckets overlap.
+/// Numbers that are added to buckets at a time: few enough that the additions to several buckets
+/// overlap.
 pub(super) const BUNDLE: usize = 16;
 
 /// As many numbers as there are, and zeros.
@@ -169,8 +172,10 @@ pub(super) type Bundle = [f64; BUNDLE];
 
 /// Numbers in bundles, the last one filled up with zeros; beside each the numbers alone.
 #[inline(always)]
-pub(super) fn bundles<T: Copy + Default>(of: &[T]) -> impl Iterator<Item = ([T; BUNDLE], &[T])> {
-    of.chunks(BUNDLE).map(|numbers| {
+pub(super) fn bundles<T: Copy + Default>(
+    numbers: &[T],
+) -> impl Iterator<Item = ([T; BUNDLE], &[T])> {
+    numbers.chunks(BUNDLE).map(|numbers| {
         let mut bundle = [T::default(); BUNDLE];
         bundle[..numbers.len()].copy_from_slice(numbers);
         (bundle, numbers)
@@ -351,8 +356,8 @@ mod tests {
             .prop_filter("finite", |x| x.is_finite())
     }
 
-    /// Python's math.fsum: Shewchuk's expansion of partial sums, rounded to nearest even at the end.
-    /// The terms must not overflow on the way.
+    /// Python's math.fsum: Shewchuk's expansion of partial sums, rounded to nearest even at the
+    /// end. The terms must not overflow on the way.
     fn fsum(terms: &[f64]) -> f64 {
         let mut partials: Vec<f64> = Vec::new();
         for &term in terms {
@@ -410,7 +415,8 @@ mod tests {
             sum([1.0, f64::EPSILON, half]).value(),
             1.0 + 2.0 * f64::EPSILON
         );
-        // The largest double and half its unit in the last place round to infinity, anything less does not.
+        // The largest double and half its unit in the last place round to infinity, anything less
+        // does not.
         let unit = 2.0_f64.powi(970);
         assert_eq!(sum([max, unit]).value(), f64::INFINITY);
         assert_eq!(sum([max, unit, -tiny]).value(), max);
@@ -478,9 +484,9 @@ mod tests {
     }
 
     proptest! {
-        /// Terms m 2^e with |m| < 2^53 and 0 <= e < 60: their sum in units of 2^-60 is a 128-bit integer,
-        /// whose conversion to a double is correctly rounded. `scale` moves it all over the range.
-        /// More terms than buckets take at once, of all sizes.
+        /// Terms m 2^e with |m| < 2^53 and 0 <= e < 60: their sum in units of 2^-60 is a 128-bit
+        /// integer, whose conversion to a double is correctly rounded. `scale` moves it all over
+        /// the range. More terms than buckets take at once, of all sizes.
         #[test]
         fn by_buckets_it_is_the_same_sum(terms in prop::collection::vec(finite(), 0..3000)) {
             let (mut buckets, mut by_buckets) = (Buckets::new(), ExactSum::default());
@@ -527,8 +533,8 @@ mod tests {
             prop_assert_eq!(bytes(&whole), bytes(&merged));
             let (high, low) = whole.value_dd();
             prop_assert_eq!(merged.value_dd(), (high, low));
-            // Half a unit in the last place. It may be rounded up to the half itself, so that high + low
-            // in doubles is a tie and need not be high.
+            // Half a unit in the last place. It may be rounded up to the half itself, so that
+            // high + low in doubles is a tie and need not be high.
             let unit = high.abs().next_up() - high.abs();
             prop_assert!(!high.is_finite() || low.abs() <= 0.5 * unit);
             let read: ExactSum = postcard::from_bytes(&bytes(&whole)).unwrap();

@@ -4,7 +4,8 @@ use crate::model::LinearModel;
 use crate::plant::simulate;
 use std::ops::Range;
 
-/// `100 (1 - || y - yhat || / || y - mean(y) ||)` per cent on some samples; NaN where y is constant.
+/// `100 (1 - || y - yhat || / || y - mean(y) ||)` per cent on some samples; NaN where y is
+/// constant.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Fit {
     /// With yhat simulated from x0: only u is used.

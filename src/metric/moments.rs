@@ -1,10 +1,10 @@
 //! One measure over trials: moments and quantiles, each with its Monte-Carlo standard error.
 //!
-//! The formulas are those of Morris, White and Crowther (2019), table 6, where they have one: mean (bias),
-//! standard deviation (empirical standard error), mean square. What they state for normal numbers is
-//! stated here by the fourth moment, and square roots by the delta method.
+//! The formulas are those of Morris, White and Crowther (2019), table 6, where they have one: mean
+//! (bias), standard deviation (empirical standard error), mean square. What they state for normal
+//! numbers is stated here by the fourth moment, and square roots by the delta method.
 
-use super::dd::{Dd, powers};
+use super::double_double::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
 use super::exact_sum::{BUNDLE, Buckets, Bundle, bundles};
 use super::sketch::Others;
@@ -13,7 +13,8 @@ use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
 
-/// A measure over trials, gathered so that nothing depends on the order of trials, on blocks or on merges.
+/// A measure over trials, gathered so that nothing depends on the order of trials, on blocks or on
+/// merges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     count: u64,
@@ -31,7 +32,7 @@ pub struct Sample {
 
 impl Sample {
     /// Gathers the measure of some trials. NaN is no measure: it is counted and left out.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sample = Self::default();
         let mut defined = Vec::new();
         for x in values {
@@ -56,7 +57,7 @@ impl Sample {
                 }
             },
         );
-        sample.sketch = Sketch::of(defined);
+        sample.sketch = Sketch::from_values(defined);
         sample
     }
 
@@ -89,7 +90,8 @@ impl Sample {
         }
     }
 
-    /// The same of one number, whose powers may be beyond the range of doubles: those that are not enter.
+    /// The same of one number, whose powers may be beyond the range of doubles: those that are not
+    /// enter.
     #[cold]
     fn add_far_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
         let alone = |x: f64| std::array::from_fn(|i| if i == 0 { x } else { 0.0 });
@@ -139,11 +141,14 @@ impl Sample {
         };
     }
 
-    /// Whether this can be the measure of so many trials: what of a stored sample is checked before it is used.
+    /// Whether this can be the measure of so many trials: what of a stored sample is checked before
+    /// it is used.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let extremes_fit = match (self.extremes, self.sketch.ends()) {
             (None, None) => true,
-            (Some(of), Some(ends)) => of.0 <= of.1 && Sketch::ends_of(of) == ends,
+            (Some(extremes), Some(ends)) => {
+                extremes.0 <= extremes.1 && Sketch::ends_of(extremes) == ends
+            }
             _ => false,
         };
         let sums = [&self.sum, &self.squares, &self.cubes, &self.fourths];
@@ -168,7 +173,8 @@ impl Sample {
         self.undefined
     }
 
-    /// Trials whose figure's fourth power is beyond the range of doubles: no moment that needs it is given.
+    /// Trials whose figure's fourth power is beyond the range of doubles: no moment that needs it
+    /// is given.
     pub fn overflowed(&self) -> u64 {
         self.overflowed
     }
@@ -202,8 +208,8 @@ impl Sample {
         }
     }
 
-    /// The q-quantile over all trials by the sketch, within smallest and largest value; trials without a
-    /// measure stand at the worse end.
+    /// The q-quantile over all trials by the sketch, within smallest and largest value; trials
+    /// without a measure stand at the worse end.
     pub fn quantile(&self, q: f64, worse: Worse) -> Quantile {
         self.quantile_among(q, self.lost(worse))
     }
@@ -255,8 +261,8 @@ impl Sample {
 
     /// `s^2 = sum (x - mean)^2 / (M - 1)`, NaN where it is undefined.
     ///
-    /// With c the rounded mean, `sum (x - c)^2 = sum x^2 - 2 c sum x + M c^2` is taken in exact arithmetic;
-    /// what is left of the mean, `(sum x - M c)^2 / M`, is subtracted.
+    /// With c the rounded mean, `sum (x - c)^2 = sum x^2 - 2 c sum x + M c^2` is taken in exact
+    /// arithmetic; what is left of the mean, `(sum x - M c)^2 / M`, is subtracted.
     fn variance(&self) -> f64 {
         let m = self.count as f64;
         let c = self.sum.value() / m;
@@ -275,7 +281,7 @@ impl Sample {
         }
         squares.add_product(-2.0 * c, high);
         squares.add_product(-2.0 * c, low);
-        let (square, square_low) = super::dd::two_product(c, c);
+        let (square, square_low) = super::double_double::two_product(c, c);
         squares.add_product(m, square);
         squares.add_product(m, square_low);
         let rest = rest.value();
@@ -365,7 +371,8 @@ impl Sample {
         }
     }
 
-    /// `max x^2 / sum x^2`; 0 where all are 0, NaN where the squares are out of range or there is none.
+    /// `max x^2 / sum x^2`; 0 where all are 0, NaN where the squares are out of range or there is
+    /// none.
     pub fn largest_share(&self) -> f64 {
         largest_share(self.count, self.largest(), &self.squares)
     }
@@ -393,8 +400,8 @@ impl Sample {
     }
 }
 
-/// Whether a sum can be that of so many powers of numbers up to `largest`, which is one of them. Sums are rounded to
-/// some 2^-52 here, and below the normal range.
+/// Whether a sum can be that of so many powers of numbers up to `largest`, which is one of them.
+/// Sums are rounded to some 2^-52 here, and below the normal range.
 pub(super) fn sum_fits(count: u64, power: i32, largest: f64, sum: &ExactSum) -> bool {
     let (sum, m, most) = (sum.value(), count as f64, largest.powi(power));
     let tiny = m * f64::MIN_POSITIVE;
@@ -463,7 +470,7 @@ mod tests {
     fn consecutive_integers() {
         let count = 1000;
         let m = f64::from(count);
-        let found = Sample::of((1..=count).map(f64::from)).statistics(Worse::Larger);
+        let found = Sample::from_values((1..=count).map(f64::from)).statistics(Worse::Larger);
         let eps = 8.0 * f64::EPSILON;
         assert_eq!(found.mean.value, 500.5);
         let variance = m * (m + 1.0) / 12.0;
@@ -491,13 +498,13 @@ mod tests {
         near(found.q25.value, 250.75, 2.0 * crate::metric::SKETCH_ERROR);
     }
 
-    /// An offset of 2^40 costs x^4 160 bits against the spread's, and leaves sd and its error alone: x + 2^40
-    /// is exact for these x, so both must be those without the offset.
+    /// An offset of 2^40 costs x^4 160 bits against the spread's, and leaves sd and its error
+    /// alone: x + 2^40 is exact for these x, so both must be those without the offset.
     #[test]
     fn offsets_do_not_cancel() {
-        let plain = Sample::of((0..500).map(|i| f64::from((i * i) % 97)));
+        let plain = Sample::from_values((0..500).map(|i| f64::from((i * i) % 97)));
         for offset in [2.0_f64.powi(20), 2.0_f64.powi(40)] {
-            let moved = Sample::of((0..500).map(|i| f64::from((i * i) % 97) + offset));
+            let moved = Sample::from_values((0..500).map(|i| f64::from((i * i) % 97) + offset));
             let (a, b) = (plain.sd(), moved.sd());
             near(b.value, a.value, 1e-15);
             near(moved.mean().mcse, plain.mean().mcse, 1e-15);
@@ -508,15 +515,15 @@ mod tests {
                 near(b.mcse, a.mcse, condition.max(1e-14));
             }
         }
-        let constant = Sample::of([0.1; 50]).statistics(Worse::Larger);
+        let constant = Sample::from_values([0.1; 50]).statistics(Worse::Larger);
         assert_eq!((constant.sd.value, constant.sd.mcse), (0.0, 0.0));
         assert_eq!((constant.mean.value, constant.mean.mcse), (0.1, 0.0));
         assert_eq!(constant.q50.value, 0.1);
     }
 
-    /// Theory, at a million values within 4.5 standard errors, the errors themselves within 2 %: uniform
-    /// (mean 1/2, variance 1/12, mu_4 = 1/80), normal (sd error sigma / sqrt(2 M)), exponential (mean and sd
-    /// 1, mu_4 = 9, E x^4 = 24, median ln 2).
+    /// Theory, at a million values within 4.5 standard errors, the errors themselves within 2 %:
+    /// uniform (mean 1/2, variance 1/12, mu_4 = 1/80), normal (sd error sigma / sqrt(2 M)),
+    /// exponential (mean and sd 1, mu_4 = 9, E x^4 = 24, median ln 2).
     #[test]
     fn known_distributions() {
         let count = 1 << 20;
@@ -528,17 +535,17 @@ mod tests {
         // mean, sd, its error, mean square, its error, median, its error
         let laws = [
             (
-                Sample::of(uniform),
+                Sample::from_values(uniform),
                 [0.5, (1.0_f64 / 12.0).sqrt(), 1.0 / 3.0, 0.5],
                 [1.0 / 80.0, 1.0 / 5.0 - 1.0 / 9.0, 0.5],
             ),
             (
-                Sample::of(z[..count as usize].iter().copied()),
+                Sample::from_values(z[..count as usize].iter().copied()),
                 [0.0, 1.0, 1.0, 0.0],
                 [3.0, 2.0, (0.5 * std::f64::consts::PI).sqrt()],
             ),
             (
-                Sample::of(exponential.iter().copied()),
+                Sample::from_values(exponential.iter().copied()),
                 [1.0, 1.0, 2.0, std::f64::consts::LN_2],
                 [9.0, 20.0, 1.0],
             ),
@@ -564,13 +571,13 @@ mod tests {
         }
     }
 
-    /// 101 trials of which those with 0 ... 60 have a measure: the median is the 51st of all, 50; the
-    /// upper quartile, the 76th, is lost. Where larger is better, the 40 lost ones are the smallest: the
-    /// lower quartile, the 26th, is lost, the median is the 11th of the others, 10.
+    /// 101 trials of which those with 0 ... 60 have a measure: the median is the 51st of all, 50;
+    /// the upper quartile, the 76th, is lost. Where larger is better, the 40 lost ones are the
+    /// smallest: the lower quartile, the 26th, is lost, the median is the 11th of the others, 10.
     #[test]
     fn quantiles_are_over_all_trials_with_lost_ones_at_the_worse_end() {
         let values = (0..101).map(|i| if i <= 60 { f64::from(i) } else { f64::NAN });
-        let sample = Sample::of(values);
+        let sample = Sample::from_values(values);
         let found = sample.statistics(Worse::Larger);
         assert!((found.q50.value - 50.0).abs() < 0.03, "{found:?}");
         assert!((found.q25.value - 25.0).abs() < 0.02);
@@ -590,7 +597,7 @@ mod tests {
         let read: Statistics = serde_json::from_str(&text).unwrap();
         assert!(read.are_of(101) && read.q75.lost);
         assert!(
-            Sample::of([1.0, 2.0])
+            Sample::from_values([1.0, 2.0])
                 .statistics(Worse::Larger)
                 .conditional
                 .is_none()
@@ -599,36 +606,38 @@ mod tests {
 
     #[test]
     fn powers_that_overflow_are_counted() {
-        let fourth = Sample::of([1e80, 1.0, -1.0].repeat(20)).statistics(Worse::Larger);
+        let fourth = Sample::from_values([1e80, 1.0, -1.0].repeat(20)).statistics(Worse::Larger);
         assert_eq!(fourth.overflowed, 20);
         assert!(fourth.mean.mcse.is_finite() && fourth.rmse.value.is_finite());
         assert!(fourth.sd.value.is_finite() && fourth.sd.mcse.is_nan());
         assert!(fourth.mse.mcse.is_nan() && fourth.rmse.mcse.is_nan());
-        let square = Sample::of([1e200, 1.0, -1.0]).statistics(Worse::Larger);
+        let square = Sample::from_values([1e200, 1.0, -1.0]).statistics(Worse::Larger);
         assert!(square.mean.value.is_finite() && square.mean.mcse.is_nan());
         assert!(square.sd.value.is_nan() && square.mse.value.is_nan() && square.dominated);
         // Each power is in range, their sum is not.
-        let sum = Sample::of([1e77, -1e77, 9e76].repeat(50)).statistics(Worse::Larger);
+        let sum = Sample::from_values([1e77, -1e77, 9e76].repeat(50)).statistics(Worse::Larger);
         assert!(sum.overflowed == 0 && sum.mse.value.is_finite() && sum.sd.value.is_finite());
         assert!(sum.mse.mcse.is_nan() && sum.rmse.mcse.is_nan() && sum.sd.mcse.is_nan());
-        let infinite = Sample::of([f64::INFINITY, 1.0, 2.0]).statistics(Worse::Larger);
+        let infinite = Sample::from_values([f64::INFINITY, 1.0, 2.0]).statistics(Worse::Larger);
         assert!(infinite.mean.value.is_nan() && infinite.max == f64::INFINITY);
         assert!(infinite.overflowed == 1 && infinite.q05.value.is_finite());
-        let undefined = Sample::of([f64::NAN, 1.0]).statistics(Worse::Larger);
+        let undefined = Sample::from_values([f64::NAN, 1.0]).statistics(Worse::Larger);
         assert_eq!((undefined.count, undefined.undefined), (1, 1));
         assert!(undefined.mean.value == 1.0 && undefined.mean.mcse.is_nan());
         let empty = Sample::default().statistics(Worse::Larger);
         assert!(empty.mean.value.is_nan() && empty.min.is_nan() && !empty.dominated);
     }
 
-    /// From [`FEWEST_FOR_MEANS`] and [`FEWEST_FOR_SQUARES`] on, and where the interval of a quantile exists.
+    /// From [`FEWEST_FOR_MEANS`] and [`FEWEST_FOR_SQUARES`] on, and where the interval of a
+    /// quantile exists.
     #[test]
     fn errors_begin_with_enough_trials() {
         let z = normals(9, 100);
         let errors = |count: usize| {
-            let of = Sample::of(z[..count].iter().copied()).statistics(Worse::Larger);
-            let moments = [of.mean, of.trimmed, of.sd, of.mse, of.rmse].map(|of| of.mcse);
-            let quantiles = [of.q50, of.q25, of.q05].map(|of| of.mcse);
+            let found = Sample::from_values(z[..count].iter().copied()).statistics(Worse::Larger);
+            let moments = [found.mean, found.trimmed, found.sd, found.mse, found.rmse]
+                .map(|estimate| estimate.mcse);
+            let quantiles = [found.q50, found.q25, found.q05].map(|estimate| estimate.mcse);
             [&moments[..], &quantiles[..]].concat()
         };
         let from = [7, 7, 40, 40, 40, 6, 16, 92];
@@ -642,59 +651,59 @@ mod tests {
 
     #[test]
     fn stored_statistics_must_obey_what_statistics_do() {
-        let whole = Sample::of(normals(2, 50)).statistics(Worse::Larger);
+        let whole = Sample::from_values(normals(2, 50)).statistics(Worse::Larger);
         assert!(whole.are_of(50) && !whole.are_of(51));
         assert!(Sample::default().statistics(Worse::Larger).are_of(0));
         let altered: [fn(&mut Statistics); 8] = [
-            |of| of.count = u64::MAX,
-            |of| of.overflowed = 51,
-            |of| of.min = 7.0,
-            |of| of.q05.value = of.q95.value + 1.0,
-            |of| of.q50.mcse = -1.0,
-            |of| of.mean.mcse = -1.0,
-            |of| of.rmse.value = -1.0,
-            |of| (of.count, of.undefined) = (0, 50),
+            |statistics| statistics.count = u64::MAX,
+            |statistics| statistics.overflowed = 51,
+            |statistics| statistics.min = 7.0,
+            |statistics| statistics.q05.value = statistics.q95.value + 1.0,
+            |statistics| statistics.q50.mcse = -1.0,
+            |statistics| statistics.mean.mcse = -1.0,
+            |statistics| statistics.rmse.value = -1.0,
+            |statistics| (statistics.count, statistics.undefined) = (0, 50),
         ];
         for alter in altered {
-            let mut of = whole;
-            alter(&mut of);
-            assert!(!of.are_of(50), "{of:?}");
+            let mut statistics = whole;
+            alter(&mut statistics);
+            assert!(!statistics.are_of(50), "{statistics:?}");
         }
     }
 
     #[test]
     fn undefined_numbers_are_null_in_json_and_come_back() {
-        let found = Sample::of([f64::NAN, 1.0]).statistics(Worse::Larger);
+        let found = Sample::from_values([f64::NAN, 1.0]).statistics(Worse::Larger);
         let text = serde_json::to_string(&found).unwrap();
         assert!(text.contains(r#""mean":{"value":1.0,"mcse":null}"#));
         let read: Statistics = serde_json::from_str(&text).unwrap();
         assert_eq!(serde_json::to_string(&read).unwrap(), text);
         assert!(read.mean.mcse.is_nan());
-        let full = Sample::of(normals(1, 100)).statistics(Worse::Larger);
+        let full = Sample::from_values(normals(1, 100)).statistics(Worse::Larger);
         let text = serde_json::to_string(&full).unwrap();
         assert_eq!(serde_json::from_str::<Statistics>(&text).unwrap(), full);
     }
 
     #[test]
     fn stored_samples_must_obey_what_samples_do() {
-        let whole = Sample::of([1.0, -2.0, f64::NAN, 0.5]);
+        let whole = Sample::from_values([1.0, -2.0, f64::NAN, 0.5]);
         assert!(whole.is_of(4) && !whole.is_of(3) && Sample::default().is_of(0));
         let altered: [fn(&mut Sample); 10] = [
-            |of| of.count = u64::MAX,
-            |of| of.overflowed = 1,
-            |of| of.extremes = None,
-            |of| of.extremes = Some((1.0, -2.0)),
-            |of| of.extremes = Some((-2.0, f64::NAN)),
-            |of| of.extremes = Some((-2.0, 7.0)),
-            |of| of.sketch = Sketch::of([1.0, -2.0]),
-            |of| of.sum.add(10.0),
-            |of| of.squares.add(-4.0),
-            |of| of.fourths.add(1e9),
+            |sample| sample.count = u64::MAX,
+            |sample| sample.overflowed = 1,
+            |sample| sample.extremes = None,
+            |sample| sample.extremes = Some((1.0, -2.0)),
+            |sample| sample.extremes = Some((-2.0, f64::NAN)),
+            |sample| sample.extremes = Some((-2.0, 7.0)),
+            |sample| sample.sketch = Sketch::from_values([1.0, -2.0]),
+            |sample| sample.sum.add(10.0),
+            |sample| sample.squares.add(-4.0),
+            |sample| sample.fourths.add(1e9),
         ];
         for alter in altered {
-            let mut of = whole.clone();
-            alter(&mut of);
-            assert!(!of.is_of(4), "{of:?}");
+            let mut sample = whole.clone();
+            alter(&mut sample);
+            assert!(!sample.is_of(4), "{sample:?}");
         }
     }
 
@@ -715,12 +724,13 @@ mod tests {
             cuts in (0..60_usize, 0..60_usize),
         ) {
             let (values, shuffled) = values;
-            let whole = Sample::of(values.iter().copied());
+            let whole = Sample::from_values(values.iter().copied());
             prop_assert!(whole.is_of(values.len() as u64));
-            let (a, b) = (cuts.0.min(cuts.1).min(values.len()), cuts.0.max(cuts.1).min(values.len()));
-            let mut merged = Sample::of(shuffled[b..].iter().copied());
-            let mut rest = Sample::of(shuffled[..a].iter().copied());
-            rest.merge(&Sample::of(shuffled[a..b].iter().copied()));
+            let ends = [cuts.0.min(cuts.1), cuts.0.max(cuts.1)];
+            let [a, b] = ends.map(|end| end.min(values.len()));
+            let mut merged = Sample::from_values(shuffled[b..].iter().copied());
+            let mut rest = Sample::from_values(shuffled[..a].iter().copied());
+            rest.merge(&Sample::from_values(shuffled[a..b].iter().copied()));
             merged.merge(&rest);
             let bytes = postcard::to_stdvec(&whole).unwrap();
             prop_assert_eq!(&whole, &merged);

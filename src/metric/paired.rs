@@ -1,6 +1,6 @@
 //! Two methods on the same trials.
 
-use super::dd::{Dd, powers, product};
+use super::double_double::{Dd, powers, product};
 use super::estimate::{Estimate, FEWEST_FOR_SQUARES, ascend, not_negative};
 use super::exact_sum::{BUNDLE, Buckets, bundles};
 use super::moments::{finite, largest_share, sum_fits};
@@ -10,12 +10,13 @@ use super::{ExactSum, Quantile, Sample, Share, Sketch, Worse};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
 
-/// One measure of two methods over the same trials, gathered independently of order, as [`Sample`] is.
+/// One measure of two methods over the same trials, gathered independently of order, as [`Sample`]
+/// is.
 ///
-/// The rule for trials without measure: in ratios and in the share of smaller ones a trial that only one
-/// method has is a loss of the other, and one that neither has is a tie. Differences and both RMSEs are
-/// over the trials where both methods have the measure; the others are counted beside them. NaN is no
-/// measure.
+/// The rule for trials without measure: in ratios and in the share of smaller ones a trial that
+/// only one method has is a loss of the other, and one that neither has is a tie. Differences and
+/// both RMSEs are over the trials where both methods have the measure; the others are counted
+/// beside them. NaN is no measure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Paired {
     both: u64,
@@ -62,7 +63,7 @@ impl Powers {
 
 impl Paired {
     /// Gathers the measures (first, second) of some trials, None or NaN where a method has none.
-    pub fn of(pairs: impl IntoIterator<Item = (Option<f64>, Option<f64>)>) -> Self {
+    pub fn from_pairs(pairs: impl IntoIterator<Item = (Option<f64>, Option<f64>)>) -> Self {
         let mut paired = Self::default();
         let mut both = Vec::new();
         let defined = |x: Option<f64>| x.filter(|x| !x.is_nan());
@@ -87,10 +88,10 @@ impl Paired {
                 }
             },
         );
-        paired.difference = Sample::of(both.iter().map(|(x, y)| x - y));
+        paired.difference = Sample::from_values(both.iter().map(|(x, y)| x - y));
         let unequal = both.iter().filter(|(x, y)| x != y);
         let ratios = unequal.map(|(x, y)| x / y);
-        paired.ratio = Sketch::of(ratios.filter(|ratio| !ratio.is_nan()));
+        paired.ratio = Sketch::from_values(ratios.filter(|ratio| !ratio.is_nan()));
         paired
     }
 
@@ -144,12 +145,13 @@ impl Paired {
         }
     }
 
-    /// Whether this can be the comparison of so many trials: what of a stored one is checked before it is used.
+    /// Whether this can be the comparison of so many trials: what of a stored one is checked before
+    /// it is used.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let sum = |counts: &[u64]| counts.iter().try_fold(0, |sum: u64, n| sum.checked_add(*n));
         let all = [self.both, self.only_first, self.only_second, self.neither];
         sum(&all) == Some(trials)
-            && sum(&[self.smaller, self.ties]).is_some_and(|told| told <= self.both)
+            && sum(&[self.smaller, self.ties]).is_some_and(|counted| counted <= self.both)
             && self.overflowed <= self.both
             && self.ratio.count() <= self.both.saturating_sub(self.ties)
             && self.difference.is_of(self.both)
@@ -200,9 +202,9 @@ impl Paired {
     /// `R = RMSE(first) / RMSE(second)` over the M pairs.
     ///
     /// By the delta method on `sqrt(X / Y)`, X and Y the mean squares,
-    /// `MCSE = R/2 sqrt( sum (x^2/X - y^2/Y)^2 / (M (M - 1)) )`, which the sums of `x^4`, `x^2 y^2` and `y^4`
-    /// give in double-double, from [`FEWEST_FOR_SQUARES`] pairs on. Undefined where a fourth power overflows or
-    /// second is all 0.
+    /// `MCSE = R/2 sqrt( sum (x^2/X - y^2/Y)^2 / (M (M - 1)) )`, which the sums of `x^4`, `x^2 y^2`
+    /// and `y^4` give in double-double, from [`FEWEST_FOR_SQUARES`] pairs on. Undefined where a
+    /// fourth power overflows or second is all 0.
     pub fn rmse_ratio(&self) -> Estimate {
         if self.overflowed > 0 || self.both == 0 {
             return Estimate::UNDEFINED;
@@ -263,13 +265,13 @@ pub struct PairedStatistics {
     pub only_second: u64,
     /// Trials where neither has it.
     pub neither: u64,
-    /// Mean of first - second, MCSE from the differences themselves, so that what both methods share drops
-    /// out.
+    /// Mean of first - second, MCSE from the differences themselves, so that what both methods
+    /// share drops out.
     pub mean_difference: Estimate,
     /// Median of first - second.
     pub median_difference: Quantile,
-    /// Median of first / second over all trials: 0 or infinite, which is null and `lost`, where one method
-    /// lost the trial, 1 where both did.
+    /// Median of first / second over all trials: 0 or infinite, which is null and `lost`, where one
+    /// method lost the trial, 1 where both did.
     pub median_ratio: Quantile,
     /// 5 % quantile of the ratio.
     pub ratio_q05: Quantile,
@@ -279,16 +281,16 @@ pub struct PairedStatistics {
     pub ratio_q75: Quantile,
     /// 95 % quantile of the ratio.
     pub ratio_q95: Quantile,
-    /// Share of all trials with first < second, Wilson's interval; a lost trial stands at the worse end.
-    /// Ties are left out, as in the sign test, and counted in `ties`: of two equal methods this share is
-    /// undefined, not 0.
+    /// Share of all trials with first < second, Wilson's interval; a lost trial stands at the worse
+    /// end. Ties are left out, as in the sign test, and counted in `ties`: of two equal methods
+    /// this share is undefined, not 0.
     pub share_smaller: Share,
     /// Trials with first = second, or that both lost.
     pub ties: u64,
     /// RMSE of first over RMSE of second.
     pub rmse_ratio: Estimate,
-    /// Whether one trial has more than [`DOMINANT_SHARE`] of either sum of squares, or a fourth power
-    /// overflowed: then `mean_difference` and `rmse_ratio` are not to be trusted.
+    /// Whether one trial has more than [`DOMINANT_SHARE`] of either sum of squares, or a fourth
+    /// power overflowed: then `mean_difference` and `rmse_ratio` are not to be trusted.
     pub dominated: bool,
 }
 
@@ -314,10 +316,10 @@ impl PairedStatistics {
             self.ratio_q75,
             self.ratio_q95,
         ];
-        let told = trials.checked_sub(self.ties);
+        let untied = trials.checked_sub(self.ties);
         self.checked_trials() == Some(trials)
-            && told.is_some_and(|told| self.share_smaller.is_of(told))
-            && ascend(ratios.iter().map(|of| of.value))
+            && untied.is_some_and(|untied| self.share_smaller.is_of(untied))
+            && ascend(ratios.iter().map(|ratio| ratio.value))
             && ratios.iter().all(Quantile::is_sound)
             && self.median_difference.is_sound()
             && self.mean_difference.is_sound()
@@ -345,7 +347,8 @@ mod tests {
         shared.iter().zip(&own).map(pair).collect()
     }
 
-    /// The linearised ratio, trial by trial: sd of x^2/X - y^2/Y over the trials, times R/2 over sqrt M.
+    /// The linearised ratio, trial by trial: sd of x^2/X - y^2/Y over the trials, times R/2 over
+    /// sqrt M.
     #[test]
     fn the_ratio_of_rmses_by_residuals() {
         let pairs = pairs(1000);
@@ -359,25 +362,27 @@ mod tests {
         let spread: f64 = squares.iter().map(|s| (s.0 / x - s.1 / y).powi(2)).sum();
         let ratio = (x / y).sqrt();
         let expected = ratio / 2.0 * (spread / (m * (m - 1.0))).sqrt();
-        let found = Paired::of(pairs).rmse_ratio();
+        let found = Paired::from_pairs(pairs).rmse_ratio();
         assert!((found.value - ratio).abs() < 1e-13);
         assert!((found.mcse / expected - 1.0).abs() < 1e-12);
     }
 
-    /// Equal methods: no difference at all, and no share. Nearly equal ones, y = x (1 + 1e-9 w): the error of
-    /// the ratio is some 1e-9 / sqrt M, which sums in doubles (1e-16 of 1) would not show to three digits.
+    /// Equal methods: no difference at all, and no share. Nearly equal ones, y = x (1 + 1e-9 w):
+    /// the error of the ratio is some 1e-9 / sqrt M, which sums in doubles (1e-16 of 1) would not
+    /// show to three digits.
     #[test]
     fn methods_that_hardly_differ() {
         let x = normals(2, 400);
-        let equal = Paired::of(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
-        assert_eq!((equal.ties, equal.share_smaller.of), (400, 0));
+        let equal =
+            Paired::from_pairs(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
+        assert_eq!((equal.ties, equal.share_smaller.total), (400, 0));
         assert!(equal.share_smaller.share.is_nan());
         assert_eq!((equal.rmse_ratio.value, equal.rmse_ratio.mcse), (1.0, 0.0));
         assert_eq!(equal.mean_difference.mcse, 0.0);
         let w = normals(3, 400);
         let near = x.iter().zip(&w).map(|(x, w)| (*x, x * (1.0 + 1e-9 * w)));
         let near: Vec<(f64, f64)> = near.collect();
-        let found = Paired::of(near.iter().map(|(x, y)| (Some(*x), Some(*y)))).rmse_ratio();
+        let found = Paired::from_pairs(near.iter().map(|(x, y)| (Some(*x), Some(*y)))).rmse_ratio();
         // d(x^2/X - y^2/Y) = -(2/X) (x (y - x) - x^2 mean(x (y - x))/X) to first order
         let mean = x.iter().map(|x| x * x).sum::<f64>() / 400.0;
         let shift = near.iter().map(|(x, y)| x * (y - x)).sum::<f64>() / 400.0;
@@ -394,14 +399,18 @@ mod tests {
     fn the_ratio_of_rmses_has_an_error_from_enough_pairs() {
         let pairs = pairs(50);
         for count in 1..=pairs.len() {
-            let of = Paired::of(pairs[..count].iter().copied()).rmse_ratio();
-            assert!(of.value > 0.0);
-            assert_eq!((of.mcse > 0.0, of.mcse.is_nan()), (count >= 40, count < 40));
+            let ratio = Paired::from_pairs(pairs[..count].iter().copied()).rmse_ratio();
+            assert!(ratio.value > 0.0);
+            assert_eq!(
+                (ratio.mcse > 0.0, ratio.mcse.is_nan()),
+                (count >= 40, count < 40)
+            );
         }
     }
 
-    /// Ratios 1/2 (30 trials), exactly 1 (25 equal and 6 that both lost), 2 (20), 0 where the second
-    /// alone is lost (10), infinite where the first is (10): of 101 the median is the 51st, a tie.
+    /// Ratios 1/2 (30 trials), exactly 1 (25 equal and 6 that both lost), 2 (20), 0 where the
+    /// second alone is lost (10), infinite where the first is (10): of 101 the median is the 51st,
+    /// a tie.
     #[test]
     fn lost_trials_lose_and_ties_are_exactly_one() {
         let some = |x: f64, y: f64| (Some(x), Some(y));
@@ -411,7 +420,7 @@ mod tests {
         all.extend([some(2.0, 1.0); 20]);
         all.extend([(Some(1.0), None); 10]);
         all.extend([(None, Some(1.0)); 10]);
-        let pair = Paired::of(all);
+        let pair = Paired::from_pairs(all);
         let found = pair.statistics(Worse::Larger);
         assert_eq!(found.trials(), 101);
         assert_eq!(
@@ -422,14 +431,14 @@ mod tests {
         assert!((found.ratio_q75.value - 2.0).abs() < 2e-3);
         assert!(found.ratio_q05.lost && found.ratio_q95.lost);
         assert_eq!(
-            (found.share_smaller.count, found.share_smaller.of),
+            (found.share_smaller.count, found.share_smaller.total),
             (40, 70)
         );
         assert_eq!(found.ties, 31);
         assert!(found.are_of(101));
         // Where larger is better, a lost trial is the smaller one.
         let fit = pair.statistics(Worse::Smaller).share_smaller;
-        assert_eq!((fit.count, fit.of), (40, 70));
+        assert_eq!((fit.count, fit.total), (40, 70));
     }
 
     #[test]
@@ -443,7 +452,7 @@ mod tests {
             (Some(0.0), Some(0.0)),
             (Some(6.0), Some(3.0)),
         ];
-        let found = Paired::of(pairs).statistics(Worse::Larger);
+        let found = Paired::from_pairs(pairs).statistics(Worse::Larger);
         let counts = [
             found.both,
             found.only_first,
@@ -453,12 +462,15 @@ mod tests {
         assert_eq!(counts, [4, 1, 1, 1]);
         assert_eq!(found.ties, 3);
         // 1/2 and 2, a loss of either; two ties and one that both lost.
-        assert_eq!((found.share_smaller.count, found.share_smaller.of), (2, 4));
+        assert_eq!(
+            (found.share_smaller.count, found.share_smaller.total),
+            (2, 4)
+        );
         // 1/2 and 2.
-        assert_eq!(Paired::of(pairs).ratio().count(), 2);
+        assert_eq!(Paired::from_pairs(pairs).ratio().count(), 2);
         assert!((found.median_ratio.value - 1.0).abs() < 1e-3);
         assert_eq!(found.mean_difference.value, 0.5);
-        let large = Paired::of([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))])
+        let large = Paired::from_pairs([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))])
             .statistics(Worse::Larger);
         assert!(large.rmse_ratio.value.is_nan() && large.dominated);
         let none = Paired::default().statistics(Worse::Larger);
@@ -467,21 +479,21 @@ mod tests {
 
     #[test]
     fn stored_counts_must_add_up() {
-        let whole = Paired::of(pairs(30));
+        let whole = Paired::from_pairs(pairs(30));
         assert!(whole.is_of(30) && !whole.is_of(29) && Paired::default().is_of(0));
         let altered: [fn(&mut Paired); 7] = [
-            |of| of.both += 1,
-            |of| of.neither = u64::MAX,
-            |of| of.smaller = 31,
-            |of| of.ties = u64::MAX,
-            |of| of.overflowed = 31,
-            |of| of.first.largest = f64::NAN,
-            |of| of.second.squares.add(1e9),
+            |paired| paired.both += 1,
+            |paired| paired.neither = u64::MAX,
+            |paired| paired.smaller = 31,
+            |paired| paired.ties = u64::MAX,
+            |paired| paired.overflowed = 31,
+            |paired| paired.first.largest = f64::NAN,
+            |paired| paired.second.squares.add(1e9),
         ];
         for alter in altered {
-            let mut of = whole.clone();
-            alter(&mut of);
-            assert!(!of.is_of(30), "{of:?}");
+            let mut paired = whole.clone();
+            alter(&mut paired);
+            assert!(!paired.is_of(30), "{paired:?}");
         }
     }
 
@@ -490,10 +502,10 @@ mod tests {
         let mut pairs = pairs(300);
         pairs[7].0 = None;
         pairs[8].1 = Some(1e90);
-        let whole = Paired::of(pairs.iter().copied());
+        let whole = Paired::from_pairs(pairs.iter().copied());
         let mut merged = Paired::default();
         for block in pairs.rchunks(37) {
-            merged.merge(&Paired::of(block.iter().rev().copied()));
+            merged.merge(&Paired::from_pairs(block.iter().rev().copied()));
         }
         assert_eq!(whole, merged);
         let bytes = postcard::to_stdvec(&whole).unwrap();

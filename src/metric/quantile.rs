@@ -10,8 +10,8 @@ pub struct Quantile {
     #[serde(with = "nan_is_null")]
     pub value: f64,
     /// Half the width of the 95 % order-statistic interval over 1.96, of the ranks
-    /// `M q + 1/2 -+ 1.96 sqrt(M q (1 - q))`; NaN unless both are within 1 ... M. That is from M = 6 on for the
-    /// median, 16 for the quartiles, 92 for 5 and 95 %.
+    /// `M q + 1/2 -+ 1.96 sqrt(M q (1 - q))`; NaN unless both are within 1 ... M. That is from M =
+    /// 6 on for the median, 16 for the quartiles, 92 for 5 and 95 %.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Whether it falls among the trials that have no finite value; then it is NaN.
@@ -72,8 +72,8 @@ impl Default for Quantile {
     }
 }
 
-/// The positions between the order statistics 0 ... M-1 where the 95 % interval of the q-quantile of M values ends;
-/// None where one of them is beyond the sample.
+/// The positions between the order statistics 0 ... M-1 where the 95 % interval of the q-quantile
+/// of M values ends; None where one of them is beyond the sample.
 pub(super) fn interval_ends(count: u64, q: f64) -> Option<[f64; 2]> {
     let m = count as f64;
     let half = Z * (m * q * (1.0 - q)).sqrt();
@@ -127,9 +127,10 @@ mod tests {
         assert_eq!(quantile(&[2.0], 0.5).value, 2.0);
     }
 
-    /// The order statistics of the interval exist from the M on that solve M p - 1.96 sqrt(M p (1 - p)) = 1/2 with p the
-    /// smaller of q and 1 - q: M = 5.7, 15.2, 91.9. Binomial tails say the same: both ends of the sample
-    /// hold the median with 95 % from M = 6 on (2 / 2^M < 0.05), the 5 % quantile from M = 72 (0.95^M < 0.025).
+    /// The order statistics of the interval exist from the M on that solve M p - 1.96 sqrt(M p (1 -
+    /// p)) = 1/2 with p the smaller of q and 1 - q: M = 5.7, 15.2, 91.9. Binomial tails say the
+    /// same: both ends of the sample hold the median with 95 % from M = 6 on (2 / 2^M < 0.05), the
+    /// 5 % quantile from M = 72 (0.95^M < 0.025).
     #[test]
     fn quantiles_have_errors_from_where_the_interval_is_within_the_sample() {
         for (q, from) in [(0.5, 6), (0.25, 16), (0.75, 16), (0.05, 92), (0.95, 92)] {

@@ -244,12 +244,20 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_is_stated() {
-        let of = response(0.5, 1.0, 20_000);
-        let unstable = errors(&of, &[-3.0], &[1.0]);
+        let system = response(0.5, 1.0, 20_000);
+        let unstable = errors(&system, &[-3.0], &[1.0]);
         assert_eq!(unstable, [f64::INFINITY, f64::NEG_INFINITY]);
         for broken in [f64::NAN, f64::INFINITY] {
-            assert!(errors(&of, &[broken], &[1.0]).iter().all(|x| x.is_nan()));
-            assert!(errors(&of, &[0.5], &[broken]).iter().all(|x| x.is_nan()));
+            assert!(
+                errors(&system, &[broken], &[1.0])
+                    .iter()
+                    .all(|x| x.is_nan())
+            );
+            assert!(
+                errors(&system, &[0.5], &[broken])
+                    .iter()
+                    .all(|x| x.is_nan())
+            );
         }
         let silent = response(0.5, 0.0, 100);
         assert!(errors(&silent, &[-3.0], &[1.0]).iter().all(|x| x.is_nan()));

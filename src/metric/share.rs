@@ -10,12 +10,13 @@ pub struct Share {
     /// Trials that count.
     pub count: u64,
     /// Trials in all.
-    pub of: u64,
+    #[serde(rename = "of")]
+    pub total: u64,
     /// `count / of`; NaN of no trial.
     #[serde(with = "nan_is_null")]
     pub share: f64,
-    /// `sqrt(share (1 - share) / of)`; NaN unless `share -+ 1.96` times that is within 0 to 1 and not a point, that is
-    /// `of share >= 1.96^2 (1 - share)` and the same of the others.
+    /// `sqrt(share (1 - share) / of)`; NaN unless `share -+ 1.96` times that is within 0 to 1 and
+    /// not a point, that is `of share >= 1.96^2 (1 - share)` and the same of the others.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Lower end of Wilson's 95 % score interval (Wilson 1927).
@@ -30,9 +31,9 @@ impl Share {
     /// Whether a stored share, its numbers rounded to nine digits, is one of so many trials.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let same = |x: f64, y: f64| x.is_nan() && y.is_nan() || (x - y).abs() <= 1e-8;
-        let own = Self::new(self.count, self.of);
-        self.of == trials
-            && self.count <= self.of
+        let own = Self::new(self.count, self.total);
+        self.total == trials
+            && self.count <= self.total
             && same(self.share, own.share)
             && same(self.low, own.low)
             && same(self.high, own.high)
@@ -40,8 +41,8 @@ impl Share {
     }
 
     /// The share `count / of`.
-    pub fn new(count: u64, of: u64) -> Self {
-        let m = of as f64;
+    pub fn new(count: u64, total: u64) -> Self {
+        let m = total as f64;
         let share = count as f64 / m;
         let square = Z * Z / m;
         let centre = (share + square / 2.0) / (1.0 + square);
@@ -49,7 +50,7 @@ impl Share {
         let half = Z / (1.0 + square) * (share * (1.0 - share) / m + square / (4.0 * m)).sqrt();
         Self {
             count,
-            of,
+            total,
             share,
             mcse: if known {
                 (share * (1.0 - share) / m).sqrt()
@@ -64,7 +65,7 @@ impl Share {
 
 named_enum! {
     /// What a share says of a bound that was printed for a single run.
-    Verdict, "verdict" {
+    BoundVerdict, "verdict" {
         /// The interval holds 1/2.
         Undecided = "undecided",
         /// More than half of all realisations meet the bound.
@@ -74,15 +75,15 @@ named_enum! {
     }
 }
 
-/// "typical" where the lower end of the 95 % Wilson interval is above 1/2, "not typical" where the upper
-/// end is below, else "undecided".
-pub fn verdict(share: Share) -> Verdict {
+/// "typical" where the lower end of the 95 % Wilson interval is above 1/2, "not typical" where the
+/// upper end is below, else "undecided".
+pub fn verdict(share: Share) -> BoundVerdict {
     if share.low > 0.5 {
-        Verdict::Typical
+        BoundVerdict::Typical
     } else if share.high < 0.5 {
-        Verdict::NotTypical
+        BoundVerdict::NotTypical
     } else {
-        Verdict::Undecided
+        BoundVerdict::Undecided
     }
 }
 
@@ -101,10 +102,10 @@ mod tests {
         let share = Share::new(0, 10);
         assert!(share.low == 0.0 && (share.high - 0.277_532_799_862).abs() < 1e-12);
         assert!(share.mcse.is_nan() && Share::new(10, 10).mcse.is_nan());
-        assert_eq!(verdict(Share::new(0, 0)), Verdict::Undecided);
-        assert_eq!(verdict(Share::new(55, 100)), Verdict::Undecided);
-        assert_eq!(verdict(Share::new(65, 100)), Verdict::Typical);
-        assert_eq!(verdict(Share::new(35, 100)), Verdict::NotTypical);
+        assert_eq!(verdict(Share::new(0, 0)), BoundVerdict::Undecided);
+        assert_eq!(verdict(Share::new(55, 100)), BoundVerdict::Undecided);
+        assert_eq!(verdict(Share::new(65, 100)), BoundVerdict::Typical);
+        assert_eq!(verdict(Share::new(35, 100)), BoundVerdict::NotTypical);
     }
 
     /// A share p has an error from 1.96^2 (1 - p) / p trials on: 3.84 for 1/2, 34.6 for 1/10.

@@ -5,8 +5,8 @@ use super::quantile::interval_ends;
 use super::{Quantile, Share};
 use serde::{Deserialize, Serialize, Serializer};
 
-/// Largest error of a value taken as the middle of its bin, relative to the value, for normal numbers:
-/// 1024 bins of equal width in every octave. Subnormal numbers have bins of width 2^-1032.
+/// Largest error of a value taken as the middle of its bin, relative to the value, for normal
+/// numbers: 1024 bins of equal width in every octave. Subnormal numbers have bins of width 2^-1032.
 pub const SKETCH_ERROR: f64 = 1.0 / 2048.0;
 
 /// Bits of the mantissa that a bin leaves open.
@@ -14,11 +14,12 @@ const OPEN_BITS: u32 = 42;
 /// The bin of plus infinity; that of minus infinity is its negative.
 const INFINITE: i32 = (0x7ff << 10) + 1;
 
-/// Counts of values in bins that depend on nothing: sign, exponent and the first ten bits of the mantissa.
+/// Counts of values in bins that depend on nothing: sign, exponent and the first ten bits of the
+/// mantissa.
 ///
-/// Zero has a bin of its own, as have the infinities; -0 is 0. Counts are integers, so a sketch does not
-/// depend on the order of values or merges. The j-th of the c values of a bin [low, high) is taken to be
-/// `low + (j + 1/2) / c (high - low)`, j = 0 ... c-1.
+/// Zero has a bin of its own, as have the infinities; -0 is 0. Counts are integers, so a sketch
+/// does not depend on the order of values or merges. The j-th of the c values of a bin [low, high)
+/// is taken to be `low + (j + 1/2) / c (high - low)`, j = 0 ... c-1.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Canonical")]
 pub struct Sketch {
@@ -26,8 +27,8 @@ pub struct Sketch {
     bins: Vec<(i32, u64)>,
 }
 
-/// How many bins a sketch of so many values has, about: values whose spread is a third of their size take some 2000
-/// bins, the tails a few more with every value.
+/// How many bins a sketch of so many values has, about: values whose spread is a third of their
+/// size take some 2000 bins, the tails a few more with every value.
 pub fn expected_bins(values: f64) -> f64 {
     const USUAL: f64 = 2000.0;
     USUAL * (1.0 - (-values / USUAL).exp())
@@ -88,7 +89,7 @@ impl Sketch {
     ///
     /// # Panics
     /// In debug builds, if a value is NaN.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
         let bin = |x: f64| {
             debug_assert!(!x.is_nan());
             bin_of(x)
@@ -97,7 +98,8 @@ impl Sketch {
         let ends = keys.iter().fold((i32::MAX, i32::MIN), |(low, high), key| {
             (low.min(*key), high.max(*key))
         });
-        // Bins are close together where there are many values: counting them takes less than sorting.
+        // Bins are close together where there are many values: counting them takes less than
+        // sorting.
         let width = i64::from(ends.1) - i64::from(ends.0) + 1;
         if (1..=8 * keys.len() as i64).contains(&width) {
             return Self::counted(&keys, ends.0, width as usize);
@@ -115,7 +117,8 @@ impl Sketch {
         for key in keys {
             counts[(key - lowest) as usize] += 1;
         }
-        // Every bin is put where the next one goes, and stays where it is not empty: no branch to be guessed.
+        // Every bin is put where the next one goes, and stays where it is not empty: no branch to
+        // be guessed.
         let mut bins = vec![(0, 0); width + 1];
         let mut filled = 0;
         for (bin, count) in (lowest..).zip(counts) {
@@ -195,9 +198,9 @@ impl Sketch {
         }
     }
 
-    /// The q-quantile of the values: type 7 of Hyndman and Fan (1996) on the order statistics as the
-    /// sketch knows them. NaN for an empty sketch. The MCSE is what [`Quantile::mcse`] says, but at
-    /// least half the width of the value's bin over 1.96.
+    /// The q-quantile of the values: type 7 of Hyndman and Fan (1996) on the order statistics as
+    /// the sketch knows them. NaN for an empty sketch. The MCSE is what [`Quantile::mcse`] says,
+    /// but at least half the width of the value's bin over 1.96.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
@@ -207,10 +210,11 @@ impl Sketch {
 
     /// The mean without the `g = floor(gamma M)` smallest and largest of M values.
     ///
-    /// Its standard error is Tukey and McLaughlin's (1963): `s_w / ((1 - 2 g / M) sqrt M)`, with s_w the
-    /// standard deviation (divisor M - 1) of the winsorised sample, in which the values left out are
-    /// replaced by the nearest one kept. Its law is Student's with M - 2 g - 1 degrees of freedom, so it is given where
-    /// [`FEWEST_FOR_MEANS`] values are kept. Undefined for an empty sketch.
+    /// Its standard error is Tukey and McLaughlin's (1963): `s_w / ((1 - 2 g / M) sqrt M)`, with
+    /// s_w the standard deviation (divisor M - 1) of the winsorised sample, in which the values
+    /// left out are replaced by the nearest one kept. Its law is Student's with M - 2 g - 1 degrees
+    /// of freedom, so it is given where [`FEWEST_FOR_MEANS`] values are kept. Undefined for an
+    /// empty sketch.
     ///
     /// # Panics
     /// In debug builds, if gamma is not in [0, 1/2).
@@ -242,7 +246,8 @@ impl Sketch {
         Estimate::new(mean, mcse)
     }
 
-    /// The order statistics of the ranks in `from..to`: the mean of those in one bin, and their number.
+    /// The order statistics of the ranks in `from..to`: the mean of those in one bin, and their
+    /// number.
     fn kept(&self, from: u64, to: u64) -> Vec<(f64, f64)> {
         let mut before = 0;
         let mut kept = Vec::with_capacity(self.bins.len());
@@ -258,8 +263,8 @@ impl Sketch {
         kept
     }
 
-    /// The share of values below x. Of the values in x's own bin those count that the sketch places below
-    /// x, so it is exact for x >= 0 of at most 11 significant bits, which begins a bin.
+    /// The share of values below x. Of the values in x's own bin those count that the sketch places
+    /// below x, so it is exact for x >= 0 of at most 11 significant bits, which begins a bin.
     pub fn share_below(&self, x: f64) -> Share {
         let own = bin_of(x);
         let (low, high) = edges(own);
@@ -324,8 +329,8 @@ impl Among<'_> {
         inside.or_else(|| (rank < self.sketch.count() + above).then(|| exactly(f64::INFINITY)))
     }
 
-    /// The value at a fractional position between the order statistics 0 ... count-1, and the half width
-    /// of the wider of the two bins; None where there is no value.
+    /// The value at a fractional position between the order statistics 0 ... count-1, and the half
+    /// width of the wider of the two bins; None where there is no value.
     fn at(self, count: u64, position: f64) -> Option<OrderStatistic> {
         let position = position.clamp(0.0, count.saturating_sub(1) as f64);
         let rank = position.floor() as u64;
@@ -337,12 +342,12 @@ impl Among<'_> {
         })
     }
 
-    /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows them.
-    /// NaN where there is no value.
+    /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows
+    /// them. NaN where there is no value.
     ///
-    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as [`Quantile::mcse`] says, but at
-    /// least half the width of the value's bin over 1.96: where the values are denser than the bins, the bin bounds
-    /// what is known.
+    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as
+    /// [`Quantile::mcse`] says, but at least half the width of the value's bin over 1.96: where the
+    /// values are denser than the bins, the bin bounds what is known.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
@@ -376,8 +381,8 @@ impl Among<'_> {
     }
 }
 
-/// A sketch as it is stored: the gap between a bin and the one before (the first: from the lowest bin
-/// there is), and the count.
+/// A sketch as it is stored: the gap between a bin and the one before (the first: from the lowest
+/// bin there is), and the count.
 #[derive(Deserialize)]
 struct Canonical(Vec<(u32, u64)>);
 
@@ -454,7 +459,7 @@ mod tests {
         assert_eq!(bin_of(-0.0), 0);
         assert_eq!(edges(bin_of(1.0)), (1.0, 1.0 + 2.0 * SKETCH_ERROR));
         assert_eq!(edges(bin_of(f64::MAX)).1, f64::MAX);
-        let sketch = Sketch::of(values);
+        let sketch = Sketch::from_values(values);
         assert_eq!(sketch.quantile(0.0).value, f64::NEG_INFINITY);
         assert_eq!(sketch.quantile(0.5).value, 0.0);
         assert_eq!(sketch.quantile(1.0).value, f64::INFINITY);
@@ -465,25 +470,26 @@ mod tests {
     fn an_empty_sketch_and_a_single_value() {
         let empty = Sketch::default();
         assert!(empty.quantile(0.5).value.is_nan() && empty.trimmed_mean(0.1).value.is_nan());
-        assert_eq!((empty.count(), empty.share_below(1.0).of), (0, 0));
-        let one = Sketch::of([4.0]);
+        assert_eq!((empty.count(), empty.share_below(1.0).total), (0, 0));
+        let lone = Sketch::from_values([4.0]);
         let middle = 4.0 * (1.0 + SKETCH_ERROR);
-        assert_eq!(one.quantile(0.3).value, middle);
-        assert_eq!(one.trimmed_mean(0.4).value, middle);
-        assert!(one.quantile(0.3).mcse.is_nan() && one.trimmed_mean(0.4).mcse.is_nan());
+        assert_eq!(lone.quantile(0.3).value, middle);
+        assert_eq!(lone.trimmed_mean(0.4).value, middle);
+        assert!(lone.quantile(0.3).mcse.is_nan() && lone.trimmed_mean(0.4).mcse.is_nan());
         // Of equal values nothing is known beyond the bin; zero is known exactly.
-        let alike = Sketch::of([4.0; 10]).quantile(0.5);
+        let alike = Sketch::from_values([4.0; 10]).quantile(0.5);
         assert!((alike.mcse - 4.0 * SKETCH_ERROR / Z).abs() < 1e-15);
-        let zero = Sketch::of([0.0; 10]).quantile(0.5);
+        let zero = Sketch::from_values([0.0; 10]).quantile(0.5);
         assert_eq!((zero.value, zero.mcse), (0.0, 0.0));
     }
 
-    /// Within the bins' resolution of the quantiles of the sorted values, and their standard errors.
+    /// Within the bins' resolution of the quantiles of the sorted values, and their standard
+    /// errors.
     #[test]
     fn quantiles_agree_with_sorted_values() {
         for count in [1, 2, 3, 10, 400, 20_000] {
             let mut sorted = normals(count);
-            let sketch = Sketch::of(sorted.iter().copied());
+            let sketch = Sketch::from_values(sorted.iter().copied());
             sorted.sort_by(f64::total_cmp);
             for q in [0.0, 0.01, 0.05, 0.25, 0.5, 0.6, 0.95, 1.0] {
                 let (exact, found) = (quantile(&sorted, q), sketch.quantile(q));
@@ -499,13 +505,13 @@ mod tests {
         }
     }
 
-    /// 2^20 values in one octave are 1024 to a bin: positions inside bins are then far finer than a bin,
-    /// and the standard error stays at the bin's half width over 1.96.
+    /// 2^20 values in one octave are 1024 to a bin: positions inside bins are then far finer than a
+    /// bin, and the standard error stays at the bin's half width over 1.96.
     #[test]
     fn dense_values_are_resolved_by_rank() {
         let m = 1 << 20;
         let values = (0..m).map(|i| 1.0 + (f64::from(i) + 0.5) / f64::from(m));
-        let sketch = Sketch::of(values);
+        let sketch = Sketch::from_values(values);
         for q in [0.1, 0.5, 0.77777] {
             let found = sketch.quantile(q);
             assert!((found.value - (1.0 + q)).abs() < 1.0 / f64::from(m));
@@ -519,24 +525,24 @@ mod tests {
         assert!((sketch.share_below(1.123_456).share - 0.123_456).abs() < 1e-5);
     }
 
-    /// By hand: 0 and 100 are cut of 0, 1, 2, 3, 4, 5, 6, 7, 8, 100; winsorised 1, 1, 2, ..., 8, 8. The
-    /// integers are taken as middles of their bins, so to 2^-11 of the largest.
+    /// By hand: 0 and 100 are cut of 0, 1, 2, 3, 4, 5, 6, 7, 8, 100; winsorised 1, 1, 2, ..., 8, 8.
+    /// The integers are taken as middles of their bins, so to 2^-11 of the largest.
     #[test]
     fn trimmed_means_by_hand() {
         let values = [5.0, 0.0, 1.0, 2.0, 100.0, 3.0, 4.0, 6.0, 7.0, 8.0];
-        let found = Sketch::of(values).trimmed_mean(0.1);
+        let found = Sketch::from_values(values).trimmed_mean(0.1);
         assert!((found.value - 4.5).abs() <= 8.0 * SKETCH_ERROR);
         // Sum of squares about 4.5: 2 (3.5^2 + 3.5^2 + 2.5^2 + 1.5^2 + 0.5^2) = 66.5
         let expected = (66.5_f64 / 9.0).sqrt() / (0.8 * 10.0_f64.sqrt());
         assert!((found.mcse - expected).abs() <= expected * 4.0 * SKETCH_ERROR);
         // Nothing cut: the mean and its standard error.
-        let all = Sketch::of(values).trimmed_mean(0.05);
+        let all = Sketch::from_values(values).trimmed_mean(0.05);
         assert!((all.value - 13.6).abs() <= 100.0 * SKETCH_ERROR);
     }
 
     #[test]
     fn storage_is_compact_and_checked() {
-        let sketch = Sketch::of(normals(20_000));
+        let sketch = Sketch::from_values(normals(20_000));
         let bytes = postcard::to_stdvec(&sketch).unwrap();
         assert!(bytes.len() <= 3 * sketch.bins.len() + 16);
         assert_eq!(postcard::from_bytes::<Sketch>(&bytes).unwrap(), sketch);
@@ -578,9 +584,9 @@ mod tests {
         ) {
             let (values, shuffled) = values;
             let cut = cut.min(values.len());
-            let whole = Sketch::of(values.iter().copied());
-            let mut merged = Sketch::of(shuffled[cut..].iter().copied());
-            merged.merge(&Sketch::of(shuffled[..cut].iter().copied()));
+            let whole = Sketch::from_values(values.iter().copied());
+            let mut merged = Sketch::from_values(shuffled[cut..].iter().copied());
+            merged.merge(&Sketch::from_values(shuffled[..cut].iter().copied()));
             prop_assert_eq!(&whole, &merged);
             prop_assert_eq!(whole.count(), values.len() as u64);
             let bytes = postcard::to_stdvec(&whole).unwrap();

@@ -27,8 +27,9 @@ pub struct Slope {
     /// The slope by ordinary least squares.
     #[serde(with = "nan_is_null")]
     pub value: f64,
-    /// The jackknife's standard error, from G = [`JACKKNIFE_GROUPS`] groups; NaN of medians where a group has a single
-    /// measure. Leaving one value out moves a median by a single gap, whatever the distribution.
+    /// The jackknife's standard error, from G = [`JACKKNIFE_GROUPS`] groups; NaN of medians where a
+    /// group has a single measure. Leaving one value out moves a median by a single gap, whatever
+    /// the distribution.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Cells.
@@ -41,8 +42,8 @@ impl Slope {
         self.points == cells && !self.value.is_infinite() && !(self.mcse < 0.0)
     }
 
-    /// The 95 % interval `value -+ t mcse`, t = 2.093 of Student's law with G - 1 = 19 degrees of freedom:
-    /// an error from 20 groups is too uncertain for 1.96, which would cover 93.5 %.
+    /// The 95 % interval `value -+ t mcse`, t = 2.093 of Student's law with G - 1 = 19 degrees of
+    /// freedom: an error from 20 groups is too uncertain for 1.96, which would cover 93.5 %.
     pub fn interval(&self) -> (f64, f64) {
         (self.value - T19 * self.mcse, self.value + T19 * self.mcse)
     }
@@ -80,13 +81,14 @@ pub enum NoSlope {
     },
 }
 
-/// The slope of log(statistic) on log(x) by ordinary least squares over cells, with its standard error.
+/// The slope of log(statistic) on log(x) by ordinary least squares over cells, with its standard
+/// error.
 ///
-/// `cells[i]` has the measure of x\[i\] in [`JACKKNIFE_GROUPS`] samples, one per group of trials. Cells that
-/// share their random numbers are dependent, so the residuals of the line say nothing of its error. The
-/// same group is left out of all cells at once: `MCSE^2 = (G - 1)/G sum_g (b_(g) - mean b)^2` (Efron and
-/// Stein 1981). This is the error of the slope of the line that fits these cells best; whether a line fits
-/// is not asked.
+/// `cells[i]` has the measure of x\[i\] in [`JACKKNIFE_GROUPS`] samples, one per group of trials.
+/// Cells that share their random numbers are dependent, so the residuals of the line say nothing of
+/// its error. The same group is left out of all cells at once:
+/// `MCSE^2 = (G - 1)/G sum_g (b_(g) - mean b)^2` (Efron and Stein 1981). This is the error of the
+/// slope of the line that fits these cells best; whether a line fits is not asked.
 ///
 /// Logarithms are the platform's, so the last bits may differ between machines.
 ///
@@ -95,7 +97,7 @@ pub enum NoSlope {
 pub fn slope(x: &[f64], cells: &[Vec<Sample>], statistic: SlopeOf) -> Result<Slope, NoSlope> {
     let cells: Vec<Option<Jackknife>> = cells
         .iter()
-        .map(|groups| Jackknife::of(groups, statistic, Worse::Larger))
+        .map(|groups| Jackknife::from_groups(groups, statistic, Worse::Larger))
         .collect();
     slope_of_statistics(x, &cells)
 }
@@ -142,8 +144,9 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
 }
 
 impl Jackknife {
-    /// The statistics of a cell's groups; `None` where there are not [`JACKKNIFE_GROUPS`], each with a measure.
-    pub fn of(groups: &[Sample], statistic: SlopeOf, worse: Worse) -> Option<Self> {
+    /// The statistics of a cell's groups; `None` where there are not [`JACKKNIFE_GROUPS`], each
+    /// with a measure.
+    pub fn from_groups(groups: &[Sample], statistic: SlopeOf, worse: Worse) -> Option<Self> {
         if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
             return None;
         }
@@ -154,8 +157,8 @@ impl Jackknife {
     }
 }
 
-/// The weights w of the slope `sum_i w_i log(statistic_i)`: `w_i = (l_i - mean l) / sum (l - mean l)^2` with
-/// l = log x.
+/// The weights w of the slope `sum_i w_i log(statistic_i)`:
+/// `w_i = (l_i - mean l) / sum (l - mean l)^2` with l = log x.
 fn weights(x: &[f64]) -> Option<Vec<f64>> {
     if !x.iter().all(|x| *x > 0.0 && x.is_finite()) || x.iter().all(|other| *other == x[0]) {
         return None;
@@ -208,7 +211,7 @@ mod tests {
     fn groups(values: &[f64]) -> Vec<Sample> {
         let group = |g: usize| values[g..].iter().step_by(JACKKNIFE_GROUPS).copied();
         (0..JACKKNIFE_GROUPS)
-            .map(|g| Sample::of(group(g)))
+            .map(|g| Sample::from_values(group(g)))
             .collect()
     }
 
@@ -218,8 +221,8 @@ mod tests {
         z
     }
 
-    /// Cells that are multiples x^-1/2 of the same numbers: the slope is -1/2 without error; that of the
-    /// medians to the resolution of the bins.
+    /// Cells that are multiples x^-1/2 of the same numbers: the slope is -1/2 without error; that
+    /// of the medians to the resolution of the bins.
     #[test]
     fn shared_numbers_leave_no_error() {
         let z: Vec<f64> = normals(0, 400).iter().map(|z| z.abs()).collect();
@@ -262,10 +265,14 @@ mod tests {
                 let z = normals(cell, trials);
                 groups(&z.iter().map(|z| z.abs()).collect::<Vec<_>>())
             });
-            let of = |statistic| slope(&[1.0, 2.0], &cells, statistic).unwrap();
-            assert!(of(SlopeOf::Median).value.is_finite());
-            assert_eq!(of(SlopeOf::Median).mcse.is_finite(), known, "{trials}");
-            assert!(of(SlopeOf::Rmse).mcse.is_finite());
+            let slope_of = |statistic| slope(&[1.0, 2.0], &cells, statistic).unwrap();
+            assert!(slope_of(SlopeOf::Median).value.is_finite());
+            assert_eq!(
+                slope_of(SlopeOf::Median).mcse.is_finite(),
+                known,
+                "{trials}"
+            );
+            assert!(slope_of(SlopeOf::Rmse).mcse.is_finite());
         }
     }
 
@@ -274,17 +281,17 @@ mod tests {
         let full = groups(&normals(3, 40));
         let zero = groups(&[0.0; 40]);
         let short = groups(&normals(3, 19));
-        let of = |x: &[f64], cells: &[Vec<Sample>]| slope(x, cells, SlopeOf::Rmse);
+        let rmse_slope = |x: &[f64], cells: &[Vec<Sample>]| slope(x, cells, SlopeOf::Rmse);
         let two = [full.clone(), full.clone()];
-        assert_eq!(of(&[1.0], &two), Err(NoSlope::TooFewPoints));
-        assert_eq!(of(&[1.0], &two[..1]), Err(NoSlope::TooFewPoints));
-        assert_eq!(of(&[1.0, 0.0], &two), Err(NoSlope::Abscissa));
-        assert_eq!(of(&[2.0, 2.0], &two), Err(NoSlope::Abscissa));
-        let found = of(&[1.0, 2.0], &[full.clone(), zero]);
+        assert_eq!(rmse_slope(&[1.0], &two), Err(NoSlope::TooFewPoints));
+        assert_eq!(rmse_slope(&[1.0], &two[..1]), Err(NoSlope::TooFewPoints));
+        assert_eq!(rmse_slope(&[1.0, 0.0], &two), Err(NoSlope::Abscissa));
+        assert_eq!(rmse_slope(&[2.0, 2.0], &two), Err(NoSlope::Abscissa));
+        let found = rmse_slope(&[1.0, 2.0], &[full.clone(), zero]);
         assert_eq!(found, Err(NoSlope::Statistic { cell: 1 }));
-        let found = of(&[1.0, 2.0], &[short, full.clone()]);
+        let found = rmse_slope(&[1.0, 2.0], &[short, full.clone()]);
         assert_eq!(found, Err(NoSlope::Groups { cell: 0 }));
-        let found = of(&[1.0, 2.0], &[full.clone(), full[..5].to_vec()]);
+        let found = rmse_slope(&[1.0, 2.0], &[full.clone(), full[..5].to_vec()]);
         assert_eq!(found, Err(NoSlope::Groups { cell: 1 }));
     }
 }

@@ -73,13 +73,14 @@ pub struct Statistics {
     /// Largest, as it was.
     #[serde(with = "nan_is_null")]
     pub max: f64,
-    /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out of
-    /// range. Then the measure has a heavy tail (or there are fewer than some ten trials): mean, sd, MSE and
-    /// RMSE say little, and their standard errors, which rest on fourth moments, even less. Read the
-    /// quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 % are flagged; their 95 %
-    /// intervals of the RMSE hold the truth in some 60 % (`tests/coverage.rs`). The reverse does not hold: of
-    /// studies of Student's law with 4 degrees of freedom, whose squares have no variance, 10 to 30 % are
-    /// flagged, and the intervals hold the truth in 89 %.
+    /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out
+    /// of range. Then the measure has a heavy tail (or there are fewer than some ten trials): mean,
+    /// sd, MSE and RMSE say little, and their standard errors, which rest on fourth moments, even
+    /// less. Read the quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 %
+    /// are flagged; their 95 % intervals of the RMSE hold the truth in some 60 %
+    /// (`tests/coverage.rs`). The reverse does not hold: of studies of Student's law with 4 degrees
+    /// of freedom, whose squares have no variance, 10 to 30 % are flagged, and the intervals hold
+    /// the truth in 89 %.
     pub dominated: bool,
     /// The largest `x^2` over the sum of `x^2`.
     #[serde(with = "nan_is_null")]
@@ -92,20 +93,22 @@ impl Statistics {
         let estimates = [self.mean, self.sd, self.mse, self.rmse, self.trimmed];
         let conditional = self.conditional.unwrap_or(self.quantiles);
         let quantiles = || self.quantiles.all().into_iter().chain(conditional.all());
-        let order_of = |of: Quantiles| {
-            let values = of.all().map(|of| of.value);
+        let order_of = |quantiles: Quantiles| {
+            let values = quantiles.all().map(|quantile| quantile.value);
             [self.min].into_iter().chain(values).chain([self.max])
         };
         let order = order_of(self.quantiles);
-        let squares = [self.sd, self.mse, self.rmse].map(|of| of.value);
-        let mut all = order.clone().chain(estimates.iter().map(|of| of.value));
+        let squares = [self.sd, self.mse, self.rmse].map(|estimate| estimate.value);
+        let mut all = order
+            .clone()
+            .chain(estimates.iter().map(|estimate| estimate.value));
         self.count.checked_add(self.undefined) == Some(trials)
             && self.overflowed <= self.count
             && (self.count > 0 || all.all(f64::is_nan))
             && ascend(order)
             && ascend(order_of(conditional))
             && estimates.iter().all(Estimate::is_sound)
-            && quantiles().all(|of| of.is_sound())
+            && quantiles().all(|quantile| quantile.is_sound())
             && !squares.iter().any(|x| *x < 0.0)
             && !(self.largest_share < 0.0 || self.largest_share > 1.0 + 1e-8)
     }

@@ -9,8 +9,8 @@ use crate::estimator::FailureKind;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
-/// The gains K(k) and the innovations' variances of a Kalman filter. They do not depend on the data: one sequence
-/// serves all records of a cell.
+/// The gains K(k) and the innovations' variances of a Kalman filter. They do not depend on the
+/// data: one sequence serves all records of a cell.
 #[derive(Clone, Debug)]
 pub struct GainSequence {
     order: usize,
@@ -23,7 +23,8 @@ pub struct GainSequence {
     settled: bool,
 }
 
-/// A sequence ends where K and P change by no more than this, relative to their largest entry and norm.
+/// A sequence ends where K and P change by no more than this, relative to their largest entry and
+/// norm.
 const SETTLED: f64 = 1e-14;
 
 impl GainSequence {
@@ -43,15 +44,16 @@ impl GainSequence {
     }
 
     /// The gains for k < `horizon` from the covariance `p0` (m x m) of `x(0) - xhat(0)`:
-    /// `K = (F P h + s) / (h'P h + r)`, `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`, which is
-    /// Joseph's form with cross covariance: symmetric, and non-negative as P is.
+    /// `K = (F P h + s) / (h'P h + r)`, `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`,
+    /// which is Joseph's form with cross covariance: symmetric, and non-negative as P is.
     ///
-    /// Once K and P change by 1e-14 or less in a step, the last gain stands for all later ones; where the
-    /// filter's slowest pole has modulus lambda, it is within about `1e-14 / (1 - lambda^2)` of the limit.
+    /// Once K and P change by 1e-14 or less in a step, the last gain stands for all later ones;
+    /// where the filter's slowest pole has modulus lambda, it is within about
+    /// `1e-14 / (1 - lambda^2)` of the limit.
     ///
     /// # Errors
-    /// As for [`super::dare`], but for a stabilising solution, which need not exist; the same for `p0`
-    /// as for Q; [`RiccatiError::NoConvergence`] where P overflows.
+    /// As for [`super::dare`], but for a stabilising solution, which need not exist; the same for
+    /// `p0` as for Q; [`RiccatiError::NoConvergence`] where P overflows.
     pub fn time_varying(
         model: &StochasticModel,
         p0: MatRef<'_, f64>,
@@ -119,7 +121,8 @@ impl GainSequence {
         self.variances[self.index(k)]
     }
 
-    /// The covariance P(k) one step after the last gain stored: of the steady state where the sequence has settled.
+    /// The covariance P(k) one step after the last gain stored: of the steady state where the
+    /// sequence has settled.
     pub fn covariance(&self) -> MatRef<'_, f64> {
         self.p.as_ref()
     }
@@ -152,8 +155,9 @@ struct Entry {
     value: f64,
 }
 
-/// The filter in predictor form, `xhat(k+1|k) = F xhat(k|k-1) + g u(k) + K(k) (y(k) - h'xhat(k|k-1))`, with
-/// buffers for one model. A clone shares the gains.
+/// The filter in predictor form,
+/// `xhat(k+1|k) = F xhat(k|k-1) + g u(k) + K(k) (y(k) - h'xhat(k|k-1))`, with buffers for one
+/// model. A clone shares the gains.
 #[derive(Clone, Debug)]
 pub struct Kalman {
     f: Vec<Entry>,
@@ -169,7 +173,8 @@ impl Kalman {
     /// The filter of a model with gains computed before.
     ///
     /// # Panics
-    /// If the gains, g or h are of another order than the model, or it has more plant states than states.
+    /// If the gains, g or h are of another order than the model, or it has more plant states than
+    /// states.
     pub fn new(model: &StochasticModel, gains: Arc<GainSequence>) -> Self {
         let m = model.order();
         assert!(gains.order == m && model.g.len() == m && model.h.len() == m);
@@ -226,11 +231,12 @@ impl Kalman {
         &self.x[..self.states]
     }
 
-    /// Calls `visit(k, xhat(k|k-1))`, the plant's part, for k = 0 ... K-1, from `xhat(0) = x0` (n numbers; the
-    /// noise's states begin at their mean 0); [`Self::state`] is then xhat(K|K-1).
+    /// Calls `visit(k, xhat(k|k-1))`, the plant's part, for k = 0 ... K-1, from `xhat(0) = x0` (n
+    /// numbers; the noise's states begin at their mean 0); [`Self::state`] is then xhat(K|K-1).
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the state overflows; what was visited must not be used then.
+    /// [`FailureKind::NonFinite`] where the state overflows; what was visited must not be used
+    /// then.
     ///
     /// # Panics
     /// If x0 is not of length n, u and y differ in length, or the gains do not cover them.
@@ -270,7 +276,8 @@ impl Kalman {
             }
             std::mem::swap(&mut self.x, &mut self.next);
         }
-        // A component that is not finite makes h'x, and by K all of the next state, infinite or NaN (0 inf = NaN).
+        // A component that is not finite makes h'x, and by K all of the next state, infinite or NaN
+        // (0 inf = NaN).
         if self.x.iter().all(|x| x.is_finite()) {
             Ok(())
         } else {

@@ -2,14 +2,14 @@
 
 use super::{Gain, GainError};
 
-/// An observer of a method's own instead of the setting's gain. All are one-step predictors: xhat(k) is made of
-/// data up to k - 1.
+/// An observer of a method's own instead of the setting's gain. All are one-step predictors:
+/// xhat(k) is made of data up to k - 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObserverKind {
     /// Luenberger's, with poles that are placed.
     Luenberger(Gain),
-    /// The steady-state Kalman filter. With the true plant the covariances and the colour of the noise are known too; with
-    /// an identified one they are identified on the window.
+    /// The steady-state Kalman filter. With the true plant the covariances and the colour of the
+    /// noise are known too; with an identified one they are identified on the window.
     Kalman,
     /// The time-varying Kalman filter from the covariance of x(0), all known.
     KalmanVarying,
@@ -20,7 +20,8 @@ pub enum ObserverKind {
 pub enum ObserverKindError {
     /// Not one of the forms.
     #[error(
-        "unknown observer '{0}'; expected kalman, kalman-varying, dead-beat, scaled:RHO or poles:LIST"
+        "unknown observer '{0}'; expected kalman, kalman-varying, dead-beat, scaled:RHO or \
+        poles:LIST"
     )]
     Form(String),
     /// What is wrong with a gain.

@@ -1,4 +1,5 @@
-//! The likelihood of a record by the Kalman filter's innovations, and the ratio of noises that maximises it.
+//! The likelihood of a record by the Kalman filter's innovations, and the ratio of noises that
+//! maximises it.
 
 use super::kalman::{GainSequence, Kalman};
 use super::luenberger::ObservedModel;
@@ -8,8 +9,8 @@ use crate::estimator::FailureKind;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
-/// The Gaussian likelihood of a record where (Q, s, r, P0) are known up to a common factor sigma^2, at
-/// the sigma^2 that maximises it.
+/// The Gaussian likelihood of a record where (Q, s, r, P0) are known up to a common factor sigma^2,
+/// at the sigma^2 that maximises it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Likelihood {
     /// `sigma^2 = (1 / K) sum_k e(k)^2 / v(k)`, v(k) the innovation's variance for sigma = 1.
@@ -32,8 +33,8 @@ pub enum ProcessNoise {
 pub struct VarianceRatio {
     /// `Q = rho I` or `rho b b'` for r = 1.
     pub rho: f64,
-    /// The likelihood at rho; its `sigma2` is the measurement noise's variance, `rho sigma2` the process
-    /// noise's.
+    /// The likelihood at rho; its `sigma2` is the measurement noise's variance, `rho sigma2` the
+    /// process noise's.
     pub likelihood: Likelihood,
 }
 
@@ -46,7 +47,8 @@ pub enum RatioError {
     /// No ratio has a filter; the reason for the last one.
     #[error(transparent)]
     Riccati(#[from] RiccatiError),
-    /// No ratio has a finite likelihood: the data are not finite, or some filter predicts them exactly.
+    /// No ratio has a finite likelihood: the data are not finite, or some filter predicts them
+    /// exactly.
     #[error("no ratio has a finite likelihood")]
     NonFinite,
 }
@@ -56,8 +58,8 @@ impl Kalman {
     /// concentrated out.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the state overflows or the likelihood is not finite, as for an
-    /// empty record or one that is predicted exactly.
+    /// [`FailureKind::NonFinite`] where the state overflows or the likelihood is not finite, as for
+    /// an empty record or one that is predicted exactly.
     ///
     /// # Panics
     /// As for [`Kalman::run`].
@@ -105,17 +107,19 @@ const GRID: usize = 24;
 /// Where the golden section ends, in log10 rho.
 const WIDTH: f64 = 1e-5;
 
-/// The rho >= 0 that maximises the likelihood of the record for the plant `model` with process noise of
-/// covariance rho I or rho b b' and white measurement noise of variance 1, times a common sigma^2 that
-/// is concentrated out.
+/// The rho >= 0 that maximises the likelihood of the record for the plant `model` with process
+/// noise of covariance rho I or rho b b' and white measurement noise of variance 1, times a common
+/// sigma^2 that is concentrated out.
 ///
-/// With `p0` (n x n, relative to the measurement noise's variance) the filter begins with that covariance of
-/// x(0) about x0; without, it is in its steady state from the first sample. The search is the same for all data:
-/// log10 rho from -8 to 4 in steps of 0.5, golden section to 1e-5 between the neighbours of the best (the
-/// smallest of equal ones), and rho = 0, which is taken unless another is better. A rho without a filter is left out.
+/// With `p0` (n x n, relative to the measurement noise's variance) the filter begins with that
+/// covariance of x(0) about x0; without, it is in its steady state from the first sample. The
+/// search is the same for all data: log10 rho from -8 to 4 in steps of 0.5, golden section to 1e-5
+/// between the neighbours of the best (the smallest of equal ones), and rho = 0, which is taken
+/// unless another is better. A rho without a filter is left out.
 ///
 /// # Errors
-/// [`RatioError::Record`]; [`RatioError::Riccati`] where no rho has a filter; [`RatioError::NonFinite`].
+/// [`RatioError::Record`]; [`RatioError::Riccati`] where no rho has a filter;
+/// [`RatioError::NonFinite`].
 pub fn maximum_likelihood_ratio(
     model: ObservedModel<'_>,
     u: &[f64],

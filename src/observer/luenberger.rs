@@ -4,8 +4,8 @@ use super::Gain;
 use crate::estimator::FailureKind;
 use crate::plant::observe;
 
-/// The full-order observer `xhat(k+1) = F xhat(k) + b u(k) + g y(k)`, `F = A - g c'`, `xhat(0) = x0`, with
-/// buffers for one order.
+/// The full-order observer `xhat(k+1) = F xhat(k) + b u(k) + g y(k)`, `F = A - g c'`,
+/// `xhat(0) = x0`, with buffers for one order.
 #[derive(Clone, Debug)]
 pub struct Observer {
     gain: Gain,
@@ -37,7 +37,8 @@ impl Observer {
     /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; [`Self::state`] is then xhat(K).
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the state overflows; what was visited must not be used then.
+    /// [`FailureKind::NonFinite`] where the state overflows; what was visited must not be used
+    /// then.
     ///
     /// # Panics
     /// If the model is of another order, or u and y differ in length.
@@ -60,7 +61,8 @@ impl Observer {
         }
     }
 
-    /// One step more on the model of the last [`Self::run`]: from xhat(k) to xhat(k+1) by u(k) and y(k).
+    /// One step more on the model of the last [`Self::run`]: from xhat(k) to xhat(k+1) by u(k) and
+    /// y(k).
     ///
     /// # Panics
     /// If the model is of another order.

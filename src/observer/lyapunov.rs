@@ -28,7 +28,8 @@ pub fn lyapunov(f: MatRef<'_, f64>, q: MatRef<'_, f64>) -> Result<Mat<f64>, Ricc
     })
 }
 
-/// The largest modulus of an eigenvalue; 0 for no matrix, NaN where the eigenvalues cannot be found.
+/// The largest modulus of an eigenvalue; 0 for no matrix, NaN where the eigenvalues cannot be
+/// found.
 pub(super) fn spectral_radius(f: MatRef<'_, f64>) -> f64 {
     if !f.is_all_finite() {
         return f64::NAN;
@@ -39,7 +40,8 @@ pub(super) fn spectral_radius(f: MatRef<'_, f64>) -> f64 {
     }
 }
 
-/// `sum_i F^i Q F'^i` of a stable F and a symmetric Q. `None` where it overflows or does not settle.
+/// `sum_i F^i Q F'^i` of a stable F and a symmetric Q. `None` where it overflows or does not
+/// settle.
 pub(super) fn sum_of_powers(mut f: Mat<f64>, mut p: Mat<f64>) -> Option<Mat<f64>> {
     for _ in 0..64 {
         let more = symmetric(&(&f * &p * f.transpose()));

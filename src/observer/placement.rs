@@ -6,12 +6,13 @@ use faer::{Mat, MatRef, c64};
 use std::f64::consts::PI;
 
 /// L (n) such that `A - L C'` has the characteristic polynomial phi of the poles (Ackermann 1972):
-/// `L = phi(A) O^-1 (0, ..., 0, 1)'` with the rows `C'A^i`, i = 0 ... n-1, of the observability matrix O. A is n x n, C of
-/// length n. For the few states of a continuous-time plant; O's condition number limits it.
+/// `L = phi(A) O^-1 (0, ..., 0, 1)'` with the rows `C'A^i`, i = 0 ... n-1, of the observability
+/// matrix O. A is n x n, C of length n. For the few states of a continuous-time plant; O's
+/// condition number limits it.
 ///
 /// # Errors
-/// [`GainError::Count`] where the poles are not n, [`GainError::Observability`] where O has a condition number (1-norm) above
-/// 1e9, so that less than half of the digits of L would be right.
+/// [`GainError::Count`] where the poles are not n, [`GainError::Observability`] where O has a
+/// condition number (1-norm) above 1e9, so that less than half of the digits of L would be right.
 pub fn place(a: MatRef<'_, f64>, c: &[f64], poles: &Poles) -> Result<Vec<f64>, GainError> {
     let n = a.nrows();
     if poles.len() != n {
@@ -61,7 +62,8 @@ pub fn parse_poles(list: &str) -> Result<Poles, GainError> {
     }
 }
 
-/// n poles evenly spread on the left half of the circle of this radius (rad/s): those of a Butterworth filter.
+/// n poles evenly spread on the left half of the circle of this radius (rad/s): those of a
+/// Butterworth filter.
 pub fn butterworth(n: usize, radius: f64) -> Poles {
     let pole = |i: usize| {
         let angle = PI * (2 * i + n + 1) as f64 / (2 * n) as f64;

@@ -1,27 +1,28 @@
 //! Algebraic Riccati equations of the Kalman filter for one output.
 //!
 //! A solution is found in three steps, the same in discrete and continuous time: the
-//! structure-preserving doubling algorithm (SDA), which converges quadratically; a check that its gain
-//! stabilises the filter; and Newton's iteration (Kleinman 1968, Hewer 1971), which squares what error
-//! is left. Doubling begins at Q and finds the smallest solution P >= 0, which is not the stabilising one
-//! where modes on or outside the unit circle are not driven by Q. Such an equation is solved with Q + eps I
-//! first, whose gain stabilises, and Newton's iteration leads from that gain to the stabilising
-//! solution, where there is one.
+//! structure-preserving doubling algorithm (SDA), which converges quadratically; a check that its
+//! gain stabilises the filter; and Newton's iteration (Kleinman 1968, Hewer 1971), which squares
+//! what error is left. Doubling begins at Q and finds the smallest solution P >= 0, which is not
+//! the stabilising one where modes on or outside the unit circle are not driven by Q. Such an
+//! equation is solved with Q + eps I first, whose gain stabilises, and Newton's iteration leads
+//! from that gain to the stabilising solution, where there is one.
 //!
-//! Sources: Chu, Fan, Lin, Wang, "Structure-preserving algorithms for periodic discrete-time algebraic
-//! Riccati equations", Int. J. Control 77 (2004) 767; Chu, Fan, Lin, "A structure-preserving doubling
-//! algorithm for continuous-time algebraic Riccati equations", Linear Algebra Appl. 396 (2005) 55.
+//! Sources: Chu, Fan, Lin, Wang, "Structure-preserving algorithms for periodic discrete-time
+//! algebraic Riccati equations", Int. J. Control 77 (2004) 767; Chu, Fan, Lin, "A
+//! structure-preserving doubling algorithm for continuous-time algebraic Riccati equations", Linear
+//! Algebra Appl. 396 (2005) 55.
 
 mod check;
-mod continuous;
-mod discrete;
+mod continuous_equation;
+mod discrete_equation;
 #[cfg(test)]
 pub(super) mod tests;
 
 pub(super) use check::{check, check_column, check_covariance};
-pub(super) use discrete::Discrete;
+pub(super) use discrete_equation::Discrete;
 
-use continuous::Continuous;
+use continuous_equation::Continuous;
 use faer::{Col, Mat, MatRef};
 
 /// The stabilising solution of a filter's Riccati equation.
@@ -33,8 +34,9 @@ pub struct Riccati {
     pub gain: Vec<f64>,
     /// The innovation's variance `h'P h + r` (discrete), or its intensity r (continuous).
     pub innovation: f64,
-    /// What P leaves of the equation, relative: discrete `||P - Ric(P)||_F / max(||P||_F, ||Q||_F)`,
-    /// continuous `||A P + P A' + Q - P c c'P / r||_F / max(||A P||_F, ||Q||_F, ||P c c'P / r||_F)`.
+    /// What P leaves of the equation, relative: discrete
+    /// `||P - Ric(P)||_F / max(||P||_F, ||Q||_F)`, continuous
+    /// `||A P + P A' + Q - P c c'P / r||_F / max(||A P||_F, ||Q||_F, ||P c c'P / r||_F)`.
     pub residual: f64,
     /// Steps of doubling and of Newton's iteration.
     pub iterations: usize,
@@ -84,8 +86,8 @@ pub enum RiccatiError {
          boundary is not seen in y, or one on it is not driven by the process noise"
     )]
     NotStabilising {
-        /// Discrete: 1 - the largest modulus of a pole; continuous: minus the largest real part over
-        /// the largest modulus.
+        /// Discrete: 1 - the largest modulus of a pole; continuous: minus the largest real part
+        /// over the largest modulus.
         margin: f64,
     },
     /// The iteration overflowed, or stopped short of the accuracy asked for.
@@ -99,25 +101,29 @@ pub enum RiccatiError {
     Unstable(f64),
 }
 
-/// The least distance of the filter's poles to the stability boundary. A double pole on the boundary is
-/// found to about 1e-8, a simple one to about 1e-15.
+/// The least distance of the filter's poles to the stability boundary. A double pole on the
+/// boundary is found to about 1e-8, a simple one to about 1e-15.
 const MARGIN: f64 = 1e-9;
 /// The largest relative residual that is returned.
 const ACCEPTED: f64 = 1e-9;
-/// Newton's steps, each of which halves at least the distance to the boundary of a pole that tends to it.
+/// Newton's steps, each of which halves at least the distance to the boundary of a pole that tends
+/// to it.
 const NEWTON_STEPS: usize = 40;
 
 /// What the two equations have in common.
 pub(super) trait Equation {
-    /// The solution by doubling with Q + eps I, and the steps it took. `None` where that does not converge.
+    /// The solution by doubling with Q + eps I, and the steps it took. `None` where that does not
+    /// converge.
     fn double(&self, eps: f64) -> Option<(Mat<f64>, usize)>;
     /// The gain for the covariance P.
     fn gain(&self, p: &Mat<f64>) -> Col<f64>;
-    /// How far inside the stability boundary the filter's poles are. NaN where they cannot be found.
+    /// How far inside the stability boundary the filter's poles are. NaN where they cannot be
+    /// found.
     fn margin(&self, gain: &Col<f64>) -> f64;
     /// What P leaves of the equation, symmetric, and the size it is relative to.
     fn defect(&self, p: &Mat<f64>) -> (Mat<f64>, f64);
-    /// Newton's step: what to add to P for a defect, by the stable filter with the gain of P. `None` where it overflows.
+    /// Newton's step: what to add to P for a defect, by the stable filter with the gain of P.
+    /// `None` where it overflows.
     fn correction(&self, gain: &Col<f64>, defect: Mat<f64>) -> Option<Mat<f64>>;
     /// An eps of the equation's own scale.
     fn scale(&self) -> f64;
@@ -144,8 +150,8 @@ fn solve(equation: &impl Equation) -> Result<Solution, RiccatiError> {
 
 /// Newton's iteration from a P whose gain stabilises, to where the residual falls no more.
 ///
-/// Each step adds to P: its own rounding is of the size of the correction, and what limits the result
-/// is the rounding of the defect.
+/// Each step adds to P: its own rounding is of the size of the correction, and what limits the
+/// result is the rounding of the defect.
 fn refine(equation: &impl Equation, p: Mat<f64>, steps: usize) -> Result<Solution, RiccatiError> {
     let (mut defect, mut residual) = relative(equation, &p);
     let mut best = (p, residual, steps);
@@ -183,21 +189,21 @@ fn relative(equation: &impl Equation, p: &Mat<f64>) -> (Mat<f64>, f64) {
 }
 
 /// The stabilising solution P (n x n) of the predictor's equation
-/// `P = F P F' + Q - (F P h + s) (h'P h + r)^-1 (F P h + s)'` for `x(k+1) = F x + w`, `y = h'x + v`,
-/// `Q = E[w w']`, `s = E[w v]`, `r = E[v v]`, with the gain `K = (F P h + s) / (h'P h + r)` for which
-/// `F - K h'` is strictly stable.
+/// `P = F P F' + Q - (F P h + s) (h'P h + r)^-1 (F P h + s)'` for `x(k+1) = F x + w`,
+/// `y = h'x + v`, `Q = E[w w']`, `s = E[w v]`, `r = E[v v]`, with the gain
+/// `K = (F P h + s) / (h'P h + r)` for which `F - K h'` is strictly stable.
 ///
 /// F and Q are n x n, h and s have n numbers. The cross covariance is removed first: with
 /// `F~ = F - s r^-1 h'` and `Q~ = Q - s r^-1 s'` the equation has s = 0 and the gain `K - s / r`.
-/// The rounding of the gain limits the relative residual to about `2e-16 (1 + |F K| |h|)`: below 1e-12 on plants of
-/// order 10 and less with poles of modulus up to 1.5, 1e-11 where ten poles of modulus about 3 must
-/// be stabilised from one output. One above 1e-9 is an error.
+/// The rounding of the gain limits the relative residual to about `2e-16 (1 + |F K| |h|)`: below
+/// 1e-12 on plants of order 10 and less with poles of modulus up to 1.5, 1e-11 where ten poles of
+/// modulus about 3 must be stabilised from one output. One above 1e-9 is an error.
 ///
 /// # Errors
 /// [`RiccatiError::Shape`], [`RiccatiError::NotFinite`], [`RiccatiError::Variance`];
 /// [`RiccatiError::NotSymmetric`] and [`RiccatiError::Indefinite`] for Q, and the latter for Q~,
-/// the covariance of what v does not tell of w; [`RiccatiError::NotStabilising`] where (F, h) is not
-/// detectable or F~ has a pole on the unit circle that Q~ does not drive;
+/// the covariance of what v does not tell of w; [`RiccatiError::NotStabilising`] where (F, h) is
+/// not detectable or F~ has a pole on the unit circle that Q~ does not drive;
 /// [`RiccatiError::NoConvergence`].
 pub fn dare(
     f: MatRef<'_, f64>,

@@ -5,8 +5,8 @@ use super::riccati::{Riccati, RiccatiError, check_column, check_covariance, dare
 use faer::{Mat, MatRef};
 
 /// `x(k+1) = F x(k) + g u(k) + w(k)`, `y(k) = h'x(k) + v(k)` with white w and v of zero mean,
-/// `E[w w'] = Q`, `E[w v] = s`, `E[v v] = r`. The first `states` of the m components of x are the plant's, the others
-/// those of the measurement noise.
+/// `E[w w'] = Q`, `E[w v] = s`, `E[v v] = r`. The first `states` of the m components of x are the
+/// plant's, the others those of the measurement noise.
 #[derive(Clone, Debug)]
 pub struct StochasticModel {
     /// F, m x m.
@@ -28,8 +28,8 @@ pub struct StochasticModel {
 /// Measurement noise `f(k) = C(q) / D(q) w(k)`, w white of the given standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasurementNoise<'a> {
-    /// c_0 ... c_q, c_0 not zero. Zeros of C outside the unit circle are allowed, on it not: there the
-    /// filter has a pole on the circle.
+    /// c_0 ... c_q, c_0 not zero. Zeros of C outside the unit circle are allowed, on it not: there
+    /// the filter has a pole on the circle.
     pub numerator: &'a [f64],
     /// 1, d_1 ... d_p.
     pub denominator: &'a [f64],
@@ -135,13 +135,13 @@ impl StochasticModel {
         dare(self.f.as_ref(), &self.h, self.q.as_ref(), &self.s, self.r)
     }
 
-    /// The covariance (m x m) of x(0) about its estimate where the plant's part is known to within the
-    /// covariance `plant` (n x n) and the noise is stationary from its first sample: `blkdiag(plant, P_f)`,
-    /// `P_f = A_f P_f A_f' + B_f B_f' sigma^2`.
+    /// The covariance (m x m) of x(0) about its estimate where the plant's part is known to within
+    /// the covariance `plant` (n x n) and the noise is stationary from its first sample:
+    /// `blkdiag(plant, P_f)`, `P_f = A_f P_f A_f' + B_f B_f' sigma^2`.
     ///
     /// # Errors
-    /// As for [`lyapunov`] of the noise's part; [`RiccatiError::Shape`], [`RiccatiError::NotSymmetric`]
-    /// or [`RiccatiError::Indefinite`] for `plant`.
+    /// As for [`lyapunov`] of the noise's part; [`RiccatiError::Shape`],
+    /// [`RiccatiError::NotSymmetric`] or [`RiccatiError::Indefinite`] for `plant`.
     pub fn initial_covariance(&self, plant: MatRef<'_, f64>) -> Result<Mat<f64>, RiccatiError> {
         let n = self.states;
         let m = self.order();

@@ -1,8 +1,9 @@
-//! The maps between the forms of the canonical SISO plant: (a, b), (a, h) and polynomials (alpha, beta).
+//! The maps between the forms of the canonical SISO plant: (a, b), (a, h) and polynomials (alpha,
+//! beta).
 //!
-//! T is the n x n lower-triangular Toeplitz matrix with first column `(1, -a_n, -a_(n-1), ..., -a_2)`;
-//! `T b = h`, Eq. (5). `alpha_i = -a_(n+1-i)` and `beta_i = h_i`, the field's
-//! `A(q) = 1 + alpha_1 q^-1 + ...` and `B(q) = beta_1 q^-1 + ...`.
+//! T is the n x n lower-triangular Toeplitz matrix with first column
+//! `(1, -a_n, -a_(n-1), ..., -a_2)`; `T b = h`, Eq. (5). `alpha_i = -a_(n+1-i)` and `beta_i = h_i`,
+//! the field's `A(q) = 1 + alpha_1 q^-1 + ...` and `B(q) = beta_1 q^-1 + ...`.
 
 use crate::real::Real;
 
@@ -23,7 +24,8 @@ pub fn solve_toeplitz<R: Real>(a: &[R], x: &mut [R]) {
     }
 }
 
-/// Computes `T x` in place: `(T x)_i = x_i - sum_(j<i) a_(n+1-(i-j)) x_j`, so that `h = T b`, Eq. (5).
+/// Computes `T x` in place: `(T x)_i = x_i - sum_(j<i) a_(n+1-(i-j)) x_j`, so that `h = T b`, Eq.
+/// (5).
 ///
 /// # Panics
 /// In debug builds, if the lengths differ.

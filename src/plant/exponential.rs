@@ -24,12 +24,12 @@ const PADE_13: [f64; 14] = [
 /// Largest 1-norm for which the approximant is accurate to unit roundoff, Table 2.3 of the source.
 const THETA_13: f64 = 5.371920351148152;
 
-/// `e^A` of a square matrix by scaling and squaring with the [13/13] Pade approximant: with `s` the smallest
-/// integer for which `norm1(A) / 2^s <= 5.37`, `e^A = r(A / 2^s)^(2^s)`.
+/// `e^A` of a square matrix by scaling and squaring with the [13/13] Pade approximant: with `s` the
+/// smallest integer for which `norm1(A) / 2^s <= 5.37`, `e^A = r(A / 2^s)^(2^s)`.
 ///
-/// All entries are NaN if an entry of A is not finite; where `e^A` overflows, entries are infinite or NaN.
-/// Source: N. J. Higham, The scaling and squaring method for the matrix exponential revisited, SIAM J. Matrix Anal.
-/// Appl. 26 (2005) 1179-1193, Algorithm 2.3.
+/// All entries are NaN if an entry of A is not finite; where `e^A` overflows, entries are infinite
+/// or NaN. Source: N. J. Higham, The scaling and squaring method for the matrix exponential
+/// revisited, SIAM J. Matrix Anal. Appl. 26 (2005) 1179-1193, Algorithm 2.3.
 ///
 /// # Panics
 /// If A is not square.
@@ -55,7 +55,8 @@ pub fn exponential(a: MatRef<'_, f64>) -> Mat<f64> {
     result
 }
 
-/// The approximant `r(A) = q(A)^-1 p(A)`, `p = v + u`, `q = v - u` with u the odd and v the even powers.
+/// The approximant `r(A) = q(A)^-1 p(A)`, `p = v + u`, `q = v - u` with u the odd and v the even
+/// powers.
 fn pade_13(a: &Mat<f64>) -> Mat<f64> {
     let n = a.nrows();
     let identity = Mat::<f64>::identity(n, n);

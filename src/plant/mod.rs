@@ -1,7 +1,7 @@
 //! The true system: the canonical SISO plant, its forms, simulation, poles.
 
 pub mod canonical;
-mod continuous;
+mod continuous_plant;
 mod exponential;
 mod observability;
 mod paper;
@@ -13,7 +13,7 @@ pub(crate) use simulate::inlined;
 pub mod stability;
 mod system;
 
-pub use continuous::{ContinuousPlant, ContinuousPlantError};
+pub use continuous_plant::{ContinuousPlant, ContinuousPlantError};
 pub use exponential::exponential;
 pub use observability::observability_rank;
 pub use paper::{Numerator, nikolov2023};
@@ -22,6 +22,6 @@ pub use random::random_stable;
 pub use simulate::{drive, observe, simulate};
 pub use system::{StateSpace, SystemError, TransferFunction};
 
-/// The largest order of a plant or a model: its matrices take some MB each, and the coefficients of any stable
-/// plant, below 2^n, stay finite.
+/// The largest order of a plant or a model: its matrices take some MB each, and the coefficients of
+/// any stable plant, below 2^n, stay finite.
 pub const ORDER_LIMIT: usize = 1000;

@@ -2,12 +2,13 @@
 
 use faer::MatRef;
 
-/// The numerical rank of the observability matrix `[C'; C'A; ...; C'A^(n-1)]`, without forming it: the dimension of the
-/// Krylov space of (A', C) by the Arnoldi process, whose vectors stay orthonormal where the powers become parallel.
+/// The numerical rank of the observability matrix `[C'; C'A; ...; C'A^(n-1)]`, without forming it:
+/// the dimension of the Krylov space of (A', C) by the Arnoldi process, whose vectors stay
+/// orthonormal where the powers become parallel.
 ///
-/// The space is complete when what is new in `A'q` is at most `16 n eps` times the norm of `|A'| |q|`, the rounding
-/// error that `A'q` may have. Source: the staircase algorithm, P. Van Dooren, IEEE Trans. Automatic Control 26 (1981)
-/// 111-129, for one output.
+/// The space is complete when what is new in `A'q` is at most `16 n eps` times the norm of
+/// `|A'| |q|`, the rounding error that `A'q` may have. Source: the staircase algorithm, P. Van
+/// Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129, for one output.
 ///
 /// # Panics
 /// If C has fewer than n entries.

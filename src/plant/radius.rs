@@ -1,29 +1,33 @@
-//! The spectral radius: the largest modulus of the poles, by Ehrlich and Aberth's simultaneous iteration for all of
-//! them, over [`Real`].
+//! The spectral radius: the largest modulus of the poles, by Ehrlich and Aberth's simultaneous
+//! iteration for all of them, over [`Real`].
 //!
-//! The iteration ends when every root that it has is one of two kinds. Either its value is rounding, or the disc of
-//! radius `n |p(z_i) / prod_(j != i) (z_i - z_j)|` around it stays within the largest modulus: all these discs together
-//! hold all zeros. So no zero beyond the radius is missed, and the radius has the error that rounding each coefficient
-//! once would cause, some times over.
+//! The iteration ends when every root that it has is one of two kinds. Either its value is
+//! rounding, or the disc of radius `n |p(z_i) / prod_(j != i) (z_i - z_j)|` around it stays within
+//! the largest modulus: all these discs together hold all zeros. So no zero beyond the radius is
+//! missed, and the radius has the error that rounding each coefficient once would cause, some times
+//! over.
 
 use super::canonical::reverse_negated;
 use crate::real::{Mask, Real, Word};
 
-/// Orders up to this one have the iteration; powers of moduli would leave the range of numbers at some hundreds.
+/// Orders up to this one have the iteration; powers of moduli would leave the range of numbers at
+/// some hundreds.
 pub(crate) const LARGEST_ORDER: usize = 24;
 
 /// Steps from one circle. Six are usual, twofold zeros take some 20, 24-fold ones 60.
 const MOST_STEPS: usize = 100;
 
-/// The golden angle's cosine and sine: numbers turned by it surround a circle, however many they are.
+/// The golden angle's cosine and sine: numbers turned by it surround a circle, however many they
+/// are.
 const TURN: [f64; 2] = [-0.737_368_878_078_319_7, 0.675_490_294_261_523_8];
 
-/// Circles on which the iteration starts, in units of `max |alpha_k|^(1/k)`, which no zero exceeds twice. Started from
-/// within the zeros, all numbers may fall to a multiple zero and miss a larger one; then the next circle serves.
+/// Circles on which the iteration starts, in units of `max |alpha_k|^(1/k)`, which no zero exceeds
+/// twice. Started from within the zeros, all numbers may fall to a multiple zero and miss a larger
+/// one; then the next circle serves.
 const CIRCLES: [f64; 3] = [1.5, 2.0, 3.0];
 
-/// The largest modulus of the zeros of `z^n - a_n z^(n-1) - ... - a_1`, n at most `N`; NaN where a coefficient is not
-/// finite or the iteration does not converge.
+/// The largest modulus of the zeros of `z^n - a_n z^(n-1) - ... - a_1`, n at most `N`; NaN where a
+/// coefficient is not finite or the iteration does not converge.
 ///
 /// `stable` is what [`super::stability::is_stable`] says of `a`.
 #[inline(always)]
@@ -35,8 +39,8 @@ pub(crate) fn spectral_radius<R: Real, const N: usize>(a: &[R], stable: R::Mask)
     on_its_side(iterate::<R, N>(alpha, start) * scale, stable)
 }
 
-/// The stability test decides: a radius is 1 or more exactly where the polynomial is not stable. One that rounding
-/// puts on the other side of 1 becomes the nearest number of its side.
+/// The stability test decides: a radius is 1 or more exactly where the polynomial is not stable.
+/// One that rounding puts on the other side of 1 becomes the nearest number of its side.
 #[inline(always)]
 pub(crate) fn on_its_side<R: Real>(radius: R, stable: R::Mask) -> R {
     let one = R::splat(1.0);
@@ -46,8 +50,9 @@ pub(crate) fn on_its_side<R: Real>(radius: R, stable: R::Mask) -> R {
     R::select(stable, inside, outside)
 }
 
-/// Divides the zeros by a power of two, exactly, such that `max |alpha_k|^(1/k)` is about 1. Returns that power, and the
-/// maximum to 10 %: zero where all zeros are, NaN where a coefficient is not finite.
+/// Divides the zeros by a power of two, exactly, such that `max |alpha_k|^(1/k)` is about 1.
+/// Returns that power, and the maximum to 10 %: zero where all zeros are, NaN where a coefficient
+/// is not finite.
 #[inline(always)]
 fn normalise<R: Real>(alpha: &mut [R]) -> (R, R) {
     let zero = R::zero();
@@ -182,7 +187,8 @@ fn improve<R: Real>(
     let is_within = p.square().at_most(room * room * q.square());
     let step = p.times(q).over(dp.times(q).minus(p.times(dq)));
     let better = z.minus(step);
-    // A step beyond what any zero's modulus can be, or without a value, is none; z then moves on the circle.
+    // A step beyond what any zero's modulus can be, or without a value, is none; z then moves on
+    // the circle.
     let possible = better.square().at_most(R::splat(64.0));
     let turned = z.times(Complex::splat(TURN));
     let better = Complex {

@@ -5,8 +5,8 @@ use crate::signal::arithmetic::with_fma;
 
 /// One step in place: `x <- A x + b u + g e`.
 ///
-/// `x_i <- x_(i+1) + b_i u + g_i e` and `x_n <- b_n u + a_1 x_1 + ... + a_n x_n + g_n e`, every product
-/// fused, in this order. Pass an empty `g` for a plain simulation.
+/// `x_i <- x_(i+1) + b_i u + g_i e` and `x_n <- b_n u + a_1 x_1 + ... + a_n x_n + g_n e`, every
+/// product fused, in this order. Pass an empty `g` for a plain simulation.
 #[inline(always)]
 fn advance<const FEEDBACK: bool, R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R], u: R, e: R) {
     let n = x.len();
@@ -27,8 +27,8 @@ fn advance<const FEEDBACK: bool, R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R]
     x[n - 1] = last;
 }
 
-/// Calls `visit(k, x(k))` for k = 0 ... u.len() - 1 and leaves the state after the last input in `x`:
-/// `x(k+1) = A x(k) + b u(k)`, from the `x` given.
+/// Calls `visit(k, x(k))` for k = 0 ... u.len() - 1 and leaves the state after the last input in
+/// `x`: `x(k+1) = A x(k) + b u(k)`, from the `x` given.
 ///
 /// # Panics
 /// If `a`, `b` and `x` are not of one length n >= 1.
@@ -40,11 +40,12 @@ pub fn simulate<R: Real>(a: &[R], b: &[R], x: &mut [R], u: &[R], visit: impl FnM
     );
 }
 
-/// The same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`: `rows` comes with w(k) in row k (n numbers a row), where
-/// x(k) takes its place.
+/// The same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`: `rows` comes with w(k) in row k
+/// (n numbers a row), where x(k) takes its place.
 ///
 /// # Panics
-/// If `a`, `b` and `x` are not of one length n >= 1, or `rows` is shorter than n numbers for every input.
+/// If `a`, `b` and `x` are not of one length n >= 1, or `rows` is shorter than n numbers for every
+/// input.
 pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: &mut [f64]) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n && rows.len() >= n * u.len());
@@ -92,8 +93,8 @@ pub fn drive<R: Real>(
     );
 }
 
-/// The same with output feedback, stage 12: `x(k+1) = A x(k) + b u(k) + g (y(k) - x_1(k))`, which is
-/// `F x + b u + g y` with `F = A - g c'`.
+/// The same with output feedback, stage 12: `x(k+1) = A x(k) + b u(k) + g (y(k) - x_1(k))`, which
+/// is `F x + b u + g y` with `F = A - g c'`.
 ///
 /// # Panics
 /// If `a`, `b`, `g` and `x` are not of one length n >= 1, or `u` and `y` differ in length.
@@ -113,7 +114,8 @@ pub fn observe<R: Real>(
     );
 }
 
-/// The same for a caller that is already inside of [`Real::run`], so that a constant order stays one.
+/// The same for a caller that is already inside of [`Real::run`], so that a constant order stays
+/// one.
 pub(crate) mod inlined {
     use super::{Real, advance};
 

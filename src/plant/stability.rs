@@ -6,7 +6,8 @@ use crate::real::{Mask, Real};
 /// One step down, in place: the predictor of order m - 1 from that of order m.
 ///
 /// `d^(m-1)_i = (d^(m)_i - kappa d^(m)_(m-i)) / (1 - kappa^2)`, `kappa = d^(m)_m`; `d` holds
-/// `d_1 ... d_m`. Returns kappa; where |kappa| >= 1 or kappa is not a number, what is left means nothing.
+/// `d_1 ... d_m`. Returns kappa; where |kappa| >= 1 or kappa is not a number, what is left means
+/// nothing.
 #[inline(always)]
 fn step_down<R: Real>(d: &mut [R]) -> R {
     let m = d.len();
@@ -39,7 +40,8 @@ pub fn is_stable<R: Real>(a: &[R], scratch: &mut [R]) -> R::Mask {
     stable
 }
 
-/// The predictors of orders 0 ... p of the stationary process `D(q) v = w`, w white of unit variance.
+/// The predictors of orders 0 ... p of the stationary process `D(q) v = w`, w white of unit
+/// variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepDown {
     /// `predictors[m]` holds d^(m)_1 ... d^(m)_m.
@@ -80,8 +82,8 @@ impl StepDown {
 
     /// `sum_k g(k)^2` of the impulse response g of `C(q) / D(q)`, C given by `c_0 ... c_q`.
     ///
-    /// Astrom, Jury and Agniel's recursion: with `c^(m-1)_i = c^(m)_i - c^(m)_m d^(m)_(m-i)` the sum is
-    /// `sum_m (c^(m)_m sigma_m)^2`.
+    /// Astrom, Jury and Agniel's recursion: with `c^(m-1)_i = c^(m)_i - c^(m)_m d^(m)_(m-i)` the
+    /// sum is `sum_m (c^(m)_m sigma_m)^2`.
     pub fn energy(&self, numerator: &[f64]) -> f64 {
         let p = self.predictors.len() - 1;
         let mut c = numerator.to_vec();

@@ -1,10 +1,11 @@
 //! A page of every kind of figure and table from made-up numbers, to look at:
-//! `ASOBENCH_DEMO=DIR cargo test --release --lib demo` writes it as `DIR/demo.html` with its figures beside it.
+//! `ASOBENCH_DEMO=DIR cargo test --release --lib demo` writes it as `DIR/demo.html` with its
+//! figures beside it.
 
 use super::html::{CellText, Column, Page, Table, Verdict};
 use super::markup::elements;
 use super::plot::{
-    Axis, Course, Heat, HeatCell, Plot, Point, Series, Sharing, Style, small_multiples,
+    Course, Heat, HeatCell, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples,
 };
 use super::uncertain;
 
@@ -19,8 +20,8 @@ fn noise(i: usize) -> f64 {
 fn rates() -> Plot {
     let mut plot = Plot::new(
         "Error over the length of the window, noise level 10 %, 10,000 trials a point",
-        Axis::log("N, samples"),
-        Axis::log("median of e_a, relative"),
+        PlotAxis::log("N, samples"),
+        PlotAxis::log("median of e_a, relative"),
     );
     for (slot, (name, factor)) in [("LS", 0.9), ("IV(4)", 1.2), ("IV(4), white noise", 0.55)]
         .into_iter()
@@ -57,8 +58,8 @@ fn bands() -> Plot {
     };
     Plot::new(
         "Claim C2: error of the state over time",
-        Axis::linear("k, samples"),
-        Axis::log("e_x(k), relative"),
+        PlotAxis::linear("k, samples"),
+        PlotAxis::log("e_x(k), relative"),
     )
     .series(Series::new(
         "LS: median, 5-95 %",
@@ -87,8 +88,8 @@ fn boxes(names: &[&str]) -> Plot {
     };
     let mut plot = Plot::new(
         "e_a by noise: 5, 25, 50, 75 and 95 % quantiles",
-        Axis::categories("noise", names),
-        Axis::log("e_a, relative"),
+        PlotAxis::categories("noise", names),
+        PlotAxis::log("e_a, relative"),
     );
     for (label, level) in [("LS", 0.09), ("IV(4)", 0.12), ("IV(10)", 0.1)] {
         plot = plot.series(Series::new(label, Style::Boxes, group(level)));
@@ -111,8 +112,8 @@ fn shares() -> Plot {
     let points = |shift: f64| (0..names.len()).map(|i| point((i, shift))).collect();
     Plot::new(
         "Share of trials that meet the bound",
-        Axis::linear("trials with e_a < 0.033, %").range(0.0, 40.0),
-        Axis::categories("estimator", &names),
+        PlotAxis::linear("trials with e_a < 0.033, %").range(0.0, 40.0),
+        PlotAxis::categories("estimator", &names),
     )
     .series(Series::new("N = 98", Style::ErrorBars, points(0.0)))
     .series(Series::new("N = 218", Style::ErrorBars, points(6.0)))
@@ -130,8 +131,8 @@ fn distribution() -> Plot {
     };
     let mut plot = Plot::new(
         "Distribution of max e_x",
-        Axis::log("max e_x, relative"),
-        Axis::linear("share of trials").range(0.0, 1.0),
+        PlotAxis::log("max e_x, relative"),
+        PlotAxis::linear("share of trials").range(0.0, 1.0),
     );
     for (i, name) in [
         "LS",
@@ -303,8 +304,16 @@ fn page() -> Page {
     let mut page =
         Page::new("asobench: what the papers claim and what a typical realisation shows");
     page.introduction(|s| {
-        s.paragraph("Made-up numbers, to look at the page. Every number has its Monte-Carlo standard error; `asobench report` would write it.");
-        s.settings(&[("version", "0.1.0"), ("revision", "dc6db91"), ("seed", "2023"), ("trials", "10,000 a cell")]);
+        s.paragraph(
+            "Made-up numbers, to look at the page. Every number has its Monte-Carlo \
+            standard error; `asobench report` would write it.",
+        );
+        s.settings(&[
+            ("version", "0.1.0"),
+            ("revision", "dc6db91"),
+            ("seed", "2023"),
+            ("trials", "10,000 a cell"),
+        ]);
     });
     page.section("verdicts", "Verdicts", |s| s.table(&verdicts()));
     let figures = figures();
@@ -316,20 +325,42 @@ fn page() -> Page {
     ];
     for (i, pair) in figures.chunks(3).enumerate() {
         let id = format!("c{}", i + 1);
-        page.section(&id, &format!("C{}: does the error fall in proportion to N?", i + 1), |s| {
-            s.question("Robustness to noise grows in proportion to the number of samples N. Is the slope of log RMSE over log N -1/2?");
-            s.answer(all[i], "the slope is -0.497(3) for LS and -0.51(2) for IV(4), where the noise is `1/A(q)`; with white noise LS is biased and levels off.");
-            for (_, svg, caption) in pair {
-                s.figure(svg, caption);
-            }
-            s.heading("Numbers");
-            s.table(&verdicts());
-            s.files(&[("rates.csv", "tables/rates.csv"), ("rates.svg", "figures/rates.svg")]);
-            s.heading("To run it again");
-            s.code("asobench run experiments/rates.json --seed 2023 --trials 10000 --out results/rates --threads 8 --checkpoint\nasobench report results/rates");
-            s.details("Settings", |s| s.settings(&[("noise", "1/A(q), level 10 % of the window"), ("lengths", "50, 98, 218, 400, 800, 1600, 3200")]));
-            s.details("45 failures", |s| s.table(&long_table()));
-        });
+        page.section(
+            &id,
+            &format!("C{}: does the error fall in proportion to N?", i + 1),
+            |s| {
+                s.question(
+                    "Robustness to noise grows in proportion to the number of samples N. Is the \
+                    slope of log RMSE over log N -1/2?",
+                );
+                s.answer(
+                    all[i],
+                    "the slope is -0.497(3) for LS and -0.51(2) for IV(4), where the \
+                    noise is `1/A(q)`; with white noise LS is biased and levels off.",
+                );
+                for (_, svg, caption) in pair {
+                    s.figure(svg, caption);
+                }
+                s.heading("Numbers");
+                s.table(&verdicts());
+                s.files(&[
+                    ("rates.csv", "tables/rates.csv"),
+                    ("rates.svg", "figures/rates.svg"),
+                ]);
+                s.heading("To run it again");
+                s.code(
+                    "asobench run experiments/rates.json --seed 2023 --trials 10000 --out \
+                    results/rates --threads 8 --checkpoint\nasobench report results/rates",
+                );
+                s.details("Settings", |s| {
+                    s.settings(&[
+                        ("noise", "1/A(q), level 10 % of the window"),
+                        ("lengths", "50, 98, 218, 400, 800, 1600, 3200"),
+                    ]);
+                });
+                s.details("45 failures", |s| s.table(&long_table()));
+            },
+        );
     }
     page
 }

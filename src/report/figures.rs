@@ -1,41 +1,52 @@
 //! Figures 1 to 3 of Nikolov et al. as distributions: e_x(k), e_a and e_b over k, median and 5-95 %
 //! band.
 
-use super::plot::{Axis, Course, Plot, Point, Series, Sharing, Style, small_multiples};
+use super::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::metric::Statistics;
 use crate::study::{CellSummary, CurveQuantiles, Measure};
 
 /// The quantiles of a curve over k, undefined where they are not there.
-pub(super) fn curve(of: &CurveQuantiles) -> Vec<Point> {
+pub(super) fn curve(curve: &CurveQuantiles) -> Vec<Point> {
     let value = |quantiles: &[Option<f64>], k: usize| {
         quantiles.get(k).copied().flatten().unwrap_or(f64::NAN)
     };
     let point = |k: usize| {
-        let [low, middle, high] = [&of.q05, &of.q50, &of.q95].map(|quantiles| value(quantiles, k));
+        let [low, middle, high] =
+            [&curve.q05, &curve.q50, &curve.q95].map(|quantiles| value(quantiles, k));
         Point::interval(k as f64, middle, low, high)
     };
-    (0..of.q50.len()).map(point).collect()
+    (0..curve.q50.len()).map(point).collect()
 }
 
 /// A constant from k = N to K - 1: the estimate is made once.
-fn constant(of: &Statistics, cell: &CellSummary) -> Vec<Point> {
-    let point = |k: usize| Point::interval(k as f64, of.q50.value, of.q05.value, of.q95.value);
+fn constant(statistics: &Statistics, cell: &CellSummary) -> Vec<Point> {
+    let point = |k: usize| {
+        Point::interval(
+            k as f64,
+            statistics.q50.value,
+            statistics.q05.value,
+            statistics.q95.value,
+        )
+    };
     let ends = [cell.window, cell.horizon.saturating_sub(1)]
         .into_iter()
-        .filter(|_| of.count > 0);
+        .filter(|_| statistics.count > 0);
     ends.map(point).collect()
 }
 
 /// One of the three plots: the first output and the last, and the paper's bound.
 fn panel(cell: &CellSummary, measure: Measure, name: &str, label: &str) -> Plot {
-    let x = Axis::linear("k, samples").range(0.0, cell.horizon as f64);
-    let mut plot = Plot::new("", x, Axis::log(label));
+    let x = PlotAxis::linear("k, samples").range(0.0, cell.horizon as f64);
+    let mut plot = Plot::new("", x, PlotAxis::log(label));
     let outputs = [cell.outputs.first(), cell.outputs.last()];
     for (i, output) in outputs.into_iter().enumerate() {
         let Some(output) = output else { continue };
         let points = match (measure, &cell.curves) {
             (Measure::ExMax, curves) => curves.as_ref().map(|curves| curve(&curves[i])),
-            _ => output.measures.get(&measure).map(|of| constant(of, cell)),
+            _ => output
+                .measures
+                .get(&measure)
+                .map(|statistics| constant(statistics, cell)),
         };
         let label = format!("{}: median, 5-95 %", output.label());
         plot = plot.series(Series::new(label, Style::Band, points.unwrap_or_default()).slot(i));

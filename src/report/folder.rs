@@ -9,7 +9,8 @@ const PAGE: &str = "report.html";
 /// The folders of its other files.
 const SUBFOLDERS: [&str; 2] = ["figures", "tables"];
 
-/// Makes the folder of a report where needed, and looks whether the page and the folders beside it can be written.
+/// Makes the folder of a report where needed, and looks whether the page and the folders beside it
+/// can be written.
 ///
 /// # Errors
 /// What is in the way, and why.
@@ -21,8 +22,8 @@ pub fn prepare(folder: &Path) -> Result<(), PathError> {
     files::replaceable(&folder.join(PAGE), Kind::Page)
 }
 
-/// Writes files under a folder, under temporary names first, so that nothing is replaced before all is written.
-/// The last file is renamed last.
+/// Writes files under a folder, under temporary names first, so that nothing is replaced before all
+/// is written. The last file is renamed last.
 ///
 /// # Errors
 /// The path that cannot be written, and why.

@@ -37,8 +37,8 @@ impl Page {
         write(&mut self.introduction);
     }
 
-    /// Adds a section. Its id, the target of links, keeps letters, digits and `-_.` of the given one, and gets a number
-    /// if it is taken.
+    /// Adds a section. Its id, the target of links, keeps letters, digits and `-_.` of the given
+    /// one, and gets a number if it is taken.
     pub fn section(&mut self, id: &str, heading: &str, write: impl FnOnce(&mut Section)) {
         let before = self.sections.last().unwrap_or(&self.introduction);
         let mut section = Section {
@@ -82,13 +82,14 @@ impl Page {
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
-             style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src \
+             'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
              <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
              <style>\n{CSS}</style>\n{figures}\n</head>\n<body>\n\
              <a class=\"skip\" href=\"#contents\">Contents</a>\n<div class=\"page\">\n\
              <header>\n<h1>{title}</h1>\n{introduction}</header>\n<div class=\"columns\">\n\
-             <nav id=\"contents\" aria-label=\"Contents\">\n<h2>Contents</h2>\n<ol>\n{contents}</ol>\n</nav>\n\
+             <nav id=\"contents\" aria-label=\"Contents\">\n<h2>Contents</h2>\n<ol>\n\
+             {contents}</ol>\n</nav>\n\
              <main>\n{sections}</main>\n</div>\n</div>\n<script>\n{JS}</script>\n</body>\n</html>\n"
         )
     }
@@ -127,8 +128,8 @@ impl Section {
         self.add(&["<p class=\"claim\">", &inline(text), "</p>\n"]);
     }
 
-    /// The answer in a sentence behind its verdict; the sign also stands in the table of contents where all answers of
-    /// a section have the same.
+    /// The answer in a sentence behind its verdict; the sign also stands in the table of contents
+    /// where all answers of a section have the same.
     pub fn answer(&mut self, verdict: Verdict, sentence: &str) {
         self.verdicts.push(verdict);
         let (badge, sentence) = (verdict.badge(), inline(sentence));

@@ -1,4 +1,5 @@
-//! What a report asks of a study again and again, found once: the values of every setting, and which one a cell has.
+//! What a report asks of a study again and again, found once: the values of every setting, and
+//! which one a cell has.
 
 use crate::study::file::Key;
 use crate::study::{OutputSummary, Summary};
@@ -16,7 +17,7 @@ struct Values {
 }
 
 impl Values {
-    fn of(summary: &Summary, key: Key) -> Self {
+    fn new(summary: &Summary, key: Key) -> Self {
         let mut places: HashMap<String, u32> = HashMap::new();
         let mut names = Vec::new();
         let mut of_cell: Vec<u32> = Vec::with_capacity(summary.cells.len());
@@ -90,8 +91,10 @@ pub(super) struct Index {
 
 impl Index {
     /// The index of a summary, whose cells have the outputs of the first one.
-    pub(super) fn of(summary: &Summary, continuous: bool) -> Self {
-        let values = Key::ALL.iter().map(|key| (*key, Values::of(summary, *key)));
+    pub(super) fn new(summary: &Summary, continuous: bool) -> Self {
+        let values = Key::ALL
+            .iter()
+            .map(|key| (*key, Values::new(summary, *key)));
         let values: BTreeMap<Key, Values> = values.collect();
         let first = summary.cells.first();
         let labels: Vec<String> = first.map_or_else(Vec::new, |cell| {
@@ -131,9 +134,9 @@ impl Index {
 fn varying(values: &BTreeMap<Key, Values>, continuous: bool) -> Vec<Key> {
     let mut kept: Vec<Key> = Vec::new();
     for key in Key::telling().filter(|key| key.is_of(continuous)) {
-        let of = &values[&key];
-        let follows = kept.iter().any(|other| of.follows(&values[other]));
-        if of.names.len() > 1 && !follows {
+        let own = &values[&key];
+        let follows = kept.iter().any(|other| own.follows(&values[other]));
+        if own.names.len() > 1 && !follows {
             kept.push(key);
         }
     }
@@ -149,9 +152,9 @@ mod tests {
     fn index(toml: &str) -> (Index, Summary) {
         let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
         let cells = (0..experiment.cells.len())
-            .map(|cell| CellSummary::of(&experiment, cell, &CellTally::default()));
-        let summary = Summary::of(&experiment, cells.collect(), &[], &[]);
-        (Index::of(&summary, false), summary)
+            .map(|cell| CellSummary::new(&experiment, cell, &CellTally::default()));
+        let summary = Summary::new(&experiment, cells.collect(), &[], &[]);
+        (Index::new(&summary, false), summary)
     }
 
     #[test]
@@ -175,7 +178,8 @@ mod tests {
     #[test]
     fn what_follows_from_another_setting_does_not_vary() {
         let zipped = "[settings]\neta = [1, 2, 3]\nnoise = [\"ar\", \"white\"]\nwindow = [98, 18]\n\
-                      [[exclude]]\neta = [1, 3]\nnoise = \"white\"\n[[exclude]]\neta = 2\nnoise = \"ar\"\n";
+                      [[exclude]]\neta = [1, 3]\nnoise = \"white\"\n\
+                      [[exclude]]\neta = 2\nnoise = \"ar\"\n";
         let (index, _) = index(zipped);
         assert_eq!(index.varying, [Key::Window, Key::Eta]);
     }

@@ -3,8 +3,8 @@
 use crate::text::visible_lines;
 use std::fmt::Write as _;
 
-/// Text as content or attribute value of XML or HTML. Characters that are not seen, or turn the direction of others,
-/// are written out as `\u{202e}`.
+/// Text as content or attribute value of XML or HTML. Characters that are not seen, or turn the
+/// direction of others, are written out as `\u{202e}`.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in visible_lines(text).chars() {
@@ -41,7 +41,8 @@ pub(super) fn address(target: &str) -> String {
     address
 }
 
-/// The names of the elements of a well-formed document in order of opening, or what is wrong with it.
+/// The names of the elements of a well-formed document in order of opening, or what is wrong with
+/// it.
 #[cfg(test)]
 pub(super) fn elements(xml: &str) -> Result<Vec<String>, String> {
     let (mut open, mut seen) = (Vec::new(), Vec::new());

@@ -4,9 +4,9 @@
 mod demo;
 #[allow(clippy::format_push_string, reason = "sentences of a few words")]
 mod document;
-mod example;
 mod figures;
 mod folder;
+mod gpebo_table;
 pub mod html;
 mod index;
 mod markup;
@@ -21,8 +21,8 @@ pub mod terminal;
 use crate::number;
 pub use crate::number::uncertain;
 pub use document::{Files, course_figures, report};
-pub use example::{ends, example_table};
 pub use figures::draw;
 pub use folder::{prepare as prepare_report, write as write_report};
+pub use gpebo_table::{ends, example_table};
 pub use results::{ResultsError, Study, Time};
 pub use table::verdict_table;

@@ -1,8 +1,8 @@
-//! Forged files with the right checksum: whatever a block, a manifest or a summary says, it is refused in a line or
-//! taken, decoded, merged, summarised and reported. Nothing panics.
+//! Forged files with the right checksum: whatever a block, a manifest or a summary says, it is
+//! refused in a line or taken, decoded, merged, summarised and reported. Nothing panics.
 //!
-//! `ASOBENCH_MUTATIONS=100000 cargo test --release --lib forged -- --nocapture` makes so many and counts what came of
-//! them.
+//! `ASOBENCH_MUTATIONS=100000 cargo test --release --lib forged -- --nocapture` makes so many and
+//! counts what came of them.
 
 #![expect(clippy::print_stdout, reason = "the counts that were found")]
 
@@ -20,7 +20,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use xxhash_rust::xxh3::xxh3_128;
 
-/// Pairs, slopes, curves, parameters, bounds and failures; with more of the file, other engines and stores.
+/// Pairs, slopes, curves, parameters, bounds and failures; with more of the file, other engines and
+/// stores.
 const DISCRETE: &str = r#"
 trials = 60
 measures = ["e_a", "e_x_max", "condition"]
@@ -125,7 +126,8 @@ impl Original {
         content.ok().map(|content| (span, content))
     }
 
-    /// Decodes a block, merges it with the true ones, and reports what comes out; true where it was not refused.
+    /// Decodes a block, merges it with the true ones, and reports what comes out; true where it was
+    /// not refused.
     fn take_block(&self, cell: usize, bytes: Vec<u8>) -> bool {
         let Some((span, content)) = self.decode(&self.blocks[cell].0, bytes) else {
             return false;
@@ -140,10 +142,10 @@ impl Original {
             } else {
                 tally.merge(&own.tally);
             }
-            cells.push(CellSummary::of(&self.experiment, index, &tally));
-            slopes.push(SlopeStatistics::of(&self.experiment, &tally));
+            cells.push(CellSummary::new(&self.experiment, index, &tally));
+            slopes.push(SlopeStatistics::new(&self.experiment, &tally));
         }
-        let summary = Summary::of(&self.experiment, cells, &slopes, &[]);
+        let summary = Summary::new(&self.experiment, cells, &slopes, &[]);
         let summary = serde_json::to_value(summary).expect("a summary is JSON");
         let taken = self.take_results(&self.manifest, &summary);
         assert!(taken, "a summary of what was taken is refused");
@@ -183,11 +185,12 @@ impl Forger {
         (self.0.random::<u64>() % limit.max(1) as u64) as usize
     }
 
-    fn one_of<T: Clone>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len())].clone()
+    fn one_of<T: Clone>(&mut self, items: &[T]) -> T {
+        items[self.below(items.len())].clone()
     }
 
-    /// Alters a block's content, or its head behind the fingerprint, and seals it with the right checksum.
+    /// Alters a block's content, or its head behind the fingerprint, and seals it with the right
+    /// checksum.
     fn block(&mut self, mut bytes: Vec<u8>) -> Vec<u8> {
         const SPAN: usize = 28;
         const CONTENT: usize = 48;
@@ -286,14 +289,14 @@ impl Forger {
         }
     }
 
-    fn leaf(&mut self, of: &Value) -> Value {
-        let number = of.as_f64().unwrap_or(1.0);
+    fn leaf(&mut self, value: &Value) -> Value {
+        let number = value.as_f64().unwrap_or(1.0);
         let changed = [
             json!(number + 1.0),
             json!(-number),
             json!(number * 1e-3),
-            json!(of.as_u64().unwrap_or(0).wrapping_add(1)),
-            json!(of.as_u64().unwrap_or(0).saturating_sub(1)),
+            json!(value.as_u64().unwrap_or(0).wrapping_add(1)),
+            json!(value.as_u64().unwrap_or(0).saturating_sub(1)),
         ];
         let others = [
             json!(0),
@@ -374,10 +377,13 @@ fn forged_files_are_refused_or_taken() {
     for number in first..first + count {
         forge(&originals, number, &mut counts);
     }
-    for (name, of) in ["blocks", "manifests", "summaries"].iter().zip(&counts) {
-        println!("{name}: {} refused, {} taken", of.refused, of.taken);
-        assert!(of.refused > 0 && of.taken > 0, "{name}: both must happen");
+    for (name, count) in ["blocks", "manifests", "summaries"].iter().zip(&counts) {
+        println!("{name}: {} refused, {} taken", count.refused, count.taken);
+        assert!(
+            count.refused > 0 && count.taken > 0,
+            "{name}: both must happen"
+        );
     }
-    let panics: Vec<u64> = counts.into_iter().flat_map(|of| of.panics).collect();
+    let panics: Vec<u64> = counts.into_iter().flat_map(|count| count.panics).collect();
     assert!(panics.is_empty(), "panics with {panics:?}");
 }

@@ -17,7 +17,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// The folder holds no results.
-    #[error("{}: no results there (no manifest.json); run an experiment with --out {} first", .0.display(), .0.display())]
+    #[error(
+        "{}: no results there (no manifest.json); run an experiment with --out {} first",
+        .0.display(),
+        .0.display()
+    )]
     NoResults(PathBuf),
     /// The manifest.
     #[error(transparent)]
@@ -112,7 +116,8 @@ impl Study {
         Ok(())
     }
 
-    /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where they were measured.
+    /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where
+    /// they were measured.
     ///
     /// # Errors
     /// [`ResultsError`], one line that names the file.
@@ -155,7 +160,7 @@ impl Study {
             folder: folder.to_owned(),
             version: text("version").unwrap_or_default(),
             revision: text("git_revision"),
-            index: Index::of(&summary, file.continuous.is_some()),
+            index: Index::new(&summary, file.continuous.is_some()),
             judged,
             file,
             summary,
@@ -177,7 +182,8 @@ impl Study {
         let (cells, trials) = (self.summary.cells.len(), self.trials());
         self.summary.partial.then(|| {
             format!(
-                "Partial results: {trials} trials of {cells} cells, and others that the study asks for are missing."
+                "Partial results: {trials} trials of {cells} cells, and others that the study asks \
+                for are missing."
             )
         })
     }
@@ -192,7 +198,8 @@ impl Study {
         self.index.varying.clone()
     }
 
-    /// The values of a setting over the cells, in order: by size where all are numbers, else of appearance.
+    /// The values of a setting over the cells, in order: by size where all are numbers, else of
+    /// appearance.
     pub fn values(&self, key: Key) -> &[String] {
         self.index.names(key)
     }
@@ -254,7 +261,7 @@ impl Study {
         let labels = self.labels().iter();
         let claimed = labels.filter(|label| {
             let claims = self.file.claims.iter();
-            claims.flat_map(outputs_of).any(|of| of == **label)
+            claims.flat_map(outputs_of).any(|name| name == **label)
         });
         claimed.cloned().collect()
     }
@@ -263,7 +270,7 @@ impl Study {
     pub fn main_output(&self) -> Option<String> {
         let labels = self.labels();
         let mut claimed = self.file.claims.iter().flat_map(outputs_of);
-        let first = claimed.find(|of| labels.contains(of));
+        let first = claimed.find(|label| labels.contains(label));
         first.or_else(|| labels.last().cloned())
     }
 
@@ -301,7 +308,7 @@ fn judged(
 fn outputs_of(claim: &ClaimTable) -> Vec<String> {
     let tests = claim.all_tests();
     let others = tests.iter().filter_map(|test| test.kind.other());
-    let all = tests.iter().map(|test| &test.of).chain(others);
+    let all = tests.iter().map(|test| &test.output).chain(others);
     all.cloned().collect()
 }
 

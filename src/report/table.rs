@@ -66,14 +66,14 @@ fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
 }
 
 fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> fmt::Result {
-    let of = &bound.bound;
-    let limit = match of.rounding {
+    let asked = &bound.bound;
+    let limit = match asked.rounding {
         Some(_) => "= 0".to_owned(),
-        None => of.text(),
+        None => asked.text(),
     };
     let lines = [
         (
-            format!("    {:<7} {}", of.label(), limit),
+            format!("    {:<7} {}", asked.label(), limit),
             bound.outputs.first(),
         ),
         (format!("    {}", bound.verdict), bound.outputs.last()),
@@ -84,7 +84,7 @@ fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> f
         };
         let statistics = cell
             .output(output)
-            .and_then(|o| o.measures.get(&of.measure));
+            .and_then(|o| o.measures.get(&asked.measure));
         let (label, spread, share) = (
             output,
             statistics.map_or_else(String::new, spread),
@@ -96,13 +96,13 @@ fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> f
     Ok(())
 }
 
-/// A share in per cent with its standard error, where it has one; where no trial or every trial counts, the other end
-/// of the 95 % interval instead.
+/// A share in per cent with its standard error, where it has one; where no trial or every trial
+/// counts, the other end of the 95 % interval instead.
 pub fn share(met: Share) -> String {
     let percent = |share: f64| 100.0 * share;
     if met.count == 0 {
         format!("0 (<{:.2} %)", percent(met.high))
-    } else if met.count == met.of {
+    } else if met.count == met.total {
         format!("all (>{:.1} %)", (10.0 * percent(met.low)).floor() / 10.0)
     } else if met.mcse.is_nan() {
         format!("{:.1} %", percent(met.share))
@@ -115,10 +115,16 @@ pub fn share(met: Share) -> String {
     }
 }
 
-/// `median [5 %, 95 %]`, each with its standard error; with fewer digits where the column is too narrow.
-fn spread(of: &Statistics) -> String {
+/// `median [5 %, 95 %]`, each with its standard error; with fewer digits where the column is too
+/// narrow.
+fn spread(statistics: &Statistics) -> String {
     let spread = |text: fn(Quantile) -> String| {
-        format!("{} [{}, {}]", text(of.q50), text(of.q05), text(of.q95))
+        format!(
+            "{} [{}, {}]",
+            text(statistics.q50),
+            text(statistics.q05),
+            text(statistics.q95)
+        )
     };
     let all = spread(crate::number::quantile);
     if all.len() <= SPREAD {

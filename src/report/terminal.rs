@@ -32,7 +32,7 @@ pub fn overview(study: &Study) -> String {
     text.push_str("Medians with standard errors in units of the last digit:\n\n");
     let worst = wrap(&worst(study), WIDTH, "  ");
     // Beside the table there are two lines above it, and the last one.
-    let sheet = Sheet::of(study, LINES.saturating_sub(3 + worst.lines().count()));
+    let sheet = Sheet::new(study, LINES.saturating_sub(3 + worst.lines().count()));
     text.push_str(&sheet.text());
     text.push_str(&worst);
     let report = format!(
@@ -61,7 +61,7 @@ fn measures(study: &Study) -> Vec<Measure> {
     let claimed = tests.flat_map(|test| test.measures());
     let all = claimed.chain(study.file.measures.iter().copied());
     let mut measures: Vec<Measure> = Vec::new();
-    for measure in all.filter(|of| study.file.measures.contains(of)) {
+    for measure in all.filter(|measure| study.file.measures.contains(measure)) {
         if !measures.contains(&measure) {
             measures.push(measure);
         }
@@ -96,9 +96,9 @@ fn per_cent(share: Share) -> String {
 /// Where the share of lost trials is largest.
 fn worst(study: &Study) -> String {
     let cells = study.summary.cells.iter();
-    let all = cells.flat_map(|cell| cell.outputs.iter().map(move |of| (cell, of)));
+    let all = cells.flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)));
     let worst = all.max_by(|a, b| {
-        let share = |of: &Outcomes| lost(of).share;
+        let share = |outcomes: &Outcomes| lost(outcomes).share;
         share(&a.1.outcomes).total_cmp(&share(&b.1.outcomes))
     });
     match worst {
@@ -134,12 +134,12 @@ impl Shown {
         let output = study.output(cell, label);
         match (self, output) {
             (_, None) => "-".to_owned(),
-            (Self::Lost, Some(of)) => per_cent(lost(&of.outcomes)),
-            (Self::Median(measure), Some(of)) => {
-                let median = of
+            (Self::Lost, Some(output)) => per_cent(lost(&output.outcomes)),
+            (Self::Median(measure), Some(output)) => {
+                let median = output
                     .measures
                     .get(&measure)
-                    .map_or(Quantile::UNDEFINED, |of| of.q50);
+                    .map_or(Quantile::UNDEFINED, |statistics| statistics.q50);
                 quantile(median)
             }
         }
@@ -149,9 +149,9 @@ impl Shown {
 /// The first measures, and what is lost where anything is.
 fn groups(cells: &[CellSummary], measures: &[Measure]) -> Vec<Shown> {
     let measures = measures.iter().take(MEASURES);
-    let mut groups: Vec<Shown> = measures.map(|of| Shown::Median(*of)).collect();
+    let mut groups: Vec<Shown> = measures.map(|measure| Shown::Median(*measure)).collect();
     let mut outputs = cells.iter().flat_map(|cell| &cell.outputs);
-    if outputs.any(|of| lost(&of.outcomes).count > 0) {
+    if outputs.any(|output| lost(&output.outcomes).count > 0) {
         groups.insert(groups.len().min(1), Shown::Lost);
     }
     groups
@@ -167,7 +167,7 @@ struct Names {
 
 impl Names {
     /// Names of which those of more than `most` characters get a short one instead.
-    fn of(heading: &str, whole: Vec<String>, most: usize) -> Self {
+    fn new(heading: &str, whole: Vec<String>, most: usize) -> Self {
         let taken = whole.clone();
         let mut free = letters().filter(|letter| !taken.contains(letter));
         let mut key = Vec::new();
@@ -311,7 +311,7 @@ struct Sheet {
 
 impl Sheet {
     /// A sheet of so many lines.
-    fn of(study: &Study, room: usize) -> Self {
+    fn new(study: &Study, room: usize) -> Self {
         let cells = &study.summary.cells;
         let (labels, all) = (outputs(study), measures(study));
         let turned = labels.len() > cells.len();
@@ -319,10 +319,10 @@ impl Sheet {
         let (rows, columns) = if turned {
             let keys = study.varying();
             let places = cells.iter().map(|cell| visible(cell.place().words(&keys)));
-            let places = Names::of("", places.collect(), COLUMN_NAME);
-            (Names::of("output", outputs, ROW_NAME), places)
+            let places = Names::new("", places.collect(), COLUMN_NAME);
+            (Names::new("output", outputs, ROW_NAME), places)
         } else {
-            (Names::of_cells(study), Names::of("", outputs, COLUMN_NAME))
+            (Names::of_cells(study), Names::new("", outputs, COLUMN_NAME))
         };
         let mut sheet = Self {
             rows,
@@ -340,7 +340,7 @@ impl Sheet {
         if turned {
             shown.reverse();
         }
-        let measures = sheet.shown_groups().filter(|of| *of != Shown::Lost);
+        let measures = sheet.shown_groups().filter(|shown| *shown != Shown::Lost);
         sheet.left = [
             cells.len() - shown[0],
             study.labels().len() - shown[1],
@@ -412,7 +412,7 @@ impl Sheet {
             let end = |line: Line| {
                 group
                     .iter()
-                    .fold(line, |line, of| self.with(line, of))
+                    .fold(line, |line, text| self.with(line, text))
                     .end()
             };
             let mut begin = self.blocks.is_empty() || end(line) > WIDTH && end(start) <= WIDTH;

@@ -7,7 +7,8 @@ use crate::real::Real;
 named_enum! {
     /// Over what the standard deviations of Eq. (6) are taken: reading E7.
     LevelOver, "reading of eta" {
-        /// The realisation in the window k = 0 ... N-1: eta holds exactly in every trial (the default).
+        /// The realisation in the window k = 0 ... N-1: eta holds exactly in every trial (the
+        /// default).
         Window = "exact",
         /// The stationary processes: eta holds on average over trials. The output's is that under
         /// independent signs.

@@ -1,4 +1,5 @@
-//! Coloured noise: white Gaussian noise through a rational filter, stationary from its first sample.
+//! Coloured noise: white Gaussian noise through a rational filter, stationary from its first
+//! sample.
 
 use super::arithmetic::with_fma;
 use super::normal::fill_standard_normal;
@@ -9,11 +10,11 @@ use crate::real::Real;
 /// The noise filter `C(q) / D(q)`: `f(k) = sum_i c_i v(k-i)`, `v(k) = w(k) - sum_i d_i v(k-i)`,
 /// with w white, Gaussian, of unit variance.
 ///
-/// v is kept stationary: its samples before k = 0 are an exact draw, not a burn-in. With `v_1, v_2, ...`
-/// the samples in order of time, `v_j` given its predecessors is normal with mean
-/// `-sum_i d^(j-1)_i v_(j-i)` and variance `sigma_(j-1)^2`, where `d^(m)` is the predictor polynomial of
-/// order m and `sigma_m^2` its error variance. Both come from D by Levinson's step-down recursion,
-/// which is also the test that D is stable.
+/// v is kept stationary: its samples before k = 0 are an exact draw, not a burn-in. With
+/// `v_1, v_2, ...` the samples in order of time, `v_j` given its predecessors is normal with mean
+/// `-sum_i d^(j-1)_i v_(j-i)` and variance `sigma_(j-1)^2`, where `d^(m)` is the predictor
+/// polynomial of order m and `sigma_m^2` its error variance. Both come from D by Levinson's
+/// step-down recursion, which is also the test that D is stable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseFilter {
     /// c_0 ... c_q.
@@ -99,8 +100,8 @@ impl NoiseFilter {
         f.copy_from_slice(&v[memory..]);
     }
 
-    /// Colours white numbers: v holds [`Self::memory`] numbers of the stationary start, then the drive w, which
-    /// becomes f.
+    /// Colours white numbers: v holds [`Self::memory`] numbers of the stationary start, then the
+    /// drive w, which becomes f.
     fn colour(&self, v: &mut [f64]) {
         with_fma(
             #[inline(always)]
@@ -108,7 +109,8 @@ impl NoiseFilter {
         );
     }
 
-    /// The same where w is drawn on the way, so that the recursion, which waits for itself, runs beside the drawing.
+    /// The same where w is drawn on the way, so that the recursion, which waits for itself, runs
+    /// beside the drawing.
     #[inline(always)]
     pub(crate) fn colour_as_drawn<R: Real>(&self, v: &mut [R], mut draw: impl Draw<R>) {
         let memory = self.memory();
@@ -141,7 +143,8 @@ impl NoiseFilter {
         }
     }
 
-    /// Makes the samples of v before k = 0, which have their stationary distribution, of white numbers.
+    /// Makes the samples of v before k = 0, which have their stationary distribution, of white
+    /// numbers.
     pub(crate) fn start<R: Real>(&self, v: &mut [R]) {
         R::run(
             #[inline(always)]
@@ -199,7 +202,8 @@ impl Draw<f64> for Drawn {
     fn pair(&mut self, _: usize, _: &mut [f64]) {}
 }
 
-/// `v(k) <- w(k) - sum_i d_i v(k-i)` for all k from `from` on: [`predict`] with the past in registers.
+/// `v(k) <- w(k) - sum_i d_i v(k-i)` for all k from `from` on: [`predict`] with the past in
+/// registers.
 #[inline(always)]
 fn recur<const P: usize, R: Real>(d: &[f64], v: &mut [R], from: usize, mut draw: impl Draw<R>) {
     let (mut minus_d, mut past) = ([R::zero(); P], [R::zero(); P]);

@@ -1,9 +1,9 @@
 //! Standard normal numbers by Box and Muller's transform, without tables, branches or libm.
 //!
 //! From two words of a stream, `z1 = r cos t` and `z2 = r sin t` with `r = sqrt(-2 ln v)`. The
-//! uniform v in (0, 1] has 52 bits (so |z| <= 8.49); the angle t is uniform on the circle with 2 + 52
-//! bits. Every step is one that a SIMD lane can do, so that many trials drawn in lock step can give
-//! the bits of this code: normals come in pairs, and two words are always two numbers.
+//! uniform v in (0, 1] has 52 bits (so |z| <= 8.49); the angle t is uniform on the circle with 2 +
+//! 52 bits. Every step is one that a SIMD lane can do, so that many trials drawn in lock step can
+//! give the bits of this code: normals come in pairs, and two words are always two numbers.
 
 use super::arithmetic::with_fma;
 use super::stream::Stream;
@@ -114,7 +114,8 @@ fn ln<R: Real>(v: R) -> R {
     exponent.mul_add(R::splat(LN2_HIGH), f - (half_square - low))
 }
 
-/// `(sin, cos)` of `pi/2 * x` for |x| <= 1/2 by their Taylor series, truncation below 2^-54 and 2^-58.
+/// `(sin, cos)` of `pi/2 * x` for |x| <= 1/2 by their Taylor series, truncation below 2^-54 and
+/// 2^-58.
 #[inline(always)]
 fn sin_cos_quarter<R: Real>(x: R) -> (R, R) {
     // (-1)^k (pi/2)^(2k+1) / (2k+1)! and (-1)^k (pi/2)^(2k) / (2k)!

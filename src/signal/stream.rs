@@ -38,7 +38,8 @@ pub enum Purpose {
     DisturbancePhase = 10,
 }
 
-/// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64 bits.
+/// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64
+/// bits.
 #[inline(always)]
 fn mix<W: Word>(z: W) -> W {
     let z = (z ^ z.right::<30>()).times(W::splat(0xbf58_476d_1ce4_e5b9));
@@ -48,9 +49,9 @@ fn mix<W: Word>(z: W) -> W {
 
 /// The stream of one purpose in one trial.
 ///
-/// For a fixed purpose, four Feistel rounds of SplitMix64's finaliser take (seed, trial) one to one onto the first
-/// 128 bits of the generator's state, so two streams of one purpose never start alike; the other
-/// 128 bits are mixed from these.
+/// For a fixed purpose, four Feistel rounds of SplitMix64's finaliser take (seed, trial) one to one
+/// onto the first 128 bits of the generator's state, so two streams of one purpose never start
+/// alike; the other 128 bits are mixed from these.
 pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
     let mut state = [0; 32];
     for (bytes, word) in state

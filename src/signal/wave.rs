@@ -103,9 +103,11 @@ impl Wave {
         }
     }
 
-    /// The straight line that the wave is around the time `inside`: its value at t and its slope. `None` for a sine.
+    /// The straight line that the wave is around the time `inside`: its value at t and its slope.
+    /// `None` for a sine.
     ///
-    /// t may be an end of the piece: the limit from the side of `inside` is what a step that ends or starts there needs.
+    /// t may be an end of the piece: the limit from the side of `inside` is what a step that ends
+    /// or starts there needs.
     pub fn line(&self, t: f64, inside: f64) -> Option<(f64, f64)> {
         match self {
             Self::Constant { value } => Some((*value, 0.0)),
@@ -139,7 +141,8 @@ impl Wave {
         }
     }
 
-    /// Distance between breakpoints and the first of them (which may be negative), if there are any.
+    /// Distance between breakpoints and the first of them (which may be negative), if there are
+    /// any.
     pub(super) fn comb(&self) -> Option<(f64, f64)> {
         match *self {
             Self::Square {

@@ -1,12 +1,14 @@
-//! Block files: what one worker computed, whole or not at all, with the design's fingerprint and a checksum.
+//! Block files: what one worker computed, whole or not at all, with the design's fingerprint and a
+//! checksum.
 //!
 //! ```text
-//! "asobench" | format u32 | fingerprint u128 | cell u32 | first trial u64 | end u64 | content | checksum u128
+//! "asobench" | format u32 | fingerprint u128 | cell u32 | first trial u64 | end u64 |
+//! content | checksum u128
 //! content: length of the tally u64 | tally (postcard) | rows by columns, where they are kept
 //! ```
 //!
-//! All little-endian; the checksum is XXH3 of everything before it. A block file may be any range of trials: ranges
-//! that lie within others are ignored, gaps are computed.
+//! All little-endian; the checksum is XXH3 of everything before it. A block file may be any range
+//! of trials: ranges that lie within others are ignored, gaps are computed.
 
 use super::experiment::Experiment;
 use super::file::{Store, TRIAL_LIMIT};
@@ -41,7 +43,10 @@ pub enum BlockError {
         reason: &'static str,
     },
     /// Another version's file.
-    #[error("{}: written by a newer version of asobench (format {format}; this one knows {FORMAT})", .path.display())]
+    #[error(
+        "{}: written by a newer version of asobench (format {format}; this one knows {FORMAT})",
+        .path.display()
+    )]
     Newer {
         /// The file.
         path: PathBuf,
@@ -49,7 +54,10 @@ pub enum BlockError {
         format: u32,
     },
     /// Another design's file.
-    #[error("{}: a block of another experiment; remove this file, then its trials are computed", .path.display())]
+    #[error(
+        "{}: a block of another experiment; remove this file, then its trials are computed",
+        .path.display()
+    )]
     OtherDesign {
         /// The file.
         path: PathBuf,
@@ -102,8 +110,8 @@ impl Content {
         }
     }
 
-    /// Decodes the content of a block of these trials of an experiment, and checks it: whoever wrote it, what comes out
-    /// is what a run could have left.
+    /// Decodes the content of a block of these trials of an experiment, and checks it: whoever
+    /// wrote it, what comes out is what a run could have left.
     ///
     /// # Errors
     /// What is wrong.
@@ -189,8 +197,8 @@ impl<'e> BlockFolder<'e> {
         Ok(EncodedBlock { stored, bytes })
     }
 
-    /// Every block file, each cell's trials ascending and without overlap, and the damaged ones. Files within
-    /// others' ranges are removed; what has no block's name is left alone.
+    /// Every block file, each cell's trials ascending and without overlap, and the damaged ones.
+    /// Files within others' ranges are removed; what has no block's name is left alone.
     ///
     /// # Errors
     /// If a file is of another design or a newer version, or the folder cannot be read.
@@ -213,8 +221,8 @@ impl<'e> BlockFolder<'e> {
         let mut kept: Vec<StoredBlock> = Vec::new();
         'next: for block in found {
             let overlaps = |last: &&StoredBlock| {
-                let of = &last.span;
-                of.cell == block.span.cell && block.span.trials.start < of.trials.end
+                let span = &last.span;
+                span.cell == block.span.cell && block.span.trials.start < span.trials.end
             };
             while let Some(last) = kept.last().filter(overlaps) {
                 // Only what can be decoded takes the place of another file.
@@ -347,7 +355,8 @@ pub(super) fn name_of(span: &Span) -> String {
     format!("c{cell:05}-{:010}-{:010}.block", trials.start, trials.end)
 }
 
-/// Takes a damaged file out of the way: removes it, or gives it another name where it does not begin as blocks do.
+/// Takes a damaged file out of the way: removes it, or gives it another name where it does not
+/// begin as blocks do.
 ///
 /// # Errors
 /// If it is no regular file, or cannot be removed.
@@ -369,8 +378,8 @@ pub struct Done {
     pub bytes: u64,
 }
 
-/// What the names of the block files in a results folder tell of an experiment: nothing where there are none, or of
-/// another design. Nothing is written, and no block is read.
+/// What the names of the block files in a results folder tell of an experiment: nothing where there
+/// are none, or of another design. Nothing is written, and no block is read.
 pub fn done(results: &Path, experiment: &Experiment) -> Done {
     let path = results.join(BLOCKS);
     let design = files::read_own(&path.join(DESIGN), Kind::Design)
@@ -388,7 +397,7 @@ pub fn done(results: &Path, experiment: &Experiment) -> Done {
     for path in paths {
         if let Some(span) = span_of(&path) {
             spans.push(span);
-            done.bytes += path.symlink_metadata().map_or(0, |of| of.len());
+            done.bytes += path.symlink_metadata().map_or(0, |metadata| metadata.len());
         }
     }
     spans.sort_unstable();

@@ -1,6 +1,6 @@
 //! A cell of its settings: plant, noise, feedback and the process that draws from them.
 
-use super::continuous::continuous_cell;
+use super::continuous_time::continuous_cell;
 use super::curves::{CURVES_LIMIT, Curves};
 use super::experiment::{Cell, ScoredFrom, Source};
 use super::file::{

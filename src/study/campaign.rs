@@ -65,12 +65,14 @@ pub enum CampaignError {
     /// The threads, or the stop flag.
     #[error(transparent)]
     Run(#[from] RunError<BlockError>),
-    /// The `stop` flag was raised while results were put together: all trials are there, no result was written.
+    /// The `stop` flag was raised while results were put together: all trials are there, no result
+    /// was written.
     #[error("interrupted while the results were put together")]
     Stopped,
     /// Fewer trials are asked for than are there.
     #[error(
-        "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take another folder for fewer"
+        "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take \
+        another folder for fewer"
     )]
     Fewer {
         /// The folder.
@@ -216,8 +218,9 @@ impl<'e> Campaign<'e> {
         Ok(())
     }
 
-    /// Computes what is missing, then writes the results with `figures`: names and contents of more files. What is
-    /// finished stays, whatever ends the run. `is_decided` tells whether results decide the claim of the rule.
+    /// Computes what is missing, then writes the results with `figures`: names and contents of more
+    /// files. What is finished stays, whatever ends the run. `is_decided` tells whether results
+    /// decide the claim of the rule.
     ///
     /// # Errors
     /// [`CampaignError`].
@@ -296,8 +299,8 @@ impl<'e> Campaign<'e> {
         Ok(())
     }
 
-    /// Writes the results, one cell in memory at a time. Nothing is published before all of it is written, so it can
-    /// be stopped at any block.
+    /// Writes the results, one cell in memory at a time. Nothing is published before all of it is
+    /// written, so it can be stopped at any block.
     pub(super) fn conclude(
         mut self,
         targets: &[u64],
@@ -347,7 +350,7 @@ impl<'e> Campaign<'e> {
     ) -> Result<Summary, CampaignError> {
         let of_cell = |cell: usize| {
             let tally = blocks.tally(&stored[cell])?;
-            Ok(Part::of(experiment, cell, &tally))
+            Ok(Part::new(experiment, cell, &tally))
         };
         Ok(Parts::read(stored.len(), threads, stop, of_cell)?.summary(experiment))
     }
@@ -374,11 +377,12 @@ impl<'e> Campaign<'e> {
         Ok(parts)
     }
 
-    /// What a cell begins with: nothing, or where a study may lack all of its trials the tally of none.
+    /// What a cell begins with: nothing, or where a study may lack all of its trials the tally of
+    /// none.
     fn no_trials(&self, cell: usize) -> CellTally {
         if self.origin.partial && self.stored[cell].is_empty() {
             let cell = &self.experiment.cells[cell];
-            return CellTally::of(
+            return CellTally::from_trials(
                 self.experiment,
                 cell,
                 &mut Trials::new(self.experiment, cell),
@@ -387,8 +391,8 @@ impl<'e> Campaign<'e> {
         CellTally::default()
     }
 
-    /// What the summary takes of a cell. Of a series with gaps only the trials before the first: cells are paired by
-    /// trials.
+    /// What the summary takes of a cell. Of a series with gaps only the trials before the first:
+    /// cells are paired by trials.
     fn part(&self, cell: usize, mut tally: CellTally) -> Part {
         if self.origin.partial {
             for series in &mut tally.series {
@@ -400,7 +404,7 @@ impl<'e> Campaign<'e> {
                 });
             }
         }
-        Part::of(self.experiment, cell, &tally)
+        Part::new(self.experiment, cell, &tally)
     }
 
     /// The same, and writes the rows to a table.
@@ -440,10 +444,10 @@ struct Part {
 }
 
 impl Part {
-    fn of(experiment: &Experiment, cell: usize, tally: &CellTally) -> Self {
+    fn new(experiment: &Experiment, cell: usize, tally: &CellTally) -> Self {
         Self {
-            cell: CellSummary::of(experiment, cell, tally),
-            slopes: SlopeStatistics::of(experiment, tally),
+            cell: CellSummary::new(experiment, cell, tally),
+            slopes: SlopeStatistics::new(experiment, tally),
             series: tally.whole_series(),
         }
     }
@@ -480,7 +484,7 @@ impl Parts {
     }
 
     fn summary(self, experiment: &Experiment) -> Summary {
-        Summary::of(experiment, self.cells, &self.slopes, &self.series)
+        Summary::new(experiment, self.cells, &self.slopes, &self.series)
     }
 }
 
@@ -501,7 +505,8 @@ pub(super) fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
     Ok(())
 }
 
-/// What made the results: nothing of the time or the threads, and of the host only what faer's bits depend on.
+/// What made the results: nothing of the time or the threads, and of the host only what faer's bits
+/// depend on.
 fn manifest(experiment: &Experiment, targets: &[u64], origin: &Origin) -> Value {
     let trials = match targets {
         [first, rest @ ..] if rest.iter().all(|other| other == first) => json!(first),
@@ -568,7 +573,8 @@ mod tests {
     fn a_rule_for_what_is_not_there_is_refused() {
         let experiment = Experiment::new(ExperimentFile::parse("trials = 4").unwrap()).unwrap();
         let place = tempfile::tempdir().unwrap();
-        let rule = "trials = { until = \"e_a\", output = \"iv(9)\", relative_mcse = 1, minimum = 1, maximum = 2 }";
+        let rule = "trials = { until = \"e_a\", output = \"iv(9)\", relative_mcse = 1, \
+                    minimum = 1, maximum = 2 }";
         let rule = ExperimentFile::parse(rule).unwrap().trials;
         let opened = Campaign::open(place.path(), &experiment, rule, RunOptions::default());
         let error = opened.err().map(|error| error.to_string());

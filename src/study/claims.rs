@@ -76,7 +76,7 @@ fn check_id(id: &str) -> Result<(), &'static str> {
 fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Result<(), FileError> {
     let cases = claim.cases().map_err(|error| error.within(place))?;
     let given = claim.given.as_ref().map(|table| {
-        let test = ClaimTest::of(table);
+        let test = ClaimTest::from_table(table);
         test.map_err(|error| error.within(&format!("{place}.given")))
     });
     let given = given.transpose()?;
@@ -118,10 +118,11 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
     if let Some(measure) = test
         .measures()
         .iter()
-        .find(|of| by_ratio && of.may_be_negative())
+        .find(|measure| by_ratio && measure.may_be_negative())
     {
         let message = format!(
-            "'{measure}' may be negative, so ratios of it mean nothing; expected share = \"{measure}\" with 'to', or a value"
+            "'{measure}' may be negative, so ratios of it mean nothing; expected share = \
+            \"{measure}\" with 'to', or a value"
         );
         return wrong("", message);
     }
@@ -136,14 +137,14 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
             let methods = experiment.file.methods.iter();
             let names: Vec<String> = methods.map(|method| method.output_name(1)).collect();
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            for (key, name) in [("of", &test.of), ("to", to)] {
+            for (key, name) in [("of", &test.output), ("to", to)] {
                 if !names.contains(&name.as_str()) {
                     return wrong(key, UnknownName::new("method", name, &names).to_string());
                 }
             }
         }
         _ => {
-            experiment.output("of", &test.of)?;
+            experiment.output("of", &test.output)?;
         }
     }
     match &test.kind {
@@ -159,12 +160,12 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
             to,
             measure_of_to,
             ..
-        } => *to == test.of && measure == measure_of_to,
-        TestKind::Wins { to, .. } | TestKind::Time { to } => *to == test.of,
+        } => *to == test.output && measure == measure_of_to,
+        TestKind::Wins { to, .. } | TestKind::Time { to } => *to == test.output,
         _ => false,
     };
     if itself {
-        return wrong("to", format!("'{}' with itself", test.of));
+        return wrong("to", format!("'{}' with itself", test.output));
     }
     Ok(())
 }
@@ -203,7 +204,7 @@ pub(super) fn check_cells(file: &ExperimentFile, all: &[Settings]) -> Result<(),
         let given = claim
             .given
             .as_ref()
-            .and_then(|table| ClaimTest::of(table).ok());
+            .and_then(|table| ClaimTest::from_table(table).ok());
         for case in cases {
             for ((key, _), test) in claim.tests().zip(case.iter().chain(&given)) {
                 let checked = check_unit(file, claim, test);
@@ -221,7 +222,10 @@ fn check_where(table: &BTreeMap<Key, Axis>, all: &[Settings]) -> Result<(), File
         let names: BTreeSet<String> = values.map(ToString::to_string).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let wanted = wanted.iter().map(ToString::to_string);
-        if let Some(other) = wanted.into_iter().find(|of| !names.contains(&of.as_str())) {
+        if let Some(other) = wanted
+            .into_iter()
+            .find(|name| !names.contains(&name.as_str()))
+        {
             let unknown = UnknownName::new("value", &other, &names);
             return Err(FileError::key(&format!("where.{key}"), unknown.to_string()));
         }
@@ -330,7 +334,8 @@ mod tests {
             ),
             (
                 format!(
-                    "[{{ ratio = 'e_a', {iv}, below = 1 }}, {{ ratio = 'e_b', {iv}, within = 1.05 }}]"
+                    "[{{ ratio = 'e_a', {iv}, below = 1 }}, \
+                    {{ ratio = 'e_b', {iv}, within = 1.05 }}]"
                 ),
                 Needs {
                     compare: pair(),
@@ -497,7 +502,8 @@ mod tests {
             ),
             (
                 claim(
-                    "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', to = 'wite', below = 1 }",
+                    "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', to = 'wite', \
+                     below = 1 }",
                 ),
                 ["test.to: ", "did you mean 'white'"],
             ),
@@ -541,9 +547,9 @@ mod tests {
     /// back; neither is in the design.
     #[test]
     fn claims_are_no_part_of_the_design() {
-        let of = |claims: &str| checked(claims, &format!("seed = 1\n{GRID}")).unwrap();
-        let none = of("");
-        let table = of(&claim("{ share = 'failed', of = 'iv(4)', below = 0.5 }"));
+        let experiment = |claims: &str| checked(claims, &format!("seed = 1\n{GRID}")).unwrap();
+        let none = experiment("");
+        let table = experiment(&claim("{ share = 'failed', of = 'iv(4)', below = 0.5 }"));
         let names =
             Experiment::new(ExperimentFile::parse("claims = ['C4', 'W1']").unwrap()).unwrap();
         assert_eq!(none.fingerprint(), table.fingerprint());
@@ -556,7 +562,7 @@ mod tests {
         // --set and --quick may take away the cells that a claim speaks of.
         let claims = claim("{ slope = 'e_a', of = 'ls', over = 'window', below = 0 }");
         let file = ExperimentFile::parse(&format!("{GRID}{claims}")).unwrap();
-        let one = Experiment::new(file.set("window=98").unwrap()).unwrap();
-        assert!(one.file.needed.is_none());
+        let one_window = Experiment::new(file.set("window=98").unwrap()).unwrap();
+        assert!(one_window.file.needed.is_none());
     }
 }

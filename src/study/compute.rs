@@ -27,7 +27,7 @@ struct Computed {
 }
 
 impl Computed {
-    fn of(block: Block, keep: bool, blocks: &BlockFolder<'_>) -> Self {
+    fn new(block: Block, keep: bool, blocks: &BlockFolder<'_>) -> Self {
         let mut watch = Watch::start();
         let Block {
             span,
@@ -56,8 +56,8 @@ impl Delivery for Computed {
 }
 
 impl Work<'_> {
-    /// Computes the spans and writes a file of each block. `file` takes what was written, and tells whether all trials of
-    /// a cell are there with it.
+    /// Computes the spans and writes a file of each block. `file` takes what was written, and tells
+    /// whether all trials of a cell are there with it.
     ///
     /// # Errors
     /// [`RunError`]; what is finished stays.
@@ -69,7 +69,7 @@ impl Work<'_> {
     ) -> Result<(), RunError<BlockError>> {
         let kept = self.experiment.file.store == Store::Trials;
         let keep = if kept { Keep::Rows } else { Keep::Tally };
-        let encode = |block: Block| Computed::of(block, kept, self.blocks);
+        let encode = |block: Block| Computed::new(block, kept, self.blocks);
         let store = |computed: Computed| {
             let mut watch = Watch::start();
             let is_whole = file(computed.encoded?.write()?)?;

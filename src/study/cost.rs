@@ -34,7 +34,8 @@ struct Timed {
     /// Buffers for a cell.
     setup: f64,
     trial: f64,
-    /// What is counted of the sampled trials; encoding and decoding it, with the rows where they are kept.
+    /// What is counted of the sampled trials; encoding and decoding it, with the rows where they
+    /// are kept.
     tally: f64,
     encode: f64,
     decode: f64,
@@ -76,66 +77,71 @@ impl Cost {
 
     /// One trial of every cell on one thread, seconds.
     pub fn seconds_per_trial(&self) -> f64 {
-        self.timed.iter().map(|of| of.cells * of.trial).sum()
+        self.timed
+            .iter()
+            .map(|group| group.cells * group.trial)
+            .sum()
     }
 
     /// A trial of each cell on one thread, with its part of a block, seconds.
     pub fn seconds_of_cells(&self) -> Vec<f64> {
-        let count: usize = self.timed.iter().map(|of| of.members.len()).sum();
+        let count: usize = self.timed.iter().map(|group| group.members.len()).sum();
         let mut seconds = vec![0.0; count];
-        for of in &self.timed {
-            let of_block = of.tally * (of.block as f64 / of.sampled as f64).max(1.0);
-            let trial = of.trial + (of_block + of.encode + DISK) / of.block as f64;
-            of.members.iter().for_each(|cell| seconds[*cell] = trial);
+        for group in &self.timed {
+            let of_block = group.tally * (group.block as f64 / group.sampled as f64).max(1.0);
+            let trial = group.trial + (of_block + group.encode + DISK) / group.block as f64;
+            group.members.iter().for_each(|cell| seconds[*cell] = trial);
         }
         seconds
     }
 
     /// Bytes of a row in trials.parquet.
     pub fn row(&self) -> f64 {
-        let cells: f64 = self.timed.iter().map(|of| of.cells).sum();
-        let bytes = self.timed.iter().map(|of| of.cells * of.row);
+        let cells: f64 = self.timed.iter().map(|group| group.cells).sum();
+        let bytes = self.timed.iter().map(|group| group.cells * group.row);
         bytes.sum::<f64>() / cells
     }
 
-    /// Seconds of a run with so many trials of each cell, of which a share is still missing: the trials on all threads,
-    /// the files that the calling thread writes meanwhile, and the results, which it puts together in the end.
+    /// Seconds of a run with so many trials of each cell, of which a share is still missing: the
+    /// trials on all threads, the files that the calling thread writes meanwhile, and the results,
+    /// which it puts together in the end.
     pub fn seconds(&self, trials: u64, missing: f64, threads: usize) -> f64 {
         let (trials, threads) = (trials as f64, threads as f64);
         let (mut parallel, mut serial, mut end) = (0.0, 0.0, 0.0);
-        for of in &self.timed {
-            let block = (of.block as f64).min(trials);
+        for group in &self.timed {
+            let block = (group.block as f64).min(trials);
             let blocks = (trials / block).ceil();
-            let larger = block / of.sampled as f64;
-            let bins = expected_bins(block) / expected_bins(of.sampled as f64);
+            let larger = block / group.sampled as f64;
+            let bins = expected_bins(block) / expected_bins(group.sampled as f64);
             // Rows grow with trials, counts with bins.
             let content = if self.kept { larger } else { bins }.max(1.0);
-            let (encode, decode) = (of.encode * content, of.decode * content);
-            let tally = of.tally * larger.max(1.0);
-            parallel +=
-                of.cells * (of.setup * blocks.min(threads) + trials * of.trial + blocks * tally);
-            serial += of.cells * blocks * (encode + DISK);
+            let (encode, decode) = (group.encode * content, group.decode * content);
+            let tally = group.tally * larger.max(1.0);
+            parallel += group.cells
+                * (group.setup * blocks.min(threads) + trials * group.trial + blocks * tally);
+            serial += group.cells * blocks * (encode + DISK);
             let mut read = blocks * decode;
             if self.kept {
-                read += trials * self.outputs * of.write_row;
+                read += trials * self.outputs * group.write_row;
             } else if blocks > 1.0 {
-                serial += of.cells * (read + encode + DISK);
+                serial += group.cells * (read + encode + DISK);
                 read = decode;
             }
-            end += of.cells * (read + of.summary);
+            end += group.cells * (read + group.summary);
         }
         missing * serial.max((parallel + serial) / threads) + end
     }
 }
 
-/// Equal parts of all cells, ordered by what their trials are like: the cell in the middle of each stands for it.
+/// Equal parts of all cells, ordered by what their trials are like: the cell in the middle of each
+/// stands for it.
 fn sampled(experiment: &Experiment) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..experiment.cells.len()).collect();
     let kind = |index: &usize| {
         let cell: &Cell = &experiment.cells[*index];
         let steps = match &cell.source {
             Source::Record(_) => 0,
-            Source::Continuous(of) => of.steps(),
+            Source::Continuous(cell) => cell.steps(),
         };
         let engine = experiment.engine(*index).ok();
         (
@@ -155,8 +161,8 @@ fn sampled(experiment: &Experiment) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// How long something takes, and what came out: the shortest of a few times, since what else the machine does only
-/// adds.
+/// How long something takes, and what came out: the shortest of a few times, since what else the
+/// machine does only adds.
 fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
     let mut once = || {
         let begin = Instant::now();
@@ -171,7 +177,8 @@ fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
     (shortest.min(seconds), result)
 }
 
-/// Runs trials as long as there is time; gives their number, and the median of what one of them takes.
+/// Runs trials as long as there is time; gives their number, and the median of what one of them
+/// takes.
 fn run_trials(worker: &mut Worker<'_>, cell: &Cell, to: &mut Trials) -> (u64, f64) {
     let begin = Instant::now();
     let (mut count, mut times) = (0, Vec::new());
@@ -221,7 +228,7 @@ fn time_cell(
     let curves = found.curves.take();
     let (tally_time, tally) = clocked(|| {
         found.curves.clone_from(&curves);
-        CellTally::of(experiment, cell, &mut found)
+        CellTally::from_trials(experiment, cell, &mut found)
     });
     let kept = file.store == Store::Trials;
     let content = Content {
@@ -250,8 +257,8 @@ fn time_cell(
     });
     let tally = content.tally;
     let (summary, values) = clocked(|| {
-        let summary = CellSummary::of(experiment, index, &tally);
-        let _ = SlopeStatistics::of(experiment, &tally);
+        let summary = CellSummary::new(experiment, index, &tally);
+        let _ = SlopeStatistics::new(experiment, &tally);
         let json = serde_json::to_value(&summary).map(|mut json| {
             super::summary::round(&mut json);
             json.to_string().len()
@@ -260,7 +267,7 @@ fn time_cell(
             summary
                 .outputs
                 .iter()
-                .map(|of| of.measures.len() + of.parameters.len())
+                .map(|output| output.measures.len() + output.parameters.len())
                 .sum()
         })
     });

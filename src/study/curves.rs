@@ -1,8 +1,8 @@
 //! Quantiles of e_x(k) for every k, in memory that does not grow with the number of trials.
 //!
-//! Each k has a histogram with fixed logarithmic bins, 16 to an octave from 2^-64 to 2^16. Counts are
-//! integers, so that merging is exact in any order. A quantile is read as the middle of its bin: its
-//! relative error is at most [`CURVE_BIN_ERROR`].
+//! Each k has a histogram with fixed logarithmic bins, 16 to an octave from 2^-64 to 2^16. Counts
+//! are integers, so that merging is exact in any order. A quantile is read as the middle of its
+//! bin: its relative error is at most [`CURVE_BIN_ERROR`].
 
 use crate::metric::ascend;
 use crate::real::{MOST_LANES, Real};
@@ -82,11 +82,11 @@ impl CurveQuantiles {
     /// Whether stored quantiles can be those of records of K samples.
     pub(super) fn are_of(&self, horizon: usize) -> bool {
         let all = [&self.q05, &self.q50, &self.q95];
-        let place = |k: usize| all.map(|of| of[k].unwrap_or(f64::NAN));
-        all.iter().all(|of| of.len() == horizon)
+        let place = |k: usize| all.map(|quantile| quantile[k].unwrap_or(f64::NAN));
+        all.iter().all(|quantile| quantile.len() == horizon)
             && (0..horizon)
                 .map(place)
-                .all(|of| ascend(of) && !(of[0] < 0.0))
+                .all(|values| ascend(values) && !(values[0] < 0.0))
     }
 }
 
@@ -99,8 +99,8 @@ fn bin(value: f64) -> usize {
     index.min(BINS - 1)
 }
 
-/// Errors that wait to be counted: those of many trials at one k are counted together, while its histogram is in the
-/// first cache.
+/// Errors that wait to be counted: those of many trials at one k are counted together, while its
+/// histogram is in the first cache.
 pub(super) struct Waiting {
     /// The bins of all trials at k = 0, then at k = 1, ...; [`BINS`] where there is no error.
     bins: Vec<u16>,
@@ -161,7 +161,7 @@ impl Curves {
 
     /// Whether these can be the curves of so many records of K samples.
     pub(super) fn are_of(&self, horizon: usize, trials: u64) -> bool {
-        let total = |of: &[u32]| of.iter().map(|count| u64::from(*count)).sum::<u64>();
+        let total = |counts: &[u32]| counts.iter().map(|count| u64::from(*count)).sum::<u64>();
         self.horizon == horizon
             && self
                 .counts
@@ -225,7 +225,8 @@ impl Curves {
         }
     }
 
-    /// Quantiles of the first or the last output over so many trials, those without the measure last.
+    /// Quantiles of the first or the last output over so many trials, those without the measure
+    /// last.
     pub fn quantiles(&self, last: bool, trials: u64) -> CurveQuantiles {
         let from = usize::from(last) * self.horizon * BINS;
         let histograms = || self.counts[from..].chunks_exact(BINS).take(self.horizon);
@@ -242,8 +243,8 @@ impl Curves {
     }
 }
 
-/// The middle of the bin that holds the order statistic of rank `ceil(q M)`; None where it is a trial
-/// without the measure.
+/// The middle of the bin that holds the order statistic of rank `ceil(q M)`; None where it is a
+/// trial without the measure.
 fn histogram_quantile(histogram: &[u32], trials: u64, q: f64) -> Option<f64> {
     let rank = ((q * trials as f64).ceil() as u64).max(1);
     let mut below = 0;

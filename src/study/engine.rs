@@ -1,6 +1,6 @@
 //! What computes a cell's trials: packs of [`crate::lanes`], or [`Trial`] by faer.
 
-use super::continuous::ContinuousTrial;
+use super::continuous_time::ContinuousTrial;
 use super::experiment::Source;
 use super::pack::PackTrial;
 use super::plan::{Plan, covered};
@@ -78,8 +78,8 @@ impl<'e> Worker<'e> {
     /// # Errors
     /// If a method cannot serve the cell, or lanes are asked for that do not cover it.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, WorkerError> {
-        if let Source::Continuous(of) = &cell.source {
-            let trial = ContinuousTrial::new(experiment, of)?;
+        if let Source::Continuous(cell) = &cell.source {
+            let trial = ContinuousTrial::new(experiment, cell)?;
             return Ok(Self::Continuous(Box::new(trial)));
         }
         let engine = experiment.file.engine.of(experiment, cell);

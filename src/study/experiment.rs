@@ -1,7 +1,7 @@
 //! What is studied: cells with their processes, and methods.
 
 use super::build::Build;
-use super::continuous::ContinuousCell;
+use super::continuous_time::ContinuousCell;
 use super::curves::Curves;
 use super::engine::Engine;
 use super::file::{

@@ -26,7 +26,11 @@ pub enum FolderError {
     #[error("{}: another run is writing there", .0.display())]
     Busy(PathBuf),
     /// A newer version's results.
-    #[error("{}: written by asobench {version}, which is newer than this one ({})", .path.display(), env!("CARGO_PKG_VERSION"))]
+    #[error(
+        "{}: written by asobench {version}, which is newer than this one ({})",
+        .path.display(),
+        env!("CARGO_PKG_VERSION")
+    )]
     Newer {
         /// The file.
         path: PathBuf,
@@ -35,7 +39,8 @@ pub enum FolderError {
     },
     /// The folder holds results of unknown design.
     #[error(
-        "{}: holds {file} without manifest.json, so nobody knows of which study; remove it or choose another folder",
+        "{}: holds {file} without manifest.json, so nobody knows of which study; remove it or \
+        choose another folder",
         .path.display()
     )]
     Unknown {
@@ -78,7 +83,8 @@ const RESULTS: [(&str, Kind); 3] = [
 pub(super) const BLOCKS: &str = "blocks";
 pub(super) const DESIGN: &str = "design.json";
 
-/// The manifest of the results in a folder; `None` where there are none, or they were not written to their end.
+/// The manifest of the results in a folder; `None` where there are none, or they were not written
+/// to their end.
 ///
 /// # Errors
 /// If the manifest cannot be read, or is of a newer version.
@@ -121,7 +127,8 @@ fn result_file(folder: &Path) -> Option<&'static str> {
     names.find(|name| files::is_there(&folder.join(name)))
 }
 
-/// The cell, the first trial and the end in the name of a block file, `c00000-0000000000-0000000100.block`.
+/// The cell, the first trial and the end in the name of a block file,
+/// `c00000-0000000000-0000000100.block`.
 pub(super) fn span_of(path: &Path) -> Option<(usize, u64, u64)> {
     let name = path.file_name()?.to_str()?;
     let mut parts = name.strip_prefix('c')?.strip_suffix(".block")?.split('-');
@@ -200,14 +207,14 @@ impl ResultsFolder {
         &self.path
     }
 
-    /// Makes the folder one of this design, refusing one that holds results or blocks of another, or anything that is
-    /// not the program's own under the name of a result or of one of `figures`. Results without a manifest are those of
-    /// a run that was killed while it published them, where the blocks' design is there to tell of which study; else
-    /// they are foreign.
+    /// Makes the folder one of this design, refusing one that holds results or blocks of another,
+    /// or anything that is not the program's own under the name of a result or of one of `figures`.
+    /// Results without a manifest are those of a run that was killed while it published them, where
+    /// the blocks' design is there to tell of which study; else they are foreign.
     ///
     /// # Errors
-    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`], [`FolderError::Unknown`],
-    /// [`FolderError::File`], and as for [`read_manifest`].
+    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`],
+    /// [`FolderError::Unknown`], [`FolderError::File`], and as for [`read_manifest`].
     pub fn claim_design(&self, design: &Value, figures: &[&str]) -> Result<(), FolderError> {
         let manifest = read_manifest(&self.path)?;
         if let Some(manifest) = &manifest {
@@ -258,8 +265,8 @@ impl ResultsFolder {
         })
     }
 
-    /// Checks that results can be written: every file that is there under one of their names, or one of `figures`, is
-    /// the program's own.
+    /// Checks that results can be written: every file that is there under one of their names, or
+    /// one of `figures`, is the program's own.
     fn check_targets(&self, figures: &[&str]) -> Result<(), FolderError> {
         for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
             files::replaceable(&self.path.join(name), kind)?;
@@ -270,11 +277,12 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Forgets what is in a folder: blocks and results, so that results of any design can go there, with `figures`.
+    /// Forgets what is in a folder: blocks and results, so that results of any design can go there,
+    /// with `figures`.
     ///
     /// # Errors
-    /// If something is in the way that is not the program's own, before anything is removed; if something cannot be
-    /// removed.
+    /// If something is in the way that is not the program's own, before anything is removed; if
+    /// something cannot be removed.
     pub fn clear(&self, figures: &[&str]) -> Result<(), FolderError> {
         self.check_targets(figures)?;
         self.check_blocks()?;
@@ -295,8 +303,8 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Removes the blocks: what remains are the results. The design stays where nothing else tells of which study
-    /// these are.
+    /// Removes the blocks: what remains are the results. The design stays where nothing else tells
+    /// of which study these are.
     ///
     /// # Errors
     /// If anything else is among the blocks, before one is removed; if they cannot be removed.

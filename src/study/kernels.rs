@@ -1,4 +1,5 @@
-//! The kernels of a pack one at a time, for the benches and examples that measure: no part of the interface.
+//! The kernels of a pack one at a time, for the benches and examples that measure: feature `bench`
+//! alone.
 
 use super::pack::Pack;
 use super::plan::Plan;
@@ -8,21 +9,6 @@ use crate::names::named_enum;
 use crate::plant::radius::spectral_radius;
 use crate::real::{Mask, Real};
 use std::hint::black_box;
-
-/// W98: order 6, N = 98, K = 400, signs of amplitude 10, noise 1/A at eta = 10.018 %, least squares and four IV
-/// passes, dead-beat observer; the three measures.
-pub const W98: &str = r#"
-seed = 1
-measures = ["e_a", "e_b", "e_x_max"]
-[settings]
-eta = 10.018
-window = 98
-horizon = 400
-[[methods]]
-estimator = "iv"
-iterations = 4
-report = [4]
-"#;
 
 named_enum! {
     /// A kernel of a pack.

@@ -7,14 +7,14 @@ mod campaign;
 mod claims;
 pub mod cluster;
 mod compute;
-mod continuous;
+mod continuous_time;
 mod cost;
 mod curves;
 mod engine;
 mod experiment;
 pub mod file;
 mod folder;
-#[doc(hidden)]
+#[cfg(feature = "bench")]
 pub mod kernels;
 pub mod measure;
 mod names;
@@ -37,12 +37,13 @@ mod tally;
 mod times;
 mod trial;
 mod trial_table;
+mod workload;
 
 pub use blocks::{BlockError, Done, done};
 #[cfg(test)]
 pub(crate) use blocks::{BlockFolder, Content};
 pub use campaign::{Campaign, CampaignError, Event, RunOptions};
-pub use continuous::{ContinuousCell, ContinuousTrial, OutputTrace, Term, Traces};
+pub use continuous_time::{ContinuousCell, ContinuousTrial, OutputTrace, Term, Traces};
 pub use cost::Cost;
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use engine::{Engine, Worker, WorkerError};
@@ -71,3 +72,4 @@ pub use summary::{
 pub use tally::{CellTally, Outcomes, OutputTally, Trials};
 pub use times::MethodTime;
 pub use trial::{Trial, TrialRecord};
+pub use workload::W98;

@@ -1,7 +1,7 @@
 //! What a file calls things: every name can be seen, and told from the others.
 
 use super::build::{FEEDBACKS, NOISES, PLANTS};
-use super::continuous::{CONTINUOUS_PLANTS, SIGNALS};
+use super::continuous_time::{CONTINUOUS_PLANTS, SIGNALS};
 use super::file::{ExperimentFile, FileError, Key, Scalar};
 use crate::text::{alike, folded, name_fault};
 
@@ -50,17 +50,18 @@ pub(super) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
 pub(super) fn check_labels(place: &str, labels: &[String]) -> Result<(), FileError> {
     match alike(labels.iter().map(String::as_str)) {
         None => Ok(()),
-        Some([one, other]) if one == other => {
-            let message = format!("two outputs are called '{one}'; expected a name for each");
+        Some([name, other]) if name == other => {
+            let message = format!("two outputs are called '{name}'; expected a name for each");
             Err(FileError::key(place, message))
         }
         Some(pair) => Err(FileError::key(place, not_apart(pair))),
     }
 }
 
-fn not_apart([one, other]: [&str; 2]) -> String {
+fn not_apart([name, other]: [&str; 2]) -> String {
     format!(
-        "'{one}' and '{other}' look alike; expected names that differ in more than case, blanks and what is not seen"
+        "'{name}' and '{other}' look alike; expected names that differ in more than case, blanks \
+        and what is not seen"
     )
 }
 

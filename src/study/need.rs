@@ -1,7 +1,7 @@
 //! What a run of a study needs, told from its design alone: memory, and room on disk.
 //!
-//! Every term is a count of the design times the size of a type, or of what it is stored as. Sizes that no type tells
-//! are measured ones; they stand as constants here.
+//! Every term is a count of the design times the size of a type, or of what it is stored as. Sizes
+//! that no type tells are measured ones; they stand as constants here.
 
 use super::curves::Curves;
 use super::file::Store;
@@ -30,11 +30,13 @@ const PAIRED_STORED: f64 = 420.0;
 const ROW_STORED: f64 = 1.2;
 /// A row in trials.parquet beside its values.
 const ROW_AT_MOST: f64 = 2.0;
-/// Of a group of trials.parquet: bytes of a row beside its measures, rows, and how many times they are in memory.
+/// Of a group of trials.parquet: bytes of a row beside its measures, rows, and how many times they
+/// are in memory.
 const LABELS: f64 = 60.0;
 const GROUP: f64 = 65_536.0;
 const COPIES: f64 = 3.0;
-/// In summary.json and summary.parquet: a cell's settings, a measure of an output, a share; of a curve a quantile.
+/// In summary.json and summary.parquet: a cell's settings, a measure of an output, a share; of a
+/// curve a quantile.
 const SETTINGS_STORED: f64 = 900.0;
 const STATISTICS_STORED: f64 = 720.0 + 145.0;
 const SHARE_STORED: f64 = 120.0;
@@ -81,7 +83,7 @@ struct Counts<'e> {
 }
 
 impl<'e> Counts<'e> {
-    fn of(experiment: &'e Experiment, trials: u64) -> Self {
+    fn new(experiment: &'e Experiment, trials: u64) -> Self {
         let file = &experiment.file;
         Self {
             experiment,
@@ -205,13 +207,15 @@ impl<'e> Counts<'e> {
     }
 }
 
-/// Bytes of memory that a run of an experiment with so many trials of each cell needs at most on so many threads.
+/// Bytes of memory that a run of an experiment with so many trials of each cell needs at most on so
+/// many threads.
 ///
-/// While trials are computed each thread has a record, a block that it makes and encodes, and one that waits; the calling
-/// thread has the one that it writes. While results are put together there are the summaries of all
-/// cells, two tallies of one that are merged, a block as it is read, and a few groups of rows of trials.parquet.
+/// While trials are computed each thread has a record, a block that it makes and encodes, and one
+/// that waits; the calling thread has the one that it writes. While results are put together there
+/// are the summaries of all cells, two tallies of one that are merged, a block as it is read, and a
+/// few groups of rows of trials.parquet.
 pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
-    let counts = Counts::of(experiment, trials);
+    let counts = Counts::new(experiment, trials);
     let (mut computing, mut merging, mut cells) = (0.0_f64, 0.0_f64, 0.0);
     for (index, cell) in experiment.cells.iter().enumerate() {
         let trials = counts.block(index);
@@ -238,9 +242,10 @@ pub fn row_of(experiment: &Experiment) -> f64 {
     ROW_AT_MOST + (size_of::<f64>() * experiment.file.measures.len()) as f64
 }
 
-/// Bytes on disk of a run with so many trials of each cell, where a row of trials.parquet takes `row` bytes.
+/// Bytes on disk of a run with so many trials of each cell, where a row of trials.parquet takes
+/// `row` bytes.
 pub fn disk_of(experiment: &Experiment, trials: u64, row: f64) -> Disk {
-    let counts = Counts::of(experiment, trials);
+    let counts = Counts::new(experiment, trials);
     let mut disk = Disk {
         report: PAGES,
         ..Disk::default()

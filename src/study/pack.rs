@@ -11,7 +11,7 @@ use crate::lanes::order;
 use crate::lanes::passes::{PassPack, Passes};
 use crate::lanes::record::Record;
 use crate::lanes::response::Responses;
-use crate::lanes::score::{Errors, Observer, Scorer};
+use crate::lanes::score::{Errors, PackedObserver as Observer, PackedScorer as Scorer};
 use crate::metric::relative_error;
 use crate::plant::radius::spectral_radius;
 use crate::real::{MOST_LANES, Mask, Real};

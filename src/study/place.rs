@@ -39,10 +39,11 @@ impl Place {
     /// The values of some settings in words: "1/A noise, N = 98"; readings are named only where
     /// they are not the default.
     pub fn words(&self, keys: &[Key]) -> String {
-        let told = keys.iter().filter(|key| {
+        let shown = keys.iter().filter(|key| {
             self.values.contains_key(key) && !(key.is_reading() && self.is_default(**key))
         });
-        told.map(|key| words(*key, self.value(*key)))
+        shown
+            .map(|key| words(*key, self.value(*key)))
             .collect::<Vec<_>>()
             .join(", ")
     }

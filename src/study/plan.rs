@@ -4,7 +4,7 @@ use super::pack::{Pack, PackTrial};
 use super::{Cell, Experiment, Measure, ObserverStart, ScoredFrom};
 use crate::data::{Feedback, PlantSource, Process, ProcessSettings, Truth};
 use crate::estimator::IvOptions;
-use crate::lanes::record::Source;
+use crate::lanes::record::RecordSource;
 use crate::lanes::score::Wanted;
 use crate::lanes::{Call, Isa, LARGEST_ORDER};
 use crate::plant::StateSpace;
@@ -30,7 +30,7 @@ pub(super) struct PlannedMethod<'e> {
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 pub struct Plan<'e> {
     pub(super) cell: &'e Cell,
-    pub(super) source: Source<'e>,
+    pub(super) source: RecordSource<'e>,
     pub(super) truth: Truth,
     pub(super) methods: Vec<PlannedMethod<'e>>,
     pub(super) wanted_condition: bool,
@@ -62,7 +62,7 @@ impl<'e> Plan<'e> {
         });
         Ok(Self {
             cell,
-            source: Source {
+            source: RecordSource {
                 settings: process.settings(),
                 plant,
                 noise,

@@ -49,8 +49,9 @@ impl Rounds<'_> {
         (0..self.stored.len()).map(first).collect()
     }
 
-    /// Raises the trials of the cells that need more of them by the rule; false where it is met. A cell of which trials
-    /// are still missing is not raised. `is_decided` tells whether what is there decides the claim of the rule.
+    /// Raises the trials of the cells that need more of them by the rule; false where it is met. A
+    /// cell of which trials are still missing is not raised. `is_decided` tells whether what is
+    /// there decides the claim of the rule.
     pub(super) fn raise(
         &self,
         targets: &mut [u64],
@@ -84,7 +85,8 @@ impl Rounds<'_> {
         Ok(true)
     }
 
-    /// Doubles the trials of every cell whose measure is not known well enough; false where none is left.
+    /// Doubles the trials of every cell whose measure is not known well enough; false where none is
+    /// left.
     fn raise_unknown(
         &self,
         targets: &mut [u64],

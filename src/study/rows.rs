@@ -1,4 +1,5 @@
-//! Rows of trials that follow each other, by columns: how they are gathered, counted, stored and written.
+//! Rows of trials that follow each other, by columns: how they are gathered, counted, stored and
+//! written.
 
 use super::measure::Measure;
 use super::row::Row;
@@ -24,7 +25,8 @@ pub struct OutputRows {
     failures: Vec<(usize, Failure)>,
     /// Each measure of [`Rows::measures`], NaN where undefined.
     values: Vec<Vec<f64>>,
-    /// Signed errors of a_1 ... a_n, h_1 ... h_n, NaN where undefined; no column where they are not wanted.
+    /// Signed errors of a_1 ... a_n, h_1 ... h_n, NaN where undefined; no column where they are not
+    /// wanted.
     parameters: Vec<Vec<f64>>,
 }
 
@@ -94,8 +96,8 @@ impl OutputRows {
         &self.failures
     }
 
-    /// A column of [`Self::parameters`] or of a measure as statistics take it: NaN of failed trials, whatever they had
-    /// got to.
+    /// A column of [`Self::parameters`] or of a measure as statistics take it: NaN of failed
+    /// trials, whatever they had got to.
     pub(super) fn counted<'a>(&self, column: &'a [f64]) -> Cow<'a, [f64]> {
         if self.failures.is_empty() {
             return Cow::Borrowed(column);
@@ -119,7 +121,7 @@ impl OutputRows {
 
     /// What stopped a trial.
     pub(super) fn failure(&self, place: usize) -> Option<Failure> {
-        let found = self.failures.binary_search_by_key(&place, |(of, _)| *of);
+        let found = self.failures.binary_search_by_key(&place, |(at, _)| *at);
         found.ok().map(|index| self.failures[index].1)
     }
 }
@@ -210,12 +212,12 @@ impl Rows {
     /// # Panics
     /// If there is no such trial or output.
     pub fn row(&self, place: usize, output: usize) -> Row {
-        let of = &self.outputs[output];
+        let columns = &self.outputs[output];
         let mut row = Row::new(self.first + place as u64, output);
-        row.failure = of.failure(place);
-        row.unstable = of.flags[place].unstable();
-        row.unstable_so_far = of.flags[place].unstable_so_far();
-        for (measure, column) in self.measures.iter().zip(&of.values) {
+        row.failure = columns.failure(place);
+        row.unstable = columns.flags[place].unstable();
+        row.unstable_so_far = columns.flags[place].unstable_so_far();
+        for (measure, column) in self.measures.iter().zip(&columns.values) {
             row[*measure] = column[place];
         }
         row
@@ -250,9 +252,9 @@ impl Rows {
 
     /// Takes the rows out; the same columns, empty, stay.
     pub(super) fn take(&mut self) -> Self {
-        let output = |of: &OutputRows| OutputRows {
-            values: vec![Vec::new(); of.values.len()],
-            parameters: vec![Vec::new(); of.parameters.len()],
+        let output = |columns: &OutputRows| OutputRows {
+            values: vec![Vec::new(); columns.values.len()],
+            parameters: vec![Vec::new(); columns.parameters.len()],
             ..OutputRows::default()
         };
         let empty = Self {
@@ -283,10 +285,12 @@ impl Rows {
     }
 }
 
-/// Bytes of rows in a block file: of each output the failures, then the flags, then the measures of the file.
+/// Bytes of rows in a block file: of each output the failures, then the flags, then the measures of
+/// the file.
 ///
 /// ```text
-/// length of failures u64 | failures (postcard) | of each output: flags u8 ... | of each measure: f64 ...
+/// length of failures u64 | failures (postcard) | of each output: flags u8 ... |
+/// of each measure: f64 ...
 /// ```
 pub(super) mod stored {
     use super::{
@@ -299,10 +303,11 @@ pub(super) mod stored {
 
     /// Appends the rows with the measures of the experiment's file.
     pub fn encode(rows: &Rows, experiment: &Experiment, to: &mut Vec<u8>) -> postcard::Result<()> {
-        let places = |of: &OutputRows| -> Vec<(u32, Failure)> {
-            of.failures
+        let places = |output: &OutputRows| -> Vec<(u32, Failure)> {
+            output
+                .failures
                 .iter()
-                .map(|(place, of)| (*place as u32, *of))
+                .map(|(place, failure)| (*place as u32, *failure))
                 .collect()
         };
         let failures = postcard::to_stdvec(&Failures(rows.outputs.iter().map(places).collect()))?;
@@ -311,7 +316,7 @@ pub(super) mod stored {
         for output in &rows.outputs {
             to.extend(output.flags.iter().map(|flags| flags.0));
             for measure in &experiment.file.measures {
-                let at = rows.measures.iter().position(|of| of == measure);
+                let at = rows.measures.iter().position(|other| other == measure);
                 let column = at.map(|at| &output.values[at]);
                 append(to, column.map_or(&[], |column| column));
             }
@@ -367,7 +372,7 @@ pub(super) mod stored {
                 flags,
                 failures: failures
                     .into_iter()
-                    .map(|(place, of)| (place as usize, of))
+                    .map(|(place, failure)| (place as usize, failure))
                     .collect(),
                 values,
                 parameters: Vec::new(),

@@ -17,7 +17,8 @@ use std::time::{Duration, Instant};
 /// How many times more trials lanes do in that time, about.
 const LANES_SPEED: usize = 64;
 
-/// Samples times outputs that take as long as a step of all observers in continuous time, with its halves, about.
+/// Samples times outputs that take as long as a step of all observers in continuous time, with its
+/// halves, about.
 const STEP_WORK: usize = 32;
 
 /// Samples times outputs in a block, about: half a second of work.
@@ -49,8 +50,8 @@ impl Span {
 
     /// Whether another lies within it.
     pub(super) fn holds(&self, part: &Self) -> bool {
-        let (of, trials) = (&self.trials, &part.trials);
-        self.cell == part.cell && of.start <= trials.start && trials.end <= of.end
+        let (whole, trials) = (&self.trials, &part.trials);
+        self.cell == part.cell && whole.start <= trials.start && trials.end <= whole.end
     }
 }
 
@@ -89,14 +90,15 @@ pub enum RunError<E> {
         reason: String,
     },
     /// The `stop` flag was raised.
-    #[error("interrupted after {done} of {of} trials")]
+    #[error("interrupted after {done} of {total} trials")]
     Interrupted {
         /// Trials that were delivered, over all cells.
         done: u64,
         /// Trials that were asked for, over all cells.
-        of: u64,
+        total: u64,
     },
-    /// A cell that no worker serves, such as one with a method of the caller's own that refuses its shape.
+    /// A cell that no worker serves, such as one with a method of the caller's own that refuses its
+    /// shape.
     #[error(transparent)]
     Worker(WorkerError),
     /// The consumer failed.
@@ -110,7 +112,7 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
     let outputs: usize = experiment.methods.iter().map(Method::passes).sum();
     let samples = match &cell_of.source {
         Source::Record(_) => cell_of.horizon * outputs.max(1),
-        Source::Continuous(of) => STEP_WORK * of.steps(),
+        Source::Continuous(cell) => STEP_WORK * cell.steps(),
     };
     let work = BLOCK_WORK / samples.max(1);
     let work = match experiment.engine(cell) {
@@ -126,7 +128,8 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
 }
 
 /// Runs trials 0 ... `trials` - 1 of every cell, or the one that a deterministic cell has, on
-/// `threads` threads. `consume` sees each block on the calling thread as it is finished, in no certain order.
+/// `threads` threads. `consume` sees each block on the calling thread as it is finished, in no
+/// certain order.
 ///
 /// # Errors
 /// [`RunError`].
@@ -145,7 +148,8 @@ pub fn run<E>(
     shared.run(threads, |block| block, consume)
 }
 
-/// Runs the same trials and throws away what comes out: what simulation, estimation and measures alone take.
+/// Runs the same trials and throws away what comes out: what simulation, estimation and measures
+/// alone take.
 ///
 /// # Errors
 /// [`RunError`].
@@ -178,11 +182,13 @@ fn whole(experiment: &Experiment, trials: u64) -> Vec<Span> {
     (0..experiment.cells.len()).map(whole).collect()
 }
 
-/// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]; no result depends on it.
+/// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]; no
+/// result depends on it.
 ///
-/// `finish` makes something of a block on the thread that computed it. `consume` sees that on the calling thread as
-/// blocks are finished, in no certain order; a block that takes long comes as several. The error of `consume`, or
-/// raising `stop`, ends the run with the trials under way: what is finished of every span is still delivered.
+/// `finish` makes something of a block on the thread that computed it. `consume` sees that on the
+/// calling thread as blocks are finished, in no certain order; a block that takes long comes as
+/// several. The error of `consume`, or raising `stop`, ends the run with the trials under way: what
+/// is finished of every span is still delivered.
 ///
 /// # Errors
 /// [`RunError`].
@@ -293,13 +299,13 @@ impl<'a> Shared<'a> {
             scope.spawn_broadcast(|_, _| self.work(&sender, &finish));
             self.deliver(receiver, threads, consume)
         });
-        let of = trials;
+        let total = trials;
         if let Some(error) = self.failed.into_inner() {
             return Err(RunError::Worker(error));
         }
         match delivered {
             Err(error) => Err(RunError::Consumer(error)),
-            Ok(done) if done < of => Err(RunError::Interrupted { done, of }),
+            Ok(done) if done < total => Err(RunError::Interrupted { done, total }),
             Ok(_) => Ok(()),
         }
     }
@@ -429,7 +435,7 @@ impl<'a> Shared<'a> {
             if self.keep != Keep::Nothing {
                 // Curves are counted over the whole block.
                 let curves = room.curves.take();
-                tally.merge(&CellTally::of(self.experiment, settings, room));
+                tally.merge(&CellTally::from_trials(self.experiment, settings, room));
                 room.curves = curves;
             }
             room.spent.statistics += watch.lap();
@@ -464,7 +470,8 @@ impl<'a> Shared<'a> {
         mut working: usize,
         mut consume: impl FnMut(T) -> Result<(), E>,
     ) -> Result<u64, E> {
-        /// Where the consumer panics, the workers end; the receiver, dropped with it, frees those that wait to send.
+        /// Where the consumer panics, the workers end; the receiver, dropped with it, frees those
+        /// that wait to send.
         struct EndOnPanic<'a>(&'a AtomicBool);
         impl Drop for EndOnPanic<'_> {
             fn drop(&mut self) {

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 /// Time that threads spent on trials, summed over the threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Spent {
-    /// Drawing records: random numbers, noise, the plant. In continuous time the observers too, which run along.
+    /// Drawing records: random numbers, noise, the plant. In continuous time the observers too,
+    /// which run along.
     pub simulation: Duration,
     /// Stages 1 to 11.
     pub estimation: Duration,

@@ -5,9 +5,9 @@ use crate::estimator::{Estimator, Failure, LeastSquares, Pass, SetupError, Shape
 use crate::observer::{Gain, Observer};
 use serde_json::json;
 
-/// The loop is open (u = r) for k < N1. Then (a, b, x0) are identified by least squares on these N1 samples, the
-/// observer runs over them from x0, and from k = N1 on `u(k) = -k' xhat(k) + r(k)`. The model stays as it is;
-/// xhat(k) knows y up to k - 1.
+/// The loop is open (u = r) for k < N1. Then (a, b, x0) are identified by least squares on these N1
+/// samples, the observer runs over them from x0, and from k = N1 on `u(k) = -k' xhat(k) + r(k)`.
+/// The model stays as it is; xhat(k) knows y up to k - 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateFeedback {
     /// The feedback k, n numbers; n is the order of the model too.

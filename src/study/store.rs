@@ -33,11 +33,11 @@ pub enum StoreError {
 }
 
 /// A writer of row groups with the columns of a table.
-fn batched(to: BufWriter<File>, of: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
+fn batched(to: BufWriter<File>, table: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
     ParquetWriter::new(to)
         .with_compression(ParquetCompression::Zstd(None))
         .set_parallel(false)
-        .batched(of.schema())
+        .batched(table.schema())
 }
 
 /// A setting that varies, and whether all of its values are numbers.
@@ -122,7 +122,7 @@ fn group_cells(summary: &Summary) -> usize {
     let rows = |cell: &CellSummary| -> usize {
         let outputs = cell.outputs.iter();
         outputs
-            .map(|of| of.measures.len() + of.parameters.len())
+            .map(|output| output.measures.len() + output.parameters.len())
             .sum()
     };
     let most = summary.cells.iter().map(rows).max().unwrap_or(0);
@@ -140,15 +140,15 @@ fn summary_frame(
             let measures = output
                 .measures
                 .iter()
-                .map(|(measure, of)| (measure.to_string(), of));
+                .map(|(measure, statistics)| (measure.to_string(), statistics));
             let parameters = output
                 .parameters
                 .iter()
-                .map(|(name, of)| (format!("error of {name}"), of));
+                .map(|(name, statistics)| (format!("error of {name}"), statistics));
             rows.extend(
                 measures
                     .chain(parameters)
-                    .map(|(name, of)| (cell.cell, output, name, of)),
+                    .map(|(name, statistics)| (cell.cell, output, name, statistics)),
             );
         }
     }
@@ -170,10 +170,10 @@ fn summary_frame(
         ("rmse", |s| s.rmse),
         ("trimmed", |s| s.trimmed),
     ];
-    for (name, of) in estimates {
-        columns.push(column(rows, name, |row| defined(of(row.3).value)));
+    for (name, part) in estimates {
+        columns.push(column(rows, name, |row| defined(part(row.3).value)));
         columns.push(column(rows, &format!("{name}_mcse"), |row| {
-            defined(of(row.3).mcse)
+            defined(part(row.3).mcse)
         }));
     }
     let quantiles: [Named<Quantile>; 5] = [
@@ -183,10 +183,10 @@ fn summary_frame(
         ("q75", |s| s.q75),
         ("q95", |s| s.q95),
     ];
-    for (name, of) in quantiles {
-        columns.push(column(rows, name, |row| defined(of(row.3).value)));
+    for (name, part) in quantiles {
+        columns.push(column(rows, name, |row| defined(part(row.3).value)));
         columns.push(column(rows, &format!("{name}_mcse"), |row| {
-            defined(of(row.3).mcse)
+            defined(part(row.3).mcse)
         }));
     }
     columns.extend([
@@ -219,8 +219,8 @@ fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, Store
     })
 }
 
-/// Whether `rows`, all outputs of one trial of a cell, stand bit for bit in a stored file whose cells have so many
-/// trials each; `None` where the file has no such trial.
+/// Whether `rows`, all outputs of one trial of a cell, stand bit for bit in a stored file whose
+/// cells have so many trials each; `None` where the file has no such trial.
 ///
 /// # Errors
 /// If the file cannot be read.
@@ -249,7 +249,8 @@ pub fn stored_alike(
     })
 }
 
-/// Where the rows of a trial begin in a file whose cells have so many trials each; `None` where it has no such trial.
+/// Where the rows of a trial begin in a file whose cells have so many trials each; `None` where it
+/// has no such trial.
 fn first_row(cell: usize, trials: &[u64], rows: &[Row]) -> Option<usize> {
     let (before, of_cell) = (trials.get(..cell)?, trials.get(cell)?);
     let trial = rows.first()?.trial;

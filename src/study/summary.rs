@@ -1,7 +1,7 @@
 //! Everything that a report shows, made of tallies; what summary.json holds.
 
 use super::build::LARGEST_COUNT;
-use super::continuous::Traces;
+use super::continuous_time::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
 use super::file::{
@@ -11,8 +11,8 @@ use super::measure::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
 use crate::estimator::Output;
 use crate::metric::{
-    Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope, Statistics,
-    Verdict, Worse, slope_of_statistics, verdict,
+    BoundVerdict, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope,
+    Statistics, Worse, slope_of_statistics, verdict,
 };
 use crate::plant::ORDER_LIMIT;
 use serde::{Deserialize, Serialize, Serializer};
@@ -41,7 +41,7 @@ pub struct OutputSummary {
 }
 
 impl OutputSummary {
-    fn of(experiment: &Experiment, output: &Output, order: usize, tally: &OutputTally) -> Self {
+    fn new(experiment: &Experiment, output: &Output, order: usize, tally: &OutputTally) -> Self {
         let Outcomes {
             trials, unstable, ..
         } = tally.outcomes;
@@ -63,18 +63,18 @@ impl OutputSummary {
             unstable: Share::new(unstable, trials),
             measures: measures
                 .zip(&tally.samples)
-                .map(|(measure, of)| {
-                    let mut of = of.statistics(measure.worse());
+                .map(|(measure, sample)| {
+                    let mut statistics = sample.statistics(measure.worse());
                     // What an output never has is not lost.
-                    if of.count == 0 && tally.outcomes.failed() == 0 {
-                        of.quantiles = Quantiles::UNDEFINED;
-                        of.conditional = None;
+                    if statistics.count == 0 && tally.outcomes.failed() == 0 {
+                        statistics.quantiles = Quantiles::UNDEFINED;
+                        statistics.conditional = None;
                     }
-                    (measure, of)
+                    (measure, statistics)
                 })
                 .collect(),
             parameters: parameters
-                .map(|(i, of)| (name(i), of.statistics(Worse::Larger)))
+                .map(|(i, sample)| (name(i), sample.statistics(Worse::Larger)))
                 .collect(),
         }
     }
@@ -118,7 +118,7 @@ pub struct BoundSummary {
     /// Every output.
     pub outputs: Vec<OutputShare>,
     /// What the last output's share says.
-    pub verdict: Verdict,
+    pub verdict: BoundVerdict,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
@@ -170,7 +170,7 @@ pub struct CellSummary {
 
 impl CellSummary {
     /// Summarises a cell.
-    pub fn of(experiment: &Experiment, index: usize, tally: &CellTally) -> Self {
+    pub fn new(experiment: &Experiment, index: usize, tally: &CellTally) -> Self {
         let cell = &experiment.cells[index];
         let outputs = experiment.outputs();
         let (file, labels) = (&experiment.file, outputs.iter().map(Output::label));
@@ -191,7 +191,7 @@ impl CellSummary {
             outputs: outputs
                 .iter()
                 .zip(&tally.outputs)
-                .map(|(output, tally)| OutputSummary::of(experiment, output, cell.order, tally))
+                .map(|(output, tally)| OutputSummary::new(experiment, output, cell.order, tally))
                 .collect(),
             comparisons: comparisons
                 .map(|([first, second], pairs)| ComparisonSummary {
@@ -217,32 +217,37 @@ impl CellSummary {
         self.outputs.iter().map(OutputSummary::label).collect()
     }
 
-    /// Checks that a stored cell can be what [`Self::of`] makes, with the outputs of the others.
+    /// Checks that a stored cell can be what [`Self::new`] makes, with the outputs of the others.
     /// What is wrong with a stored cell, that must have `least` trials.
     fn check(&self, index: usize, labels: &[String], least: u64) -> Result<(), &'static str> {
         let (trials, n) = (self.trials, self.order);
-        let output = |of: &OutputSummary| {
-            let parameters = of.parameters.iter().map(|(_, of)| of);
-            of.outcomes.are_of(trials)
-                && of.failed.is_of(trials)
-                && of.failed.count == of.outcomes.failed()
-                && of.unstable.is_of(trials)
-                && of.unstable.count == of.outcomes.unstable
-                && [0, 2 * n].contains(&of.parameters.len())
-                && of
+        let output = |output: &OutputSummary| {
+            let parameters = output.parameters.iter().map(|(_, statistics)| statistics);
+            output.outcomes.are_of(trials)
+                && output.failed.is_of(trials)
+                && output.failed.count == output.outcomes.failed()
+                && output.unstable.is_of(trials)
+                && output.unstable.count == output.outcomes.unstable
+                && [0, 2 * n].contains(&output.parameters.len())
+                && output
                     .measures
                     .values()
                     .chain(parameters)
-                    .all(|of| of.are_of(trials))
+                    .all(|statistics| statistics.are_of(trials))
         };
         let pair = |pair: &ComparisonSummary| {
             let known = labels.contains(&pair.first) && labels.contains(&pair.second);
-            known && pair.measures.values().all(|of| of.are_of(trials))
+            known
+                && pair
+                    .measures
+                    .values()
+                    .all(|statistics| statistics.are_of(trials))
         };
-        let share = |of: &OutputShare| labels.contains(&of.output) && of.met.is_of(trials);
-        let bound = |of: &BoundSummary| of.outputs.iter().all(share);
-        let curves = |of: &[CurveQuantiles; 2]| of.iter().all(|of| of.are_of(self.horizon));
-        let traces = |of: &Traces| of.are_of(n, self.outputs.len());
+        let share = |share: &OutputShare| labels.contains(&share.output) && share.met.is_of(trials);
+        let bound = |bound: &BoundSummary| bound.outputs.iter().all(share);
+        let curves =
+            |curves: &[CurveQuantiles; 2]| curves.iter().all(|curve| curve.are_of(self.horizon));
+        let traces = |traces: &Traces| traces.are_of(n, self.outputs.len());
         for (fits, part) in [
             (self.cell == index, "the index"),
             (
@@ -305,29 +310,30 @@ fn bounds(
             let outputs: Vec<OutputShare> = labels
                 .iter()
                 .zip(&tally.outputs)
-                .map(|(label, of)| OutputShare {
+                .map(|(label, tally)| OutputShare {
                     output: label.clone(),
-                    met: Share::new(of.met[i], of.outcomes.trials),
+                    met: Share::new(tally.met[i], tally.outcomes.trials),
                 })
                 .collect();
             BoundSummary {
                 bound: bound.clone(),
                 verdict: outputs
                     .last()
-                    .map_or_else(Verdict::default, |last| verdict(last.met)),
+                    .map_or_else(BoundVerdict::default, |last| verdict(last.met)),
                 outputs,
             }
         })
         .collect()
 }
 
-/// What the slopes need of a cell, for every slope of the file and every output: few numbers instead of tallies.
+/// What the slopes need of a cell, for every slope of the file and every output: few numbers
+/// instead of tallies.
 #[derive(Clone, Debug)]
 pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
 
 impl SlopeStatistics {
     /// Takes them from a cell's tally.
-    pub fn of(experiment: &Experiment, tally: &CellTally) -> Self {
+    pub fn new(experiment: &Experiment, tally: &CellTally) -> Self {
         let measures = experiment.sloped_measures();
         let groups_of = |table: &SlopeTable| {
             let groups = measures.iter().zip(&tally.groups);
@@ -340,7 +346,9 @@ impl SlopeStatistics {
                 .map(|table| {
                     groups_of(table)
                         .iter()
-                        .map(|groups| Jackknife::of(groups, table.statistic, table.measure.worse()))
+                        .map(|groups| {
+                            Jackknife::from_groups(groups, table.statistic, table.measure.worse())
+                        })
                         .collect()
                 })
                 .collect(),
@@ -352,7 +360,8 @@ impl SlopeStatistics {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SlopeSummary {
     /// What was asked for.
-    pub of: SlopeTable,
+    #[serde(rename = "of")]
+    pub table: SlopeTable,
     /// The output's label.
     pub output: String,
     /// The settings that these cells share, of those that vary.
@@ -370,7 +379,8 @@ pub struct SlopeSummary {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CellPair {
     /// What was asked for.
-    pub of: SeriesTable,
+    #[serde(rename = "of")]
+    pub table: SeriesTable,
     /// The cell that the other is compared with.
     pub from: usize,
     /// The other.
@@ -382,7 +392,8 @@ pub struct CellPair {
 /// What a cell kept trial by trial, in the order of [`Experiment::series_of`].
 pub type CellSeries = Vec<Vec<f64>>;
 
-/// A study's results. As JSON the numbers of cells and slopes have nine significant digits; summary.parquet has all.
+/// A study's results. As JSON the numbers of cells and slopes have nine significant digits;
+/// summary.parquet has all.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Summary {
     /// The title.
@@ -400,7 +411,8 @@ pub struct Summary {
     pub seed: u64,
     /// The settings that vary, beside claim, eta and window.
     pub axes: Vec<Key>,
-    /// The largest relative error that quantiles and trimmed means have of their bins, beside their standard error.
+    /// The largest relative error that quantiles and trimmed means have of their bins, beside their
+    /// standard error.
     pub quantile_relative_error: f64,
     /// The same of the quantiles in `curves`.
     pub curve_relative_error: f64,
@@ -424,9 +436,9 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Puts cells together; `statistics` are what the slopes need of every cell, `series` what pairs
-    /// of cells do.
-    pub fn of(
+    /// Puts cells together; `statistics` are what the slopes need of every cell, `series` what
+    /// pairs of cells do.
+    pub fn new(
         experiment: &Experiment,
         cells: Vec<CellSummary>,
         statistics: &[SlopeStatistics],
@@ -452,7 +464,8 @@ impl Summary {
         }
     }
 
-    /// The summary that a file holds, whoever wrote it: what comes out is what a run could have left.
+    /// The summary that a file holds, whoever wrote it: what comes out is what a run could have
+    /// left.
     ///
     /// # Errors
     /// What is wrong.
@@ -478,7 +491,9 @@ impl Summary {
         let fits = |slope: &SlopeSummary| {
             labels.contains(&slope.output)
                 && slope.cells.iter().all(|cell| *cell < cells)
-                && slope.slope.is_none_or(|of| of.is_over(slope.cells.len()))
+                && slope
+                    .slope
+                    .is_none_or(|estimate| estimate.is_over(slope.cells.len()))
         };
         if let Some(slope) = summary.slopes.iter().position(|slope| !fits(slope)) {
             return Err(format!("damaged: slope {slope}"));
@@ -502,7 +517,7 @@ impl Summary {
                 Some(trials)
             };
             let is_sound = trials.is_some_and(|trials| pair.ratio.are_of(trials));
-            labels.contains(&pair.of.output) && is_sound
+            labels.contains(&pair.table.output) && is_sound
         };
         match summary.cell_pairs.iter().position(|pair| !fits(pair)) {
             Some(pair) => Err(format!("damaged: pair of cells {pair}")),
@@ -511,7 +526,8 @@ impl Summary {
     }
 }
 
-/// Items with numbers of nine significant digits, one at a time: all of a large study would not fit into memory.
+/// Items with numbers of nine significant digits, one at a time: all of a large study would not fit
+/// into memory.
 fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(items.iter().map(|item| {
         let mut json = serde_json::to_value(item).unwrap_or_default();
@@ -540,19 +556,19 @@ pub(super) fn round(value: &mut Value) {
 fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
     let file = &experiment.file;
     let settings: Vec<&Settings> = experiment.cells.iter().map(|cell| &cell.settings).collect();
-    let values = |cell: usize, of: &SeriesTable| {
+    let values = |cell: usize, table: &SeriesTable| {
         let mut kept = experiment.series_of(&experiment.cells[cell]);
-        let output = experiment.output("output", &of.output).ok()?;
-        let place = kept.position(|kept| kept == (output, of.measure))?;
+        let output = experiment.output("output", &table.output).ok()?;
+        let place = kept.position(|kept| kept == (output, table.measure))?;
         series.get(cell)?.get(place)
     };
     let tables = file.needed.iter().flat_map(|needed| &needed.series);
-    let found = tables.flat_map(|of| {
-        let pairs = partners(file, &settings, of.axis, [&of.from, &of.to]);
-        pairs.into_iter().map(move |pair| (of, pair))
+    let found = tables.flat_map(|table| {
+        let pairs = partners(file, &settings, table.axis, [&table.from, &table.to]);
+        pairs.into_iter().map(move |pair| (table, pair))
     });
-    let paired = found.filter_map(|(of, [from, to])| {
-        let (first, second) = (values(to, of)?, values(from, of)?);
+    let paired = found.filter_map(|(table, [from, to])| {
+        let (first, second) = (values(to, table)?, values(from, table)?);
         // One trial of a cell in which nothing is random stands for all.
         let sure = |cell: usize| experiment.cells[cell].is_deterministic();
         let trials = match (sure(to), sure(from)) {
@@ -560,13 +576,14 @@ fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
             (false, true) => first.len(),
             _ => first.len().min(second.len()),
         };
-        let [first, second] = [first, second].map(|of| of.iter().copied().map(Some).cycle());
+        let [first, second] =
+            [first, second].map(|values| values.iter().copied().map(Some).cycle());
         let both = first.zip(second).take(trials);
         Some(CellPair {
-            of: of.clone(),
+            table: table.clone(),
             from,
             to,
-            ratio: Paired::of(both).statistics(of.measure.worse()),
+            ratio: Paired::from_pairs(both).statistics(table.measure.worse()),
         })
     });
     paired.collect()
@@ -583,7 +600,8 @@ fn slopes(
     let axes = [Key::Claim, Key::Eta, Key::Window]
         .into_iter()
         .chain(experiment.axes());
-    // What moves with the axis does not tell families apart: zipped settings, and l, which is the window.
+    // What moves with the axis does not tell families apart: zipped settings, and l, which is the
+    // window.
     let zip = experiment
         .file
         .zip
@@ -611,13 +629,13 @@ fn slopes(
     let mut found = Vec::new();
     for (settings, members) in families.into_values() {
         let xs: Vec<f64> = members.iter().map(|cell| x(&cells[*cell])).collect();
-        for (output, of) in experiment.outputs().iter().enumerate() {
-            let of_cell = |cell: &usize| statistics[*cell].0[index][output];
+        for (number, output) in experiment.outputs().iter().enumerate() {
+            let of_cell = |cell: &usize| statistics[*cell].0[index][number];
             let of_cells: Vec<Option<Jackknife>> = members.iter().map(of_cell).collect();
             let slope = slope_of_statistics(&xs, &of_cells);
             found.push(SlopeSummary {
-                of: table.clone(),
-                output: of.label(),
+                table: table.clone(),
+                output: output.label(),
                 settings: settings.clone(),
                 cells: members.clone(),
                 undefined: slope.as_ref().err().map(ToString::to_string),

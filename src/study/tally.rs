@@ -1,6 +1,7 @@
-//! What a block leaves of its trials: counts and accumulators that merge in any order to the same bits.
+//! What a block leaves of its trials: counts and accumulators that merge in any order to the same
+//! bits.
 
-use super::continuous::Traces;
+use super::continuous_time::Traces;
 use super::curves::Curves;
 use super::experiment::Source;
 use super::file::BoundTable;
@@ -72,7 +73,8 @@ pub struct OutputTally {
     pub outcomes: Outcomes,
     /// Every measure, in the order of the file.
     pub samples: Vec<Sample>,
-    /// Signed errors of a_1 ... a_n, h_1 ... h_n; empty where they are not wanted or the orders differ.
+    /// Signed errors of a_1 ... a_n, h_1 ... h_n; empty where they are not wanted or the orders
+    /// differ.
     pub parameters: Vec<Sample>,
     /// Trials that meet each bound, in the order of the file.
     pub met: Vec<u64>,
@@ -120,13 +122,13 @@ impl Trials {
         let curves = experiment.file.curves;
         Self {
             curves: curves.then(|| Curves::new(cell.horizon)),
-            ..Self::of(Rows::new(experiment, cell))
+            ..Self::from_rows(Rows::new(experiment, cell))
         }
     }
 
     /// None yet, with room for every measure and no curves.
     pub fn of_all_measures(experiment: &Experiment, cell: &Cell) -> Self {
-        Self::of(Rows::of_all_measures(experiment, cell))
+        Self::from_rows(Rows::of_all_measures(experiment, cell))
     }
 
     /// Removes rows, traces and counts; room, curves and times stay.
@@ -136,7 +138,7 @@ impl Trials {
         self.fallbacks = 0;
     }
 
-    fn of(rows: Rows) -> Self {
+    fn from_rows(rows: Rows) -> Self {
         Self {
             rows,
             curves: None,
@@ -162,50 +164,50 @@ where
 
 impl CellTally {
     /// The tally of some trials; their curves move into it.
-    pub fn of(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
+    pub fn from_trials(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
         let (curves, traces) = (trials.curves.take(), trials.traces.take());
         let rows = &trials.rows;
         let file = &experiment.file;
         // Every file's measure stands in its rows.
-        let place = |measure: Measure| rows.measures().iter().position(|of| *of == measure);
+        let place = |measure: Measure| rows.measures().iter().position(|other| *other == measure);
         let counted = |output: usize, measure: Measure| -> Cow<'_, [f64]> {
-            let of = &rows.outputs()[output];
-            place(measure).map_or(Cow::default(), |at| of.counted(&of.values()[at]))
+            let rows = &rows.outputs()[output];
+            place(measure).map_or(Cow::default(), |at| rows.counted(&rows.values()[at]))
         };
         // Each column with its failed trials left out once, whoever counts it.
         let columns: Vec<Vec<Cow<'_, [f64]>>> = (0..rows.outputs().len())
             .map(|output| {
                 file.measures
                     .iter()
-                    .map(|of| counted(output, *of))
+                    .map(|measure| counted(output, *measure))
                     .collect()
             })
             .collect();
         let column = |output: usize, measure: Measure| -> &[f64] {
-            let at = file.measures.iter().position(|of| *of == measure);
+            let at = file.measures.iter().position(|other| *other == measure);
             at.map_or(&[], |at| &columns[output][at])
         };
         let outputs = rows.outputs().iter().zip(&columns);
-        let outputs = outputs.map(|(of, columns)| OutputTally {
-            outcomes: outcomes(of),
+        let outputs = outputs.map(|(output, columns)| OutputTally {
+            outcomes: outcomes(output),
             samples: columns.iter().map(|column| sample(column)).collect(),
-            parameters: of
+            parameters: output
                 .parameters()
                 .iter()
-                .map(|errors| sample(&of.counted(errors)))
+                .map(|errors| sample(&output.counted(errors)))
                 .collect(),
-            met: met(experiment, cell, rows.measures(), of),
+            met: met(experiment, cell, rows.measures(), output),
         });
         let defined = |x: &f64| Some(*x).filter(|x| !x.is_nan());
         let pair = |[first, second]: [usize; 2], measure: Measure| {
             let pairs = column(first, measure).iter().zip(column(second, measure));
-            Paired::of(pairs.map(|(x, y)| (defined(x), defined(y))))
+            Paired::from_pairs(pairs.map(|(x, y)| (defined(x), defined(y))))
         };
         let pairs = experiment.compare.iter();
-        let pairs = pairs.map(|of| {
+        let pairs = pairs.map(|compared| {
             file.measures
                 .iter()
-                .map(|measure| pair(*of, *measure))
+                .map(|measure| pair(*compared, *measure))
                 .collect()
         });
         let first = rows.trials().start;
@@ -213,12 +215,14 @@ impl CellTally {
             let groups = JACKKNIFE_GROUPS as u64;
             let begin = (group as u64 + groups - first % groups) % groups;
             let of_group = column.iter().skip(begin as usize);
-            Sample::of(of_group.step_by(JACKKNIFE_GROUPS).copied())
+            Sample::from_values(of_group.step_by(JACKKNIFE_GROUPS).copied())
         };
         let groups_of = |measure: Measure| -> Vec<Vec<Sample>> {
             let of_output = |output| {
                 let column = column(output, measure);
-                (0..JACKKNIFE_GROUPS).map(|of| group(column, of)).collect()
+                (0..JACKKNIFE_GROUPS)
+                    .map(|number| group(column, number))
+                    .collect()
             };
             (0..columns.len()).map(of_output).collect()
         };
@@ -238,8 +242,8 @@ impl CellTally {
         }
     }
 
-    /// Checks that this can be what [`Self::of`] leaves of these trials of a cell: every part is there, and each obeys
-    /// what its type does.
+    /// Checks that this can be what [`Self::from_trials`] leaves of these trials of a cell: every
+    /// part is there, and each obeys what its type does.
     ///
     /// # Errors
     /// The part that does not.
@@ -253,16 +257,20 @@ impl CellTally {
         let (measures, outputs) = (file.measures.len(), experiment.output_count());
         let parameters = if file.parameters { 2 * cell.order } else { 0 };
         let count = trials.end - trials.start;
-        let passes: u64 = experiment.methods.iter().map(|of| of.passes() as u64).sum();
+        let passes: u64 = experiment
+            .methods
+            .iter()
+            .map(|method| method.passes() as u64)
+            .sum();
         let all = |samples: &[Sample], wanted: usize| {
             samples.len() == wanted && samples.iter().all(|sample| sample.is_of(count))
         };
-        let output = |of: &OutputTally| {
-            of.outcomes.are_of(count)
-                && all(&of.samples, measures)
-                && all(&of.parameters, parameters)
-                && of.met.len() == file.bounds.len()
-                && of.met.iter().all(|met| *met <= count)
+        let output = |output: &OutputTally| {
+            output.outcomes.are_of(count)
+                && all(&output.samples, measures)
+                && all(&output.parameters, parameters)
+                && output.met.len() == file.bounds.len()
+                && output.met.iter().all(|met| *met <= count)
         };
         let pairs = |pairs: &Vec<Paired>| {
             pairs.len() == measures && pairs.iter().all(|pair| pair.is_of(count))
@@ -271,7 +279,7 @@ impl CellTally {
             groups.len() == JACKKNIFE_GROUPS
                 && (0..)
                     .zip(groups)
-                    .all(|(group, of)| of.is_of(group_size(group, trials)))
+                    .all(|(group, samples)| samples.is_of(group_size(group, trials)))
         };
         let slope = |slope: &Vec<Vec<Sample>>| slope.len() == outputs && slope.iter().all(groups);
         let curves_fit = match &self.curves {
@@ -279,13 +287,16 @@ impl CellTally {
             None => !file.curves,
         };
         let traces_fit = self.traces.as_ref().is_none_or(|traces| {
-            let wanted = matches!(&cell.source, Source::Continuous(of) if of.trace_every.is_some());
+            let wanted = match &cell.source {
+                Source::Continuous(cell) => cell.trace_every.is_some(),
+                Source::Record(_) => false,
+            };
             wanted && trials.start == 0 && traces.are_of(cell.order, outputs)
         });
         let series = experiment.series_of(cell).count();
-        let whole = |of: &BTreeMap<u64, Vec<f64>>| {
+        let whole = |parts: &BTreeMap<u64, Vec<f64>>| {
             let mut next = trials.start;
-            let joined = of.iter().all(|(first, values)| {
+            let joined = parts.iter().all(|(first, values)| {
                 let follows = *first == next;
                 next = first.saturating_add(values.len() as u64);
                 follows
@@ -326,7 +337,7 @@ impl CellTally {
 
     /// The series of all trials, in their order.
     pub fn whole_series(&self) -> CellSeries {
-        let whole = |of: &BTreeMap<u64, Vec<f64>>| of.values().flatten().copied().collect();
+        let whole = |parts: &BTreeMap<u64, Vec<f64>>| parts.values().flatten().copied().collect();
         self.series.iter().map(whole).collect()
     }
 
@@ -369,12 +380,12 @@ fn group_size(group: u64, trials: &Range<u64>) -> u64 {
 }
 
 fn sample(column: &[f64]) -> Sample {
-    Sample::of(column.iter().copied())
+    Sample::from_values(column.iter().copied())
 }
 
 pub(super) fn outcomes(rows: &OutputRows) -> Outcomes {
     let count =
-        |is: &dyn Fn(&Flags) -> bool| rows.flags().iter().filter(|of| is(of)).count() as u64;
+        |is: &dyn Fn(&Flags) -> bool| rows.flags().iter().filter(|flags| is(flags)).count() as u64;
     let is_unstable = |flags: &Flags| flags.unstable() == Some(true);
     let unstable = count(&is_unstable);
     let mut outcomes = Outcomes {
@@ -395,7 +406,7 @@ pub(super) fn outcomes(rows: &OutputRows) -> Outcomes {
 /// How many rows meet each bound of the file.
 fn met(experiment: &Experiment, cell: &Cell, measures: &[Measure], rows: &OutputRows) -> Vec<u64> {
     let column = |measure: Measure| {
-        let at = measures.iter().position(|of| *of == measure);
+        let at = measures.iter().position(|other| *other == measure);
         at.map(|at| &rows.values()[at][..])
     };
     let condition = column(Measure::Condition);
@@ -408,7 +419,7 @@ fn met(experiment: &Experiment, cell: &Cell, measures: &[Measure], rows: &Output
         let Some(values) = values.map(|values| rows.counted(values)) else {
             return 0;
         };
-        let condition = |place: usize| condition.map_or(f64::NAN, |of| of[place]);
+        let condition = |place: usize| condition.map_or(f64::NAN, |numbers| numbers[place]);
         let values = values.iter().enumerate();
         values
             .filter(|(place, value)| bound.is_met(**value, condition(*place)))

@@ -34,8 +34,9 @@ const ZSTD_LEVEL: i32 = 1;
 
 /// The columns of trials.parquet for an experiment.
 ///
-/// `cell, claim, eta, window`, every other setting that varies, `trial, estimator, pass, status, failed_pass,
-/// failed_stage, unstable, unstable_so_far`, then every measure; eta in per cent; null where undefined.
+/// `cell, claim, eta, window`, every other setting that varies,
+/// `trial, estimator, pass, status, failed_pass, failed_stage, unstable, unstable_so_far`, then
+/// every measure; eta in per cent; null where undefined.
 pub(super) struct TrialTable<'e> {
     experiment: &'e Experiment,
     /// Settings that vary, and whether all values are numbers.
@@ -182,16 +183,21 @@ impl<'e> TrialTable<'e> {
             });
         }
         let outputs = self.outputs.iter();
-        let estimators: Vec<String> = outputs.clone().map(|of| of.estimator.clone()).collect();
-        let passes: Vec<u32> = outputs.map(|of| of.pass as u32).collect();
+        let estimators: Vec<String> = outputs
+            .clone()
+            .map(|output| output.estimator.clone())
+            .collect();
+        let passes: Vec<u32> = outputs.map(|output| output.pass as u32).collect();
         let kinds = FailureKind::ALL.iter().map(|kind| kind.name().to_owned());
         let statuses: Vec<String> = std::iter::once("ok".to_owned()).chain(kinds).collect();
-        let status = |of: &OutputRows, place: usize| match of.failure(place) {
+        let status = |output: &OutputRows, place: usize| match output.failure(place) {
             None => 0,
             Some(failure) => 1 + failure.kind as u32,
         };
-        let failed_pass = |of: &OutputRows, place: usize| Some(of.failure(place)?.pass as u32);
-        let failed_stage = |of: &OutputRows, place: usize| Some(of.failure(place)?.stage as u32);
+        let failed_pass =
+            |output: &OutputRows, place: usize| Some(output.failure(place)?.pass as u32);
+        let failed_stage =
+            |output: &OutputRows, place: usize| Some(output.failure(place)?.stage as u32);
         let trials = self.rows(group, |rows, place, _| rows.trials().start + place as u64);
         columns.extend([
             (PrimitiveArray::from_vec(trials).boxed(), Encoding::Plain),
@@ -204,8 +210,10 @@ impl<'e> TrialTable<'e> {
             )?,
             self.optional(group, failed_pass),
             self.optional(group, failed_stage),
-            self.flags(group, |of, place| of.flags()[place].unstable()),
-            self.flags(group, |of, place| Some(of.flags()[place].unstable_so_far())),
+            self.flags(group, |output, place| output.flags()[place].unstable()),
+            self.flags(group, |output, place| {
+                Some(output.flags()[place].unstable_so_far())
+            }),
         ]);
         let measures = self.experiment.file.measures.iter();
         columns.extend(measures.map(|measure| self.measure(group, *measure)));
@@ -283,9 +291,9 @@ impl<'e> TrialTable<'e> {
     fn measure(&self, group: &[Part], measure: Measure) -> Column {
         let mut values = Vec::with_capacity(self.row_count(group));
         for Part { rows, places, .. } in group {
-            let at = rows.measures().iter().position(|of| *of == measure);
+            let at = rows.measures().iter().position(|other| *other == measure);
             let columns = rows.outputs().iter();
-            let columns = columns.filter_map(|of| Some(&of.values()[at?][places.clone()]));
+            let columns = columns.filter_map(|output| Some(&output.values()[at?][places.clone()]));
             let columns: Vec<&[f64]> = columns.collect();
             for place in 0..places.len() {
                 values.extend(columns.iter().map(|column| column[place]));
@@ -317,7 +325,8 @@ fn append<W: Write>(to: &mut FileWriter<W>, group: &Encoded) -> PolarsResult<()>
     to.write(group.rows as u64, DynIter::new(columns))
 }
 
-/// Writes the trials of an experiment to one file, cell after cell; groups are encoded on the threads of a scope.
+/// Writes the trials of an experiment to one file, cell after cell; groups are encoded on the
+/// threads of a scope.
 pub(super) struct TrialWriter<'t> {
     table: &'t TrialTable<'t>,
     path: PathBuf,

@@ -2,7 +2,8 @@
 
 use crate::common::proposed;
 use asobench::observer::gpebo::{
-    Cascade, Convergence, Estimate, Factor, GpeboOptions, ObserverSpec, Outcome, Scenario, halve,
+    Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Outcome, Scenario,
+    halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -53,7 +54,7 @@ fn example_of([amplitude, frequency]: [f64; 2], step: f64, observers: &[Observer
     .unwrap()
 }
 
-fn last_estimates(cascade: &Cascade, refine: usize) -> Vec<Estimate> {
+fn last_estimates(cascade: &Cascade, refine: usize) -> Vec<ObserverEstimate> {
     let mut last = vec![];
     let summary = cascade.run(refine, |sample| last = sample.estimates.to_vec());
     assert_eq!(summary.outcome, Outcome::Finite);
@@ -136,7 +137,7 @@ fn observed_order() {
     let recursive = [ObserverSpec::KalmanBucy { p0: 4.0, r: 0.045 }];
     let halving = halve(&example_of([0.3, 1.0], 2e-2, &recursive), |_| {});
     let Convergence { state, theta, .. } = halving.observers[0];
-    for order in [state, theta].map(|of| of.order.unwrap()) {
+    for order in [state, theta].map(|norm| norm.order.unwrap()) {
         assert!((order - 4.0).abs() < 0.1, "{order}");
     }
 }
@@ -183,16 +184,16 @@ fn order_is_kept_across_switches() {
         "{learnt:?}"
     );
     for convergence in &halving.observers[..2] {
-        for of in [convergence.state, convergence.theta] {
-            let order = of.order.unwrap();
+        for norm in [convergence.state, convergence.theta] {
+            let order = norm.order.unwrap();
             assert!((order - 2.0).abs() < 0.2, "{convergence:?}");
         }
         assert!(convergence.relative() < 1e-4, "{convergence:?}");
     }
     // So short a step leaves nothing of Simpson's error but rounding.
     let recursive = halving.observers[2];
-    for of in [recursive.state, recursive.theta] {
-        assert!(of.relative() < 1e-11, "{recursive:?}");
+    for norm in [recursive.state, recursive.theta] {
+        assert!(norm.relative() < 1e-11, "{recursive:?}");
     }
 }
 
@@ -234,8 +235,8 @@ fn gradient_error_without_disturbance() {
 fn the_example_reaches_and_settles() {
     for step in [0.025, 0.005] {
         let found = halve(&example(0.3, step), |_| {}).summary;
-        let times = |of: usize| {
-            let accuracy = found.observers[of].accuracy;
+        let times = |observer: usize| {
+            let accuracy = found.observers[observer].accuracy;
             [accuracy.reached, accuracy.settled].map(Option::unwrap)
         };
         let close = |found: f64, exact: f64, digit: f64| {
@@ -259,7 +260,7 @@ fn the_example_reaches_and_settles() {
 #[test]
 fn a_sine_of_the_plants_own_frequency_is_a_part_of_theta() {
     let found = halve(&example_of([0.3, 3.0], 0.025, &observers()), |_| {}).summary;
-    let [gradient, proposed] = [1, 2].map(|of| found.observers[of].accuracy);
+    let [gradient, proposed] = [1, 2].map(|observer| found.observers[observer].accuracy);
     let theta = 0.18 / 5_f64.sqrt();
     assert!((gradient.theta / theta - 1.0).abs() < 1e-6, "{gradient:?}");
     // The full-order observer forgets the start and takes sin 3t for the plant's: it ends there

@@ -143,7 +143,7 @@ fn the_step_error_covers_the_mean_squares() {
 fn times_are_as_exact_as_the_estimate() {
     let mut different = 0;
     for step in [0.1, 0.05] {
-        for (observer, error, _) in observers().into_iter().filter(|of| of.2) {
+        for (observer, error, _) in observers().into_iter().filter(|observer| observer.2) {
             let exact = entries(&error);
             let outside = error(HORIZON).abs() >= BAND * THETA;
             let found = integrator(observer.clone(), step);

@@ -130,8 +130,11 @@ impl Place {
         let output = self.run(arguments);
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-        let one = message.lines().count() == 1;
-        assert!(one && message.contains(part), "{arguments:?}: {message}");
+        let is_one_line = message.lines().count() == 1;
+        assert!(
+            is_one_line && message.contains(part),
+            "{arguments:?}: {message}"
+        );
     }
 }
 

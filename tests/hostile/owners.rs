@@ -9,7 +9,7 @@ use std::path::Path;
 const NOBODY: u32 = 65_534;
 
 fn is_root() -> bool {
-    std::fs::metadata("/proc/self").is_ok_and(|of| of.uid() == 0)
+    std::fs::metadata("/proc/self").is_ok_and(|metadata| metadata.uid() == 0)
 }
 
 /// Gives a tree to the user who runs the program.

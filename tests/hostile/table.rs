@@ -20,14 +20,14 @@ use Use::{Folder, Reads, Writes};
 
 /// Every obstacle at each of these places, one at a time.
 fn check(arguments: &[&str], places: &[(&str, Use)]) {
-    for (name, of) in places {
+    for (name, use_of) in places {
         for obstacle in Obstacle::ALL {
-            check_one(arguments, name, *of, obstacle);
+            check_one(arguments, name, *use_of, obstacle);
         }
     }
 }
 
-fn check_one(arguments: &[&str], name: &str, of: Use, obstacle: Obstacle) {
+fn check_one(arguments: &[&str], name: &str, use_of: Use, obstacle: Obstacle) {
     let place = Place::new();
     obstacle.put(&place, name);
     let (victim, there) = (place.path("victim"), place.path(name));
@@ -55,7 +55,7 @@ fn check_one(arguments: &[&str], name: &str, of: Use, obstacle: Obstacle) {
         let last = name.rsplit('/').next().unwrap_or(name);
         assert!(message.contains(last), "{what}");
     }
-    let refused = match of {
+    let refused = match use_of {
         Writes => obstacle.is_foreign(),
         Folder => obstacle.is_foreign() && obstacle != Obstacle::Folder,
         Reads => false,
@@ -174,7 +174,7 @@ fn blocks_of_reproduce() {
 
 #[test]
 fn report() {
-    let of = |folder: &str| {
+    let name_in = |folder: &str| {
         let place = Place::new();
         let mut names: Vec<String> = tree(&place.path(folder))
             .into_keys()
@@ -184,7 +184,7 @@ fn report() {
         names.sort();
         format!("{folder}/{}", names.swap_remove(0))
     };
-    let (figure, table) = (of("out/figures"), of("out/tables"));
+    let (figure, table) = (name_in("out/figures"), name_in("out/tables"));
     check(
         &["report", "out"],
         &[

@@ -230,8 +230,9 @@ fn standard_input_is_asked_for_by_a_dash() {
     assert!(output.status.code() == Some(2) && stderr(&output).contains("--out"));
     let output = from("study.toml", &["run", "-", "--out", "piped"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let of = |folder: &str| std::fs::read(place.path(folder).join("summary.json")).expect("a file");
-    assert!(of("piped") == of("out"));
+    let summary =
+        |folder: &str| std::fs::read(place.path(folder).join("summary.json")).expect("a file");
+    assert!(summary("piped") == summary("out"));
     let output = from(
         "data.csv",
         &["estimate", "-", "--order", "6", "--window", "18"],

@@ -111,8 +111,8 @@ fn compare(case: &Case, count: u64) -> Found {
             for (index, pass) in method.reported().iter().enumerate() {
                 assert_eq!(index, *pass, "every pass is reported");
                 let output = first + index;
-                let row = |of: &Trials| of.rows.row(trial, output);
-                let errors = |of: &Trials| of.rows.parameters(trial, output);
+                let row = |trials: &Trials| trials.rows.row(trial, output);
+                let errors = |trials: &Trials| trials.rows.parameters(trial, output);
                 let pair = Pair {
                     faer: &row(&faer),
                     lanes: &row(&lanes),
@@ -217,7 +217,7 @@ impl Found {
                 self.figures.push((x - y).abs() / y.abs());
             }
         }
-        let difference = |of: Measure| (lanes[of] - faer[of]).abs();
+        let difference = |measure: Measure| (lanes[measure] - faer[measure]).abs();
         let error = faer[Measure::RmsState];
         let size = error.max(error / faer[Measure::ExRms]);
         let differences = [
@@ -278,11 +278,11 @@ fn estimates_and_failures_are_those_of_faer() {
         }
         let ill = found.truth.len() as f64 * f64::EPSILON * median(&mut found.conditions);
         assert!(middle <= ill.max(1e-10), "{}: {middle:e}", case.name);
-        let responses = found.responses.each_mut().map(|of| median(of));
+        let responses = found.responses.each_mut().map(|errors| median(errors));
         println!("    e_g, FIT, rms_x: {responses:?}");
         let most = 1e3 * middle.max(f64::EPSILON);
         assert!(
-            responses.iter().all(|of| *of <= most),
+            responses.iter().all(|response| *response <= most),
             "{}: {responses:?} for {middle:e}",
             case.name
         );
@@ -386,7 +386,7 @@ fn distributions_are_those_of_faer() {
         for output in 0..outputs {
             let sample = |trials: &Trials, figure: Measure| {
                 let rows = trials.rows.iter().skip(output).step_by(outputs);
-                Sample::of(rows.map(|row| row[figure]))
+                Sample::from_values(rows.map(|row| row[figure]))
                     .quantile(0.5, asobench::metric::Worse::Larger)
             };
             for figure in FIGURES {

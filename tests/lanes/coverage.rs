@@ -125,10 +125,10 @@ fn what_is_covered_runs_on_lanes_unless_faer_is_asked_for() {
     ] {
         let experiment =
             Experiment::new(parse(&format!("engine = \"{engine}\"\n{text}"))).expect("a study");
-        for (cell, of) in experiment.cells.iter().enumerate() {
-            assert_eq!(experiment.engine(cell).ok(), Some(expected));
-            assert!(Plan::new(&experiment, of).is_ok());
-            let worker = Worker::new(&experiment, of).expect("a worker");
+        for (index, cell) in experiment.cells.iter().enumerate() {
+            assert_eq!(experiment.engine(index).ok(), Some(expected));
+            assert!(Plan::new(&experiment, cell).is_ok());
+            let worker = Worker::new(&experiment, cell).expect("a worker");
             assert_eq!(
                 matches!(worker, Worker::Lanes(_)),
                 expected == Engine::Lanes

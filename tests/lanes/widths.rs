@@ -40,7 +40,7 @@ fn assert_same(found: &Trials, expected: &Trials, from: usize, what: &str) {
             "{what}: {found:?} for {expected:?}"
         );
     }
-    let bits = |of: &[f64]| of.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
     for output in 0..outputs {
         let (found, expected) = (
             &found.rows.outputs()[output],

@@ -202,7 +202,7 @@ fn mistakes(
     }
     let marks = tokens
         .iter()
-        .filter(|of| matches!(of, Token::Mark(_)))
+        .filter(|token| matches!(token, Token::Mark(_)))
         .count();
     if used < marks {
         wrong.push(format!("{} comments follow no number", marks - used));
@@ -274,7 +274,7 @@ fn cell(table: &str, place: &str) -> Result<f64, String> {
         .ok_or(format!("'{place}': expected ROW: COLUMN"))?;
     let mut lines = table.lines().map(fields);
     let headings = lines.next().ok_or("an empty table")?;
-    let extreme = ["least", "greatest"].map(|of| column.strip_prefix(&format!("{of} ")));
+    let extreme = ["least", "greatest"].map(|which| column.strip_prefix(&format!("{which} ")));
     let name = extreme.iter().flatten().next().unwrap_or(&column);
     let column = headings
         .iter()
@@ -320,13 +320,14 @@ fn every_result_in_prose_is_a_committed_one() {
     let mut wrong = Vec::new();
     for page in super::pages() {
         for section in sections(&read(&page), &committed) {
-            let is_listed =
-                |of: &&(&str, &str)| of.0 == page && (of.1 == "*" || of.1 == section.heading);
+            let is_listed = |exempt: &&(&str, &str)| {
+                exempt.0 == page && (exempt.1 == "*" || exempt.1 == section.heading)
+            };
             let listed = WITHOUT_RESULTS.iter().find(is_listed);
             seen.extend(listed);
             let found = mistakes(&section.prose, listed.is_none(), &value);
             let place = format!("{page}, {}", section.heading);
-            wrong.extend(found.into_iter().map(|of| format!("{place}: {of}")));
+            wrong.extend(found.into_iter().map(|fault| format!("{place}: {fault}")));
         }
     }
     for listed in &WITHOUT_RESULTS {
@@ -370,6 +371,6 @@ fn numbers_without_a_mark_and_wrong_ones_are_found() {
     }
     let page = "# A\n`5` ![5 %](5.svg) [C2](5.md)\n\n    5\n```\n5\n```\n| 5 |\n## B\n1. 6\n";
     let found = sections(page, "| 5 |");
-    let prose: Vec<&str> = found.iter().map(|of| of.prose.trim()).collect();
+    let prose: Vec<&str> = found.iter().map(|number| number.prose.trim()).collect();
     assert_eq!(prose, ["", "[C2", "6"]);
 }

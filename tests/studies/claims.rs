@@ -13,10 +13,10 @@ estimator = "iv"
 report = [0, 4]
 "#;
 
-fn claim(id: &str, of: &str, to: &str, below: f64) -> String {
+fn claim(id: &str, output: &str, to: &str, below: f64) -> String {
     format!(
         "[[claims]]\nid = \"{id}\"\ntext = \"a claim\"\n\
-         test = {{ ratio = \"e_a\", of = \"{of}\", to = \"{to}\", below = {below} }}\n"
+         test = {{ ratio = \"e_a\", of = \"{output}\", to = \"{to}\", below = {below} }}\n"
     )
 }
 
@@ -46,7 +46,7 @@ fn each_line_begins_with_id_and_verdict() {
     for text in [&run, &report] {
         for line in expected {
             assert!(
-                text.lines().any(|of| of.starts_with(line)),
+                text.lines().any(|other| other.starts_with(line)),
                 "{line}: {text}"
             );
         }
@@ -86,7 +86,7 @@ fn an_edited_claim_asks_for_no_other_run() {
     let text = lines(&place, &["run", "own.toml", "--out", "own"]);
     for line in ["W1  holds", "W2  undecided", "W3  undecided", "W4  holds"] {
         assert!(
-            text.lines().any(|of| of.starts_with(line)),
+            text.lines().any(|other| other.starts_with(line)),
             "{line}: {text}"
         );
     }
@@ -122,7 +122,7 @@ fn cells_are_compared_trial_by_trial() {
         &["run", "own.toml", "--out", "own", "--block", "50"],
     );
     for line in ["twice  holds", "four  holds", "thrice  does not hold"] {
-        let found = text.lines().any(|of| of.starts_with(line));
+        let found = text.lines().any(|other| other.starts_with(line));
         assert!(found, "{line}: {text}");
     }
     let json = std::fs::read_to_string(place.path("own/summary.json")).unwrap();
@@ -195,7 +195,7 @@ fn later_claims_are_marked_and_other_files_may_judge() {
     let text = lines(&place, &["report", "own"]);
     let line = |id: &str| {
         text.lines()
-            .find(|of| of.starts_with(id))
+            .find(|other| other.starts_with(id))
             .unwrap_or_default()
     };
     assert!(
@@ -208,7 +208,8 @@ fn later_claims_are_marked_and_other_files_may_judge() {
     place.write("other.toml", claim("X1", "ls", "iv(4)", 0.5).as_bytes());
     let text = lines(&place, &["report", "own", "--claims", "other.toml"]);
     assert!(
-        text.lines().any(|of| of.starts_with("X1  does not hold")),
+        text.lines()
+            .any(|other| other.starts_with("X1  does not hold")),
         "{text}"
     );
     assert!(!text.contains("W1  "), "{text}");

@@ -99,8 +99,13 @@ fn without_a_disturbance() {
     let summary = json(&place, "out/summary.json");
     let output = |name: &str| {
         let outputs = summary["cells"][0]["outputs"].as_array().unwrap();
-        let of = outputs.iter().find(|of| of["estimator"] == name).unwrap();
-        of["figures"]["e_theta"]["mean"]["value"].as_f64().unwrap()
+        let output = outputs
+            .iter()
+            .find(|output| output["estimator"] == name)
+            .unwrap();
+        output["figures"]["e_theta"]["mean"]["value"]
+            .as_f64()
+            .unwrap()
     };
     assert!((output("proposed") - 1.0).abs() < 1e-9);
     assert!(output("gradient") < 1e-3);
@@ -116,13 +121,13 @@ fn a_deterministic_cell_has_one_trial() {
         cells
             .map(|cell| {
                 let outputs = cell["outputs"].as_array().unwrap().iter();
-                let of = cell["trials"].as_u64().unwrap();
+                let trials = cell["trials"].as_u64().unwrap();
                 assert!(
                     outputs
                         .clone()
-                        .all(|output| output["outcomes"]["trials"] == of)
+                        .all(|output| output["outcomes"]["trials"] == trials)
                 );
-                (of, cell.get("deterministic") == Some(&true.into()))
+                (trials, cell.get("deterministic") == Some(&true.into()))
             })
             .collect()
     };

@@ -123,8 +123,8 @@ fn damaged_blocks_are_named_and_repaired() {
 #[test]
 fn blocks_that_do_not_fit_are_damaged() {
     let place = Place::new();
-    let one = ["--trials", "100"];
-    let expected = place.results("whole", &one);
+    let few = ["--trials", "100"];
+    let expected = place.results("whole", &few);
     let victim = blocks(&place.path("whole")).swap_remove(3);
     let name = victim.file_name().expect("a name").to_owned();
     let name = name.to_str().expect("UTF-8");
@@ -150,13 +150,13 @@ fn blocks_that_do_not_fit_are_damaged() {
     .enumerate()
     {
         let out = format!("other{i}");
-        place.results(&out, &[&one[..], &["--set", change]].concat());
+        place.results(&out, &[&few[..], &["--set", change]].concat());
         let other = std::fs::read(place.path(&out).join("blocks").join(name)).expect("a file");
         forged.push(with_checksum(&other, |bytes| {
             bytes[12..28].copy_from_slice(&whole[12..28]);
         }));
     }
-    let run = [&["run", "everything.toml", "--out", "whole"][..], &one].concat();
+    let run = [&["run", "everything.toml", "--out", "whole"][..], &few].concat();
     for (i, bytes) in forged.into_iter().enumerate() {
         std::fs::write(&victim, bytes).expect("written");
         place.refuses(&run, &[name, "damaged", "--repair"]);

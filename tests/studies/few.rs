@@ -67,7 +67,7 @@ fn one_trial_has_values_and_no_errors() {
     let (table, _) = text.split_once("typical: the lower end").expect("notes");
     // An output's name and the ends of Wilson's intervals have parentheses, errors would.
     let kept = ["iv(4)", "(<", "(>", "(2023)"].iter();
-    let table = kept.fold(table.to_owned(), |table, of| table.replace(of, ""));
+    let table = kept.fold(table.to_owned(), |table, line| table.replace(line, ""));
     assert!(
         table.contains("e_a     < 0.033  ls") && !table.contains('('),
         "{table}"

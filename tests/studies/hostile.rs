@@ -203,8 +203,8 @@ fn what_a_stranger_wrote_is_shown_and_does_nothing() {
     assert_eq!(results[0][..2], ["claim", "output"]);
     for claim in ODD {
         for label in ODD.map(method) {
-            let of = |row: &&Vec<String>| is(&row[0], claim) && is(&row[1], &label);
-            assert_eq!(results.iter().filter(of).count(), 1, "{claim} {label}");
+            let is_row = |row: &&Vec<String>| is(&row[0], claim) && is(&row[1], &label);
+            assert_eq!(results.iter().filter(is_row).count(), 1, "{claim} {label}");
         }
     }
 

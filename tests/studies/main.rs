@@ -153,7 +153,7 @@ fn contents(folder: &Path) -> Contents {
 
 /// Whether two folders' files are equal in every byte, with the names of those that are not.
 fn assert_same(found: &Contents, expected: &Contents, what: &str) {
-    let names = |of: &Contents| of.keys().cloned().collect::<Vec<_>>();
+    let names = |contents: &Contents| contents.keys().cloned().collect::<Vec<_>>();
     assert_eq!(names(found), names(expected), "{what}");
     for (name, bytes) in expected {
         assert!(found[name] == *bytes, "{what}: {name} differs");

@@ -30,9 +30,9 @@ fn amounts(line: &str) -> Vec<f64> {
 
 /// What all files in a folder and below it take on a disk with blocks of 4 kB.
 fn bytes(path: &Path) -> f64 {
-    let of = fs::metadata(path).expect("a file");
-    if !of.is_dir() {
-        return 4096.0 * of.len().div_ceil(4096) as f64;
+    let metadata = fs::metadata(path).expect("a file");
+    if !metadata.is_dir() {
+        return 4096.0 * metadata.len().div_ceil(4096) as f64;
     }
     let entries = fs::read_dir(path).expect("a folder");
     entries
@@ -87,11 +87,11 @@ fn a_run_takes_the_room_that_was_told() {
         let text = stdout(&output);
         let said = amounts(line(&text, "disk"));
         place.results(out, more);
-        let of = |name: &str| bytes(&place.path(out).join(name));
-        let blocks = of("blocks");
-        let summaries = of("summary.json") + of("summary.parquet");
+        let size = |name: &str| bytes(&place.path(out).join(name));
+        let blocks = size("blocks");
+        let summaries = size("summary.json") + size("summary.parquet");
         let kept = place.path(out).join("trials.parquet").exists();
-        let trials = kept.then(|| of("trials.parquet"));
+        let trials = kept.then(|| size("trials.parquet"));
         let parts: Vec<f64> = [blocks]
             .into_iter()
             .chain(trials)
@@ -111,14 +111,14 @@ fn a_run_takes_the_room_that_was_told() {
 fn what_is_there_is_taken_off() {
     let place = Place::new();
     let check = ["check", "everything.toml", "--trials", "40", "--out"];
-    let told = |out: &str| {
+    let printed = |out: &str| {
         let output = place.run(&[&check[..], &[out]].concat());
         succeeds(&output);
         stdout(&output)
     };
-    assert!(!told("half").contains("there  "));
+    assert!(!printed("half").contains("there  "));
     place.results("half", &["--trials", "20"]);
-    let text = told("half");
+    let text = printed("half");
     assert!(line(&text, "there").contains("240 trials"), "{text}");
     // Of another design nothing is.
     let other = place.run(&[&check[..], &["half", "--set", "seed=7"]].concat());

@@ -41,7 +41,7 @@ fn three_claims_from_check_to_the_page() {
     succeeds(&report);
     for text in [stdout(&run), stdout(&report)] {
         for line in VERDICTS {
-            let found = text.lines().filter(|of| of.starts_with(line)).count();
+            let found = text.lines().filter(|other| other.starts_with(line)).count();
             assert_eq!(found, 1, "{line}: {text}");
         }
         let widest = text.lines().map(|line| line.chars().count()).max();

@@ -81,7 +81,7 @@ pub fn noise_levels() -> Vec<Check> {
             .collect()
     };
     let (value, error) = ratio(&square(1), &square(0));
-    let of = |eta| {
+    let root_mean_square = |eta| {
         let theory = open("ar", eta);
         size(&theory, &theory.least_squares_covariance(), 0, 5000)
     };
@@ -91,7 +91,7 @@ pub fn noise_levels() -> Vec<Check> {
         "ls RMSE of e_a, ratio of eta = 1 to 0.1",
         TRIALS,
         root,
-        Theory::Value(of(1.0) / of(0.1)),
+        Theory::Value(root_mean_square(1.0) / root_mean_square(0.1)),
     ));
 
     const FEW: u64 = 4000;
@@ -144,14 +144,14 @@ pub fn windows() -> Vec<Check> {
     let cells = tallies
         .iter()
         .enumerate()
-        .map(|(i, tally)| CellSummary::of(&experiment, i, tally))
+        .map(|(i, tally)| CellSummary::new(&experiment, i, tally))
         .collect();
     let statistics: Vec<SlopeStatistics> = tallies
         .iter()
-        .map(|tally| SlopeStatistics::of(&experiment, tally))
+        .map(|tally| SlopeStatistics::new(&experiment, tally))
         .collect();
     let mut checks = Vec::new();
-    for slope in Summary::of(&experiment, cells, &statistics, &[]).slopes {
+    for slope in Summary::new(&experiment, cells, &statistics, &[]).slopes {
         let noise = slope
             .settings
             .values()
@@ -162,7 +162,7 @@ pub fn windows() -> Vec<Check> {
         if noise == "ar" && slope.output != "iv(2)" || slope.output == "iv(4)" {
             let text = format!(
                 "{} slope of the {} of {}, {noise}",
-                slope.output, slope.of.statistic, slope.of.measure
+                slope.output, slope.table.statistic, slope.table.measure
             );
             let value = slope.slope.unwrap();
             checks.push(check(

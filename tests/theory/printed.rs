@@ -24,7 +24,7 @@ pub fn printed_shares() -> Vec<Check> {
         "eta_of=noise-free",
         methods,
     ];
-    for (claim, eta, window, of) in [
+    for (claim, eta, window, printed) in [
         (
             "C2",
             10.018,
@@ -68,7 +68,7 @@ pub fn printed_shares() -> Vec<Check> {
             (Measure::Eb, &dead_beat),
             (Measure::ExMax, &none),
         ];
-        for ((figure, found), (bound, share, digit)) in figures.into_iter().zip(of) {
+        for ((figure, found), (bound, share, digit)) in figures.into_iter().zip(printed) {
             let gain = if figure == Measure::ExMax {
                 ", no feedback"
             } else {
@@ -87,11 +87,11 @@ pub fn printed_shares() -> Vec<Check> {
             };
             checks.push(check("c2-c3", text, TRIALS, value, theory));
         }
-        let value = (met(&dead_beat, Measure::ExMax, of[2].0), 0.0);
+        let value = (met(&dead_beat, Measure::ExMax, printed[2].0), 0.0);
         // None of 20,000: below 3/20,000 with 95 % confidence; two of our 8000 would still be no contradiction.
         checks.push(check(
             "c2-c3",
-            format!("{claim}: share of iv(4) e_x_max < {}", of[2].0),
+            format!("{claim}: share of iv(4) e_x_max < {}", printed[2].0),
             TRIALS,
             value,
             Theory::AtMost(0.00025),

@@ -66,7 +66,7 @@ pub fn solvers() -> Vec<Check> {
             }
         }
     }
-    let of = |((label, largest), lost): ((&String, f64), f64)| {
+    let checks_of = |((label, largest), lost): ((&String, f64), f64)| {
         let unit = if label.contains("dual") {
             "sqrt(eps)"
         } else {
@@ -80,7 +80,12 @@ pub fn solvers() -> Vec<Check> {
             check(format!("{label}: lost without a reason"), lost, 0.0),
         ]
     };
-    labels.iter().zip(largest).zip(lost).flat_map(of).collect()
+    labels
+        .iter()
+        .zip(largest)
+        .zip(lost)
+        .flat_map(checks_of)
+        .collect()
 }
 
 /// C8: at x0 = 0, instruments from the estimated x0 and from x0 = 0 differ in O(1) samples, so the estimates by O(1/N):
@@ -262,7 +267,7 @@ pub fn bias_in_a_loop() -> Vec<Check> {
         &component(&found[1].errors(1), best),
         &component(&found[0].errors(1), best),
     );
-    let of = |eta: f64| {
+    let bias = |eta: f64| {
         let theory = population("white", eta, 0.0, (&[0.4], &[1.0]));
         theory.iterated(4)[4][best] - theory.theta[best]
     };
@@ -271,7 +276,7 @@ pub fn bias_in_a_loop() -> Vec<Check> {
         "static, white: iv(4) bias, ratio of eta = 10 to 5",
         TRIALS,
         value,
-        Theory::Value(of(10.0) / of(5.0)),
+        Theory::Value(bias(10.0) / bias(5.0)),
     )]
 }
 

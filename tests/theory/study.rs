@@ -41,9 +41,9 @@ pub fn run(experiment: &Experiment, cell: usize, trials: u64) -> Found {
     let trials = (0..trials).into_par_iter().map_init(
         || Worker::new(experiment, cell).unwrap(),
         |worker, index| {
-            let mut one = Trials::of_all_measures(experiment, cell);
-            worker.run_into(index..index + 1, &mut one);
-            one
+            let mut single = Trials::of_all_measures(experiment, cell);
+            worker.run_into(index..index + 1, &mut single);
+            single
         },
     );
     Found {
@@ -67,7 +67,7 @@ impl Found {
     pub fn tally(&mut self, experiment: &Experiment, cell: &Cell) -> CellTally {
         let mut all = CellTally::default();
         for trial in &mut self.trials {
-            all.merge(&CellTally::of(experiment, cell, trial));
+            all.merge(&CellTally::from_trials(experiment, cell, trial));
         }
         all
     }
@@ -216,8 +216,11 @@ pub fn vector(
     };
     let checks: Vec<Check> = (0..count).map(check).collect();
     // NaN counts as largest.
-    let largest =
-        |of: &dyn Fn(usize) -> f64| (0..count).max_by(|&i, &j| of(i).total_cmp(&of(j))).unwrap();
+    let largest = |size: &dyn Fn(usize) -> f64| {
+        (0..count)
+            .max_by(|&i, &j| size(i).total_cmp(&size(j)))
+            .unwrap()
+    };
     let farthest = largest(&|i| checks[i].distance().0.abs());
     let distance = checks[farthest].distance().0.abs();
     let moved = theory.iter().any(|theory| *theory != 0.0);

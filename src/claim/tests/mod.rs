@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// The test of a line of TOML.
 fn test(toml: &str) -> ClaimTest {
     let table: TestTable = toml::from_str(toml).unwrap();
-    ClaimTest::of(&table).unwrap()
+    ClaimTest::from_table(&table).unwrap()
 }
 
 /// An output without failures whose e_a is 1 in all of `trials` trials.
@@ -32,15 +32,15 @@ fn output(label: &str, trials: u64) -> OutputSummary {
 }
 
 fn ones(trials: u64) -> Statistics {
-    let mut one = Sample::of([1.0]).statistics(Worse::Larger);
-    one.count = trials;
-    one.dominated = false;
-    one
+    let mut statistics = Sample::from_values([1.0]).statistics(Worse::Larger);
+    statistics.count = trials;
+    statistics.dominated = false;
+    statistics
 }
 
 /// A cell with the outputs "new" and "old", compared, at a noise level.
 fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
-    let mut pair = Paired::of([(Some(1.0), Some(1.0))]).statistics(Worse::Larger);
+    let mut pair = Paired::from_pairs([(Some(1.0), Some(1.0))]).statistics(Worse::Larger);
     pair.both = trials;
     pair.dominated = false;
     CellSummary {

@@ -8,7 +8,7 @@
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
 use super::*;
-use crate::claim::decision::{Cells, Says, Verdict, decide};
+use crate::claim::decision::{Cells, PValues, Verdict, decide};
 use crate::claim::evidence::Evidence;
 use crate::claim::power::{Needed, Undecided};
 use crate::signal::normal::fill_standard_normal;
@@ -25,11 +25,11 @@ fn three(share: f64) -> f64 {
 }
 
 /// A certain pass, and a certain fail.
-const PASS: Says = Says {
+const PASS: PValues = PValues {
     pass: 0.0,
     fail: 1.0,
 };
-const FAIL: Says = Says {
+const FAIL: PValues = PValues {
     pass: 1.0,
     fail: 0.0,
 };
@@ -151,7 +151,7 @@ impl Law for Median {
     }
     fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
         let values = z.iter().map(|z| truth * (1.5 * z).exp());
-        cell.e_a().q50 = crate::metric::Sketch::of(values).quantile(0.5);
+        cell.e_a().q50 = crate::metric::Sketch::from_values(values).quantile(0.5);
     }
     fn limit(&self) -> f64 {
         2.0
@@ -163,7 +163,7 @@ impl Law for Median {
 
 /// What `cells` draws of a law say, the `number`-th of all. Every law and size has numbers of its
 /// own.
-fn says(law: &dyn Law, truth: f64, number: u64, cells: usize) -> Vec<Says> {
+fn p_values(law: &dyn Law, truth: f64, number: u64, cells: usize) -> Vec<PValues> {
     let mut z = vec![0.0; law.width() * cells];
     let seed = (law.limit() * 1000.0) as u64 + law.trials();
     fill_standard_normal(&mut stream(seed, number, Purpose::NoiseDrive), &mut z);
@@ -176,18 +176,18 @@ fn says(law: &dyn Law, truth: f64, number: u64, cells: usize) -> Vec<Says> {
                 summary: &results,
                 times: &[],
             };
-            Evidence::of(results, &tests, &Members::Cell(0)).says()
+            Evidence::new(results, &tests, &Members::Cell(0)).p_values()
         })
         .collect()
 }
 
-fn verdict(holds: Holds, judged: &[Says], level: f64) -> Verdict {
+fn verdict(holds: Holds, judged: &[PValues], level: f64) -> Verdict {
     let among = judged.len();
     decide(holds, Cells { judged, among }, level)
 }
 
 /// m cells of which as few pass as the claim needs, one of them at its boundary: the hardest case.
-fn on_the_edge(holds: Holds, boundary: Says, m: usize) -> Vec<Says> {
+fn on_the_edge(holds: Holds, boundary: PValues, m: usize) -> Vec<PValues> {
     let passes = holds.passes(m) - 1;
     let mut cells = vec![PASS; passes];
     cells.push(boundary);
@@ -196,10 +196,10 @@ fn on_the_edge(holds: Holds, boundary: Says, m: usize) -> Vec<Says> {
 }
 
 /// The shares of repetitions of (holds, does not hold).
-fn rates(mut of: impl FnMut(u64) -> Verdict) -> [f64; 2] {
+fn rates(mut judge: impl FnMut(u64) -> Verdict) -> [f64; 2] {
     let mut counts = [0_u64; 2];
     for repetition in 0..REPETITIONS {
-        match of(repetition) {
+        match judge(repetition) {
             Verdict::Holds => counts[0] += 1,
             Verdict::DoesNotHold => counts[1] += 1,
             Verdict::HoldsInPart | Verdict::Undecided => {}
@@ -212,8 +212,8 @@ fn rates(mut of: impl FnMut(u64) -> Verdict) -> [f64; 2] {
 /// frequent than the level. `exact`: with one cell both are as frequent.
 fn keeps_its_level(name: &str, law: &dyn Law, exact: bool) {
     let most = LEVEL + three(LEVEL);
-    let drawn: Vec<Vec<Says>> = (0..REPETITIONS)
-        .map(|i| says(law, law.limit(), i, 76))
+    let drawn: Vec<Vec<PValues>> = (0..REPETITIONS)
+        .map(|i| p_values(law, law.limit(), i, 76))
         .collect();
     for m in CELLS {
         for holds in Holds::ALL.iter().copied() {
@@ -264,7 +264,7 @@ fn a_counterexample_of_five_standard_errors_is_found() {
     let truth = law.limit() + 5.0 / 10.0;
     let [_, refuted] = rates(|i| {
         let mut cells = vec![PASS; 75];
-        cells.extend(says(&law, truth, i, 1));
+        cells.extend(p_values(&law, truth, i, 1));
         verdict(Holds::Everywhere, &cells, LEVEL)
     });
     assert!(refuted > 0.9, "{refuted}");
@@ -279,7 +279,7 @@ fn asked_for(law: &dyn Law, draw: impl Fn(&mut CellSummary), holds: Holds, m: us
         summary: &results,
         times: &[],
     };
-    let evidence = Evidence::of(results, &[law.test()], &Members::Cell(0));
+    let evidence = Evidence::new(results, &[law.test()], &Members::Cell(0));
     let cells = vec![(&evidence, law.trials()); m];
     let undecided = Undecided {
         cells: &cells,
@@ -309,8 +309,13 @@ fn the_stated_number_of_trials_decides_in_four_of_five() {
                 };
             };
             let trials = asked_for(&few, set, Holds::Everywhere, m);
-            let found =
-                rates(|i| verdict(Holds::Everywhere, &says(&Mean(trials), truth, i, m), LEVEL));
+            let found = rates(|i| {
+                verdict(
+                    Holds::Everywhere,
+                    &p_values(&Mean(trials), truth, i, m),
+                    LEVEL,
+                )
+            });
             let power = found[usize::from(expected == Verdict::DoesNotHold)];
             println!("mean {effect:+} in {m}: {trials} trials, {power}");
             // At least twice what there is, which may be more than enough.
@@ -346,8 +351,8 @@ fn the_stated_number_of_trials_decides_shares() {
             };
             let trials = asked_for(&Failures(limit, few), set, Holds::Everywhere, m);
             let law = Failures(limit, trials);
-            let power =
-                rates(|i| verdict(Holds::Everywhere, &says(&law, truth, i, m), LEVEL))[expected];
+            let power = rates(|i| verdict(Holds::Everywhere, &p_values(&law, truth, i, m), LEVEL))
+                [expected];
             println!("share {truth} against {limit} in {m}: {trials} trials, {power}");
             assert!(
                 power >= 0.8 - three(0.8),
@@ -384,7 +389,7 @@ fn the_stated_number_of_trials_decides_medians() {
         let power = rates(|i| {
             verdict(
                 Holds::Everywhere,
-                &says(&Median(trials), truth, i, 1),
+                &p_values(&Median(trials), truth, i, 1),
                 LEVEL,
             )
         });
@@ -409,7 +414,7 @@ fn seven_looks_keep_the_level() {
             let mut z = vec![0.0; m * sizes[6]];
             fill_standard_normal(&mut stream(21, repetition, Purpose::NoiseDrive), &mut z);
             let look = |size: &usize| {
-                let says: Vec<Says> = z
+                let p_values: Vec<PValues> = z
                     .chunks(sizes[6])
                     .map(|z| {
                         let mut results = summary(vec![cell(0, 10.0, *size as u64)]);
@@ -419,10 +424,10 @@ fn seven_looks_keep_the_level() {
                             summary: &results,
                             times: &[],
                         };
-                        Evidence::of(results, &tests, &Members::Cell(0)).says()
+                        Evidence::new(results, &tests, &Members::Cell(0)).p_values()
                     })
                     .collect();
-                verdict(Holds::Everywhere, &says, LEVEL / 7.0)
+                verdict(Holds::Everywhere, &p_values, LEVEL / 7.0)
             };
             let mut looks = sizes.iter().map(look);
             looks

@@ -75,13 +75,14 @@ fn each_verdict_is_a_sentence_with_the_decisive_number() {
     let everywhere = claim("everywhere", RATIO);
     assert_eq!(
         line(&everywhere, &three([0.5, 0.9, 0.7], [0; 3])),
-        "W1  holds: in all 3 cells the ratio of the rms over trials of e_a of new to that of old is below 1; nearest to the limit: 0.900(9) at \
-         eta = 20 %."
+        "W1  holds: in all 3 cells the ratio of the rms over trials of e_a of new to that of old \
+         is below 1; nearest to the limit: 0.900(9) at eta = 20 %."
     );
     assert_eq!(
         line(&everywhere, &three([0.5, 1.5, 0.7], [0; 3])),
-        "W1  does not hold: the ratio of the rms over trials of e_a of new to that of old is 1.50(2) at eta = 20 %, not below 1; one certain \
-         counterexample in 3 cells. It certainly holds with eta = 10 % and eta = 30 %."
+        "W1  does not hold: the ratio of the rms over trials of e_a of new to that of old is \
+         1.50(2) at eta = 20 %, not below 1; one certain counterexample in 3 cells. It certainly \
+         holds with eta = 10 % and eta = 30 %."
     );
     let open = judged(&everywhere, &three([0.5, 0.99, 0.7], [0; 3]));
     // (1.96 + 0.84)^2 / 1^2 times 1,000 trials.
@@ -124,8 +125,8 @@ fn lists_conditions_and_what_is_missing() {
     let found = line(&claim("everywhere", both), &three([0.5; 3], [0, 400, 0]));
     assert_eq!(
         found,
-        "W1  holds: in all 3 cells all 2 tests pass; nearest to the limit: at eta = 20 %, where the share of failed trials of new \
-         is 40(2) % and must be below 50 %."
+        "W1  holds: in all 3 cells all 2 tests pass; nearest to the limit: at eta = 20 %, where \
+         the share of failed trials of new is 40(2) % and must be below 50 %."
     );
     let found = judged(&claim("everywhere", both), &three([0.5; 3], [0, 600, 0]));
     assert_eq!(found.verdict, Verdict::DoesNotHold);
@@ -184,7 +185,7 @@ fn populations_are_named() {
                 output: "new".to_owned(),
                 met: Share::new(700, 1000),
             }],
-            verdict: crate::metric::Verdict::Typical,
+            verdict: crate::metric::BoundVerdict::Typical,
         });
         let pair = cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap();
         pair.share_smaller = Share::new(300, 900);
@@ -227,7 +228,7 @@ fn a_median_among_lost_trials_is_judged_by_their_count() {
     let mut results = three([0.5; 3], [600; 3]);
     for cell in &mut results.cells {
         let values = (0..1000).map(|i| if i < 400 { f64::from(i) } else { f64::NAN });
-        *cell.e_a() = Sample::of(values).statistics(Worse::Larger);
+        *cell.e_a() = Sample::from_values(values).statistics(Worse::Larger);
     }
     let found = judged(
         &claim(
@@ -259,7 +260,7 @@ fn ties_are_judged_by_ranks() {
     let ranks = Known::Ranks {
         value: 1.0,
         q: 0.5,
-        of: 100,
+        total: 100,
         points: values.iter().zip(1..).map(|(x, rank)| (*x, rank)).collect(),
     };
     let below = |high: f64| Range {
@@ -344,8 +345,10 @@ fn ranges_with_two_ends_by_hand() {
 #[test]
 fn pairs_and_families_of_cells_are_found() {
     use crate::claim::units::units;
-    let text = "[settings]\neta = [10, 20]\nnoise = ['ar', 'white']\n[[claims]]\nid = 'W1'\nwhere = { eta = 20 }\n\
-                test = { cells = 'e_a', of = 'new', axis = 'noise', from = 'white', within = 1.05 }";
+    let text = "[settings]\neta = [10, 20]\nnoise = ['ar', 'white']\n\
+                [[claims]]\nid = 'W1'\nwhere = { eta = 20 }\n\
+                test = { cells = 'e_a', of = 'new', axis = 'noise', from = 'white', \
+                within = 1.05 }";
     let file = ExperimentFile::parse(text).unwrap();
     let settings = [(10.0, "ar"), (10.0, "white"), (20.0, "ar"), (20.0, "white")];
     let cells = settings
@@ -358,7 +361,7 @@ fn pairs_and_families_of_cells_are_found() {
         });
     let results = summary(cells.collect());
     let claim = &file.claims[0];
-    let test = ClaimTest::of(&claim.test[0]).unwrap();
+    let test = ClaimTest::from_table(&claim.test[0]).unwrap();
     let found = units(claim, &test, &file, &results).unwrap();
     let members: Vec<&Members> = found.iter().map(|unit| &unit.members).collect();
     assert_eq!(members, [&Members::Pair(3, 2)]);
@@ -385,7 +388,7 @@ fn times_are_judged_by_their_quartiles() {
         "everywhere",
         "test = { time = 'estimate', of = 'a', to = 'b', below = 1 }",
     );
-    let of = |spread| {
+    let judged = |spread| {
         judge(
             &file,
             &results,
@@ -393,9 +396,12 @@ fn times_are_judged_by_their_quartiles() {
         )
         .remove(0)
     };
-    assert_eq!((of(0.02).verdict, of(0.02).timed), (Verdict::Holds, true));
+    assert_eq!(
+        (judged(0.02).verdict, judged(0.02).timed),
+        (Verdict::Holds, true)
+    );
     // ln 1.5 is 1.1 times sqrt 2 * 2 * 0.175 / 1.349.
-    let open = of(0.175);
+    let open = judged(0.175);
     assert_eq!(
         (open.verdict, open.needed),
         (
@@ -412,14 +418,14 @@ fn times_are_judged_by_their_quartiles() {
     );
 }
 
-/// 1,000 trials of which 300 have a ratio of 1/2, 400 of exactly 1 and 300 of 3: the median is a tie
-/// without an error. 700 are at most 1, so below 1.05 it certainly is; whether it is below 1 only
-/// 300 say.
+/// 1,000 trials of which 300 have a ratio of 1/2, 400 of exactly 1 and 300 of 3: the median is a
+/// tie without an error. 700 are at most 1, so below 1.05 it certainly is; whether it is below 1
+/// only 300 say.
 #[test]
 fn a_median_among_ties_is_judged_by_their_number() {
     let pairs = |x: f64, count: usize| vec![(Some(x), Some(1.0)); count];
     let all = [pairs(0.5, 300), pairs(1.0, 400), pairs(3.0, 300)].concat();
-    let pair = crate::metric::Paired::of(all).statistics(Worse::Larger);
+    let pair = crate::metric::Paired::from_pairs(all).statistics(Worse::Larger);
     let mut results = three([0.5; 3], [0; 3]);
     for cell in &mut results.cells {
         *cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap() = pair;
@@ -467,9 +473,9 @@ fn tests_of_several_outputs_are_told_each_by_itself() {
     let tests = "test = [{ share = 'lost', of = 'new', below = 0.5 }, \
                  { ratio = 'e_a', of = 'new', to = 'old', below = 2 }]";
     let judged = judged(&claim("everywhere", tests), &three([0.5; 3], [0; 3]));
-    let told: Vec<&str> = judged.tests.iter().map(|test| test.what.as_str()).collect();
+    let texts: Vec<&str> = judged.tests.iter().map(|test| test.what.as_str()).collect();
     assert!(
-        told[0].ends_with("of new") && told[1].contains("new over old"),
-        "{told:?}"
+        texts[0].ends_with("of new") && texts[1].contains("new over old"),
+        "{texts:?}"
     );
 }

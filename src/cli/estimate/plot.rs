@@ -3,12 +3,16 @@
 use super::{Estimate, Report};
 use crate::estimator::Progress;
 use crate::plant::simulate;
-use crate::report::plot::{Axis, Course, Plot, Point, Series, Sharing, Style, small_multiples};
+use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 
 pub(super) fn render(report: &Report) -> String {
     let window = report.window as f64;
     let panel = |title: &str, label: &str| {
-        let plot = Plot::new(title, Axis::linear("k, samples"), Axis::linear(label));
+        let plot = Plot::new(
+            title,
+            PlotAxis::linear("k, samples"),
+            PlotAxis::linear(label),
+        );
         if report.window < report.record.y.len() {
             plot.reference("end of the window", Course::Vertical(window))
         } else {

@@ -35,7 +35,7 @@ pub(super) fn show(
         stages: trials
             .traces
             .as_ref()
-            .map_or_else(Vec::new, |of| course(of, &outputs)),
+            .map_or_else(Vec::new, |traces| course(traces, &outputs)),
         rows: rows.iter().map(|row| (output(row), row)).collect(),
     }
     .print(options)
@@ -46,16 +46,16 @@ fn course(traces: &Traces, outputs: &[Output]) -> Vec<Stage> {
     let named = |name: &str, courses: &[Vec<f64>]| -> Vec<(String, Vec<f64>)> {
         let courses = courses.iter().enumerate();
         courses
-            .map(|(i, of)| (format!("{name}_{}", i + 1), of.clone()))
+            .map(|(i, values)| (format!("{name}_{}", i + 1), values.clone()))
             .collect()
     };
     let mut plant = vec![("t, s".to_owned(), traces.times.clone())];
     plant.extend(named("x", &traces.x));
     plant.push(("theta = x(0) - xi(0)".to_owned(), traces.theta.clone()));
     let mut stages = vec![("Plant".to_owned(), plant)];
-    for (output, of) in outputs.iter().zip(&traces.outputs) {
-        let mut vectors = named("xhat", &of.x_hat);
-        vectors.extend(named("theta_hat", &of.theta_hat));
+    for (output, trace) in outputs.iter().zip(&traces.outputs) {
+        let mut vectors = named("xhat", &trace.x_hat);
+        vectors.extend(named("theta_hat", &trace.theta_hat));
         stages.push((format!("Observer {}", output.label()), vectors));
     }
     stages

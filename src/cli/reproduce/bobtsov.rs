@@ -1,4 +1,5 @@
-//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and what its studies claim.
+//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and what its
+//! studies claim.
 
 use super::super::error::{Error, failed};
 use super::super::files::cannot_write;
@@ -12,7 +13,8 @@ use crate::text::visible;
 use serde_json::Value;
 use std::path::Path;
 
-/// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment has run.
+/// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment
+/// has run.
 pub(super) fn check(folder: &Path) -> Result<(), Error> {
     BOBTSOV2023.iter().try_for_each(|(name, ..)| {
         let there = files::subfolder(folder, name);
@@ -59,7 +61,7 @@ impl Bobtsov {
                 .file
                 .continuous
                 .as_ref()
-                .map_or(0.0, |of| of.scored_from);
+                .map_or(0.0, |continuous| continuous.scored_from);
             text.push_str(&example_table(&study.summary, from));
             text.push_str("proposed: ");
             text.push_str(&ends(&study.summary, "proposed").join("\n          "));
@@ -69,7 +71,10 @@ impl Bobtsov {
         text.push('\n');
         let folder = folder.join("gpebo-figures");
         text.push_str(&wrapped(&format!(
-            "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of them that the proposed estimate is as fast as the gradient's and more exact. kalman-bucy, recursive least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as theta.svg and state-errors.svg in {}",
+            "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of \
+            them that the proposed estimate is as fast as the gradient's and more exact. \
+            kalman-bucy, recursive least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as \
+            theta.svg and state-errors.svg in {}",
             visible(folder.display())
         ), ""));
         text

@@ -52,28 +52,28 @@ pub(super) fn time(
         file = set.map_err(|e| Error::Input(format!("--set {e}")))?;
     }
     let (fewest, _) = file.trials.extent();
-    let each = arguments.trials.unwrap_or(fewest);
-    file.trials = TrialRule::Fixed(each);
+    let count = arguments.trials.unwrap_or(fewest);
+    file.trials = TrialRule::Fixed(count);
     let experiment = Experiment::new(file);
     let experiment = experiment.map_err(|e| input(&format!("{}: {e}", path.display())))?;
     let cells = experiment.cells.len();
     let trials: u64 = (0..cells)
-        .map(|cell| experiment.trials_of(cell, each))
+        .map(|cell| experiment.trials_of(cell, count))
         .sum();
     let engines = (0..cells).map(|cell| experiment.engine(cell));
     let in_lanes = engines
         .filter(|engine| *engine == Ok(Engine::Lanes))
         .count();
     let stop = progress::stop_flag()?;
-    let once = |threads: usize, each: u64| run(&experiment, each, threads, &stop);
+    let once = |threads: usize, count: u64| run(&experiment, count, threads, &stop);
     let mut timings = Vec::new();
     for &threads in threads {
         // What is loaded and sized at first use is not timed.
-        once(threads, each.div_ceil(20))?;
+        once(threads, count.div_ceil(20))?;
         let (mut rates, mut spent) = (Vec::new(), Spent::default());
         for _ in 0..arguments.repetitions {
             let begin = Instant::now();
-            spent += once(threads, each)?;
+            spent += once(threads, count)?;
             rates.push(trials as f64 / begin.elapsed().as_secs_f64());
         }
         rates.sort_by(f64::total_cmp);
@@ -110,14 +110,14 @@ fn run(
 }
 
 fn text(path: &Path, trials: u64, [cells, in_lanes]: [usize; 2], timings: &[Timing]) -> String {
-    let lines = timings.iter().map(|of| {
-        let rates = [of.rates[0], of.rates[of.rates.len() - 1]].map(rounded);
+    let lines = timings.iter().map(|timing| {
+        let rates = [timing.rates[0], timing.rates[timing.rates.len() - 1]].map(rounded);
         format!(
             "{:>7} {:>10}  {:<20} {}\n",
-            of.threads,
-            rounded(median(&of.rates)),
+            timing.threads,
+            rounded(median(&timing.rates)),
             format!("({}, {})", rates[0], rates[1]),
-            shares(&of.spent),
+            shares(&timing.spent),
         )
     });
     format!(

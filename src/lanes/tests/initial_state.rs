@@ -27,7 +27,7 @@ impl Call for StartOf<'_> {
             crate::lanes::splat::<R, N>(self.plant.a()),
             crate::lanes::splat::<R, N>(&self.plant.h()),
         );
-        let splat = |of: &[f64]| of.iter().map(|x| R::splat(*x)).collect::<Vec<R>>();
+        let splat = |numbers: &[f64]| numbers.iter().map(|x| R::splat(*x)).collect::<Vec<R>>();
         let (u, y) = (splat(self.u), splat(self.y));
         let (x0, alone) = R::run(
             #[inline(always)]
@@ -62,15 +62,18 @@ fn rows(a: &[f64], count: usize) -> Vec<Vec<f64>> {
     rows
 }
 
-/// Stein's equation for `M = D'D`: x0 differs from the solution of the normal equations as faer forms and solves them
-/// by at most `|M^-1| (|dM| |x0| + |dr|)`, where `|M^-1| <= 1` since D begins with I.
+/// Stein's equation for `M = D'D`: x0 differs from the solution of the normal equations as faer
+/// forms and solves them by at most `|M^-1| (|dM| |x0| + |dr|)`, where `|M^-1| <= 1` since D begins
+/// with I.
 ///
-/// - dM: an entry is a sum along its diagonal of at most n steps of 4 terms, each at most `(1 + |a|_inf)^2 trace`, with
-///   an error of n u of each from the last column's sums of K products, where all terms are positive multiples of row
-///   sizes: `(4n + K) u (1 + |a|_inf)^2 trace`. Both eliminations perturb M by `4 n u trace`, less than that.
-/// - dr: K u of the terms' sizes; and what y_u differs by, which is computed in another form: n + 2 roundings of the
-///   output's size at each sample, each of which goes on as the impulse response, whose sum of sizes is at most that of
-///   D's entries.
+/// - dM: an entry is a sum along its diagonal of at most n steps of 4 terms, each at most
+///   `(1 + |a|_inf)^2 trace`, with an error of n u of each from the last column's sums of K
+///   products, where all terms are positive multiples of row sizes:
+///   `(4n + K) u (1 + |a|_inf)^2 trace`. Both eliminations perturb M by `4 n u trace`, less than
+///   that.
+/// - dr: K u of the terms' sizes; and what y_u differs by, which is computed in another form: n + 2
+///   roundings of the output's size at each sample, each of which goes on as the impulse response,
+///   whose sum of sizes is at most that of D's entries.
 #[test]
 fn the_initial_state_by_steins_equation_is_that_of_faer() {
     let mut served = 0;
@@ -97,7 +100,7 @@ fn the_initial_state_by_steins_equation_is_that_of_faer() {
             let size = |row: &Vec<f64>| row.iter().map(|x| x * x).sum::<f64>();
             let trace: f64 = rows.iter().map(size).sum();
             let sum: f64 = rows.iter().flatten().map(|x| x.abs()).sum();
-            let largest = |of: &[f64]| of.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             let (mut y_u, mut own) = (vec![0.0; samples], states);
             plant.simulate(&mut vec![0.0; order], &u, &mut y_u, &mut own);
             let residual = rows.iter().zip(y.iter().zip(&y_u));
@@ -180,8 +183,9 @@ fn sorted_qr_gives_the_initial_state_back() {
     }
 }
 
-/// Rows over 200 powers of two with an exact solution in whole numbers: each row's residual is a rounding of that row
-/// (Cox and Higham 1998), so that x is exact to eps times the condition of the rows scaled to one size.
+/// Rows over 200 powers of two with an exact solution in whole numbers: each row's residual is a
+/// rounding of that row (Cox and Higham 1998), so that x is exact to eps times the condition of the
+/// rows scaled to one size.
 #[test]
 fn sorted_qr_is_stable_row_by_row() {
     const N: usize = 4;

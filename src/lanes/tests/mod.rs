@@ -14,7 +14,8 @@ use crate::signal::{Purpose, normal::fill_standard_normal, stream};
 /// Half an ulp of 1, which bounds a rounding.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// The widths of this machine, of those that `ASOBENCH_LANES` lists (all without it): valgrind has no AVX-512.
+/// The widths of this machine, of those that `ASOBENCH_LANES` lists (all without it): valgrind has
+/// no AVX-512.
 pub(super) fn tested() -> Vec<Isa> {
     let asked = std::env::var("ASOBENCH_LANES").ok();
     let asked = |isa: &Isa| match &asked {
@@ -54,10 +55,10 @@ impl Record {
 
 /// The records' samples, lane by lane.
 fn packed<R: Real>(records: &[Record], part: impl Fn(&Record) -> &[f64]) -> Vec<R> {
-    let of = |k: usize| {
+    let sample = |k: usize| {
         R::load(&std::array::from_fn::<f64, MOST_LANES, _>(|l| {
             part(&records[l])[k]
         }))
     };
-    (0..part(&records[0]).len()).map(of).collect()
+    (0..part(&records[0]).len()).map(sample).collect()
 }

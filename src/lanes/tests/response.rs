@@ -3,7 +3,7 @@
 use super::tested;
 use crate::data::Process;
 use crate::lanes::passes::PassPack;
-use crate::lanes::record::Source;
+use crate::lanes::record::RecordSource;
 use crate::lanes::response::Responses;
 use crate::lanes::{Call, Isa};
 use crate::metric::{Response, System};
@@ -19,7 +19,7 @@ const SEED: u64 = 5;
 
 /// A model in each lane, and the trial whose input it gets.
 struct Models<'a> {
-    source: &'a Source<'a>,
+    source: &'a RecordSource<'a>,
     systems: &'a [[Vec<f64>; 2]; MOST_LANES],
     trials: &'a [u64; MOST_LANES],
     samples: usize,
@@ -127,7 +127,7 @@ fn a_lane_has_the_bits_of_its_model_alone() {
             let process = Process::new(plant.clone(), x0, input, noise, level);
             let process = process.expect("a valid process");
             let (_, noise, variances) = process.open_loop().expect("an open loop");
-            let source = Source {
+            let source = RecordSource {
                 settings: process.settings(),
                 plant: &plant,
                 noise,

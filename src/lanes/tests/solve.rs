@@ -3,7 +3,7 @@
 use super::{Record, UNIT, packed, tested};
 use crate::estimator::solver::{Instruments, Solution};
 use crate::estimator::{FailureKind, Shape, Solver, Stage10};
-use crate::lanes::information::Information;
+use crate::lanes::information::PackedInformation;
 use crate::lanes::partitioned::{self, Triangles};
 use crate::lanes::{Call, Isa, inverses, lane};
 use crate::real::{MOST_LANES, Mask, Real};
@@ -14,7 +14,8 @@ struct Solved {
     /// G by rows, and r.
     g: Mat<f64>,
     r: Vec<f64>,
-    /// p; of lanes that are not safe by [`inverses::solve_alone`], of others not finite where a number is not.
+    /// p; of lanes that are not safe by [`inverses::solve_alone`], of others not finite where a
+    /// number is not.
     p: Result<Vec<f64>, FailureKind>,
     condition: f64,
     /// Whether the lane was safe without pivots.
@@ -39,7 +40,7 @@ impl Call for Solve<'_> {
             packed::<R>(self.records, |record| &record.y),
             packed::<R>(self.records, |record| &record.yhat),
         ];
-        let mut information = Information::<R, N>::new(n);
+        let mut information = PackedInformation::<R, N>::new(n);
         let mut triangles = Triangles::<R, N>::new();
         let (solved, alone) = R::run(
             #[inline(always)]
@@ -53,8 +54,8 @@ impl Call for Solve<'_> {
             },
         );
         let of_lane = |l: usize| {
-            let of = information.lane(l);
-            let entry = |i: usize, j: usize| of.g[2 * (i / n) + j / n][i % n][j % n];
+            let single = information.lane(l);
+            let entry = |i: usize, j: usize| single.g[2 * (i / n) + j / n][i % n][j % n];
             let (p, condition) = if alone.lane(l) {
                 inverses::solve_alone(&information, l)
             } else {
@@ -68,7 +69,7 @@ impl Call for Solve<'_> {
             };
             Solved {
                 g: Mat::from_fn(2 * n, 2 * n, entry),
-                r: [&of.r[0][..n], &of.r[1][..n]].concat(),
+                r: [&single.r[0][..n], &single.r[1][..n]].concat(),
                 p: p.and_then(finite),
                 condition,
                 safe: !alone.lane(l),
@@ -102,7 +103,8 @@ fn by_faer(
 /// `|L| |U|` of Gaussian elimination without pivots that begins with G22.
 fn triangles(g: &Mat<f64>) -> Mat<f64> {
     let m = g.nrows();
-    let turned = |of: &Mat<f64>| Mat::from_fn(m, m, |i, j| of[((i + m / 2) % m, (j + m / 2) % m)]);
+    let turned =
+        |matrix: &Mat<f64>| Mat::from_fn(m, m, |i, j| matrix[((i + m / 2) % m, (j + m / 2) % m)]);
     let (mut u, mut l) = (turned(g), Mat::<f64>::identity(m, m));
     for k in 0..m {
         for i in k + 1..m {
@@ -113,24 +115,26 @@ fn triangles(g: &Mat<f64>) -> Mat<f64> {
             u[(i, k)] = 0.0;
         }
     }
-    let absolute = |of: &Mat<f64>| Mat::from_fn(m, m, |i, j| of[(i, j)].abs());
+    let absolute = |matrix: &Mat<f64>| Mat::from_fn(m, m, |i, j| matrix[(i, j)].abs());
     turned(&(absolute(&l) * absolute(&u)))
 }
 
 /// Elimination is as backward stable as elimination is (Higham 2002, Theorem 9.4, m = 2n unknowns):
-/// `|G p - r| <= 3m u |L| |U| |p|`, here 4m, since a pivot's reciprocal rounds once more, twice for what the triangles of
-/// this test differ by; and rounding of the residual itself, `(m + 2) u (|G| |p| + |r|)`.
+/// `|G p - r| <= 3m u |L| |U| |p|`, here 4m, since a pivot's reciprocal rounds once more, twice for
+/// what the triangles of this test differ by; and rounding of the residual itself,
+/// `(m + 2) u (|G| |p| + |r|)`.
 ///
-/// The parameters agree with faer's as the solvers agree among themselves (tests/properties.rs), 1e3 eps times the
-/// condition number; the condition numbers, made of inverses that are that accurate, to the same.
+/// The parameters agree with faer's as the solvers agree among themselves (tests/properties.rs),
+/// 1e3 eps times the condition number; the condition numbers, made of inverses that are that
+/// accurate, to the same.
 #[test]
 fn elimination_is_backward_stable_and_agrees_with_faer() {
     for order in [1, 2, 3, 4, 5, 6, 8, 12, 24] {
         for (round, noise) in [(0, 0.1), (1, 1.0), (2, 1e-3)] {
             let samples = 5 * order + 30;
-            let of =
+            let record =
                 |l: u64| Record::new(order, 100 * round + 8 * order as u64 + l, samples, noise);
-            let records: Vec<Record> = (0..MOST_LANES as u64).map(of).collect();
+            let records: Vec<Record> = (0..MOST_LANES as u64).map(record).collect();
             for (instruments, with_condition) in
                 [(false, false), (false, true), (true, false), (true, true)]
             {
@@ -184,7 +188,7 @@ fn check_backward_error(found: &Solved, p: &[f64], name: &str) {
     for i in 0..m {
         let row = |j: usize| found.g[(i, j)] * p[j];
         let residual = (0..m).map(row).sum::<f64>() - found.r[i];
-        let size = |of: &Mat<f64>| (0..m).map(|j| (of[(i, j)] * p[j]).abs()).sum::<f64>();
+        let size = |matrix: &Mat<f64>| (0..m).map(|j| (matrix[(i, j)] * p[j]).abs()).sum::<f64>();
         let (own, elimination) = (size(&found.g) + found.r[i].abs(), size(&sizes));
         let allowed = UNIT * ((m + 2) as f64 * own + 8.0 * m as f64 * elimination);
         assert!(
@@ -239,10 +243,10 @@ fn failures_are_those_of_faer() {
         y.push(0.5 * y[k] + u[k]);
     }
     let zeros = vec![0.0; 60];
-    let changed = |of: &[f64], k: usize, x: f64| {
-        let mut of = of.to_vec();
-        of[k] = x;
-        of
+    let changed = |values: &[f64], k: usize, x: f64| {
+        let mut values = values.to_vec();
+        values[k] = x;
+        values
     };
     let record = |u: &[f64], y: &[f64], yhat: &[f64]| Record {
         u: u.to_vec(),
@@ -323,8 +327,8 @@ fn failures_are_those_of_faer() {
     }
 }
 
-/// A singular G11 in a regular matrix: its inverse, which the condition number is made of, fails as faer's does; the
-/// elimination, which begins with G22, does not.
+/// A singular G11 in a regular matrix: its inverse, which the condition number is made of, fails as
+/// faer's does; the elimination, which begins with G22, does not.
 #[test]
 fn a_singular_block_in_a_regular_matrix() {
     // Instruments of which G11 = 0: tests/properties.rs.
@@ -356,8 +360,8 @@ fn a_singular_block_in_a_regular_matrix() {
     }
 }
 
-/// Wherever faer's condition number breaks the rank rule, the lane is not safe: neither the bound that stands for it nor
-/// half the rule's limit hides that.
+/// Wherever faer's condition number breaks the rank rule, the lane is not safe: neither the bound
+/// that stands for it nor half the rule's limit hides that.
 #[test]
 fn no_rank_deficient_matrix_is_safe() {
     let mut deficient = 0;
@@ -365,8 +369,8 @@ fn no_rank_deficient_matrix_is_safe() {
         for power in 0..24 {
             // Noise-free records of order n - 1 with a little noise: conditions from 1 to the end.
             let noise = 0.1_f64.powi(power);
-            let of = |l: u64| Record::new(order.max(2) - 1, 500 + l, 8 * order + 20, noise);
-            let records: Vec<Record> = (0..MOST_LANES as u64).map(of).collect();
+            let record = |l: u64| Record::new(order.max(2) - 1, 500 + l, 8 * order + 20, noise);
+            let records: Vec<Record> = (0..MOST_LANES as u64).map(record).collect();
             for isa in tested() {
                 let solve = Solve {
                     order,

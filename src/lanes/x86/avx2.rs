@@ -19,8 +19,17 @@ pub struct Avx2Word(__m256i);
 #[repr(transparent)]
 pub struct Avx2Mask(__m256d);
 
-operators!(Avx2: Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
-operators!(Avx2Word: BitXor bitxor _mm256_xor_si256, BitAnd bitand _mm256_and_si256, BitOr bitor _mm256_or_si256);
+operators!(
+    Avx2: Add add _mm256_add_pd,
+    Sub sub _mm256_sub_pd,
+    Mul mul _mm256_mul_pd,
+    Div div _mm256_div_pd
+);
+operators!(
+    Avx2Word: BitXor bitxor _mm256_xor_si256,
+    BitAnd bitand _mm256_and_si256,
+    BitOr bitor _mm256_or_si256
+);
 operators!(Avx2Mask: BitAnd bitand _mm256_and_pd, BitOr bitor _mm256_or_pd);
 
 impl Neg for Avx2 {
@@ -162,7 +171,8 @@ impl Word for Avx2Word {
     }
     #[inline(always)]
     fn times(self, other: Self) -> Self {
-        // SAFETY: as the module says. The halves' products, of which those of unlike halves count 2^32.
+        // SAFETY: as the module says. The halves' products, of which those of unlike halves count
+        // 2^32.
         Self(unsafe {
             let (high, other_high) = (
                 _mm256_srli_epi64::<32>(self.0),

@@ -19,8 +19,17 @@ pub struct Avx512Word(__m512i);
 #[repr(transparent)]
 pub struct Avx512Mask(__mmask8);
 
-operators!(Avx512: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
-operators!(Avx512Word: BitXor bitxor _mm512_xor_si512, BitAnd bitand _mm512_and_si512, BitOr bitor _mm512_or_si512);
+operators!(
+    Avx512: Add add _mm512_add_pd,
+    Sub sub _mm512_sub_pd,
+    Mul mul _mm512_mul_pd,
+    Div div _mm512_div_pd
+);
+operators!(
+    Avx512Word: BitXor bitxor _mm512_xor_si512,
+    BitAnd bitand _mm512_and_si512,
+    BitOr bitor _mm512_or_si512
+);
 
 impl Neg for Avx512 {
     type Output = Self;
@@ -44,7 +53,8 @@ impl Real for Avx512 {
     #[inline(always)]
     fn load(x: &[f64]) -> Self {
         let x: &[f64; 8] = x[..8].try_into().expect("eight numbers");
-        // SAFETY: as the module says; the array has the register's size, and the load asks for no alignment.
+        // SAFETY: as the module says; the array has the register's size, and the load asks for no
+        // alignment.
         Self(unsafe { _mm512_loadu_pd(x.as_ptr()) })
     }
     #[inline(always)]

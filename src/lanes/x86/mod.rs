@@ -1,8 +1,9 @@
 //! Packs of x86-64: 8 lanes by AVX-512, 4 by AVX2 and FMA.
 //!
-//! The values of a type exist only where [`Isa::is_here`] said that its instructions do: [`super::Isa::dispatch`] is
-//! the one place that chooses a type. That is the reason of every `unsafe` here: an intrinsic of that instruction set
-//! on values in registers. Loads and stores go through references to arrays of the register's size.
+//! The values of a type exist only where [`Isa::is_here`] said that its instructions do:
+//! [`super::Isa::dispatch`] is the one place that chooses a type. That is the reason of every
+//! `unsafe` here: an intrinsic of that instruction set on values in registers. Loads and stores go
+//! through references to arrays of the register's size.
 
 #![allow(unsafe_code)]
 #![allow(

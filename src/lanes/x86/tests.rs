@@ -7,8 +7,9 @@ use crate::real::{MOST_LANES, Mask, Real, Word};
 use std::array::from_fn;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Zeros, the ends of the normal and subnormal ranges, infinities, NaN of both signs, and numbers whose
-/// operations round, overflow or cancel. Their number is prime, so that any stride visits all.
+/// Zeros, the ends of the normal and subnormal ranges, infinities, NaN of both signs, and numbers
+/// whose operations round, overflow or cancel. Their number is prime, so that any stride visits
+/// all.
 const NUMBERS: [f64; 31] = [
     0.0,
     -0.0,

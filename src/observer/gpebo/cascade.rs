@@ -4,10 +4,10 @@ use super::estimators::{Estimator, MixedNodes};
 use super::grid::Grid;
 use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
-use super::recursive::Information;
+use super::recursive::LeastSquaresIntegrals;
 use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check};
 use super::score::{Score, Squares, squares};
-use super::summary::{Estimate, ObserverSummary, Outcome, Sample, Summary};
+use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::plant::ContinuousPlant;
 
 /// A plant, a scenario and observers that fit each other.
@@ -27,9 +27,10 @@ impl Cascade {
     /// Checks the settings and prepares the matrices and the grid.
     ///
     /// # Errors
-    /// If a length does not fit the plant's order, a filter or gain is not positive, filters are not distinct, the step
-    /// or a signal does not fit the horizon, or there would be more than [`super::LARGEST_STEPS`]
-    /// steps, [`super::LARGEST_BREAKPOINTS`] breakpoints or [`super::LARGEST_LENGTHS`] different step lengths.
+    /// If a length does not fit the plant's order, a filter or gain is not positive, filters are
+    /// not distinct, the step or a signal does not fit the horizon, or there would be more than
+    /// [`super::LARGEST_STEPS`] steps, [`super::LARGEST_BREAKPOINTS`] breakpoints or
+    /// [`super::LARGEST_LENGTHS`] different step lengths.
     pub fn new(
         plant: &ContinuousPlant,
         scenario: &Scenario,
@@ -63,7 +64,8 @@ impl Cascade {
         &self.theta
     }
 
-    /// Runs with each base step divided into `refine` (0 counts as 1); calls `visit` at t = 0 and after each base step.
+    /// Runs with each base step divided into `refine` (0 counts as 1); calls `visit` at t = 0 and
+    /// after each base step.
     pub fn run(&self, refine: usize, mut visit: impl FnMut(&Sample<'_>)) -> Summary {
         let mut run = self.start(refine);
         visit(&run.sample());
@@ -85,7 +87,7 @@ impl Cascade {
         let steps = lengths
             .map(|h| (h, self.system.propagator(h / 2.0)))
             .collect();
-        let estimates = self.specs.iter().map(|spec| Estimate {
+        let estimates = self.specs.iter().map(|spec| ObserverEstimate {
             x: vec![0.0; n],
             theta: match spec {
                 ObserverSpec::Luenberger { .. } => vec![],
@@ -102,7 +104,7 @@ impl Cascade {
             t: 0.0,
             linear: self.system.initial(),
             estimators: Estimator::all(&self.specs, n),
-            information: Information::new(n),
+            information: LeastSquaresIntegrals::new(n),
             mixing: Mixing::new(n),
             estimates: estimates.collect(),
             scores: vec![],
@@ -188,9 +190,9 @@ pub struct Run<'a> {
     t: f64,
     linear: LinearState,
     estimators: Vec<Estimator>,
-    information: Information,
+    information: LeastSquaresIntegrals,
     mixing: Mixing,
-    estimates: Vec<Estimate>,
+    estimates: Vec<ObserverEstimate>,
     /// One for each estimate.
     scores: Vec<Score>,
     outcomes: Vec<Outcome>,
@@ -198,7 +200,8 @@ pub struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// One base step. False, and nothing done, at the horizon or where the plant's state is not finite.
+    /// One base step. False, and nothing done, at the horizon or where the plant's state is not
+    /// finite.
     pub fn advance(&mut self) -> bool {
         let Some(gap) = self.cascade.grid.gaps.get(self.gap).copied() else {
             return false;
@@ -274,7 +277,7 @@ impl Run<'_> {
         }
     }
 
-    fn squares(&self, estimate: &Estimate) -> Squares {
+    fn squares(&self, estimate: &ObserverEstimate) -> Squares {
         let x = self.linear.x(self.cascade.n);
         squares(x, &estimate.x, &self.cascade.theta, &estimate.theta)
     }

@@ -3,10 +3,10 @@
 use super::filter::Nodes;
 use super::linear::LinearState;
 use super::proposed::Proposed;
-use super::recursive::{Information, LeastSquares};
+use super::recursive::{LeastSquares, LeastSquaresIntegrals};
 use super::scalar::ScalarEstimator;
 use super::scenario::ObserverSpec;
-use super::summary::{Estimate, Excitation};
+use super::summary::{Excitation, ObserverEstimate};
 
 /// The first mixing's result and Eq. (9) at the nodes of a step.
 #[derive(Clone, Debug)]
@@ -79,8 +79,8 @@ impl Estimator {
         &mut self,
         t: f64,
         linear: &LinearState,
-        information: &Information,
-        out: &mut Estimate,
+        information: &LeastSquaresIntegrals,
+        out: &mut ObserverEstimate,
     ) {
         match self {
             Self::Luenberger(k) => {

@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-/// What is left to learn where an estimate counts as frozen: the error can shrink by this share at most.
+/// What is left to learn where an estimate counts as frozen: the error can shrink by this share at
+/// most.
 pub const FROZEN: f64 = 0.01;
 
 /// Records kept per [`FROZEN`] of growth: the resolution of the threshold is 0.1 % of it.
@@ -10,8 +11,9 @@ const RESOLUTION: f64 = 1024.0;
 
 /// The last part of a growing integral `L(t) = int gamma Delta^2`, in bounded memory.
 ///
-/// At the end L(T) is known, and with it the first t for which `L(T) - L(t) < 0.01`. Until then every t with
-/// `L(now) - L(t) < 0.01` may be that one; of those it is enough to keep one per growth of 0.01 / 1024.
+/// At the end L(T) is known, and with it the first t for which `L(T) - L(t) < 0.01`. Until then
+/// every t with `L(now) - L(t) < 0.01` may be that one; of those it is enough to keep one per
+/// growth of 0.01 / 1024.
 #[derive(Clone, Debug)]
 pub struct Window {
     kept: VecDeque<(f64, f64)>,
@@ -51,11 +53,12 @@ impl Window {
         self.kept.push_back((t, learnt));
     }
 
-    /// The first t from which `gamma int_t^T Delta^2` is below 0.01, i.e. the estimate can lose no more than 1 % of its
-    /// error any more (0 if there was nothing to learn at all). The threshold is met to 0.2 % of itself, t to a step.
+    /// The first t from which `gamma int_t^T Delta^2` is below 0.01, i.e. the estimate can lose no
+    /// more than 1 % of its error any more (0 if there was nothing to learn at all). The threshold
+    /// is met to 0.2 % of itself, t to a step.
     ///
-    /// `None` if that t lies in the last hundredth of the horizon T: there the integral ends because the run ends, and the
-    /// estimator was still learning.
+    /// `None` if that t lies in the last hundredth of the horizon T: there the integral ends
+    /// because the run ends, and the estimator was still learning.
     pub fn frozen_at(&self, horizon: f64) -> Option<f64> {
         let first = self.kept.iter().find(|kept| self.last - kept.1 < FROZEN);
         first.map(|kept| kept.0).filter(|t| *t <= 0.99 * horizon)

@@ -1,6 +1,7 @@
 //! Eq. (17): the regression of the expanded exponential.
 
-/// What is done with the factor `g = e^m`, which cancels from the identity of Eq. (16) but weighs its terms in time.
+/// What is done with the factor `g = e^m`, which cancels from the identity of Eq. (16) but weighs
+/// its terms in time.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Factor {
     /// Kept, as the paper's gains assume.
@@ -19,10 +20,10 @@ pub type Regression = [f64; HIGHEST_ORDER + 2];
 /// Eq. (17) for one component and the expansion of `e^d`, `d = m - phi theta`, to order q (1, 2):
 /// `zeta - psi'(theta, ..., theta^(q+1)) = (g / q!) (m - phi theta)^q (m' - phi' theta)`.
 ///
-/// From Eq. (12), `g' = g m'`; from Eq. (15) with `E_q(d) = 1 + d + ... + d^q / q!`, multiplied by E_q,
-/// `E_q g' = E_q phi' theta g + E_(q-1) d' g`. The difference of both is the right-hand side above, which the estimator
-/// takes for zero and which is what the expansion neglects. The paper prints further terms in psi_1, which do not belong
-/// there (erratum E10).
+/// From Eq. (12), `g' = g m'`; from Eq. (15) with `E_q(d) = 1 + d + ... + d^q / q!`, multiplied by
+/// E_q, `E_q g' = E_q phi' theta g + E_(q-1) d' g`. The difference of both is the right-hand side
+/// above, which the estimator takes for zero and which is what the expansion neglects. The paper
+/// prints further terms in psi_1, which do not belong there (erratum E10).
 ///
 /// An order above 2 is taken as 2, 0 as 1; unused entries are zero.
 #[inline]
@@ -56,8 +57,9 @@ mod tests {
 
     const GRID: [f64; 4] = [-2.0, -1.0, 1.0, 3.0];
 
-    /// Calls `check(m, dm, phi, dphi, theta)` on a grid with more points for each variable than its degree (3 at most):
-    /// polynomials that agree there are equal. All numbers are small multiples of 1/2, so f64 is exact.
+    /// Calls `check(m, dm, phi, dphi, theta)` on a grid with more points for each variable than its
+    /// degree (3 at most): polynomials that agree there are equal. All numbers are small multiples
+    /// of 1/2, so f64 is exact.
     fn on_grid(check: impl Fn(f64, f64, f64, f64, f64)) {
         for k in 0..4_usize.pow(5) {
             let at = |digit: u32| GRID[k / 4_usize.pow(digit) % 4];

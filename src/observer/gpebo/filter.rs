@@ -9,10 +9,12 @@ pub(super) fn simpson(h: f64, a: &Nodes, b: &Nodes) -> f64 {
     h / 6.0 * (a[0] * b[0] + 4.0 * a[1] * b[1] + a[2] * b[2])
 }
 
-/// `phi_0 ... phi_3` at z, `phi_0 = e^z`, `phi_(k+1)(z) = (phi_k(z) - 1/k!) / z`, `phi_k(0) = 1/k!`.
+/// `phi_0 ... phi_3` at z, `phi_0 = e^z`, `phi_(k+1)(z) = (phi_k(z) - 1/k!) / z`,
+/// `phi_k(0) = 1/k!`.
 ///
-/// The Taylor series of phi_3 and the recurrence downwards for `|z| <= 1`, upwards elsewhere: no cancellation in either.
-/// Source: M. Hochbruck and A. Ostermann, Exponential integrators, Acta Numerica 19 (2010) 209-286.
+/// The Taylor series of phi_3 and the recurrence downwards for `|z| <= 1`, upwards elsewhere: no
+/// cancellation in either. Source: M. Hochbruck and A. Ostermann, Exponential integrators, Acta
+/// Numerica 19 (2010) 209-286.
 pub fn phi_functions(z: f64) -> [f64; 4] {
     if z.abs() > 1.0 {
         let first = z.exp_m1() / z;
@@ -29,7 +31,8 @@ pub fn phi_functions(z: f64) -> [f64; 4] {
     [z.exp(), first, second, third]
 }
 
-/// One step of `x' = -a x + a u`, the filter `a / (p + a)`, a > 0 in 1/s, for a fixed length h in seconds.
+/// One step of `x' = -a x + a u`, the filter `a / (p + a)`, a > 0 in 1/s, for a fixed length h in
+/// seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
     pole: f64,
@@ -58,8 +61,8 @@ impl Filter {
         }
     }
 
-    /// The filter's states at 0, h/2, h from its state at 0 and the input there: exact where the input is the parabola
-    /// through its three values, an error O(h^4) in one step elsewhere.
+    /// The filter's states at 0, h/2, h from its state at 0 and the input there: exact where the
+    /// input is the parabola through its three values, an error O(h^4) in one step elsewhere.
     #[inline]
     pub fn step(&self, state: f64, u: &Nodes) -> Nodes {
         let apply = |w: &[f64; 4]| w[0] * state + w[1] * u[0] + w[2] * u[1] + w[3] * u[2];
@@ -72,9 +75,9 @@ impl Filter {
 /// With `u(t) = c_0 + c_1 t/h + c_2 (t/h)^2` and `z = -a s h`,
 /// `x(s h) = e^z x + a s h sum_k c_k s^k k! phi_(k+1)(z)`.
 fn weights(a: f64, h: f64, s: f64) -> [f64; 4] {
-    let [decay, one, two, three] = phi_functions(-a * s * h);
+    let [decay, phi_1, phi_2, phi_3] = phi_functions(-a * s * h);
     let gain = a * s * h;
-    let (c0, c1, c2) = (gain * one, gain * s * two, gain * s * s * 2.0 * three);
+    let (c0, c1, c2) = (gain * phi_1, gain * s * phi_2, gain * s * s * 2.0 * phi_3);
     [
         decay,
         c0 - 3.0 * c1 + 2.0 * c2,
@@ -87,8 +90,8 @@ fn weights(a: f64, h: f64, s: f64) -> [f64; 4] {
 mod tests {
     use super::*;
 
-    /// Inputs 1, t, t^2 have closed-form responses: the particular solution of `x' = a (u - x)` is the polynomial
-    /// `u - u'/a + u''/a^2`, plus a decaying exponential.
+    /// Inputs 1, t, t^2 have closed-form responses: the particular solution of `x' = a (u - x)` is
+    /// the polynomial `u - u'/a + u''/a^2`, plus a decaying exponential.
     #[test]
     fn parabolas_are_filtered_exactly() {
         for (a, h) in [(2.0, 0.7), (3.0, 1.0), (50.0, 1.0), (2000.0, 1.0)] {

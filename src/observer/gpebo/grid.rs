@@ -51,8 +51,8 @@ impl Grid {
     /// Each gap between neighbours of 0, the breakpoints of u and delta, the start of the score,
     /// and T in `ceil(gap / step)` equal steps.
     ///
-    /// Breakpoints closer than `1e-13 T` are one. Two gaps share a length where the difference moves no time by more than
-    /// `8 eps T`, the rounding of the breakpoints themselves.
+    /// Breakpoints closer than `1e-13 T` are one. Two gaps share a length where the difference
+    /// moves no time by more than `8 eps T`, the rounding of the breakpoints themselves.
     ///
     /// # Errors
     /// If there are more than [`LARGEST_LENGTHS`] lengths.

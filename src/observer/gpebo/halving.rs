@@ -31,13 +31,15 @@ impl Convergence {
 /// The step's influence on one vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepError {
-    /// Estimate of the error of the finest run: the largest difference of a component of the runs with h/2 and h/4 over
-    /// time, by `2^p - 1` with the observed order p limited to 1 ... 4 (1 where it is unknown); NaN if a run was not finite.
+    /// Estimate of the error of the finest run: the largest difference of a component of the runs
+    /// with h/2 and h/4 over time, by `2^p - 1` with the observed order p limited to 1 ... 4 (1
+    /// where it is unknown); NaN if a run was not finite.
     pub error: f64,
-    /// The largest component of the finest run's vector or of what it estimates over time, to compare with.
+    /// The largest component of the finest run's vector or of what it estimates over time, to
+    /// compare with.
     pub largest: f64,
-    /// `log2` of the ratio of the largest differences of neighbouring runs; `None` where they are rounding, i.e. below
-    /// eps times `largest` for each propagation of the finest run.
+    /// `log2` of the ratio of the largest differences of neighbouring runs; `None` where they are
+    /// rounding, i.e. below eps times `largest` for each propagation of the finest run.
     pub order: Option<f64>,
 }
 
@@ -101,7 +103,8 @@ impl Differences {
     }
 }
 
-/// Runs with steps h, h/2 and h/4 side by side; `visit` sees the finest at t = 0 and after each base step.
+/// Runs with steps h, h/2 and h/4 side by side; `visit` sees the finest at t = 0 and after each
+/// base step.
 pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
     let mut runs = REFINEMENTS.map(|refine| cascade.start(refine));
     let mut differences = vec![[Differences::default(); 2]; cascade.observers()];
@@ -110,8 +113,11 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
         let samples = runs.each_ref().map(Run::sample);
         for (observer, [state, theta]) in differences.iter_mut().enumerate() {
             let estimates = samples.map(|sample| &sample.estimates[observer]);
-            state.note(estimates.map(|of| &of.x[..]), samples[2].x);
-            theta.note(estimates.map(|of| &of.theta[..]), cascade.theta());
+            state.note(estimates.map(|estimate| &estimate.x[..]), samples[2].x);
+            theta.note(
+                estimates.map(|estimate| &estimate.theta[..]),
+                cascade.theta(),
+            );
         }
         let [_, _, more] = runs.each_mut().map(Run::advance);
         if !more {
@@ -124,11 +130,11 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
         .iter()
         .map(|theta| theta * theta)
         .sum::<f64>();
-    let convergence = |(number, of): (usize, &[Differences; 2])| {
-        let [state, theta] = of.map(|differences| differences.step_error(summary.steps));
+    let convergence = |(number, differences): (usize, &[Differences; 2])| {
+        let [state, theta] = differences.map(|runs| runs.step_error(summary.steps));
         let [state_scale, theta_scale] = [state.largest, theta.largest / size.sqrt()];
         let scales = [state_scale, state_scale, state_scale, theta_scale];
-        let accuracies = [&middle, &summary].map(|of| &of.observers[number].accuracy);
+        let accuracies = [&middle, &summary].map(|run| &run.observers[number].accuracy);
         Convergence {
             state,
             theta,

@@ -1,9 +1,10 @@
 //! Everything linear, integrated exactly by matrix exponentials.
 //!
-//! The base state is `[x; xi; filtered z; line of u; line of delta; oscillators]`: the sines of u and delta are
-//! oscillators of two states `(amplitude sin, amplitude cos)`, all their other waves are one straight line over a step,
-//! of two states (value, slope). They are set anew at each step's start, so that no phase drifts. Nothing feeds back into
-//! the base state from an observer, so that an observer that overflows spoils nothing else.
+//! The base state is `[x; xi; filtered z; line of u; line of delta; oscillators]`: the sines of u
+//! and delta are oscillators of two states `(amplitude sin, amplitude cos)`, all their other waves
+//! are one straight line over a step, of two states (value, slope). They are set anew at each
+//! step's start, so that no phase drifts. Nothing feeds back into the base state from an observer,
+//! so that an observer that overflows spoils nothing else.
 
 use faer::Mat;
 
@@ -164,7 +165,8 @@ impl LinearSystem {
         }
     }
 
-    /// Fills M (row-major n x n, rows phi and filtered phi) and `zbar = [z; filtered z]`, Eqs. (9), (10).
+    /// Fills M (row-major n x n, rows phi and filtered phi) and `zbar = [z; filtered z]`, Eqs. (9),
+    /// (10).
     pub fn observe(&self, state: &LinearState, m: &mut [f64], zbar: &mut [f64]) {
         let (n, rows) = (self.n, 2 * self.n - 1);
         let (x, rest) = state.base.split_at(n);

@@ -18,11 +18,12 @@ impl Mixer {
         }
     }
 
-    /// Fills `out` with `adj(M)` and returns `det(M)`, both row-major n x n: `adj(M) M = M adj(M) = det(M) I`.
+    /// Fills `out` with `adj(M)` and returns `det(M)`, both row-major n x n:
+    /// `adj(M) M = M adj(M) = det(M) I`.
     ///
-    /// Each cofactor is the determinant of a minor by LU with partial pivoting, so the rank of M does not matter; the
-    /// determinant is the expansion along the first row. O(n^5); errors are of the order `eps norm(M)^(n-1)` and
-    /// `eps norm(M)^n`.
+    /// Each cofactor is the determinant of a minor by LU with partial pivoting, so the rank of M
+    /// does not matter; the determinant is the expansion along the first row. O(n^5); errors are of
+    /// the order `eps norm(M)^(n-1)` and `eps norm(M)^n`.
     ///
     /// # Panics
     /// If a slice is shorter than n^2.
@@ -36,8 +37,8 @@ impl Mixer {
         (0..n).map(|j| m[j] * out[j * n]).sum()
     }
 
-    /// The mixing of `zbar = M theta + dbar` to `mbar = adj(M) zbar` (n numbers) and `Delta = det(M)`, which is
-    /// returned, Eq. (10).
+    /// The mixing of `zbar = M theta + dbar` to `mbar = adj(M) zbar` (n numbers) and
+    /// `Delta = det(M)`, which is returned, Eq. (10).
     ///
     /// # Panics
     /// If a slice is shorter than n^2 (`m`) or n.
@@ -52,7 +53,8 @@ impl Mixer {
         delta
     }
 
-    /// `(det(M), first component of adj(M) zbar)`: the scalar regression of the first unknown alone.
+    /// `(det(M), first component of adj(M) zbar)`: the scalar regression of the first unknown
+    /// alone.
     ///
     /// # Panics
     /// If a slice is shorter than n^2 (`m`) or n.
@@ -185,7 +187,8 @@ mod tests {
         }
     }
 
-    /// The adjugate of a matrix of rank n - 1 is not zero: it is the product of its null vectors. By hand.
+    /// The adjugate of a matrix of rank n - 1 is not zero: it is the product of its null vectors.
+    /// By hand.
     #[test]
     fn adjugate_of_rank_two_of_three() {
         let m = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];

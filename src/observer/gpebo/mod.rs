@@ -1,16 +1,21 @@
-//! The observer of Bobtsov, Vorobyev, Nikolaev, Pyrkin and Ortega 2023 (GPEBO + DREM), its rivals, and their integration.
+//! The observer of Bobtsov, Vorobyev, Nikolaev, Pyrkin and Ortega 2023 (GPEBO + DREM), its rivals,
+//! and their integration.
 //!
-//! Plant of order n, Eqs. (1), (2): `x' = A x + B u`, `y = C'x + delta`, delta small and otherwise unknown. Then
+//! Plant of order n, Eqs. (1), (2): `x' = A x + B u`, `y = C'x + delta`, delta small and otherwise
+//! unknown. Then
 //!
-//! - Eqs. (5) to (8): `xi' = A xi + B u`, `Phi' = A Phi`, `Phi(0) = I` (xi: n; Phi: n x n), `x = xi + Phi theta` with the
-//!   unknown constant `theta = x(0) - xi(0)` (n); `xhat = xi + Phi theta_hat`.
+//! - Eqs. (5) to (8): `xi' = A xi + B u`, `Phi' = A Phi`, `Phi(0) = I` (xi: n; Phi: n x n),
+//!   `x = xi + Phi theta` with the unknown constant `theta = x(0) - xi(0)` (n);
+//!   `xhat = xi + Phi theta_hat`.
 //! - Eq. (9): `z = y - C'xi = phi theta + delta` (z scalar, phi = C'Phi a row of n).
-//! - Eq. (10): with n - 1 filters `a_i / (p + a_i)`, `zbar = M theta + deltabar` (zbar, deltabar: n; M: n x n, rows phi and
-//!   filtered phi); mixed, `mbar = adj(M) zbar`, `Delta = det M`: n scalar regressions `mbar_i = Delta theta_i + dbar_i`.
-//! - Eq. (11): `m = k / (p + k) mbar`, `phi = k / (p + k) Delta`, `d = k / (p + k) dbar`: `m_i = phi theta_i + d_i`, phi scalar
-//!   from here on.
-//! - Eqs. (12) to (17): `g = e^m`, `e^d` expanded to order q: `zeta = psi'(theta_i, ..., theta_i^(q+1))` (psi: q + 1), neglecting
-//!   `(g / q!) d^q d'`; solved by q filters `b_j / (p + b_j)`, a second mixing and a scalar gradient estimator for each i.
+//! - Eq. (10): with n - 1 filters `a_i / (p + a_i)`, `zbar = M theta + deltabar` (zbar, deltabar:
+//!   n; M: n x n, rows phi and filtered phi); mixed, `mbar = adj(M) zbar`, `Delta = det M`: n
+//!   scalar regressions `mbar_i = Delta theta_i + dbar_i`.
+//! - Eq. (11): `m = k / (p + k) mbar`, `phi = k / (p + k) Delta`, `d = k / (p + k) dbar`:
+//!   `m_i = phi theta_i + d_i`, phi scalar from here on.
+//! - Eqs. (12) to (17): `g = e^m`, `e^d` expanded to order q:
+//!   `zeta = psi'(theta_i, ..., theta_i^(q+1))` (psi: q + 1), neglecting `(g / q!) d^q d'`; solved
+//!   by q filters `b_j / (p + b_j)`, a second mixing and a scalar gradient estimator for each i.
 //!
 //! Everything linear is integrated exactly (`linear`), the rest with exponential steps of second
 //! order or better; errors are scored (`score`) by formulas of higher order than that. Source:
@@ -43,4 +48,4 @@ pub use mixing::{Mixer, determinant};
 pub use scalar::ScalarEstimator;
 pub use scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, SettingError};
 pub use score::{Accuracy, BAND};
-pub use summary::{Estimate, Excitation, ObserverSummary, Outcome, Sample, Summary};
+pub use summary::{Excitation, ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};

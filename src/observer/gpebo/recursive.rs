@@ -4,13 +4,13 @@ use super::filter::{Nodes, simpson};
 
 /// `S = int phi phi' dt` and `s = int phi z dt` by Simpson's rule.
 #[derive(Clone, Debug)]
-pub struct Information {
+pub struct LeastSquaresIntegrals {
     n: usize,
     matrix: Vec<f64>,
     vector: Vec<f64>,
 }
 
-impl Information {
+impl LeastSquaresIntegrals {
     /// Zero, of order n.
     pub fn new(n: usize) -> Self {
         Self {
@@ -31,7 +31,8 @@ impl Information {
         }
     }
 
-    /// The smallest eigenvalue of S, which measures the excitation of Eq. (9) over the run; `None` if S is not finite.
+    /// The smallest eigenvalue of S, which measures the excitation of Eq. (9) over the run; `None`
+    /// if S is not finite.
     pub fn smallest_eigenvalue(&self) -> Option<f64> {
         let n = self.n;
         let s = faer::Mat::from_fn(n, n, |i, j| self.matrix[i.max(j) * n + i.min(j)]);
@@ -46,9 +47,10 @@ impl Information {
     }
 }
 
-/// `theta_hat = (I / p0 + S / r)^-1 s / r`: the mean of theta given z up to now for `theta ~ N(0, p0 I)` and white delta of
-/// intensity r. Then `xhat = xi + Phi theta_hat` is the filter `xhat' = A xhat + B u + P C (y - C'xhat) / r`,
-/// `P' = A P + P A' - P C C'P / r`, `P(0) = p0 I`, `xhat(0) = xi(0)`, without the Riccati equation.
+/// `theta_hat = (I / p0 + S / r)^-1 s / r`: the mean of theta given z up to now for
+/// `theta ~ N(0, p0 I)` and white delta of intensity r. Then `xhat = xi + Phi theta_hat` is the
+/// filter `xhat' = A xhat + B u + P C (y - C'xhat) / r`, `P' = A P + P A' - P C C'P / r`,
+/// `P(0) = p0 I`, `xhat(0) = xi(0)`, without the Riccati equation.
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     p0: f64,
@@ -66,8 +68,9 @@ impl LeastSquares {
         }
     }
 
-    /// Fills `theta` by Cholesky of `I r / p0 + S`; NaN if that is not numerically positive definite.
-    pub fn solve(&mut self, information: &Information, theta: &mut [f64]) {
+    /// Fills `theta` by Cholesky of `I r / p0 + S`; NaN if that is not numerically positive
+    /// definite.
+    pub fn solve(&mut self, information: &LeastSquaresIntegrals, theta: &mut [f64]) {
         let n = theta.len();
         let l = &mut self.factor;
         for i in 0..n {
@@ -101,7 +104,7 @@ mod tests {
     /// phi = (1, t), z = 2 + 3 t over [0, 1], by hand: S = [1 1/2; 1/2 1/3], s = S (2, 3).
     #[test]
     fn a_line_is_fitted() {
-        let mut information = Information::new(2);
+        let mut information = LeastSquaresIntegrals::new(2);
         let phi = [[1.0; 3], [0.0, 0.5, 1.0]];
         information.step(1.0, &phi, &[2.0, 3.5, 5.0]);
         let mut theta = [0.0; 2];

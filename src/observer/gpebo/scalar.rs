@@ -3,7 +3,8 @@
 use super::excitation::Window;
 use super::filter::{Nodes, simpson};
 
-/// `theta' = gamma Delta (M - Delta theta)`, the estimator of theta from `M = Delta theta + d`, from `theta(0) = 0`.
+/// `theta' = gamma Delta (M - Delta theta)`, the estimator of theta from `M = Delta theta + d`,
+/// from `theta(0) = 0`.
 ///
 /// The equation is linear in theta with the rate `gamma Delta^2`, which may be large (stiff) or
 /// zero (no excitation): each of eight parts of a step, in which Delta and M are parabolas through
@@ -21,8 +22,8 @@ pub struct ScalarEstimator {
     window: Window,
 }
 
-/// Parts of a step: with rates that change much within one, which is where the equation is stiff, the error is
-/// smaller by the square of their number.
+/// Parts of a step: with rates that change much within one, which is where the equation is stiff,
+/// the error is smaller by the square of their number.
 const PARTS: u32 = 8;
 
 /// The parabola through values at 0, 1/2 and 1.
@@ -59,10 +60,10 @@ impl ScalarEstimator {
         let (delta, mixed) = (Parabola::through(delta), Parabola::through(mixed));
         let part = h / f64::from(PARTS);
         for i in 0..PARTS {
-            let of = |parabola: &Parabola| {
+            let nodes = |parabola: &Parabola| {
                 [0.0, 0.5, 1.0].map(|s| parabola.at((f64::from(i) + s) / f64::from(PARTS)))
             };
-            self.part(part, &of(&delta), &of(&mixed));
+            self.part(part, &nodes(&delta), &nodes(&mixed));
         }
     }
 
@@ -94,8 +95,8 @@ impl ScalarEstimator {
         self.integral
     }
 
-    /// The first recorded t from which `gamma int_t^T Delta^2 < 0.01`; `None` if that is in the last hundredth of the
-    /// horizon T. See [`super::Excitation::frozen_at`].
+    /// The first recorded t from which `gamma int_t^T Delta^2 < 0.01`; `None` if that is in the
+    /// last hundredth of the horizon T. See [`super::Excitation::frozen_at`].
     pub fn frozen_at(&self, horizon: f64) -> Option<f64> {
         self.window.frozen_at(horizon)
     }

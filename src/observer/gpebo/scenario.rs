@@ -27,7 +27,8 @@ pub struct Scenario {
 pub struct GpeboOptions {
     /// xi(0), of length n, Eq. (5).
     pub xi0: Vec<f64>,
-    /// The n - 1 poles `a_i > 0` (1/s) of the filters `a_i / (p + a_i)` of the first extension, distinct.
+    /// The n - 1 poles `a_i > 0` (1/s) of the filters `a_i / (p + a_i)` of the first extension,
+    /// distinct.
     pub filters: Vec<f64>,
 }
 
@@ -59,7 +60,8 @@ pub enum ObserverSpec {
         /// What is done with `g = e^m`.
         factor: Factor,
     },
-    /// The Kalman-Bucy filter for white noise in y and none in the state, which is recursive least squares on Eq. (9).
+    /// The Kalman-Bucy filter for white noise in y and none in the state, which is recursive least
+    /// squares on Eq. (9).
     KalmanBucy {
         /// Prior variance: `theta ~ N(0, p0 I)`.
         p0: f64,
@@ -140,12 +142,14 @@ pub enum CascadeError {
     Steps(f64),
     /// Too many breakpoints.
     #[error(
-        "the signals have about {0:.1e} switches and samples, and {LARGEST_BREAKPOINTS:.0e} are the most"
+        "the signals have about {0:.1e} switches and samples, and {LARGEST_BREAKPOINTS:.0e} are \
+        the most"
     )]
     Breakpoints(f64),
     /// Too many step lengths.
     #[error(
-        "the signals' switches and samples leave more than {LARGEST_LENGTHS} different distances: give them common multiples"
+        "the signals' switches and samples leave more than {LARGEST_LENGTHS} different distances: \
+        give them common multiples"
     )]
     Lengths,
 }

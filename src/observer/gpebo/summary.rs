@@ -4,7 +4,7 @@ use super::score::Accuracy;
 
 /// An observer's estimate at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Estimate {
+pub struct ObserverEstimate {
     /// xhat, of length n.
     pub x: Vec<f64>,
     /// theta_hat, of length n; empty for the full-order observer.
@@ -19,7 +19,7 @@ pub struct Sample<'a> {
     /// x, of length n.
     pub x: &'a [f64],
     /// One for each observer, in their order.
-    pub estimates: &'a [Estimate],
+    pub estimates: &'a [ObserverEstimate],
     /// mbar of Eq. (10), of length n.
     pub mbar: &'a [f64],
     /// Delta of Eq. (10).
@@ -46,15 +46,15 @@ impl Outcome {
     }
 }
 
-/// What the scalar estimators of an observer were given to learn from, one entry for each component; empty for observers
-/// without scalar estimators.
+/// What the scalar estimators of an observer were given to learn from, one entry for each
+/// component; empty for observers without scalar estimators.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Excitation {
     /// `int Delta^2 dt` over the run, Delta of the observer's own scalar regression.
     pub integral: Vec<f64>,
-    /// The first t from which `gamma int_t^T Delta^2 dt < 0.01`: the estimate can lose no more than 1 % of its error any
-    /// more. 0 where there was never anything to learn, `None` where the estimator was still learning in the last
-    /// hundredth of the run.
+    /// The first t from which `gamma int_t^T Delta^2 dt < 0.01`: the estimate can lose no more than
+    /// 1 % of its error any more. 0 where there was never anything to learn, `None` where the
+    /// estimator was still learning in the last hundredth of the run.
     pub frozen_at: Vec<Option<f64>>,
 }
 

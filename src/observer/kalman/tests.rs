@@ -89,9 +89,9 @@ fn noise_states_realise_the_filter() {
     }
 }
 
-/// Without process noise, C's zeros inside the unit circle: P = 0 solves the equation, the plant's part of the
-/// gain is zero and the noise's is B_f / c_0; the innovations are `c_0 w`, so that the prediction of the
-/// plant's state is exact from an exact start. ARX noise, D = A, is such a case.
+/// Without process noise, C's zeros inside the unit circle: P = 0 solves the equation, the plant's
+/// part of the gain is zero and the noise's is B_f / c_0; the innovations are `c_0 w`, so that the
+/// prediction of the plant's state is exact from an exact start. ARX noise, D = A, is such a case.
 #[test]
 fn coloured_noise_without_process_noise() {
     let arx = MeasurementNoise {
@@ -123,7 +123,8 @@ fn coloured_noise_without_process_noise() {
 }
 
 /// A zero z of C outside the unit circle is mirrored in the innovations, whose variance is
-/// `|z|^2 c_0^2 sigma^2` (the spectral factorisation of a moving average; Box, Jenkins). One on the circle is refused.
+/// `|z|^2 c_0^2 sigma^2` (the spectral factorisation of a moving average; Box, Jenkins). One on the
+/// circle is refused.
 #[test]
 fn zeros_of_the_noise_are_mirrored() {
     for (numerator, variance) in [([1.0, 2.0, 0.0], 4.0), ([0.5, -0.2, 1.3], 6.76 * 0.25)] {
@@ -145,7 +146,8 @@ fn zeros_of_the_noise_are_mirrored() {
     assert!(matches!(refused, Err(RiccatiError::NotStabilising { .. })));
 }
 
-/// The time-varying filter tends to the stationary one, from any start and also with a plant that is unstable.
+/// The time-varying filter tends to the stationary one, from any start and also with a plant that
+/// is unstable.
 #[test]
 fn time_varying_tends_to_steady() {
     let mut random = Random(5);
@@ -215,8 +217,8 @@ fn errors_have_the_covariance_p() {
     }
 }
 
-/// Without process noise the filter is least squares for x(0), weighted by its prior: the minimiser of
-/// `(x - x0)'P0^-1 (x - x0) + sum_k (y(k) - h'x(k))^2 / r`, propagated to k = K.
+/// Without process noise the filter is least squares for x(0), weighted by its prior: the minimiser
+/// of `(x - x0)'P0^-1 (x - x0) + sum_k (y(k) - h'x(k))^2 / r`, propagated to k = K.
 #[test]
 fn without_process_noise_it_is_batch_least_squares() {
     let mut random = Random(7);
@@ -246,8 +248,8 @@ fn without_process_noise_it_is_batch_least_squares() {
     }
 }
 
-/// The likelihood by innovations is that of y's joint normal density, its covariance built from the map from
-/// x(0) and all noises to y.
+/// The likelihood by innovations is that of y's joint normal density, its covariance built from the
+/// map from x(0) and all noises to y.
 #[test]
 fn likelihood_is_the_joint_density() {
     let mut random = Random(8);
@@ -292,8 +294,8 @@ fn likelihood_is_the_joint_density() {
     assert!((found.minus_two_log - expected).abs() < 1e-9);
 }
 
-/// The estimated ratio is a maximum: 2 % to either side the likelihood is lower; and it is near the truth.
-/// Where there is no process noise it is negligible.
+/// The estimated ratio is a maximum: 2 % to either side the likelihood is lower; and it is near the
+/// truth. Where there is no process noise it is negligible.
 #[test]
 fn the_ratio_of_the_largest_likelihood() {
     let mut random = Random(9);
@@ -339,23 +341,26 @@ fn the_ratio_of_the_largest_likelihood() {
 #[test]
 fn refusals() {
     let zero = Mat::<f64>::zeros(3, 3);
-    let of = |noise| StochasticModel::new(&A, &B, zero.as_ref(), noise).map(|_| ());
+    let refused = |noise| StochasticModel::new(&A, &B, zero.as_ref(), noise).map(|_| ());
     let noise = |numerator, denominator| MeasurementNoise {
         numerator,
         denominator,
         deviation: 1.0,
     };
     assert_eq!(
-        of(noise(&[0.0, 1.0], &[1.0])),
+        refused(noise(&[0.0, 1.0], &[1.0])),
         Err(RiccatiError::Variance(0.0))
     );
-    assert_eq!(of(noise(&[1.0], &[2.0])), Err(RiccatiError::NotMonic(2.0)));
+    assert_eq!(
+        refused(noise(&[1.0], &[2.0])),
+        Err(RiccatiError::NotMonic(2.0))
+    );
     assert!(matches!(
-        of(noise(&[], &[1.0])),
+        refused(noise(&[], &[1.0])),
         Err(RiccatiError::Shape { name: "C", .. })
     ));
     assert_eq!(
-        of(MeasurementNoise::white(0.0)),
+        refused(MeasurementNoise::white(0.0)),
         Err(RiccatiError::Variance(0.0))
     );
     let empty = StochasticModel::new(&[], &[], Mat::zeros(0, 0).as_ref(), COLOURED);
@@ -377,9 +382,9 @@ fn refusals() {
         b: &B,
         x0: &[0.0; 3],
     };
-    let of = |u: &[f64], y: &[f64]| {
+    let refused = |u: &[f64], y: &[f64]| {
         maximum_likelihood_ratio(observed, u, y, ProcessNoise::States, None).unwrap_err()
     };
-    assert_eq!(of(&u, &[0.0; 2]), RatioError::Record);
-    assert_eq!(of(&u, &[0.0; 3]), RatioError::NonFinite);
+    assert_eq!(refused(&u, &[0.0; 2]), RatioError::Record);
+    assert_eq!(refused(&u, &[0.0; 3]), RatioError::NonFinite);
 }

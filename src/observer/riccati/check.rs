@@ -35,7 +35,8 @@ pub(in crate::observer) fn check_column(
     check(name, MatRef::from_column_major_slice(v, v.len(), 1), n, 1)
 }
 
-/// Checks a covariance, n x n, and returns it exactly symmetric. Rounding is allowed for: 1e-12 of its norm.
+/// Checks a covariance, n x n, and returns it exactly symmetric. Rounding is allowed for: 1e-12 of
+/// its norm.
 pub(in crate::observer) fn check_covariance(
     name: &'static str,
     q: MatRef<'_, f64>,

@@ -3,7 +3,8 @@ use super::*;
 use RiccatiError as E;
 use faer::{ColRef, Scale, Side, c64, mat};
 
-/// A reproducible source of uniform (Knuth's MMIX congruence, high 53 bits) and normal (Box-Muller) numbers.
+/// A reproducible source of uniform (Knuth's MMIX congruence, high 53 bits) and normal (Box-Muller)
+/// numbers.
 pub(in crate::observer) struct Random(pub u64);
 
 impl Random {
@@ -54,7 +55,8 @@ fn assert_close(actual: &Mat<f64>, expected: &Mat<f64>, relative: f64) {
     assert!(error <= relative, "{error:e}: {actual:?} for {expected:?}");
 }
 
-/// `p^2 h^2 + p (r - f^2 r - q h^2) - q r = 0`, the larger root; f = h = q = r = 1 is the golden ratio.
+/// `p^2 h^2 + p (r - f^2 r - q h^2) - q r = 0`, the larger root; f = h = q = r = 1 is the golden
+/// ratio.
 #[test]
 fn scalar_closed_form() {
     for (f, h, q, r) in [
@@ -81,8 +83,8 @@ fn scalar_closed_form() {
     assert!((found.p[(0, 0)] - f64::midpoint(1.0, 5.0_f64.sqrt())).abs() < 1e-15);
 }
 
-/// Benner, Laub, Mehrmann, "DAREX", SPC 95-23 (1995), Example 1.1, transposed: X = (1 + sqrt 5) / 2 Q. Its
-/// continuous counterpart in "CAREX", SPC 95-22, Example 1.2: X = (1 + sqrt 2) Q.
+/// Benner, Laub, Mehrmann, "DAREX", SPC 95-23 (1995), Example 1.1, transposed: X = (1 + sqrt 5) / 2
+/// Q. Its continuous counterpart in "CAREX", SPC 95-22, Example 1.2: X = (1 + sqrt 2) Q.
 #[test]
 fn benchmark_collections() {
     let f = mat![[4.0, -4.5], [3.0, -3.5]];
@@ -164,9 +166,10 @@ fn cross_covariance_as_scipy() {
     }
 }
 
-/// Kalata, "The tracking index", IEEE Trans. AES 20 (1984) 174: with `Lambda = T^2 sigma_w / sigma_v` and
-/// `rho = (4 + Lambda - sqrt(8 Lambda + Lambda^2)) / 4`, `alpha = 1 - rho^2`,
-/// `beta = 2 (2 - alpha) - 4 sqrt(1 - alpha)`; the predictor's gain is `F [alpha, beta / T]`.
+/// Kalata, "The tracking index", IEEE Trans. AES 20 (1984) 174: with
+/// `Lambda = T^2 sigma_w / sigma_v` and `rho = (4 + Lambda - sqrt(8 Lambda + Lambda^2)) / 4`,
+/// `alpha = 1 - rho^2`, `beta = 2 (2 - alpha) - 4 sqrt(1 - alpha)`; the predictor's gain is
+/// `F [alpha, beta / T]`.
 #[test]
 fn alpha_beta_tracker() {
     for (t, w, v) in [(1.0, 1.0, 1.0), (0.1, 2.0, 0.5), (2.0, 0.01, 3.0)] {
@@ -184,8 +187,8 @@ fn alpha_beta_tracker() {
     }
 }
 
-/// The double integrator seen in its position, by hand: `p_12 = sqrt(q r)`, `p_11 = sqrt(2 r p_12)`,
-/// `p_22 = p_11 p_12 / r`.
+/// The double integrator seen in its position, by hand: `p_12 = sqrt(q r)`,
+/// `p_11 = sqrt(2 r p_12)`, `p_22 = p_11 p_12 / r`.
 #[test]
 fn continuous_double_integrator() {
     for (q, r) in [(1.0, 1.0), (4.0, 0.01), (1e-3, 2.0)] {
@@ -201,7 +204,8 @@ fn continuous_double_integrator() {
     }
 }
 
-/// MathWorks, `care`, Example 1, and Altair Compose 2022, `care` (SLICOT SB02OD): the printed X, transposed problems.
+/// MathWorks, `care`, Example 1, and Altair Compose 2022, `care` (SLICOT SB02OD): the printed X,
+/// transposed problems.
 #[test]
 fn continuous_published_examples() {
     let q = mat![[1.0, -1.0], [-1.0, 1.0]];
@@ -222,8 +226,8 @@ fn continuous_published_examples() {
     assert!((found.gain[0] + 0.22552).abs() <= 0.5e-5 && (found.gain[1] - 2.03752).abs() <= 0.5e-5);
 }
 
-/// On random plants with poles of modulus up to 1.5, most of them unstable, both equations are solved to
-/// 1e-12, P is >= 0 and the filter is stable.
+/// On random plants with poles of modulus up to 1.5, most of them unstable, both equations are
+/// solved to 1e-12, P is >= 0 and the filter is stable.
 #[test]
 fn random_plants() {
     let mut random = Random(1);
@@ -247,7 +251,8 @@ fn random_plants() {
 }
 
 /// The spectral factorisation: y's spectrum from the noises is that of the innovations model,
-/// `[h'(z - F)^-1, 1] [[Q, s], [s', r]] [h'(z - F)^-1, 1]^* = omega |1 + h'(z - F)^-1 K|^2` on |z| = 1.
+/// `[h'(z - F)^-1, 1] [[Q, s], [s', r]] [h'(z - F)^-1, 1]^* = omega |1 + h'(z - F)^-1 K|^2`
+/// on |z| = 1.
 #[test]
 fn spectral_factorisation() {
     use faer::linalg::solvers::Solve;
@@ -278,7 +283,8 @@ fn spectral_factorisation() {
     }
 }
 
-/// No gain that stabilises has a smaller error covariance: `P_L - P >= 0`, and it is > 0 for another gain.
+/// No gain that stabilises has a smaller error covariance: `P_L - P >= 0`, and it is > 0 for
+/// another gain.
 #[test]
 fn no_other_gain_is_better() {
     let mut random = Random(3);
@@ -312,9 +318,9 @@ fn no_other_gain_is_better() {
     }
 }
 
-/// Without process noise a stable plant is predicted from its model alone; an unstable one's filter has its
-/// unstable poles mirrored in the unit circle (Anderson, Moore, "Optimal Filtering", 1979): for f = 2,
-/// h = r = 1, P = f^2 - 1 and K = f - 1 / f.
+/// Without process noise a stable plant is predicted from its model alone; an unstable one's filter
+/// has its unstable poles mirrored in the unit circle (Anderson, Moore, "Optimal Filtering", 1979):
+/// for f = 2, h = r = 1, P = f^2 - 1 and K = f - 1 / f.
 #[test]
 fn without_process_noise() {
     let zero = Mat::zeros(2, 2);
@@ -344,50 +350,54 @@ fn refusals() {
     let (h, s) = ([1.0, 0.0], [0.0; 2]);
     let q = Mat::<f64>::identity(2, 2);
     let zero = Mat::<f64>::zeros(2, 2);
-    let of = |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| {
+    let refused = |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| {
         dare(f.as_ref(), h, q.as_ref(), s, r).unwrap_err()
     };
-    // An undamped oscillation without process noise, an integrator, and an unstable mode y does not see.
+    // An undamped oscillation without process noise, an integrator, and an unstable mode y does not
+    // see.
     assert!(matches!(
-        of(&f, &h, &zero, &s, 1.0),
+        refused(&f, &h, &zero, &s, 1.0),
         E::NotStabilising { .. }
     ));
     let integrator = mat![[1.0, 0.0], [0.0, 0.5]];
     assert!(matches!(
-        of(&integrator, &h, &zero, &s, 1.0),
+        refused(&integrator, &h, &zero, &s, 1.0),
         E::NotStabilising { .. }
     ));
     let unseen = mat![[0.5, 0.0], [0.0, 1.5]];
     assert!(matches!(
-        of(&unseen, &h, &q, &s, 1.0),
+        refused(&unseen, &h, &q, &s, 1.0),
         E::NotStabilising { .. }
     ));
     assert!(matches!(
-        of(&f, &h[..1], &q, &s, 1.0),
+        refused(&f, &h[..1], &q, &s, 1.0),
         E::Shape { name: "h", .. }
     ));
     assert!(matches!(
-        of(&f, &h, &Mat::identity(3, 3), &s, 1.0),
+        refused(&f, &h, &Mat::identity(3, 3), &s, 1.0),
         E::Shape { name: "Q", .. }
     ));
     assert!(matches!(
-        of(&Mat::zeros(2, 3), &h, &q, &s, 1.0),
+        refused(&Mat::zeros(2, 3), &h, &q, &s, 1.0),
         E::Shape { name: "F", .. }
     ));
-    assert_eq!(of(&f, &[f64::NAN, 0.0], &q, &s, 1.0), E::NotFinite("h"));
-    assert_eq!(of(&f, &h, &q, &s, 0.0), E::Variance(0.0));
-    assert!(matches!(of(&f, &h, &q, &s, f64::NAN), E::Variance(_)));
     assert_eq!(
-        of(&f, &h, &mat![[1.0, 0.1], [0.0, 1.0]], &s, 1.0),
+        refused(&f, &[f64::NAN, 0.0], &q, &s, 1.0),
+        E::NotFinite("h")
+    );
+    assert_eq!(refused(&f, &h, &q, &s, 0.0), E::Variance(0.0));
+    assert!(matches!(refused(&f, &h, &q, &s, f64::NAN), E::Variance(_)));
+    assert_eq!(
+        refused(&f, &h, &mat![[1.0, 0.1], [0.0, 1.0]], &s, 1.0),
         E::NotSymmetric("Q")
     );
     let indefinite = mat![[1.0, 2.0], [2.0, 1.0]];
     assert!(matches!(
-        of(&f, &h, &indefinite, &s, 1.0),
+        refused(&f, &h, &indefinite, &s, 1.0),
         E::Indefinite { name: "Q", .. }
     ));
     assert!(matches!(
-        of(&f, &h, &q, &[2.0, 0.0], 1.0),
+        refused(&f, &h, &q, &[2.0, 0.0], 1.0),
         E::Indefinite { .. }
     ));
     let axis = care(

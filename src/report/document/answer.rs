@@ -22,8 +22,8 @@ pub(super) fn in_numbers(study: &Study) -> String {
     text
 }
 
-fn text(of: Quantile) -> String {
-    uncertain(of.value, of.mcse)
+fn text(median: Quantile) -> String {
+    uncertain(median.value, median.mcse)
 }
 
 /// Least and greatest median over the cells.
@@ -35,12 +35,12 @@ fn extremes(study: &Study, measure: Measure, output: &str) -> String {
         .iter()
         .filter_map(|cell| Some((cell, study.statistics(cell, output, measure)?.q50)))
         .collect();
-    cells.retain(|(_, of)| of.value.is_finite());
+    cells.retain(|(_, median)| median.value.is_finite());
     cells.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
     let name = measure.label();
     match cells.as_slice() {
         [] => format!("{output} has no {name} in any cell."),
-        [(_, of)] => format!("the median {name} of {output} is {}.", text(*of)),
+        [(_, median)] => format!("the median {name} of {output} is {}.", text(*median)),
         [(low, least), .., (high, most)] => format!(
             "the median {name} of {output} is from {} ({}) to {} ({}).",
             text(*least),
@@ -76,8 +76,8 @@ fn best(study: &Study, measure: Measure, output: &str) -> String {
         let defined = cells
             .iter()
             .filter_map(|cell| {
-                let of = study.statistics(cell, output, measure)?;
-                Some((cell, of.q50.value))
+                let statistics = study.statistics(cell, output, measure)?;
+                Some((cell, statistics.q50.value))
             })
             .filter(|(_, x)| x.is_finite());
         let compared = |a: f64, b: f64| match measure.better() {
@@ -93,12 +93,12 @@ fn best(study: &Study, measure: Measure, output: &str) -> String {
     let most = most.max_by_key(|(_, count)| *count);
     let most = most.filter(|(_, count)| *count > 0);
     most.map_or_else(String::new, |(value, count)| {
-        let of = if total == 1 {
+        let settings = if total == 1 {
             String::new()
         } else {
             format!(" in {count} of {total} combinations of the other settings")
         };
-        format!(" It is best at {}{of}.", words(key, value))
+        format!(" It is best at {}{settings}.", words(key, value))
     })
 }
 
@@ -111,10 +111,10 @@ fn paired(study: &Study, measure: Measure) -> String {
             .cells
             .iter()
             .flat_map(|cell| &cell.comparisons);
-        let of = pairs.filter(|pair| pair.first == *first && pair.second == *second);
-        let ratios: Vec<Quantile> = of
+        let compared = pairs.filter(|pair| pair.first == *first && pair.second == *second);
+        let ratios: Vec<Quantile> = compared
             .filter_map(|pair| Some(pair.measures.get(&measure)?.median_ratio))
-            .filter(|of| of.value.is_finite())
+            .filter(|ratio| ratio.value.is_finite())
             .collect();
         let (better, worse) = ratios.iter().fold((0, 0), |(better, worse), ratio| {
             let (low, high) = ratio.interval();
@@ -125,7 +125,8 @@ fn paired(study: &Study, measure: Measure) -> String {
         });
         if !ratios.is_empty() {
             text.push_str(&format!(
-                " On the same trials the {} of {} is smaller than that of {} in {better} of {} cells and larger in {worse}, by the 95 % interval of the median ratio.",
+                " On the same trials the {} of {} is smaller than that of {} in {better} of {} \
+                cells and larger in {worse}, by the 95 % interval of the median ratio.",
                 measure.label(),
                 first,
                 second,
@@ -143,13 +144,13 @@ fn lost(study: &Study) -> String {
         .summary
         .cells
         .iter()
-        .flat_map(|cell| cell.outputs.iter().map(move |of| (cell, of)));
+        .flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)));
     let most = outputs.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share));
-    match most.filter(|(_, of)| of.failed.count > 0) {
-        Some((cell, of)) => format!(
+    match most.filter(|(_, output)| output.failed.count > 0) {
+        Some((cell, output)) => format!(
             " Most failures: {} in {}{}.",
-            of.label(),
-            crate::report::table::share(of.failed),
+            output.label(),
+            crate::report::table::share(output.failed),
             if keys.is_empty() {
                 String::new()
             } else {

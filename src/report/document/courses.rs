@@ -1,11 +1,12 @@
-//! The course of the first trial in continuous time: theta_hat(t) and the errors of the state, Figs. 1 to 4 of Bobtsov
-//! et al.
+//! The course of the first trial in continuous time: theta_hat(t) and the errors of the state,
+//! Figs. 1 to 4 of Bobtsov et al.
 
 use super::figures::Drawn;
-use crate::report::plot::{Axis, Course, Plot, Point, Series, Sharing, Style, small_multiples};
+use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::study::{CellSummary, OutputTrace, Summary, Traces};
 
-/// Errors of the state are drawn up to so many times their largest value past this share of the time.
+/// Errors of the state are drawn up to so many times their largest value past this share of the
+/// time.
 const ROOM: f64 = 1.3;
 const SETTLED: f64 = 0.2;
 
@@ -31,20 +32,23 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
         (
             "state-errors",
             "errors of the state over time",
-            "x_i - xhat_i of the first trial; what lies outside of the frame in the first seconds is cut off.",
+            "x_i - xhat_i of the first trial; what lies outside of the frame in the first seconds \
+            is cut off.",
             state,
         ),
     ]
     .into_iter()
-    .map(|(name, title, caption, plots): (&str, &str, &str, Vec<Plot>)| {
-        let title = format!("{}: {title}", summary.title);
-        let sharing = Sharing { x: true, y: false };
-        Drawn {
-            name: name.to_owned(),
-            svg: small_multiples(&title, caption, &plots, 2, sharing),
-            caption: caption.to_owned(),
-        }
-    })
+    .map(
+        |(name, title, caption, plots): (&str, &str, &str, Vec<Plot>)| {
+            let title = format!("{}: {title}", summary.title);
+            let sharing = Sharing { x: true, y: false };
+            Drawn {
+                name: name.to_owned(),
+                svg: small_multiples(&title, caption, &plots, 2, sharing),
+                caption: caption.to_owned(),
+            }
+        },
+    )
     .collect()
 }
 
@@ -52,7 +56,7 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
 pub fn course_figures(summary: &Summary) -> super::Files {
     let drawn = courses(summary).into_iter();
     drawn
-        .map(|of| (format!("{}.svg", of.name), of.svg))
+        .map(|drawn| (format!("{}.svg", drawn.name), drawn.svg))
         .collect()
 }
 
@@ -73,8 +77,8 @@ fn series<'a>(
 ) -> Vec<Series> {
     let outputs = cell.outputs.iter().zip(&traces.outputs).enumerate();
     outputs
-        .filter_map(|(slot, (output, of))| {
-            let points = points(&traces.times, values(of)?.into_iter());
+        .filter_map(|(slot, (output, trace))| {
+            let points = points(&traces.times, values(trace)?.into_iter());
             Some(Series::new(output.label(), Style::Line, points).slot(slot))
         })
         .collect()
@@ -83,17 +87,17 @@ fn series<'a>(
 fn of_theta(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
     let mut plot = Plot::new(
         "",
-        Axis::linear("t, s"),
-        Axis::linear(format!("theta_hat_{}", i + 1)),
+        PlotAxis::linear("t, s"),
+        PlotAxis::linear(format!("theta_hat_{}", i + 1)),
     );
-    plot.series = series(cell, traces, |of| of.theta_hat.get(i).cloned());
+    plot.series = series(cell, traces, |trace| trace.theta_hat.get(i).cloned());
     plot.reference("true theta_i", Course::Horizontal(traces.theta[i]))
 }
 
 fn of_state(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
     let x = &traces.x[i];
-    let error = |of: &OutputTrace| -> Option<Vec<f64>> {
-        let x_hat = of.x_hat.get(i)?;
+    let error = |trace: &OutputTrace| -> Option<Vec<f64>> {
+        let x_hat = trace.x_hat.get(i)?;
         Some(x.iter().zip(x_hat).map(|(x, x_hat)| x - x_hat).collect())
     };
     let end = traces.times.last().copied().unwrap_or(0.0);
@@ -101,11 +105,11 @@ fn of_state(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
     let largest = traces.outputs.iter().filter_map(error);
     let largest = largest.flat_map(|errors| errors.into_iter().skip(late));
     let largest = ROOM * largest.fold(0.0, |most: f64, error| most.max(error.abs()));
-    let mut y = Axis::linear(format!("x_{0} - xhat_{0}", i + 1));
+    let mut y = PlotAxis::linear(format!("x_{0} - xhat_{0}", i + 1));
     if largest > 0.0 {
         y = y.range(-largest, largest);
     }
-    let mut plot = Plot::new("", Axis::linear("t, s"), y);
+    let mut plot = Plot::new("", PlotAxis::linear("t, s"), y);
     plot.series = series(cell, traces, error);
     plot
 }

@@ -89,8 +89,8 @@ impl LongTable {
     }
 }
 
-/// Leaves of too many names along the x axes (along y, of a plot that lies) those with the smallest and the largest
-/// values of the last series; says so.
+/// Leaves of too many names along the x axes (along y, of a plot that lies) those with the smallest
+/// and the largest values of the last series; says so.
 pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
     let lies = plots
         .iter()
@@ -110,7 +110,7 @@ pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
     };
     let last = plots
         .iter()
-        .filter_map(|plot| plot.series.iter().rfind(|of| !of.points.is_empty()));
+        .filter_map(|plot| plot.series.iter().rfind(|series| !series.points.is_empty()));
     let mut places: Vec<(f64, usize)> = last
         .flat_map(|series| &series.points)
         .map(parts)
@@ -142,8 +142,8 @@ pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
             .retain(|point| kept.contains(&(parts(point).0 as usize)));
     }
     Some(format!(
-        " Of {count} places along the axis the {NAMES} with the smallest and the largest values are drawn; the table \
-         has the rest."
+        " Of {count} places along the axis the {NAMES} with the smallest and the largest values \
+         are drawn; the table has the rest."
     ))
 }
 
@@ -160,7 +160,7 @@ pub(super) fn crowded(plots: &mut [Plot]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::plot::{Axis, Series};
+    use crate::report::plot::{PlotAxis, Series};
 
     #[test]
     fn a_long_table_is_whole_as_csv_and_shows_its_ends() {
@@ -198,7 +198,7 @@ mod tests {
     fn of_many_names_the_extremes_are_drawn() {
         let names: Vec<String> = (0..1000).map(|i| i.to_string()).collect();
         let points = (0..1000).map(|i| Point::new(f64::from(i), f64::from(i * 7919 % 1000)));
-        let plot = Plot::new("", Axis::categories("", &names), Axis::linear(""));
+        let plot = Plot::new("", PlotAxis::categories("", &names), PlotAxis::linear(""));
         let plot = plot.series(Series::new("a", Style::ErrorBars, points.collect()));
         let mut plots = [plot];
         let note = extremes(&mut plots).unwrap();
@@ -220,7 +220,8 @@ mod tests {
         let points: Vec<Point> = (0..=BARS).map(|i| Point::new(i as f64, 1.0)).collect();
         for (count, style) in [(BARS, Style::ErrorBars), (BARS + 1, Style::Band)] {
             let series = Series::new("a", Style::ErrorBars, points[..count].to_vec());
-            let mut plots = [Plot::new("", Axis::linear(""), Axis::linear("")).series(series)];
+            let mut plots =
+                [Plot::new("", PlotAxis::linear(""), PlotAxis::linear("")).series(series)];
             crowded(&mut plots);
             assert_eq!(plots[0].series[0].style, style);
         }

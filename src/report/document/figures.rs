@@ -3,7 +3,7 @@
 use super::layout::{Layout, panel_title, sheet, x_of};
 use super::{lead_figures, lead_outputs};
 use crate::metric::{Quantile, Statistics, Z};
-use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
+use crate::report::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::report::results::Study;
 use crate::study::file::Key;
 use crate::study::{Better, CellSummary, Measure, measure};
@@ -30,19 +30,19 @@ const FIGURES: usize = 6;
 pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     let lead = lead_figures(study);
     let first = lead.first().copied();
-    let map = super::map::map(study);
+    let map = super::bound_grid::bound_grid(study);
     let all = [
         map.clone(),
         first.and_then(|measure| medians(study, measure)),
-        super::traces::passes(study),
-        super::traces::lost(study),
-        super::traces::times(study),
+        super::passes::passes(study),
+        super::passes::lost(study),
+        super::method_times::times(study),
         map.is_none()
-            .then(|| super::traces::shares(study))
+            .then(|| super::bound_shares::shares(study))
             .flatten(),
         first.and_then(|measure| ratios(study, measure)),
-        super::traces::coefficients(study),
-        super::traces::curves(study),
+        super::coefficient_bias::coefficients(study),
+        super::state_error::curves(study),
     ];
     let rest = lead
         .iter()
@@ -61,40 +61,54 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
 pub(super) fn quantile_note(study: &Study) -> String {
     let percent = 100.0 * study.summary.quantile_relative_error;
     format!(
-        "Quantiles are over all trials, lost ones last, from bins of relative error below {percent:.2} %."
+        "Quantiles are over all trials, lost ones last, from bins of relative error below \
+        {percent:.2} %."
     )
 }
 
 /// The y axis of a measure.
-pub(super) fn y_axis(measure: Measure) -> Axis {
+pub(super) fn y_axis(measure: Measure) -> PlotAxis {
     let label = measure.axis_label();
     match measure.scale() {
-        measure::Scale::Log => Axis::log(label),
-        measure::Scale::Linear => Axis::linear(label),
-        measure::Scale::Percent => Axis::linear(label).range(-20.0, 100.0),
+        measure::Scale::Log => PlotAxis::log(label),
+        measure::Scale::Linear => PlotAxis::linear(label),
+        measure::Scale::Percent => PlotAxis::linear(label).range(-20.0, 100.0),
     }
 }
 
-fn quantiles(at: f64, of: &Statistics) -> Point {
-    let values = [of.q05, of.q25, of.q50, of.q75, of.q95].map(|q| q.value);
+fn quantiles(at: f64, statistics: &Statistics) -> Point {
+    let values = [
+        statistics.q05,
+        statistics.q25,
+        statistics.q50,
+        statistics.q75,
+        statistics.q95,
+    ]
+    .map(|q| q.value);
     Point::quantiles(at, values)
 }
 
 /// A value with its 95 % interval, which is one of the logarithm where the axis is logarithmic.
-fn estimate(at: f64, of: Quantile, scale: &Scale) -> Point {
-    if *scale == Scale::Log && of.value > 0.0 {
-        let factor = (Z * of.mcse / of.value).exp();
-        Point::interval(at, of.value, of.value / factor, of.value * factor)
+fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
+    if *scale == Scale::Log && quantile.value > 0.0 {
+        let factor = (Z * quantile.mcse / quantile.value).exp();
+        Point::interval(
+            at,
+            quantile.value,
+            quantile.value / factor,
+            quantile.value * factor,
+        )
     } else {
-        Point::uncertain(at, of.value, of.mcse)
+        Point::uncertain(at, quantile.value, quantile.mcse)
     }
 }
 
-/// Whether a picture shows an output of a cell: not where most trials fail, so that its median is that of a few, and
-/// not without noise where other cells have noise, which would stretch every axis to errors of rounding.
-pub(super) fn told(study: &Study, cell: &CellSummary, label: &str) -> bool {
+/// Whether a picture shows an output of a cell: not where most trials fail, so that its median is
+/// that of a few, and not without noise where other cells have noise, which would stretch every
+/// axis to errors of rounding.
+pub(super) fn is_shown(study: &Study, cell: &CellSummary, label: &str) -> bool {
     let output = study.output(cell, label);
-    !study.is_quiet(cell) && output.is_some_and(|of| of.failed.low <= 0.5)
+    !study.is_quiet(cell) && output.is_some_and(|output| output.failed.low <= 0.5)
 }
 
 /// What a picture leaves out, as part of a caption.
@@ -105,7 +119,7 @@ fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
         labels.any(|label| {
             study
                 .output(cell, label)
-                .is_some_and(|of| of.failed.low > 0.5)
+                .is_some_and(|output| output.failed.low > 0.5)
         })
     };
     let mut text = String::new();
@@ -133,7 +147,8 @@ fn at_one_place(plots: &[Plot]) -> bool {
     places.len() < 2 && !plots.iter().any(names)
 }
 
-/// Medians of a measure over the axis, with the spread of the trials where few outputs leave room for it.
+/// Medians of a measure over the axis, with the spread of the trials where few outputs leave room
+/// for it.
 pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let layout = Layout::new(study, x_of(study, measure), &[]);
     let outputs = lead_outputs(study);
@@ -143,14 +158,19 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
         _ => Style::ErrorBars,
     };
     let few = study.summary.cells.iter().all(|cell| cell.trials < FEW);
-    let point = |cell: &CellSummary, of: &Statistics| {
+    let point = |cell: &CellSummary, statistics: &Statistics| {
         let at = layout.at(study, cell);
         if style == Style::ErrorBars && few {
-            Point::interval(at, of.q50.value, of.q25.value, of.q75.value)
+            Point::interval(
+                at,
+                statistics.q50.value,
+                statistics.q25.value,
+                statistics.q75.value,
+            )
         } else if style == Style::ErrorBars {
-            estimate(at, of.q50, &y_axis(measure).scale)
+            estimate(at, statistics.q50, &y_axis(measure).scale)
         } else {
-            quantiles(at, of)
+            quantiles(at, statistics)
         }
     };
     let draw = |panel: &super::layout::Choice| {
@@ -163,7 +183,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
         for (slot, label) in &outputs {
             let points = cells
                 .iter()
-                .filter(|cell| told(study, cell, label))
+                .filter(|cell| is_shown(study, cell, label))
                 .filter_map(|cell| Some(point(cell, study.statistics(cell, label, measure)?)));
             let points: Vec<Point> = points.filter(|point| point.y.is_finite()).collect();
             plot = plot.series(Series::new(label, style, points).slot(*slot));
@@ -178,7 +198,8 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let what = match style {
         Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
         Style::Boxes => {
-            "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the median."
+            "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the \
+            median."
         }
         _ if few => "Medians with the middle half of the trials.",
         _ => "Medians with their 95 % intervals.",
@@ -233,8 +254,8 @@ fn references(
     let output = lead_outputs(study).pop();
     if let (true, Some((_, label))) = (sloped, output) {
         let mut points = cells.iter().map(|cell| {
-            let of = study.statistics(cell, &label, measure);
-            let median = of.map_or(f64::NAN, |of| of.q50.value);
+            let statistics = study.statistics(cell, &label, measure);
+            let median = statistics.map_or(f64::NAN, |statistics| statistics.q50.value);
             (layout.at(study, cell), median)
         });
         let through = points.rfind(|(_, y)| y.is_finite());
@@ -262,20 +283,24 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
         .collect();
     let layout = Layout::new(study, x_of(study, measure), &[]);
     let name = measure.label();
-    let told = |cell: &CellSummary, label: &str| told(study, cell, label);
+    let is_shown = |cell: &CellSummary, label: &str| is_shown(study, cell, label);
     let draw = |panel: &super::layout::Choice| {
         let mut cells = layout.along(study, panel);
-        let axis = Axis::log(format!("median ratio of {name}"));
+        let axis = PlotAxis::log(format!("median ratio of {name}"));
         let mut plot = Plot::new(panel_title(panel, &cells), layout.axis(study), axis);
-        cells.retain(|cell| pairs.iter().any(|(a, b)| told(cell, a) && told(cell, b)));
+        cells.retain(|cell| {
+            pairs
+                .iter()
+                .any(|(a, b)| is_shown(cell, a) && is_shown(cell, b))
+        });
         for (first, second) in &pairs {
             let point = |cell: &&CellSummary| {
-                let of = cell
+                let pair = cell
                     .comparisons
                     .iter()
-                    .find(|of| of.first == *first && of.second == *second)?;
-                let ratio = of.measures.get(&measure)?.median_ratio;
-                let shown = ratio.value > 0.0 && told(cell, first) && told(cell, second);
+                    .find(|pair| pair.first == *first && pair.second == *second)?;
+                let ratio = pair.measures.get(&measure)?.median_ratio;
+                let shown = ratio.value > 0.0 && is_shown(cell, first) && is_shown(cell, second);
                 shown.then(|| estimate(layout.at(study, cell), ratio, &Scale::Log))
             };
             let points: Vec<Point> = cells.iter().filter_map(point).collect();
@@ -293,14 +318,16 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
         Better::Neither => "",
     };
     let what = format!(
-        "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals{better}."
+        "Medians over the trials of the ratio of two outputs on the same record, with 95 % \
+        intervals{better}."
     );
     let (svg, note) = sheet(&title, &what, plots)?;
     Some(Drawn {
         name: format!("ratio-{}", measure.name()),
         svg,
         caption: format!(
-            "{what} Trials where either fails are left out, and pairs of which one fails in more than half of them.{note}{}",
+            "{what} Trials where either fails are left out, and pairs of which one fails in more \
+            than half of them.{note}{}",
             layout.held_text()
         ),
     })

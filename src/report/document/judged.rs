@@ -70,13 +70,13 @@ pub(super) fn csv(studies: &[Study]) -> String {
     let number = |x: f64| CellText::number("", x);
     for (study, claim) in all(studies) {
         for cell in &claim.cells {
-            let known = |of: &&JudgedNumber| of.test < claim.tests.len();
-            for of in cell.numbers.iter().filter(known) {
-                let what = of.what.trim_end_matches(',');
+            let known = |judged: &&JudgedNumber| judged.test < claim.tests.len();
+            for judged in cell.numbers.iter().filter(known) {
+                let what = judged.what.trim_end_matches(',');
                 let mut row = [claim.id.as_str(), what].map(CellText::text).to_vec();
-                let unit = picture::unit(&claim.tests[of.test]);
-                row.extend([unit * of.value, unit * of.error].map(number));
-                row.extend([must(claim, of), &study.name, &cell.place].map(CellText::text));
+                let unit = picture::unit(&claim.tests[judged.test]);
+                row.extend([unit * judged.value, unit * judged.error].map(number));
+                row.extend([must(claim, judged), &study.name, &cell.place].map(CellText::text));
                 row.push(CellText::text(cell.says));
                 row.extend([cell.p_pass, cell.p_fail].map(number));
                 table.row(row);
@@ -159,7 +159,8 @@ fn cells(claim: &Judged) -> LongTable {
         _ => "All tests must pass in a cell. ".to_owned(),
     };
     caption.push_str(&format!(
-        "Passed or failed for certain at {} per cent: p (pass) is the p-value of \"the cell does not pass\", p (fail) of \"it does\".",
+        "Passed or failed for certain at {} per cent: p (pass) is the p-value of \"the cell does \
+        not pass\", p (fail) of \"it does\".",
         crate::text::number(100.0 * claim.level)
     ));
     let mut columns = vec![Column::text("cell")];

@@ -1,7 +1,7 @@
 //! Which setting is an axis, which make panels, which are held.
 
 use super::extremes::{crowded, extremes};
-use crate::report::plot::{Axis, Course, Plot, Scale, Sharing, Style, small_multiples};
+use crate::report::plot::{Course, Plot, PlotAxis, Scale, Sharing, Style, small_multiples};
 use crate::report::results::{Study, axis_label, place, value_name, words};
 use crate::study::file::Key;
 use crate::study::{CellSummary, Measure};
@@ -74,8 +74,8 @@ impl Layout {
                 continue;
             }
             let with = |panel: &Choice| -> Vec<Choice> {
-                let one = |value: &String| [panel.clone(), vec![(key, value.clone())]].concat();
-                values.iter().map(one).collect()
+                let choice = |value: &String| [panel.clone(), vec![(key, value.clone())]].concat();
+                values.iter().map(choice).collect()
             };
             panels = panels.iter().flat_map(with).collect();
         }
@@ -109,19 +109,19 @@ impl Layout {
     }
 
     /// The x axis.
-    pub(super) fn axis(&self, study: &Study) -> Axis {
+    pub(super) fn axis(&self, study: &Study) -> PlotAxis {
         let Some(key) = self.x else {
-            return Axis::categories("", &["all trials"]);
+            return PlotAxis::categories("", &["all trials"]);
         };
         let label = axis_label(key);
         if self.has_names {
             let names = study.values(key).iter();
             let names = names.map(|value| value_name(key, value));
-            Axis::categories(label, &names.collect::<Vec<_>>())
+            PlotAxis::categories(label, &names.collect::<Vec<_>>())
         } else if study.numbers(key).is_some_and(is_wide) {
-            Axis::log(label)
+            PlotAxis::log(label)
         } else {
-            Axis::linear(label)
+            PlotAxis::linear(label)
         }
     }
 
@@ -145,13 +145,14 @@ impl Layout {
     }
 }
 
-/// Beyond so many decades over the middle one of the values a logarithmic axis ends; what is beyond is noted.
+/// Beyond so many decades over the middle one of the values a logarithmic axis ends; what is beyond
+/// is noted.
 const DECADES: f64 = 12.0;
 /// Intervals that reach this many times beyond every value are cut.
 const WIDE: f64 = 1e3;
 
-/// Cuts logarithmic axes of y that the intervals of a few estimates would stretch: the axis holds every value that is
-/// not out of all bounds, and about a decade more.
+/// Cuts logarithmic axes of y that the intervals of a few estimates would stretch: the axis holds
+/// every value that is not out of all bounds, and about a decade more.
 fn cut(plots: &mut [Plot]) {
     let logarithmic = plots
         .iter()
@@ -206,7 +207,8 @@ fn cut(plots: &mut [Plot]) {
     }
 }
 
-/// Whether the values of some panels are so far from those of others that one axis of y would flatten them all.
+/// Whether the values of some panels are so far from those of others that one axis of y would
+/// flatten them all.
 fn apart(plots: &[Plot]) -> bool {
     let middle = |plot: &Plot| {
         let points = plot.series.iter().flat_map(|series| &series.points);
@@ -228,8 +230,8 @@ fn apart(plots: &[Plot]) -> bool {
         && most > 1e5 * least
 }
 
-/// What a claim speaks of, the first that says it; else the default of a setting where the study has it, else the last
-/// of its values.
+/// What a claim speaks of, the first that says it; else the default of a setting where the study
+/// has it, else the last of its values.
 fn held_value(study: &Study, key: Key) -> String {
     let values = study.values(key);
     let claims = study.file.claims.iter();
@@ -255,8 +257,8 @@ fn positive_ends(numbers: &[f64]) -> (f64, f64) {
     )
 }
 
-/// Whether an axis names the values: texts, few numbers, and numbers from zero on of which a linear axis would hide the
-/// small ones.
+/// Whether an axis names the values: texts, few numbers, and numbers from zero on of which a linear
+/// axis would hide the small ones.
 fn has_names(study: &Study, key: Key) -> bool {
     let Some(numbers) = study.numbers(key) else {
         return true;

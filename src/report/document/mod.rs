@@ -1,16 +1,20 @@
 //! The report as a page with figures and tables beside it.
 
 mod answer;
+mod bound_grid;
+mod bound_shares;
+mod coefficient_bias;
 mod courses;
 mod extremes;
 mod figures;
 mod judged;
 mod layout;
-mod map;
+mod method_times;
+mod passes;
+mod state_error;
 mod tables;
 #[cfg(test)]
 pub(super) mod tests;
-mod traces;
 
 use super::html::{Page, Section};
 use super::results::Study;
@@ -27,8 +31,8 @@ pub type Files = Vec<(String, String)>;
 /// Most outputs that a picture shows.
 const OUTPUTS: usize = 8;
 
-/// The outputs that figures and the page's tables show, with their place in the palette: all if they are few, else those
-/// that claims speak of and the last pass of every other estimator.
+/// The outputs that figures and the page's tables show, with their place in the palette: all if
+/// they are few, else those that claims speak of and the last pass of every other estimator.
 pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     let Some(cell) = study.summary.cells.first() else {
         return Vec::new();
@@ -37,20 +41,25 @@ pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     let few = outputs.len() <= 3;
     let claimed = study.claimed();
     let mut last: HashMap<&str, usize> = HashMap::new();
-    for of in outputs {
-        last.insert(&of.estimator, of.pass);
+    for output in outputs {
+        last.insert(&output.estimator, output.pass);
     }
-    for of in outputs.iter().filter(|of| claimed.contains(&of.label())) {
-        last.remove(of.estimator.as_str());
+    for output in outputs
+        .iter()
+        .filter(|output| claimed.contains(&output.label()))
+    {
+        last.remove(output.estimator.as_str());
     }
-    let kept = outputs.iter().filter(|of| {
-        few || claimed.contains(&of.label()) || last.get(of.estimator.as_str()) == Some(&of.pass)
+    let kept = outputs.iter().filter(|output| {
+        few || claimed.contains(&output.label())
+            || last.get(output.estimator.as_str()) == Some(&output.pass)
     });
     let kept = kept.take(OUTPUTS).map(crate::study::OutputSummary::label);
     kept.enumerate().collect()
 }
 
-/// The figures of merit that the study is about, at most three: those that most cells have, errors of a first.
+/// The figures of merit that the study is about, at most three: those that most cells have, errors
+/// of a first.
 fn lead_figures(study: &Study) -> Vec<Measure> {
     const ORDER: [Measure; 11] = [
         Measure::Ea,
@@ -68,11 +77,12 @@ fn lead_figures(study: &Study) -> Vec<Measure> {
     let outputs = lead_outputs(study);
     let defined = |measure: Measure| {
         let cells = study.summary.cells.iter();
-        let of = cells.flat_map(|cell| {
+        let statistics = cells.flat_map(|cell| {
             let outputs = outputs.iter();
             outputs.filter_map(move |(_, label)| study.statistics(cell, label, measure))
         });
-        of.filter(|of| of.q50.value.is_finite()).count()
+        let medians = statistics.map(|statistics| statistics.q50.value);
+        medians.filter(|median| median.is_finite()).count()
     };
     let mut found: Vec<(usize, Measure)> = Vec::new();
     let others = study
@@ -128,7 +138,10 @@ pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
 
 fn introduction(section: &mut Section, studies: &[Study]) {
     section.paragraph(
-        "Every number is made of simulated trials and has its Monte-Carlo standard error, where there are enough trials for one: 0.0879(5) is 0.0879 with standard error 0.0005. A claim holds, or does not, only where that is certain at its level, 2.5 % unless the file says another.",
+        "Every number is made of simulated trials and has its Monte-Carlo standard error, where \
+        there are enough trials for one: 0.0879(5) is 0.0879 with standard error 0.0005. A claim \
+        holds, or does not, only where that is certain at its level, 2.5 % unless the file says \
+        another.",
     );
     let trials: u64 = studies.iter().map(Study::trials).sum();
     let mut pairs = vec![
@@ -305,12 +318,12 @@ fn settings(section: &mut Section, study: &Study) {
             .file
             .methods
             .iter()
-            .map(|of| method(&of.output_name(1), of));
+            .map(|table| method(&table.output_name(1), table));
         let observers = study
             .file
             .observers
             .iter()
-            .map(|of| method(&of.label(), of));
+            .map(|table| method(&table.label(), table));
         let mut all: Vec<String> = methods.chain(observers).collect();
         if all.len() > MOST {
             let left = all.len() - MOST;

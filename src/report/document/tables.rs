@@ -43,16 +43,19 @@ fn percent(share: Share) -> CellText {
     CellText::number(uncertain(percent, 100.0 * share.mcse), tidy(percent))
 }
 
-fn quantile(of: Quantile) -> CellText {
-    CellText::number(crate::number::quantile(of), of.value)
+fn quantile(quantile: Quantile) -> CellText {
+    CellText::number(crate::number::quantile(quantile), quantile.value)
 }
 
 /// The RMSE, or "tail" where one trial dominates it.
-fn rmse(of: &Statistics) -> CellText {
-    if of.dominated {
+fn rmse(statistics: &Statistics) -> CellText {
+    if statistics.dominated {
         CellText::number("tail", f64::NAN)
     } else {
-        CellText::number(uncertain(of.rmse.value, of.rmse.mcse), of.rmse.value)
+        CellText::number(
+            uncertain(statistics.rmse.value, statistics.rmse.mcse),
+            statistics.rmse.value,
+        )
     }
 }
 
@@ -73,7 +76,9 @@ pub(super) fn overview(study: &Study) -> LongTable {
         Column::number("unstable", "%"),
     ]);
     let mut table = LongTable::new(
-        "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one trial has more than a tenth of the sum of squares, so that the RMSE says nothing; read the median.",
+        "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one \
+        trial has more than a tenth of the sum of squares, so that the RMSE says nothing; read the \
+        median.",
         all,
         &format!("median {}", first.unwrap_or_default()),
     );
@@ -86,9 +91,12 @@ pub(super) fn overview(study: &Study) -> LongTable {
             let mut row = settings.clone();
             row.push(CellText::text(label));
             for measure in &figures {
-                let of = output.measures.get(measure);
-                row.push(of.map_or_else(CellText::default, |of| quantile(of.q50)));
-                row.push(of.map_or_else(CellText::default, rmse));
+                let statistics = output.measures.get(measure);
+                row.push(
+                    statistics
+                        .map_or_else(CellText::default, |statistics| quantile(statistics.q50)),
+                );
+                row.push(statistics.map_or_else(CellText::default, rmse));
             }
             row.extend([percent(output.failed), percent(output.unstable)]);
             table.row(row);
@@ -137,16 +145,16 @@ pub(super) fn everything(study: &Study) -> LongTable {
             let parameters = output
                 .parameters
                 .iter()
-                .map(|(name, of)| (format!("error of {name}"), of));
+                .map(|(name, statistics)| (format!("error of {name}"), statistics));
             let figures = output
                 .measures
                 .iter()
-                .map(|(measure, of)| (measure.to_string(), of));
-            for (name, of) in figures.chain(parameters) {
+                .map(|(measure, statistics)| (measure.to_string(), statistics));
+            for (name, statistics) in figures.chain(parameters) {
                 let mut row = settings.clone();
                 row.extend([CellText::text(&label), CellText::text(name)]);
                 row.extend(
-                    numbers(output, of)
+                    numbers(output, statistics)
                         .into_iter()
                         .map(|value| CellText::number("", value)),
                 );
@@ -157,23 +165,34 @@ pub(super) fn everything(study: &Study) -> LongTable {
     table
 }
 
-fn numbers(output: &OutputSummary, of: &Statistics) -> Vec<f64> {
+fn numbers(output: &OutputSummary, statistics: &Statistics) -> Vec<f64> {
     let outcomes = &output.outcomes;
     let counts = [
         outcomes.trials,
         outcomes.failed(),
         outcomes.unstable,
-        of.count,
+        statistics.count,
     ]
     .map(|count| count as f64);
-    let quantiles = [of.q50, of.q05, of.q25, of.q75, of.q95];
+    let quantiles = [
+        statistics.q50,
+        statistics.q05,
+        statistics.q25,
+        statistics.q75,
+        statistics.q95,
+    ];
     let quantiles = quantiles.map(|q: Quantile| [q.value, brief(q.mcse)]);
-    let moments = [of.mean, of.sd, of.rmse, of.trimmed];
+    let moments = [
+        statistics.mean,
+        statistics.sd,
+        statistics.rmse,
+        statistics.trimmed,
+    ];
     let moments = moments.map(|e: Estimate| [e.value, brief(e.mcse)]);
     let mut all = counts.to_vec();
     all.extend(quantiles.as_flattened());
     all.extend(moments.as_flattened());
-    all.push(f64::from(u8::from(of.dominated)));
+    all.push(f64::from(u8::from(statistics.dominated)));
     all
 }
 
@@ -206,14 +225,15 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, unit));
     }
     let mut table = LongTable::new(
-        "First over second on the same trials; a trial that one of them lost is its loss. \"tail\": one trial dominates.",
+        "First over second on the same trials; a trial that one of them lost is its loss. \
+        \"tail\": one trial dominates.",
         all,
         "median ratio",
     );
     for cell in &study.summary.cells {
         let settings = settings(cell, &keys);
         for pair in &cell.comparisons {
-            for (measure, of) in &pair.measures {
+            for (measure, statistics) in &pair.measures {
                 let mut row = settings.clone();
                 row.extend(
                     [
@@ -223,17 +243,31 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
                     ]
                     .map(CellText::text),
                 );
-                row.extend([of.median_ratio, of.ratio_q05, of.ratio_q95].map(quantile));
-                row.push(percent(of.share_smaller));
+                row.extend(
+                    [
+                        statistics.median_ratio,
+                        statistics.ratio_q05,
+                        statistics.ratio_q95,
+                    ]
+                    .map(quantile),
+                );
+                row.push(percent(statistics.share_smaller));
                 let moment = |e: Estimate| {
-                    if of.dominated {
+                    if statistics.dominated {
                         CellText::number("tail", f64::NAN)
                     } else {
                         CellText::number(uncertain(e.value, e.mcse), e.value)
                     }
                 };
-                row.extend([of.mean_difference, of.rmse_ratio].map(moment));
-                row.extend([of.both, of.only_first, of.only_second].map(count));
+                row.extend([statistics.mean_difference, statistics.rmse_ratio].map(moment));
+                row.extend(
+                    [
+                        statistics.both,
+                        statistics.only_first,
+                        statistics.only_second,
+                    ]
+                    .map(count),
+                );
                 table.row(row);
             }
         }
@@ -255,7 +289,8 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, ""));
     }
     let mut table = LongTable::new(
-        "Slopes in log-log coordinates; standard errors by the jackknife over 20 groups of trials. \"tail\": a trial dominates the RMSE of a cell.",
+        "Slopes in log-log coordinates; standard errors by the jackknife over 20 groups of trials. \
+        \"tail\": a trial dominates the RMSE of a cell.",
         all,
         "slope",
     );
@@ -268,25 +303,25 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
                 _ => CellText::text(text),
             }
         };
-        let of = &slope.of;
+        let asked = &slope.table;
         let mut row: Vec<CellText> = keys.iter().map(text).collect();
         row.extend(
             [
-                of.measure.label().to_owned(),
-                of.statistic.to_string(),
-                crate::report::results::axis_label(of.over),
+                asked.measure.label().to_owned(),
+                asked.statistic.to_string(),
+                crate::report::results::axis_label(asked.over),
                 slope.output.clone(),
             ]
             .map(CellText::text),
         );
-        let dominated = of.statistic == crate::metric::SlopeOf::Rmse
+        let dominated = asked.statistic == crate::metric::SlopeOf::Rmse
             && slope
                 .cells
                 .iter()
                 .filter_map(|cell| study.summary.cells.get(*cell))
                 .any(|cell| {
-                    let of = study.statistics(cell, &slope.output, of.measure);
-                    of.is_some_and(|of| of.dominated)
+                    let statistics = study.statistics(cell, &slope.output, asked.measure);
+                    statistics.is_some_and(|statistics| statistics.dominated)
                 });
         match slope.slope {
             Some(_) if dominated => {
@@ -320,7 +355,8 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
     );
     all.push(Column::text("typical"));
     let mut table = LongTable::new(
-        "Shares of all trials that meet a bound. Typical: Wilson's 95 % interval lies above one half.",
+        "Shares of all trials that meet a bound. Typical: Wilson's 95 % interval lies above one \
+        half.",
         all,
         "met in",
     );
@@ -328,15 +364,17 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
         let settings = settings(cell, &keys);
         for bound in &cell.bounds {
             let name = format!("{} {}", bound.bound.measure.label(), bound.bound.text());
-            for of in &bound.outputs {
+            for share in &bound.outputs {
                 let mut row = settings.clone();
-                row.extend([name.clone(), of.output.clone()].map(CellText::text));
-                row.push(percent(of.met));
+                row.extend([name.clone(), share.output.clone()].map(CellText::text));
+                row.push(percent(share.met));
                 row.extend(
-                    [of.met.low, of.met.high]
+                    [share.met.low, share.met.high]
                         .map(|x| CellText::number(format!("{:.2}", 100.0 * x), brief(100.0 * x))),
                 );
-                row.push(CellText::text(crate::metric::verdict(of.met).to_string()));
+                row.push(CellText::text(
+                    crate::metric::verdict(share.met).to_string(),
+                ));
                 table.row(row);
             }
         }
@@ -364,16 +402,19 @@ pub(super) fn failures(study: &Study) -> Option<LongTable> {
             .collect();
         let mut kinds: Vec<&String> = outputs
             .iter()
-            .flat_map(|(_, of)| of.outcomes.failures.keys())
+            .flat_map(|(_, output)| output.outcomes.failures.keys())
             .collect();
         kinds.sort();
         kinds.dedup();
-        let trials: u64 = outputs.iter().map(|(_, of)| of.outcomes.trials).sum();
+        let trials: u64 = outputs
+            .iter()
+            .map(|(_, output)| output.outcomes.trials)
+            .sum();
         for kind in kinds {
-            let of =
+            let lost =
                 |output: &OutputSummary| output.outcomes.failures.get(kind).copied().unwrap_or(0);
-            let total: u64 = outputs.iter().map(|(_, output)| of(output)).sum();
-            let share = |output: &OutputSummary| Share::new(of(output), output.outcomes.trials);
+            let total: u64 = outputs.iter().map(|(_, output)| lost(output)).sum();
+            let share = |output: &OutputSummary| Share::new(lost(output), output.outcomes.trials);
             let most = outputs
                 .iter()
                 .max_by(|a, b| share(a.1).share.total_cmp(&share(b.1).share));

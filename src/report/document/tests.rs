@@ -1,4 +1,5 @@
-//! A page of a study with many cells: as large as one of a few, with the ends of what it leaves out.
+//! A page of a study with many cells: as large as one of a few, with the ends of what it leaves
+//! out.
 
 use super::*;
 use crate::estimator::Output;
@@ -15,9 +16,9 @@ pub(in crate::report) fn study(toml: &str) -> Study {
     let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
     let measures = &experiment.file.measures;
     let summary_of = |index: usize| {
-        let statistics = Sample::of([0.5, 1.0, 1.5].map(|x| x * (index + 1) as f64))
+        let statistics = Sample::from_values([0.5, 1.0, 1.5].map(|x| x * (index + 1) as f64))
             .statistics(crate::metric::Worse::Larger);
-        let mut cell = CellSummary::of(&experiment, index, &CellTally::default());
+        let mut cell = CellSummary::new(&experiment, index, &CellTally::default());
         cell.trials = 3;
         let output = |output: &Output| OutputSummary {
             estimator: output.estimator.clone(),
@@ -28,7 +29,10 @@ pub(in crate::report) fn study(toml: &str) -> Study {
             },
             failed: Share::new(0, 3),
             unstable: Share::new(0, 3),
-            measures: measures.iter().map(|of| (*of, statistics)).collect(),
+            measures: measures
+                .iter()
+                .map(|measure| (*measure, statistics))
+                .collect(),
             parameters: Vec::new(),
         };
         cell.outputs = experiment.outputs().iter().map(output).collect();
@@ -43,7 +47,7 @@ pub(in crate::report) fn study(toml: &str) -> Study {
         cell
     };
     let cells = (0..experiment.cells.len()).map(summary_of).collect();
-    let summary = Summary::of(&experiment, cells, &[], &[]);
+    let summary = Summary::new(&experiment, cells, &[], &[]);
     Study {
         machine: None,
         judged: Vec::new(),
@@ -51,7 +55,7 @@ pub(in crate::report) fn study(toml: &str) -> Study {
         folder: PathBuf::from("many"),
         version: String::new(),
         revision: None,
-        index: Index::of(&summary, false),
+        index: Index::new(&summary, false),
         summary,
         file: experiment.file,
         times: Vec::new(),

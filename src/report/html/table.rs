@@ -12,7 +12,8 @@ pub struct Column {
     pub title: String,
     /// Its unit; empty without one.
     pub unit: String,
-    /// Whether cells are numbers: aligned to the right, sorted by value, written to CSV with all digits.
+    /// Whether cells are numbers: aligned to the right, sorted by value, written to CSV with all
+    /// digits.
     pub numeric: bool,
 }
 
@@ -178,11 +179,11 @@ impl Table {
         html
     }
 
-    /// The table as CSV (RFC 4180, with CRLF). Numbers have all digits, that is the sort value of a numeric cell; other
-    /// cells are their texts.
+    /// The table as CSV (RFC 4180, with CRLF). Numbers have all digits, that is the sort value of a
+    /// numeric cell; other cells are their texts.
     pub fn csv(&self) -> String {
         let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
-        let mut table = csv::line(headings.iter().map(|of| csv::Cell::Text(of))) + "\r\n";
+        let mut table = csv::line(headings.iter().map(|heading| csv::Cell::Text(heading))) + "\r\n";
         for row in &self.rows {
             table.push_str(&self.csv_row(row));
         }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::report::markup::elements;
-use crate::report::plot::{Axis, Plot, Point, Series, Style};
+use crate::report::plot::{Plot, PlotAxis, Point, Series, Style};
 
 /// The body of a page without its script: well-formed XML, which HTML need not be.
 fn body(html: &str) -> &str {
@@ -12,7 +12,7 @@ fn body(html: &str) -> &str {
 fn page() -> Page {
     let mut page = Page::new("A <b> & \"c\"");
     page.introduction(|s| s.settings(&[("seed", "2023"), ("<i>", "</i>")]));
-    let plot = Plot::new("t", Axis::linear("k"), Axis::linear("e"))
+    let plot = Plot::new("t", PlotAxis::linear("k"), PlotAxis::linear("e"))
         .series(Series::new("a", Style::Line, vec![Point::new(0.0, 1.0)]))
         .svg();
     for id in ["c1", "c 2", "c 2", ""] {

@@ -34,7 +34,8 @@ impl Verdict {
     pub(super) fn mark(self) -> String {
         let (class, sign, name) = (self.class(), self.sign(), self.name());
         format!(
-            "<span class=\"sign {class}\" role=\"img\" aria-label=\"{name}\" title=\"{name}\">{sign}</span>"
+            "<span class=\"sign {class}\" role=\"img\" aria-label=\"{name}\" \
+            title=\"{name}\">{sign}</span>"
         )
     }
 }

@@ -4,7 +4,7 @@
 
 use super::backend::TICK;
 use super::metrics::{widest, width, wrap};
-use super::{Axis, Scale};
+use super::{PlotAxis, Scale};
 use plotters::coord::combinators::{IntoLogRange, LogCoord};
 use plotters::coord::ranged1d::{
     KeyPointHint, KeyPointWeight, NoDefaultFormatting, Ranged, ValueFormatter,
@@ -38,7 +38,7 @@ const LINE: f64 = super::metrics::LINE * TICK;
 const WIDEST_NAME: f64 = 230.0;
 
 impl Span {
-    fn new(axis: &Axis, range: (f64, f64)) -> Self {
+    fn new(axis: &PlotAxis, range: (f64, f64)) -> Self {
         let log = axis.scale == Scale::Log;
         let place = |value: f64| if log { value.log10() } else { value };
         let ends = (place(range.0), place(range.1));
@@ -52,7 +52,7 @@ impl Span {
     }
 
     /// A horizontal axis.
-    pub(super) fn x(axis: &Axis, range: (f64, f64), length: f64) -> Self {
+    pub(super) fn x(axis: &PlotAxis, range: (f64, f64), length: f64) -> Self {
         let mut span = Self::new(axis, range);
         if let Scale::Categories(names) = &axis.scale {
             span.name(names, length / names.len().max(1) as f64);
@@ -64,7 +64,7 @@ impl Span {
     }
 
     /// A vertical axis; its first name is at the top.
-    pub(super) fn y(axis: &Axis, range: (f64, f64), length: f64) -> Self {
+    pub(super) fn y(axis: &PlotAxis, range: (f64, f64), length: f64) -> Self {
         let mut span = Self::new(axis, range);
         if let Scale::Categories(names) = &axis.scale {
             let label = |name: &String| wrap(name, TICK, WIDEST_NAME).join("\n");
@@ -124,7 +124,7 @@ impl Span {
     }
 
     /// The height that names of a y axis need at least.
-    pub(super) fn least_height(axis: &Axis) -> f64 {
+    pub(super) fn least_height(axis: &PlotAxis) -> f64 {
         match &axis.scale {
             Scale::Categories(names) => 34.0 * names.len() as f64,
             _ => 0.0,
@@ -211,7 +211,7 @@ impl ValueFormatter<f64> for Span {
 
 /// The range of an axis: the given one, the names, or that of the values with some room (a share of
 /// the whole).
-pub(super) fn range(axis: &Axis, values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) {
+pub(super) fn range(axis: &PlotAxis, values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) {
     if let Scale::Categories(names) = &axis.scale {
         return (-0.5, names.len().max(1) as f64 - 0.5);
     }
@@ -327,10 +327,10 @@ mod tests {
             ((1e-13, 1e3), 300.0, "1e-12 1e-9 1e-6 0.001 1 1000"),
             ((2.1, 2.9), 200.0, "2.2 2.4 2.6 2.8"),
         ];
-        let linear = linear.map(|case| (Axis::linear(""), case));
+        let linear = linear.map(|case| (PlotAxis::linear(""), case));
         let all = linear
             .into_iter()
-            .chain(log.map(|case| (Axis::log(""), case)));
+            .chain(log.map(|case| (PlotAxis::log(""), case)));
         for (axis, (range, length, expected)) in all {
             let span = Span::x(&axis, range, length);
             let ticks = span.key_points(plotters::coord::ranged1d::BoldPoints(11));
@@ -341,7 +341,7 @@ mod tests {
 
     #[test]
     fn known_values_are_at_known_places() {
-        let span = Span::y(&Axis::log(""), (0.01, 100.0), 400.0);
+        let span = Span::y(&PlotAxis::log(""), (0.01, 100.0), 400.0);
         let known = [(0.01, 400), (0.1, 300), (1.0, 200), (100.0, 0)];
         for (value, place) in known.into_iter().chain([(-1.0, 12400)]) {
             assert_eq!(span.map(&value, (400, 0)), place);
@@ -353,12 +353,12 @@ mod tests {
 
     #[test]
     fn ranges_hold_the_values_and_are_never_empty() {
-        let log = |values: &[f64]| range(&Axis::log(""), values.iter().copied(), 0.0);
+        let log = |values: &[f64]| range(&PlotAxis::log(""), values.iter().copied(), 0.0);
         let (low, high) = log(&[1e-5, 0.0, f64::NAN, 1e-2]);
         assert!((low / 1e-5 - 1.0).abs() < 1e-9 && (high / 1e-2 - 1.0).abs() < 1e-9);
         let (low, high) = log(&[3.0]);
         assert!(low < 3.0 && high > 3.0 && high / low >= 5.0);
-        let axis = Axis::linear("");
+        let axis = PlotAxis::linear("");
         for (values, expected) in [
             (&[][..], (0.0, 1.0)),
             (&[5.0], (4.5, 5.5)),

@@ -354,9 +354,10 @@ impl Canvas {
     pub(super) fn clipped(&self, area: [f64; 4], draw: impl FnOnce() -> Drawn) -> Drawn {
         let [left, top, right, bottom] = area;
         let [x, y, width, height] =
-            [left, top, right - left, bottom - top].map(|of| tenths(px(of)));
+            [left, top, right - left, bottom - top].map(|length| tenths(px(length)));
         self.svg.add(&format!(
-            "<svg x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" viewBox=\"{x} {y} {width} {height}\">"
+            "<svg x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" viewBox=\"{x} {y} \
+            {width} {height}\">"
         ));
         draw()?;
         self.svg.add("</svg>");
@@ -376,8 +377,9 @@ impl Canvas {
         let [title, description] = [title, description].map(escape);
         let body = &self.svg.0.borrow().body;
         format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"asoplot\" role=\"img\" aria-label=\"{title}\" \
-             width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"asoplot\" role=\"img\" \
+             aria-label=\"{title}\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} \
+             {height}\">\n\
              <title>{title}</title>\n<desc>{description}</desc>\n{STYLE}\n\
              <rect class=\"f paper\" width=\"{width}\" height=\"{height}\"/>\n{body}</svg>\n",
         )

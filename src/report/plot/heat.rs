@@ -5,7 +5,7 @@ use super::axis::Span;
 use super::backend::{Canvas, Drawn, LABEL, TICK, TITLE, WIDTH, bold, finish, plain, px};
 use super::legend::{EDGE, Look};
 use super::metrics::{LINE, widest, wrap};
-use super::{Axis, Scale};
+use super::{PlotAxis, Scale};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -55,7 +55,7 @@ impl Heat {
             self.columns.len().max(1) as f64,
             self.rows.len().max(1) as f64,
         );
-        let names = |names: &[String]| Axis::new("", Scale::Categories(names.to_vec()));
+        let names = |names: &[String]| PlotAxis::new("", Scale::Categories(names.to_vec()));
         let y = Span::y(&names(&self.rows), (-0.5, rows - 0.5), 0.0);
         let lines = self.cells().map(|cell| cell.text.lines().count());
         let height = (14.0 + LINE * TICK * lines.fold(y.most_lines(), usize::max) as f64) * rows;

@@ -89,15 +89,15 @@ pub(super) const EDGE: f64 = 12.0;
 
 impl<'a> Legend<'a> {
     /// The legend that several plots share: the same label looks the same in each.
-    pub(super) fn of(plots: &'a [Plot]) -> Self {
+    pub(super) fn new(plots: &'a [Plot]) -> Self {
         let all = || plots.iter().flat_map(|plot| &plot.series);
         let taken: Vec<usize> = all().filter_map(|series| series.slot).collect();
         let mut free = (0..).filter(|slot| !taken.contains(slot));
         let mut series: Vec<(&str, Style, Look)> = Vec::new();
-        for of in all() {
-            if series.iter().all(|(label, ..)| *label != of.label) {
-                let slot = of.slot.or_else(|| free.next()).unwrap_or(0);
-                series.push((&of.label, of.style, Look(slot)));
+        for item in all() {
+            if series.iter().all(|(label, ..)| *label != item.label) {
+                let slot = item.slot.or_else(|| free.next()).unwrap_or(0);
+                series.push((&item.label, item.style, Look(slot)));
             }
         }
         let mut references: Vec<&str> = Vec::new();
@@ -159,12 +159,12 @@ impl<'a> Legend<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::plot::{Axis, Series};
+    use crate::report::plot::{PlotAxis, Series};
 
     #[test]
     fn a_label_looks_the_same_in_every_panel_and_no_two_alike() {
         let plot = |labels: &[(&str, Option<usize>)]| {
-            let mut plot = Plot::new("", Axis::linear(""), Axis::linear(""));
+            let mut plot = Plot::new("", PlotAxis::linear(""), PlotAxis::linear(""));
             plot.series = labels
                 .iter()
                 .map(|(label, slot)| Series {
@@ -178,7 +178,7 @@ mod tests {
             plot(&[("LS", None), ("ridge", None), ("IV", Some(1))]),
             plot(&[("IV", Some(1)), ("LS", None), ("SVD", None)]),
         ];
-        let legend = Legend::of(&plots);
+        let legend = Legend::new(&plots);
         let looks = ["LS", "IV", "ridge", "SVD"].map(|label| legend.look(label));
         assert_eq!(looks, [0, 1, 2, 3].map(Look));
         let inks: Vec<RGBAColor> = (0..49).map(|i| Look(i).line(1).color).collect();

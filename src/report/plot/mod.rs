@@ -39,7 +39,7 @@ pub enum Scale {
 
 /// An axis of a plot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub struct PlotAxis {
     /// Quantity and unit.
     pub label: String,
     /// How values are placed.
@@ -48,7 +48,7 @@ pub struct Axis {
     pub range: Option<(f64, f64)>,
 }
 
-impl Axis {
+impl PlotAxis {
     fn new(label: impl Into<String>, scale: Scale) -> Self {
         Self {
             label: label.into(),
@@ -212,9 +212,9 @@ pub struct Plot {
     /// The same in a sentence or two for readers who do not see it; the title where empty.
     pub description: String,
     /// The horizontal axis.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// The vertical axis.
-    pub y: Axis,
+    pub y: PlotAxis,
     /// What is drawn, the last on top.
     pub series: Vec<Series>,
     /// Lines to compare with.
@@ -225,7 +225,7 @@ pub struct Plot {
 
 impl Plot {
     /// A plot without series.
-    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+    pub fn new(title: impl Into<String>, x: PlotAxis, y: PlotAxis) -> Self {
         Self {
             title: title.into(),
             description: String::new(),

@@ -108,7 +108,7 @@ impl<'a> Sheet<'a> {
 
     fn draw(&self, title: &str, description: &str) -> Drawn<String> {
         let canvas = Canvas::new();
-        let legend = Legend::of(self.panels);
+        let legend = Legend::new(self.panels);
         let lines = wrap(title, 1.1 * TITLE, WIDTH - 2.0 * EDGE);
         let mut y = 20.0 + canvas.text(&lines, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
         y = 8.0 + legend.draw(&canvas, y)?;

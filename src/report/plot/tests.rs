@@ -55,12 +55,18 @@ fn texts(svg: &str) -> Vec<([f64; 4], &str)> {
     texts.map(|(tag, text)| (place(tag, text), text)).collect()
 }
 
-fn axes() -> [(Axis, Axis); 4] {
+fn axes() -> [(PlotAxis, PlotAxis); 4] {
     [
-        (Axis::linear("k"), Axis::linear("e")),
-        (Axis::log("N"), Axis::log("e")),
-        (Axis::categories("", &["LS", "IV(4)"]), Axis::log("e")),
-        (Axis::log("e"), Axis::categories("", &["LS", "IV(4)"])),
+        (PlotAxis::linear("k"), PlotAxis::linear("e")),
+        (PlotAxis::log("N"), PlotAxis::log("e")),
+        (
+            PlotAxis::categories("", &["LS", "IV(4)"]),
+            PlotAxis::log("e"),
+        ),
+        (
+            PlotAxis::log("e"),
+            PlotAxis::categories("", &["LS", "IV(4)"]),
+        ),
     ]
 }
 
@@ -104,11 +110,11 @@ fn crowded() -> Vec<String> {
     let words = ["1/A(q)", "white", "burst of outliers at random times"];
     let long = "share of trials that meet the bound on the relative error";
     let axes = [
-        (Axis::categories("noise", &names), Axis::log(long)),
-        (Axis::categories("noise", &words), Axis::linear("e")),
-        (Axis::linear(long), Axis::categories("", &names)),
-        (Axis::log("N"), Axis::log("e")),
-        (Axis::linear("t"), Axis::linear("e")),
+        (PlotAxis::categories("noise", &names), PlotAxis::log(long)),
+        (PlotAxis::categories("noise", &words), PlotAxis::linear("e")),
+        (PlotAxis::linear(long), PlotAxis::categories("", &names)),
+        (PlotAxis::log("N"), PlotAxis::log("e")),
+        (PlotAxis::linear("t"), PlotAxis::linear("e")),
     ];
     let levels = [(1e-17, 2.0), (3.0, 1.01), (4e8, 1e3), (0.001, 2.7)];
     let all = axes
@@ -154,8 +160,8 @@ fn no_texts_overlap_or_leave_the_figure() {
 #[test]
 fn figures_have_no_id_and_escape_every_text() {
     let hostile = "<b> & \"q\" 'a'";
-    let x = Axis::linear(hostile);
-    let plot = Plot::new(hostile, x, Axis::categories(hostile, &[hostile]))
+    let x = PlotAxis::linear(hostile);
+    let plot = Plot::new(hostile, x, PlotAxis::categories(hostile, &[hostile]))
         .series(Series::new(
             hostile,
             Style::Line,
@@ -210,7 +216,7 @@ fn a_power_law_is_straight_on_logarithmic_axes_and_parallel_to_its_reference() {
         slope: -0.5,
         through: (10.0, 6.0),
     };
-    let svg = Plot::new("t", Axis::log("N"), Axis::log("e"))
+    let svg = Plot::new("t", PlotAxis::log("N"), PlotAxis::log("e"))
         .series(Series::new(
             "",
             Style::Line,
@@ -232,7 +238,7 @@ fn ten_thousand_points_are_thinned_and_gaps_stay() {
     let wave = |k: usize| Point::new(k as f64, (k as f64 * 0.37).sin());
     let mut points: Vec<Point> = (0..100_000).map(wave).collect();
     points[50_000].y = NAN;
-    let plot = Plot::new("t", Axis::linear("k"), Axis::linear("e"));
+    let plot = Plot::new("t", PlotAxis::linear("k"), PlotAxis::linear("e"));
     let plot = plot.series(Series::new("", Style::Line, points));
     let svg = plot.svg();
     assert!(svg.len() < 60_000, "{}", svg.len());
@@ -259,18 +265,22 @@ fn ten_thousand_points_are_thinned_and_gaps_stay() {
 #[test]
 fn what_is_not_drawn_is_counted_and_markers_stay_inside() {
     let points = [1.0, 0.0, -1.0, NAN, 50.0, 10.0, 0.1].map(|y| Point::new(1.0, y));
-    let svg = Plot::new("t", Axis::linear("k"), Axis::log("e").range(0.1, 10.0))
-        .series(Series::new("", Style::ErrorBars, points.to_vec()))
-        .svg();
+    let svg = Plot::new(
+        "t",
+        PlotAxis::linear("k"),
+        PlotAxis::log("e").range(0.1, 10.0),
+    )
+    .series(Series::new("", Style::ErrorBars, points.to_vec()))
+    .svg();
     assert!(svg.contains("Not shown: 2 points not above 0"));
     assert!(svg.contains("Outside of the axes: 1 point."));
     let markers = svg.split("<circle").filter(|tag| tag.contains("r=\"4.6\""));
     let places: Vec<[f64; 2]> = markers
-        .map(|tag| ["cx", "cy"].map(|of| number(tag, of)))
+        .map(|tag| ["cx", "cy"].map(|name| number(tag, name)))
         .collect();
     assert_eq!(places.len(), 3);
     let cut = svg.split("<svg").nth(2).unwrap();
-    let [left, top, width, height] = ["x", "y", "width", "height"].map(|of| number(cut, of));
+    let [left, top, width, height] = ["x", "y", "width", "height"].map(|name| number(cut, name));
     for [x, y] in places {
         assert!((left..left + width).contains(&x) && (top..top + height).contains(&y));
     }

@@ -94,9 +94,9 @@ fn known(toml: &str, mcse: f64) -> Study {
         let measures = cell
             .outputs
             .iter_mut()
-            .flat_map(|of| of.measures.values_mut());
-        measures.for_each(|of| {
-            of.q50 = Quantile {
+            .flat_map(|output| output.measures.values_mut());
+        measures.for_each(|statistics| {
+            statistics.q50 = Quantile {
                 lost: false,
                 value: f64::from(value),
                 mcse,
@@ -131,7 +131,7 @@ fn one_cell_has_a_row_for_each_output() {
         "output  median e_a  median e_b  median e_x_max_as_printed",
         "one     1.000       1.000       1.000",
     ] {
-        assert!(text.lines().any(|of| of == line), "{line}: {text}");
+        assert!(text.lines().any(|other| other == line), "{line}: {text}");
     }
 }
 
@@ -157,9 +157,12 @@ fn lost_trials_are_told() {
     for output in &mut study.summary.cells[1].outputs[1..] {
         output.outcomes.failures.insert("singular".to_owned(), 3);
         output.outcomes.lost = 3;
-        let none =
-            crate::metric::Sample::of([f64::NAN; 3]).statistics(crate::metric::Worse::Larger);
-        output.measures.values_mut().for_each(|of| *of = none);
+        let none = crate::metric::Sample::from_values([f64::NAN; 3])
+            .statistics(crate::metric::Worse::Larger);
+        output
+            .measures
+            .values_mut()
+            .for_each(|statistics| *statistics = none);
     }
     let text = overview(&study);
     fits(&text);

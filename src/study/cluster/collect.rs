@@ -18,7 +18,7 @@ pub(super) const RUN: &str = "run.json";
 
 /// A folder with blocks.
 #[derive(Clone, Debug)]
-pub(super) struct Source {
+pub(super) struct RunFolder {
     pub(super) path: PathBuf,
     /// Who wrote them, where that is known.
     pub(super) run: Option<Run>,
@@ -34,7 +34,7 @@ pub(super) struct Found {
 /// Block files of one design, by cell, in folders and those within them.
 #[derive(Debug, Default)]
 pub struct Collection {
-    pub(super) sources: Vec<Source>,
+    pub(super) sources: Vec<RunFolder>,
     pub(super) cells: Vec<Vec<Found>>,
     /// What was not taken and why, a line each.
     pub refused: Vec<String>,
@@ -52,12 +52,12 @@ pub struct Verified {
 }
 
 impl Collection {
-    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone. Blocks of folders without
-    /// it count as there until they are read.
+    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone.
+    /// Blocks of folders without it count as there until they are read.
     ///
     /// # Errors
     /// If a folder cannot be read.
-    pub fn of(folders: &[PathBuf], experiment: &Experiment) -> Result<Self, PathError> {
+    pub fn from_folders(folders: &[PathBuf], experiment: &Experiment) -> Result<Self, PathError> {
         let mut collection = Self {
             cells: vec![Vec::new(); experiment.cells.len()],
             ..Self::default()
@@ -96,7 +96,10 @@ impl Collection {
             Some(run) => Some(run.fingerprint.clone()),
             None => design_fingerprint(&folder.join(DESIGN))?,
         };
-        if of_design.as_deref().is_some_and(|of| of != fingerprint) {
+        if of_design
+            .as_deref()
+            .is_some_and(|design| design != fingerprint)
+        {
             self.refused.push(format!(
                 "{}: {} blocks of another experiment or version, not taken",
                 folder.display(),
@@ -108,7 +111,7 @@ impl Collection {
         if of_design.is_none() {
             self.unknown.push(source);
         }
-        self.sources.push(Source {
+        self.sources.push(RunFolder {
             path: folder.to_owned(),
             run,
         });
@@ -213,9 +216,9 @@ impl Collection {
         &self,
         cell: usize,
         trials: u64,
-        of: impl Fn(Option<&Run>) -> bool,
+        is_wanted: impl Fn(Option<&Run>) -> bool,
     ) -> u64 {
-        let by = |found: &&Found| of(self.sources[found.source as usize].run.as_ref());
+        let by = |found: &&Found| is_wanted(self.sources[found.source as usize].run.as_ref());
         let inside = self.cells[cell]
             .iter()
             .filter(|found| found.trials.end <= trials);

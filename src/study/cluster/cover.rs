@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-/// Of ranges those that do not overlap and together have the most trials, of these the fewest; ascending. Blocks can
-/// only be taken whole, since they hold what is left of all of their trials.
+/// Of ranges those that do not overlap and together have the most trials, of these the fewest;
+/// ascending. Blocks can only be taken whole, since they hold what is left of all of their trials.
 pub(super) fn cover<T>(mut found: Vec<T>, range: impl Fn(&T) -> &Range<u64>) -> Vec<T> {
-    found.sort_by_key(|of| (range(of).end, range(of).start));
+    found.sort_by_key(|block| (range(block).end, range(block).start));
     // Of the first i ranges: the most trials, and how few ranges have them.
     let mut best: Vec<(u64, std::cmp::Reverse<usize>)> = vec![(0, std::cmp::Reverse(0))];
     let mut before = Vec::with_capacity(found.len());
-    for (i, of) in found.iter().enumerate() {
-        let Range { start, end } = *range(of);
+    for (i, block) in found.iter().enumerate() {
+        let Range { start, end } = *range(block);
         let earlier = found[..i].partition_point(|other| range(other).end <= start);
         let (trials, std::cmp::Reverse(count)) = best[earlier];
         let with = (trials + (end - start), std::cmp::Reverse(count + 1));
@@ -43,9 +43,9 @@ mod tests {
                 .filter(|i| choice >> i & 1 == 1)
                 .map(|i| &found[i])
                 .collect();
-            chosen.sort_by_key(|of| of.start);
+            chosen.sort_by_key(|range| range.start);
             let apart = chosen.windows(2).all(|two| two[0].end <= two[1].start);
-            let lengths = chosen.iter().map(|of| of.end - of.start);
+            let lengths = chosen.iter().map(|range| range.end - range.start);
             if apart { lengths.sum() } else { 0 }
         };
         choices.map(trials).max().unwrap_or(0)
@@ -67,12 +67,12 @@ mod tests {
                     start..start + 1 + below(9)
                 })
                 .collect();
-            let covered = cover(found.clone(), |of| of);
+            let covered = cover(found.clone(), |range| range);
             assert!(
                 covered.windows(2).all(|two| two[0].end <= two[1].start),
                 "{found:?}: {covered:?}"
             );
-            let trials: u64 = covered.iter().map(|of| of.end - of.start).sum();
+            let trials: u64 = covered.iter().map(|range| range.end - range.start).sum();
             assert_eq!(trials, most(&found), "{found:?}: {covered:?}");
         }
     }
@@ -81,9 +81,9 @@ mod tests {
     #[test]
     fn blocks_of_two_processes_are_not_mixed() {
         let found = vec![0..100, 100..200, 0..130, 130..180];
-        assert_eq!(cover(found, |of| of), [0..100, 100..200]);
+        assert_eq!(cover(found, |range| range), [0..100, 100..200]);
         let found = vec![0..100, 100..200, 0..200];
-        let covered = cover(found, |of| of);
+        let covered = cover(found, |range| range);
         assert_eq!(covered.len(), 1);
         assert_eq!(covered[0], 0..200);
     }

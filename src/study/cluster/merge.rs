@@ -32,12 +32,14 @@ pub enum Merged {
     Done(Box<Summary>),
     /// Trials are missing: nothing was written.
     Missing(Status),
-    /// All trials of the plan are there, and by the file's rule so many cells need more: nothing was written.
+    /// All trials of the plan are there, and by the file's rule so many cells need more: nothing
+    /// was written.
     More(usize),
 }
 
-/// Puts together what is in folders. Blocks are read where they are, one in memory at a time for each thread; `out` has
-/// what a run leaves in its folder, and of a study that keeps its trials no blocks.
+/// Puts together what is in folders. Blocks are read where they are, one in memory at a time for
+/// each thread; `out` has what a run leaves in its folder, and of a study that keeps its trials no
+/// blocks.
 ///
 /// # Errors
 /// [`ClusterError`].
@@ -53,7 +55,7 @@ pub fn merge(
     let notes = std::mem::take(&mut found.refused);
     let done = |merged| Ok((merged, notes, verified));
     let faer_instructions = one_kind(plan, &mut found, options.mix_instructions)?;
-    let status = Status::of(plan, &found);
+    let status = Status::new(plan, &found);
     let partial = !status.is_complete();
     if partial && !options.partial {
         return done(Merged::Missing(status));
@@ -77,7 +79,7 @@ pub fn merge(
     }
     let mut targets = plan.trials.clone();
     if partial {
-        let trials = |of: &Vec<StoredBlock>| of.iter().map(|block| block.span.len()).sum();
+        let trials = |blocks: &Vec<StoredBlock>| blocks.iter().map(|block| block.span.len()).sum();
         targets = campaign.stored.iter().map(trials).collect();
     } else {
         let decided = || Ok(is_decided(&campaign.summary(stop)?));
@@ -119,7 +121,8 @@ fn remove_parts<'a>(
     whole: &[Vec<StoredBlock>],
 ) -> Result<(), PathError> {
     for block in before {
-        let is_part = |of: &StoredBlock| of.path != block.path && of.span.holds(&block.span);
+        let is_part =
+            |other: &StoredBlock| other.path != block.path && other.span.holds(&block.span);
         if whole[block.span.cell].iter().any(is_part) {
             files::remove(&block.path, Kind::Block)?;
         }
@@ -127,8 +130,8 @@ fn remove_parts<'a>(
     Ok(())
 }
 
-/// The vector instructions of all cells by faer, and the machines' blocks of these alone. Where no one kind has all
-/// that is there, nothing is left out, and only `mix` takes it.
+/// The vector instructions of all cells by faer, and the machines' blocks of these alone. Where no
+/// one kind has all that is there, nothing is left out, and only `mix` takes it.
 fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<String, ClusterError> {
     let by_faer = |cell: &usize| plan.is_by_faer(*cell);
     let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
@@ -141,7 +144,7 @@ fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<Strin
     let names: Vec<String> = kinds.keys().cloned().collect();
     match &names[..] {
         [] => return Ok(Engine::faer_instructions().to_owned()),
-        [one] => return Ok(one.clone()),
+        [block] => return Ok(block.clone()),
         _ => {}
     }
     for kind in &names {
@@ -170,8 +173,8 @@ fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<Strin
     ))
 }
 
-/// How many trials each cell is to have next by the rule of the file, and which of them are missing: what is there is
-/// read where the rule asks for it.
+/// How many trials each cell is to have next by the rule of the file, and which of them are
+/// missing: what is there is read where the rule asks for it.
 ///
 /// # Errors
 /// [`ClusterError`].

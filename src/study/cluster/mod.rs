@@ -1,15 +1,17 @@
-//! A study over many machines: a plan of shards, each computed by processes that know nothing of each other, and what
-//! they left put together.
+//! A study over many machines: a plan of shards, each computed by processes that know nothing of
+//! each other, and what they left put together.
 //!
-//! A process writes into a folder of its own, so that no lock is needed on a file system that many machines share:
+//! A process writes into a folder of its own, so that no lock is needed on a file system that many
+//! machines share:
 //!
 //! ```text
 //! NAME-shards/shard-0003/HOST-PID-SECONDS/run.json
 //! NAME-shards/shard-0003/HOST-PID-SECONDS/c00000-0000000000-0000000100.block
 //! ```
 //!
-//! Trials are pure functions of design, cell and trial, and tallies merge in any order. So it does no harm that a shard is
-//! computed twice, at once or by different plans of one design: any blocks that cover all trials give the same results.
+//! Trials are pure functions of design, cell and trial, and tallies merge in any order. So it does
+//! no harm that a shard is computed twice, at once or by different plans of one design: any blocks
+//! that cover all trials give the same results.
 
 mod collect;
 mod cover;
@@ -71,8 +73,9 @@ pub enum ClusterError {
     },
     /// Faer's bits of different machines.
     #[error(
-        "cells by faer were computed with different vector instructions, whose last bits differ ({0}); \
-         compute their shards again on machines of one kind, or take them as they are with --mix-instructions"
+        "cells by faer were computed with different vector instructions, whose last bits differ \
+         ({0}); compute their shards again on machines of one kind, or take them as they are with \
+         --mix-instructions"
     )]
     Instructions(String),
 }

@@ -46,8 +46,9 @@ pub struct Part {
 }
 
 impl ShardPlan {
-    /// A plan of trials that are `missing` of those wanted, in about so many shards that take equally long, where a trial
-    /// of each cell takes some seconds. There are fewer shards where trials are few.
+    /// A plan of trials that are `missing` of those wanted, in about so many shards that take
+    /// equally long, where a trial of each cell takes some seconds. There are fewer shards where
+    /// trials are few.
     ///
     /// # Errors
     /// If a cell has no engine.
@@ -61,7 +62,7 @@ impl ShardPlan {
         let cells = 0..experiment.cells.len();
         let engine: Result<_, _> = cells.map(|cell| experiment.engine(cell)).collect();
         let shards = cut(missing, seconds, shards);
-        let all: f64 = missing.iter().map(|of| cost(of, seconds)).sum();
+        let all: f64 = missing.iter().map(|span| cost(span, seconds)).sum();
         Ok(Self {
             plan: "asobench".to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -185,7 +186,8 @@ impl ShardPlan {
         self.shards[index].iter().map(Part::len).sum()
     }
 
-    /// The folder of what the shards of a plan leave, where none is given: `NAME-shards` beside `NAME.plan.json`.
+    /// The folder of what the shards of a plan leave, where none is given: `NAME-shards` beside
+    /// `NAME.plan.json`.
     pub fn default_folder(path: &Path) -> PathBuf {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.strip_suffix(".json").unwrap_or(&name);
@@ -215,18 +217,18 @@ fn cost(span: &Span, seconds: &[f64]) -> f64 {
 
 /// Cuts spans into parts of shards that cost about the same, in their order.
 fn cut(spans: &[Span], seconds: &[f64], shards: usize) -> Vec<Vec<Part>> {
-    let seconds: Vec<f64> = seconds.iter().map(|of| of.max(1e-9)).collect();
-    let all: f64 = spans.iter().map(|of| cost(of, &seconds)).sum();
-    let each = all / shards as f64;
+    let seconds: Vec<f64> = seconds.iter().map(|time| time.max(1e-9)).collect();
+    let all: f64 = spans.iter().map(|span| cost(span, &seconds)).sum();
+    let share = all / shards as f64;
     let mut cut: Vec<Vec<Part>> = vec![Vec::new()];
     let mut given = 0.0;
     for span in spans {
         let (cell, trial) = (span.cell, seconds[span.cell]);
-        let fine = (each / trial / STEPS).clamp(1.0, ROUND as f64) as u64;
+        let fine = (share / trial / STEPS).clamp(1.0, ROUND as f64) as u64;
         let quantum = 1 << fine.ilog2();
         let mut from = span.trials.start;
         while from < span.trials.end {
-            let bound = from as f64 + (cut.len() as f64 * each - given) / trial;
+            let bound = from as f64 + (cut.len() as f64 * share - given) / trial;
             let end = (bound / quantum as f64).round().max(0.0) as u64 * quantum;
             let last = cut.len() == shards;
             let to = if last {
@@ -255,14 +257,15 @@ fn cut(spans: &[Span], seconds: &[f64], shards: usize) -> Vec<Vec<Part>> {
 mod tests {
     use super::*;
 
-    /// Whatever the costs, every trial stands in one shard, in order, and no shard has much more than its share.
+    /// Whatever the costs, every trial stands in one shard, in order, and no shard has much more
+    /// than its share.
     #[test]
     fn every_trial_is_in_one_shard() {
         let spans: Vec<Span> = [(0, 0..1000), (1, 300..5000), (3, 0..1), (7, 10..90_000)]
             .map(|(cell, trials)| Span { cell, trials })
             .into();
         let seconds = [1e-3, 2e-5, 5.0, 0.0, 0.0, 0.0, 0.0, 1e-6];
-        let all: f64 = spans.iter().map(|of| cost(of, &seconds)).sum();
+        let all: f64 = spans.iter().map(|span| cost(span, &seconds)).sum();
         for shards in [1, 2, 3, 7, 100, 5000] {
             let cut = cut(&spans, &seconds, shards);
             assert!(cut.len() <= shards);

@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-/// So many blocks of a part are put together to one while it is computed: files are dear where many machines share them.
+/// So many blocks of a part are put together to one while it is computed: files are dear where many
+/// machines share them.
 const JOINED: usize = 64;
 
 /// What a process says of itself in `run.json`.
@@ -73,9 +74,9 @@ struct Shard<'a> {
     own: Option<PathBuf>,
 }
 
-/// Computes what is missing of a shard: what earlier processes left in the shard's folder is read and counts, what this
-/// one computes goes into a folder of its own. What is finished stays, whatever ends it. Notes are of what was found and
-/// not taken.
+/// Computes what is missing of a shard: what earlier processes left in the shard's folder is read
+/// and counts, what this one computes goes into a folder of its own. What is finished stays,
+/// whatever ends it. Notes are of what was found and not taken.
 ///
 /// # Errors
 /// [`ClusterError`], [`crate::study::RunError::Interrupted`] where `stop` was raised.
@@ -94,8 +95,10 @@ pub fn compute_shard(
     mut on_note: impl FnMut(&str),
 ) -> Result<(), ClusterError> {
     // One level only: a shared folder that is not there on this machine is not made up.
-    let within = folder.parent().filter(|of| !of.as_os_str().is_empty());
-    if let Some(within) = within.filter(|of| !files::is_there(of)) {
+    let within = folder
+        .parent()
+        .filter(|parent| !parent.as_os_str().is_empty());
+    if let Some(within) = within.filter(|parent| !files::is_there(parent)) {
         let what = "no such folder; expected one that the machines share";
         return Err(PathError::foreign(within, what).into());
     }
@@ -133,7 +136,8 @@ impl Shard<'_> {
 
     /// For every part the blocks that are there; and what was not taken, in lines.
     fn there(&self) -> Result<(Vec<Vec<StoredBlock>>, Vec<String>), ClusterError> {
-        let mut found = Collection::of(std::slice::from_ref(&self.folder), self.experiment)?;
+        let mut found =
+            Collection::from_folders(std::slice::from_ref(&self.folder), self.experiment)?;
         if found.cells.iter().all(Vec::is_empty) && !found.refused.is_empty() {
             return Err(ClusterError::Foreign {
                 path: self.folder.clone(),
@@ -150,7 +154,7 @@ impl Shard<'_> {
         });
         let of_part = |part: &Part| {
             let covered = found.cover(part.cell, &part.range());
-            let block = |of: &Found| found.block(part.cell, of);
+            let block = |block: &Found| found.block(part.cell, block);
             covered.iter().map(block).collect()
         };
         Ok((self.parts().iter().map(of_part).collect(), notes))
@@ -224,7 +228,7 @@ impl Shard<'_> {
             threads,
         };
         work.run(stop, on_event, |written| {
-            let of_span = missing.iter().position(|of| of.holds(&written.span));
+            let of_span = missing.iter().position(|span| span.holds(&written.span));
             let Some(of_span) = of_span else {
                 return Ok(false);
             };
@@ -239,17 +243,17 @@ impl Shard<'_> {
         Ok(())
     }
 
-    /// Puts the blocks of each part together to one, where this process made some of them: whatever became of another
-    /// process's blocks since, the part is whole. Those of others stay.
+    /// Puts the blocks of each part together to one, where this process made some of them: whatever
+    /// became of another process's blocks since, the part is whole. Those of others stay.
     fn join_all(&self, there: &[Vec<StoredBlock>]) -> Result<(), ClusterError> {
         let Some(own) = &self.own else { return Ok(()) };
         if self.experiment.file.store == Store::Trials {
             return Ok(());
         }
         let blocks = BlockFolder::at(own.clone(), self.experiment);
-        for of_part in there.iter().filter(|of| of.len() > 1) {
+        for of_part in there.iter().filter(|blocks| blocks.len() > 1) {
             blocks.join(of_part)?;
-            for block in of_part.iter().filter(|of| of.path.starts_with(own)) {
+            for block in of_part.iter().filter(|block| block.path.starts_with(own)) {
                 files::remove(&block.path, Kind::Block)?;
             }
         }

@@ -29,7 +29,7 @@ pub struct Status {
 
 impl Status {
     /// Of what a collection has.
-    pub fn of(plan: &ShardPlan, found: &Collection) -> Self {
+    pub fn new(plan: &ShardPlan, found: &Collection) -> Self {
         let mut status = Self {
             shards: vec![PlaceStatus::default(); plan.shards.len()],
             ..Self::default()
@@ -74,7 +74,8 @@ impl Status {
         self.missing.is_empty()
     }
 
-    /// The numbers, from 1, of the shards of which trials are missing, as Slurm's `--array` takes them: `3,17-19`.
+    /// The numbers, from 1, of the shards of which trials are missing, as Slurm's `--array` takes
+    /// them: `3,17-19`.
     pub fn array(&self) -> String {
         let shards = self.shards.iter().enumerate();
         let numbers: Vec<usize> = shards

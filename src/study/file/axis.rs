@@ -58,7 +58,10 @@ impl schemars::JsonSchema for Scalar {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "description": "A number or a text.", "type": ["number", "string"] })
+        schemars::json_schema!({
+            "description": "A number or a text.",
+            "type": ["number", "string"],
+        })
     }
 }
 
@@ -147,7 +150,8 @@ impl<'de> Visitor<'de> for AxisVisitor {
                 // Results tell values by their texts.
                 Axis::One(value) if !seen.insert(folded(&value.to_string())) => {
                     return Err(A::Error::custom(format!(
-                        "{value} stands twice in the list; case, blanks and what is not seen make no difference"
+                        "{value} stands twice in the list; case, blanks and what is not seen make \
+                        no difference"
                     )));
                 }
                 Axis::One(value) => values.push(value),
@@ -193,8 +197,8 @@ impl<'de> Visitor<'de> for AxisVisitor {
     }
 }
 
-/// `count` values from `from` to `to`, evenly spaced under `map`, rounded to six significant digits so that
-/// they are the same numbers on every machine; the ends are exact.
+/// `count` values from `from` to `to`, evenly spaced under `map`, rounded to six significant digits
+/// so that they are the same numbers on every machine; the ends are exact.
 fn range_of(
     from: f64,
     to: f64,
@@ -240,7 +244,8 @@ impl schemars::JsonSchema for Axis {
             serde_json::json!({ "type": "array", "items": number, "minItems": 3, "maxItems": 3 })
         };
         schemars::json_schema!({
-            "description": "One value, a list (an axis of the grid), or a range: [from, to, count].",
+            "description":
+                "One value, a list (an axis of the grid), or a range: [from, to, count].",
             "anyOf": [
                 scalar(),
                 { "type": "array", "items": scalar(), "minItems": 1, "uniqueItems": true },

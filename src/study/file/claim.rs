@@ -122,8 +122,8 @@ impl ClaimTable {
         }
     }
 
-    /// Its tests for each output, or pair of outputs, that it lists: one list of tests where it lists
-    /// none.
+    /// Its tests for each output, or pair of outputs, that it lists: one list of tests where it
+    /// lists none.
     ///
     /// # Errors
     /// What is wrong with a test, or with the lists, with the key in the claim.
@@ -142,7 +142,7 @@ impl ClaimTable {
             }
             Ok(found.unwrap_or_default())
         };
-        let of = lists(|table| table.of.as_ref())?;
+        let outputs = lists(|table| table.output.as_ref())?;
         let to = lists(TestTable::compared_with)?;
         let choices = |list: &[Scalar]| -> Vec<Option<Scalar>> {
             match list {
@@ -151,11 +151,11 @@ impl ClaimTable {
             }
         };
         let mut cases = Vec::new();
-        for of in choices(&of) {
+        for output in choices(&outputs) {
             for to in choices(&to) {
                 let tests = self.tests().take(self.test.len());
                 let case = tests.map(|(key, table)| {
-                    let test = ClaimTest::of(&table.chosen(of.as_ref(), to.as_ref()));
+                    let test = ClaimTest::from_table(&table.chosen(output.as_ref(), to.as_ref()));
                     test.map_err(|error| error.within(&key))
                 });
                 cases.push(case.collect::<Result<Vec<ClaimTest>, FileError>>()?);
@@ -178,7 +178,7 @@ impl ClaimTable {
         let given = self
             .given
             .as_ref()
-            .and_then(|table| ClaimTest::of(table).ok());
+            .and_then(|table| ClaimTest::from_table(table).ok());
         let cases = self.cases().unwrap_or_default();
         cases.into_iter().flatten().chain(given).collect()
     }
@@ -226,8 +226,8 @@ pub struct TestTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<TimeOf>,
     /// The output, such as "iv(4)"; of `time` the method. A list: each of them is judged by itself.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub of: Option<Axis>,
+    #[serde(rename = "of", skip_serializing_if = "Option::is_none")]
+    pub output: Option<Axis>,
     /// The output or method that it is compared with, or a list, as for `of`; of `cells` the value of
     /// `axis`, or a list (every other value where absent).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -276,15 +276,15 @@ impl TestTable {
     }
 
     /// The table with one name instead of each list.
-    fn chosen(&self, of: Option<&Scalar>, to: Option<&Scalar>) -> Self {
-        let one = |list: Option<&Axis>, name: Option<&Scalar>| match (list, name) {
+    fn chosen(&self, output: Option<&Scalar>, to: Option<&Scalar>) -> Self {
+        let name = |list: Option<&Axis>, name: Option<&Scalar>| match (list, name) {
             (Some(Axis::Many(_)), Some(name)) => Some(Axis::One(name.clone())),
             (list, _) => list.cloned(),
         };
         let compared = self.compared_with().is_some();
         Self {
-            of: one(self.of.as_ref(), of),
-            to: one(self.to.as_ref(), to.filter(|_| compared)),
+            output: name(self.output.as_ref(), output),
+            to: name(self.to.as_ref(), to.filter(|_| compared)),
             ..self.clone()
         }
     }
@@ -349,15 +349,16 @@ impl Needs {
     }
 
     fn add(&mut self, claim: &ClaimTable, test: &ClaimTest, file: &ExperimentFile) {
-        let of = || test.of.clone();
+        let output = || test.output.clone();
         match &test.kind {
             TestKind::Outcome(_) => {}
             TestKind::Bound(bound) => {
                 push(&mut self.measures, &file.measures, bound.measure);
                 // Bounds of a file may be of one claim's cells only.
                 let claim = claim.single(Key::Claim);
-                let counted = |of: &BoundTable| {
-                    of.limits() == bound.limits() && (of.claim.is_none() || of.claim == claim)
+                let counted = |table: &BoundTable| {
+                    table.limits() == bound.limits()
+                        && (table.claim.is_none() || table.claim == claim)
                 };
                 if !file.bounds.iter().any(counted) {
                     let claim = claim.clone();
@@ -373,7 +374,7 @@ impl Needs {
             }
             TestKind::Wins { measure, to } => {
                 push(&mut self.measures, &file.measures, *measure);
-                push(&mut self.compare, &file.compare, [of(), to.clone()]);
+                push(&mut self.compare, &file.compare, [output(), to.clone()]);
             }
             TestKind::Value { what, .. } => match what {
                 ValueOf::Measure(measure) => push(&mut self.measures, &file.measures, *measure),
@@ -388,7 +389,7 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.measures, &file.measures, *measure_of_to);
                 if *statistic != ClaimStatistic::Median {
-                    push(&mut self.compare, &file.compare, [of(), to.clone()]);
+                    push(&mut self.compare, &file.compare, [output(), to.clone()]);
                 }
             }
             TestKind::Cells { measure, axis, .. } => {
@@ -396,7 +397,7 @@ impl Needs {
                 for (from, to) in test.unit().steps(file) {
                     let series = SeriesTable {
                         measure: *measure,
-                        output: of(),
+                        output: output(),
                         axis: *axis,
                         from,
                         to,
@@ -440,7 +441,7 @@ impl ExperimentFile {
             for test in claim.cases().unwrap_or_default().iter().flatten() {
                 needs.add(claim, test, self);
             }
-            if let Some(Ok(given)) = claim.given.as_ref().map(ClaimTest::of) {
+            if let Some(Ok(given)) = claim.given.as_ref().map(ClaimTest::from_table) {
                 needs.add(claim, &given, self);
             }
         }

@@ -117,7 +117,7 @@ impl TestKind {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClaimTest {
     /// The output, or of [`TestKind::Time`] the method.
-    pub of: String,
+    pub output: String,
     /// What it looks at.
     pub kind: TestKind,
     /// What that must be.
@@ -211,7 +211,7 @@ impl TestTable {
         if known.contains(&given) {
             return Ok(given);
         }
-        let names: Vec<&str> = known.iter().map(|of| of.name()).collect();
+        let names: Vec<&str> = known.iter().map(|parameter| parameter.name()).collect();
         let unknown = UnknownName::new("statistic of this test", given.name(), &names);
         Err(FileError::key("statistic", unknown.to_string()))
     }
@@ -249,7 +249,7 @@ impl TestTable {
                 None => Ok(TestKind::Outcome(outcome)),
             };
         }
-        let outcomes = Outcome::ALL.iter().map(|of| of.name());
+        let outcomes = Outcome::ALL.iter().map(|outcome| outcome.name());
         let measure = measure("share", share, outcomes)?;
         let [bound, rounding, to] = limits;
         one_of(
@@ -342,7 +342,7 @@ impl ClaimTest {
     ///
     /// # Errors
     /// What is wrong with it, with the key in the table.
-    pub fn of(table: &TestTable) -> Result<Self, FileError> {
+    pub fn from_table(table: &TestTable) -> Result<Self, FileError> {
         let name = table.kind_name()?;
         let stray = table
             .given()
@@ -380,7 +380,7 @@ impl ClaimTest {
                 TestKind::Time { to: table.other()? }
             }
         };
-        let of = TestTable::name("of", table.of.as_ref(), "an output, such as \"iv(4)\"")?;
+        let output = TestTable::name("of", table.output.as_ref(), "an output, such as \"iv(4)\"")?;
         let shares = matches!(
             kind,
             TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. }
@@ -392,7 +392,11 @@ impl ClaimTest {
                 "its limit is no share; expected one from 0 to 1",
             ));
         }
-        Ok(Self { of, kind, limit })
+        Ok(Self {
+            output,
+            kind,
+            limit,
+        })
     }
 
     /// What it is about.
@@ -439,7 +443,10 @@ impl TestUnit {
         let Self::Pair(axis, from, to) = self else {
             return Vec::new();
         };
-        let all = file.settings.get(axis).map(|of| of.values(axis.is_count()));
+        let all = file
+            .settings
+            .get(axis)
+            .map(|values| values.values(axis.is_count()));
         let mut others = all.unwrap_or_default();
         if !others.contains(from) {
             return Vec::new();
@@ -471,12 +478,12 @@ fn missing(key: &str, what: &str) -> FileError {
 
 /// The one key of several that is there.
 fn one_of<const N: usize>(
-    of: &str,
+    intro: &str,
     names: [&'static str; N],
     there: [bool; N],
 ) -> Result<&'static str, FileError> {
     let mut found = names.iter().zip(there).filter(|(_, there)| *there);
-    let expected = || format!("{of}expected exactly one of {}", names.join(", "));
+    let expected = || format!("{intro}expected exactly one of {}", names.join(", "));
     match (found.next(), found.next()) {
         (Some((name, _)), None) => Ok(name),
         (Some((_, _)), Some((second, _))) => Err(FileError::key(second, expected())),

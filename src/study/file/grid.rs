@@ -12,7 +12,8 @@ pub const CELL_LIMIT: u128 = 100_000;
 /// Axes that move together: at step i each key has its i-th value.
 type Dimension = Vec<(Key, Vec<Scalar>)>;
 
-/// All cells: axes in the order of [`Key`], the first one slowest; a zipped group stands where its first key does.
+/// All cells: axes in the order of [`Key`], the first one slowest; a zipped group stands where its
+/// first key does.
 ///
 /// # Errors
 /// If the grid is too large or empty, or `zip` is wrong.
@@ -104,8 +105,8 @@ fn cell(dimensions: &[Dimension], mut index: usize) -> Settings {
     cell
 }
 
-/// The pairs of cells that differ in one setting, which is `from` in the first and `to` in the second,
-/// and in what moves with it; as indices.
+/// The pairs of cells that differ in one setting, which is `from` in the first and `to` in the
+/// second, and in what moves with it; as indices.
 pub fn partners(
     file: &ExperimentFile,
     cells: &[&Settings],

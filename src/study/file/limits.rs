@@ -6,7 +6,8 @@ use super::{ExperimentFile, FileError};
 const TITLE_LIMIT: usize = 200;
 const WORDS_LIMIT: usize = 5_000;
 
-/// The most entries of a list, such as methods (one for each combination of their options), bounds or comparisons.
+/// The most entries of a list, such as methods (one for each combination of their options), bounds
+/// or comparisons.
 pub(super) const LIST_LIMIT: usize = 1_000;
 
 /// The most tables of a kind, such as plants or noises: as many as a setting has values.

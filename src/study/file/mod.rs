@@ -3,7 +3,7 @@
 mod axis;
 mod claim;
 mod claim_test;
-mod continuous;
+mod continuous_tables;
 mod grid;
 mod key;
 mod limits;
@@ -17,7 +17,7 @@ pub use claim::{
     CLAIM_LEVEL, ClaimStatistic, ClaimTable, Holds, Needs, SeriesTable, TestTable, TimeOf,
 };
 pub use claim_test::{ClaimTest, Limit, Outcome, TestKind, TestUnit, ValueOf};
-pub use continuous::{
+pub use continuous_tables::{
     ContinuousPlantTable, ContinuousTable, FactorName, HoldName, ObserverName, ObserverTable,
     SignalTable, WaveName, WaveTable,
 };

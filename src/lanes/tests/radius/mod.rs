@@ -96,13 +96,13 @@ fn the_radius_is_as_exact_as_its_condition_allows() {
 fn every_width_gives_the_bits_of_one_number() {
     let table = table();
     for n in 1..=LARGEST_ORDER {
-        let of_table = table.iter().filter(|of| of.a.len() == n);
-        let mut all: Vec<Vec<f64>> = of_table.map(|of| of.a.clone()).collect();
+        let of_table = table.iter().filter(|plant| plant.a.len() == n);
+        let mut all: Vec<Vec<f64>> = of_table.map(|plant| plant.a.clone()).collect();
         for special in [f64::NAN, f64::INFINITY, f64::MAX, 5e-324, -1e-310] {
             all.push(vec![special; n]);
-            let mut one = vec![0.5; n];
-            one[n / 2] = special;
-            all.push(one);
+            let mut single = vec![0.5; n];
+            single[n / 2] = special;
+            all.push(single);
         }
         let expected: Vec<u64> = all.iter().map(|a| radius(a).to_bits()).collect();
         let all: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();
@@ -116,7 +116,8 @@ fn every_width_gives_the_bits_of_one_number() {
     }
 }
 
-/// Of random polynomials whose largest zeros are within some roundings of the unit circle, on both sides of it.
+/// Of random polynomials whose largest zeros are within some roundings of the unit circle, on both
+/// sides of it.
 #[test]
 fn the_radius_is_one_or_more_exactly_where_the_polynomial_is_not_stable() {
     let (mut unstable, mut near, count) = (0, 0, 4000);
@@ -154,7 +155,8 @@ fn radii_that_are_known() {
         // (z^2 - 1/4) z^3, and with a pair +- 2i.
         (vec![0.0, 0.0, 0.0, 0.25, 0.0], 0.5),
         (vec![0.0, 0.0, 0.0, 1.0, 0.0, -3.75, 0.0], 2.0),
-        // All six numbers fell to the fivefold zero when they started within the circle of radius 2.
+        // All six numbers fell to the fivefold zero when they started within the circle of
+        // radius 2.
         (vec![0.0, 0.0, 0.0, 0.0, 0.0, -2.0], 2.0),
     ] {
         let found = radius(&a);
@@ -167,7 +169,8 @@ fn radii_that_are_known() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert!(radius(&[0.5, bad, 0.1]).is_nan());
     }
-    // Above the orders of the iteration: the roots of unity, whose eigenvalues are well conditioned.
+    // Above the orders of the iteration: the roots of unity, whose eigenvalues are well
+    // conditioned.
     let mut a = vec![0.0; 30];
     a[0] = 1.0;
     assert!((1.0..1.0 + 1e-13).contains(&radius(&a)));

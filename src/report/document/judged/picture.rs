@@ -5,7 +5,7 @@ use crate::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compar
 use crate::metric::Z;
 use crate::report::document::figures::Drawn;
 use crate::report::document::layout::{Choice, Layout, panel_title, sheet};
-use crate::report::plot::{Axis, Course, Plot, Point, Scale, Series, Style};
+use crate::report::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::report::results::Study;
 use crate::study::CellSummary;
 use crate::study::file::Key;
@@ -31,7 +31,7 @@ const SAYS: [(&str, &str, usize); 4] = [
 /// A number that is drawn.
 #[derive(Clone)]
 struct Mark<'a> {
-    of: &'a JudgedCell,
+    cell: &'a JudgedCell,
     number: &'a JudgedNumber,
     value: f64,
     interval: [f64; 2],
@@ -41,7 +41,7 @@ struct Mark<'a> {
 pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
     let tests = claim.tests.iter().enumerate().take(PICTURES);
     tests
-        .filter_map(|(i, test)| Picture::of(claim, i, test).draw(study))
+        .filter_map(|(i, test)| Picture::new(claim, i, test).draw(study))
         .collect()
 }
 
@@ -73,7 +73,7 @@ struct Picture<'a> {
 }
 
 impl<'a> Picture<'a> {
-    fn of(claim: &'a Judged, index: usize, test: &'a JudgedTest) -> Self {
+    fn new(claim: &'a Judged, index: usize, test: &'a JudgedTest) -> Self {
         let unit = unit(test);
         let numbers = || {
             let all = claim.cells.iter();
@@ -87,14 +87,14 @@ impl<'a> Picture<'a> {
         let drawn = |value: f64| value.is_finite() && (!log || value > 0.0);
         let marks = numbers().filter(|(_, number)| drawn(number.value));
         let marks: Vec<Mark<'a>> = marks
-            .map(|(of, number)| Mark {
-                of,
+            .map(|(cell, number)| Mark {
+                cell,
                 number,
                 value: unit * number.value,
                 interval: interval(number, test.scale, log).map(|end| unit * end),
             })
             .collect();
-        let seen = |cell: &&JudgedCell| !marks.iter().any(|mark| std::ptr::eq(mark.of, *cell));
+        let seen = |cell: &&JudgedCell| !marks.iter().any(|mark| std::ptr::eq(mark.cell, *cell));
         let left = claim.cells.iter().filter(seen).count();
         let mut picture = Self {
             claim,
@@ -130,17 +130,17 @@ impl<'a> Picture<'a> {
         high < 2.0 * low
     }
 
-    fn axis(&self) -> Axis {
+    fn axis(&self) -> PlotAxis {
         let what = heading(self.test.what.trim_start_matches("the "));
         if self.log {
-            return Axis::log(what);
+            return PlotAxis::log(what);
         }
         let percent = if self.test.scale == Compared::Share {
             ", %"
         } else {
             ""
         };
-        let axis = Axis::linear(format!("{what}{percent}"));
+        let axis = PlotAxis::linear(format!("{what}{percent}"));
         let (low, high) = self.ends();
         if self.test.scale == Compared::Ratio && self.is_narrow() {
             let room = 0.06 * (high - low).max(1e-3 * high);
@@ -157,11 +157,11 @@ impl<'a> Picture<'a> {
         at: impl Fn(usize, &Mark<'_>) -> Point,
     ) -> Plot {
         for (says, label, slot) in SAYS {
-            let of = marks
+            let chosen = marks
                 .iter()
                 .enumerate()
-                .filter(|(_, mark)| mark.of.says == says);
-            let points = of.map(|(i, mark)| at(i, mark)).collect();
+                .filter(|(_, mark)| mark.cell.says == says);
+            let points = chosen.map(|(i, mark)| at(i, mark)).collect();
             // Of several tests a picture shows one; what the cell says rests on all.
             let label = match self.claim.tests.len() {
                 1 => label.to_owned(),
@@ -199,10 +199,12 @@ impl<'a> Picture<'a> {
         let (svg, note) = sheet(&title, &what, plots)?;
         let left = match self.left {
             0 => String::new(),
-            1 => " Not drawn: one cell whose number is that of a trial without a value, 0 or missing."
+            1 => " Not drawn: one cell whose number is that of a trial without a value, 0 or \
+                missing."
                 .to_owned(),
             left => format!(
-                " Not drawn: {left} cells whose number is that of a trial without a value, 0 or missing."
+                " Not drawn: {left} cells whose number is that of a trial without a value, 0 or \
+                missing."
             ),
         };
         Some(Drawn {
@@ -215,18 +217,18 @@ impl<'a> Picture<'a> {
     /// A row for each number.
     fn rows(&self) -> Plot {
         let name = |mark: &Mark<'_>| {
-            if mark.of.case.is_some() || mark.number.what == self.test.what {
-                place(mark.of).to_owned()
+            if mark.cell.case.is_some() || mark.number.what == self.test.what {
+                place(mark.cell).to_owned()
             } else {
                 format!(
                     "{}: {}",
-                    place(mark.of),
+                    place(mark.cell),
                     mark.number.what.trim_end_matches(',')
                 )
             }
         };
         let names: Vec<String> = self.marks.iter().map(name).collect();
-        let plot = Plot::new("", self.axis(), Axis::categories("", &names));
+        let plot = Plot::new("", self.axis(), PlotAxis::categories("", &names));
         self.series(plot, &self.marks, |i, mark| {
             let [low, high] = mark.interval;
             Point::interval(mark.value, i as f64, low, high)
@@ -235,7 +237,7 @@ impl<'a> Picture<'a> {
 
     /// Panels over the setting that varies most, where few are enough.
     fn panels(&self, study: &Study) -> Option<(Vec<Plot>, String)> {
-        let cell = |mark: &Mark<'_>| match mark.of.cells.as_slice() {
+        let cell = |mark: &Mark<'_>| match mark.cell.cells.as_slice() {
             [cell] | [_, cell] => study.summary.cells.get(*cell),
             _ => None,
         };
@@ -259,7 +261,7 @@ impl<'a> Picture<'a> {
         // Where a claim lists outputs, each has panels of its own.
         let choice = |cell: &CellSummary, mark: &Mark<'a>| -> (&'a Option<String>, Choice) {
             let settings = keys.iter().map(|key| (*key, cell.setting(*key)));
-            (&mark.of.case, settings.collect())
+            (&mark.cell.case, settings.collect())
         };
         let mut panels = Vec::new();
         for panel in cells
@@ -276,8 +278,8 @@ impl<'a> Picture<'a> {
         }
         let layout = Layout::new(study, Some(x), &keys);
         let draw = |panel: &(&Option<String>, Choice)| {
-            let of = cells.iter().zip(&self.marks);
-            let (here, marks): (Vec<&CellSummary>, Vec<Mark<'_>>) = of
+            let drawn = cells.iter().zip(&self.marks);
+            let (here, marks): (Vec<&CellSummary>, Vec<Mark<'_>>) = drawn
                 .filter(|(cell, mark)| choice(cell, mark) == *panel)
                 .map(|(cell, mark)| (*cell, mark.clone()))
                 .unzip();
@@ -311,7 +313,7 @@ impl<'a> Picture<'a> {
         }
         let plot = Plot::new(
             "",
-            Axis::linear("cells, by the size of their numbers"),
+            PlotAxis::linear("cells, by the size of their numbers"),
             self.axis(),
         );
         let plot = self.series(plot, &marks, |i, mark| {

@@ -1,11 +1,11 @@
 //! Studies in continuous time: cells, their trials, the first trial's course.
 
 mod build;
-mod trace;
+mod first_trial;
 mod trial;
 
 pub(super) use build::{CONTINUOUS_PLANTS, SIGNALS, continuous_cell};
-pub use trace::{OutputTrace, Traces};
+pub use first_trial::{OutputTrace, Traces};
 pub use trial::ContinuousTrial;
 
 use crate::observer::gpebo::{GpeboOptions, ObserverSpec, Scenario};
@@ -66,7 +66,8 @@ impl ContinuousCell {
             Term::Fixed(wave) => wave.clone(),
             Term::RandomPhase(wave) => with_phase(wave, TAU * phases.random::<f64>()),
             Term::White { deviation, hold } => {
-                // One more than the holds that fit, so that the last instant has one however the quotient is rounded.
+                // One more than the holds that fit, so that the last instant has one however the
+                // quotient is rounded.
                 let count = (self.until / hold).ceil() as usize + 1;
                 let mut values = vec![0.0; count];
                 fill_white(&mut noise, *deviation, &mut values);
@@ -118,8 +119,8 @@ impl ContinuousCell {
 /// A sine or square with another phase.
 fn with_phase(wave: &Wave, phase: f64) -> Wave {
     let mut wave = wave.clone();
-    if let Wave::Sine { phase: of, .. } | Wave::Square { phase: of, .. } = &mut wave {
-        *of = phase;
+    if let Wave::Sine { phase: angle, .. } | Wave::Square { phase: angle, .. } = &mut wave {
+        *angle = phase;
     }
     wave
 }

@@ -46,9 +46,10 @@ impl Continuous {
         })
     }
 
-    /// The parameter of the Cayley transform `(z - gamma)^-1 (z + gamma)`: the geometric mean of the
-    /// smallest and the largest modulus among the Hamiltonian's eigenvalues, which keeps both images far from the
-    /// unit circle, and to the right of A's spectrum, for which the transform always exists.
+    /// The parameter of the Cayley transform `(z - gamma)^-1 (z + gamma)`: the geometric mean of
+    /// the smallest and the largest modulus among the Hamiltonian's eigenvalues, which keeps both
+    /// images far from the unit circle, and to the right of A's spectrum, for which the transform
+    /// always exists.
     fn gamma(&self, hamiltonian: &Mat<f64>) -> Option<f64> {
         let (small, large) = moduli(hamiltonian)?;
         let right = self.a.eigenvalues().ok()?;

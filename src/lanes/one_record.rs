@@ -1,4 +1,5 @@
-//! The stages of a pack behind [`Estimator`], for one record at a time: every lane gets the same one.
+//! The stages of a pack behind [`Estimator`], for one record at a time: every lane gets the same
+//! one.
 
 use super::passes::Passes;
 use super::{Call, Isa, LARGEST_ORDER, lane};
@@ -6,8 +7,8 @@ use crate::estimator::{Estimator, IvOptions, Pass, SetupError, Shape, Window};
 use crate::real::{MOST_LANES, Mask, Real};
 
 impl Isa {
-    /// An estimator of records that are not simulated: for tests, not for speed. Of the options it takes the readings
-    /// that the lanes cover, and `iterations`: 0 is least squares.
+    /// An estimator of records that are not simulated: for tests, not for speed. Of the options it
+    /// takes the readings that the lanes cover, and `iterations`: 0 is least squares.
     ///
     /// # Errors
     /// As for every estimator, if the shape is not valid.

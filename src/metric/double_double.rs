@@ -1,6 +1,6 @@
-//! Double-double arithmetic: numbers of 106 bits as the unevaluated sum of two doubles (Dekker 1971;
-//! Hida, Li and Bailey 2001). Errors of one operation are a few 2^-104 of its result, for sums of their
-//! larger term where it cancels.
+//! Double-double arithmetic: numbers of 106 bits as the unevaluated sum of two doubles (Dekker
+//! 1971; Hida, Li and Bailey 2001). Errors of one operation are a few 2^-104 of its result, for
+//! sums of their larger term where it cancels.
 
 use std::ops::{Add, Mul, Sub};
 

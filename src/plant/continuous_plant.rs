@@ -4,8 +4,8 @@ use faer::{Mat, MatRef};
 
 use super::observability::observability_rank;
 
-/// The plant `x' = A x + B u`, `y = C'x + delta` with one input and one output, A n x n, B and C of length n, and
-/// (A, C) observable.
+/// The plant `x' = A x + B u`, `y = C'x + delta` with one input and one output, A n x n, B and C of
+/// length n, and (A, C) observable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContinuousPlant {
     a: Mat<f64>,
@@ -41,7 +41,8 @@ pub enum ContinuousPlantError {
     NotFinite(&'static str),
     /// (A, C) is not observable.
     #[error(
-        "the state cannot be observed: the observability matrix of (A, C) has rank {rank}, and the order is {order}"
+        "the state cannot be observed: the observability matrix of (A, C) has rank {rank}, and the \
+        order is {order}"
     )]
     Unobservable {
         /// The numerical rank.
@@ -106,8 +107,8 @@ impl ContinuousPlant {
         Ok(Self { a, b, c })
     }
 
-    /// The example of Bobtsov et al. 2023: an undamped oscillator at 3 rad/s, `A = [0 1; -9 0]`, `B = (0, 1)`,
-    /// `C = (5, 0)`.
+    /// The example of Bobtsov et al. 2023: an undamped oscillator at 3 rad/s, `A = [0 1; -9 0]`,
+    /// `B = (0, 1)`, `C = (5, 0)`.
     pub fn bobtsov2023() -> Self {
         Self {
             a: faer::mat![[0.0, 1.0], [-9.0, 0.0]],

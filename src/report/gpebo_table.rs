@@ -45,16 +45,16 @@ fn write_table(text: &mut String, summary: &Summary, scored_from: f64) -> fmt::R
         "{}",
         format!("{:<12} {}", "true", theta.join(" ")).trim_end()
     )?;
-    for (output, of) in cell.outputs.iter().zip(&traces.outputs) {
+    for (output, trace) in cell.outputs.iter().zip(&traces.outputs) {
         let rms = [Measure::RmsState1, Measure::RmsState2].map(|measure| {
             let value = output
                 .measures
                 .get(&measure)
-                .map_or(f64::NAN, |of| of.mean.value);
+                .map_or(f64::NAN, |statistics| statistics.mean.value);
             digits(value)
         });
         let theta: Vec<String> = (0..traces.theta.len())
-            .map(|i| course(traces, of, i, scored_from))
+            .map(|i| course(traces, trace, i, scored_from))
             .collect();
         writeln!(
             text,
@@ -78,8 +78,8 @@ fn digits(value: f64) -> String {
 }
 
 /// Mean and half range of an estimate over the scored time.
-fn course(traces: &Traces, of: &OutputTrace, i: usize, from: f64) -> String {
-    let Some(values) = of.theta_hat.get(i) else {
+fn course(traces: &Traces, trace: &OutputTrace, i: usize, from: f64) -> String {
+    let Some(values) = trace.theta_hat.get(i) else {
         return format!("{:>9} {:>10}", "-", "");
     };
     let late = traces.times.iter().zip(values).filter(|(t, _)| **t >= from);
@@ -90,7 +90,8 @@ fn course(traces: &Traces, of: &OutputTrace, i: usize, from: f64) -> String {
     format!("{mean:>9.4} {:>10.4}", (high - low) / 2.0)
 }
 
-/// The end of an estimate of theta at every cell, to compare steps: "step 0.005 s: 1.00279006 1.89516278".
+/// The end of an estimate of theta at every cell, to compare steps: "step 0.005 s: 1.00279006
+/// 1.89516278".
 pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
     let line = |cell: &CellSummary| {
         let place = cell
@@ -100,17 +101,18 @@ pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
         let theta = &cell.traces.as_ref()?.outputs.get(place)?.theta_hat;
         let ends: Vec<String> = theta
             .iter()
-            .filter_map(|of| Some(format!("{:.8}", of.last()?)))
+            .filter_map(|course| Some(format!("{:.8}", course.last()?)))
             .collect();
         let output = &cell.outputs[place];
         let measure = |measure| {
             output
                 .measures
                 .get(&measure)
-                .map_or(f64::NAN, |of| of.mean.value)
+                .map_or(f64::NAN, |statistics| statistics.mean.value)
         };
         Some(format!(
-            "step {:<9} theta_hat(T) = ({}), order {},\n{:26}frozen from {:.1} s, largest |dbar| {}",
+            "step {:<9} theta_hat(T) = ({}), order {},\n\
+             {:26}frozen from {:.1} s, largest |dbar| {}",
             format!("{} s:", cell.setting(crate::study::file::Key::Step)),
             ends.join(", "),
             uncertain(measure(Measure::StepOrder), f64::NAN),

@@ -96,8 +96,8 @@ impl Equation for Discrete {
         1.0 - spectral_radius(self.closed_loop(gain).as_ref())
     }
 
-    /// `F~ P F~' - K~ (h'P h + r) K~' + Q~ - P`: against Joseph's form, no term is larger than F P F', however
-    /// large the gain.
+    /// `F~ P F~' - K~ (h'P h + r) K~' + Q~ - P`: against Joseph's form, no term is larger than F P
+    /// F', however large the gain.
     fn defect(&self, p: &Mat<f64>) -> (Mat<f64>, f64) {
         let (gain, innovation) = (self.gain(p), self.innovation(p));
         let predicted = &self.f * p * self.f.transpose();

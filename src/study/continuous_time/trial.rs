@@ -1,6 +1,6 @@
 //! One trial in continuous time: draw the disturbance, run every observer, measure.
 
-use super::trace::append;
+use super::first_trial::append;
 use super::{ContinuousCell, Traces};
 use crate::estimator::{Failure, FailureKind, Stage};
 use crate::observer::gpebo::{
@@ -47,7 +47,8 @@ impl<'e> ContinuousTrial<'e> {
         })
     }
 
-    /// Runs a trial and appends its rows, one per observer; of trial 0 its course too, where it is wanted.
+    /// Runs a trial and appends its rows, one per observer; of trial 0 its course too, where it is
+    /// wanted.
     pub fn run_into(&self, trial: u64, to: &mut Trials) {
         let every = self.cell.trace_every.filter(|_| trial == 0);
         self.run_with_course(trial, every, to);
@@ -80,8 +81,8 @@ impl<'e> ContinuousTrial<'e> {
             let mut row = Row::new(trial, output);
             row[Measure::MixedDisturbance] = dbar;
             row[Measure::Excitation] = found.summary.smallest_eigenvalue.unwrap_or(f64::NAN);
-            let (of, step) = (&found.summary.observers[output], found.observers[output]);
-            to.rows.push(&self.row(row, of, step), &[]);
+            let (observer, step) = (&found.summary.observers[output], found.observers[output]);
+            to.rows.push(&self.row(row, observer, step), &[]);
         }
         to.spent.simulation += watch.lap();
         if let Some(course) = course {
@@ -100,8 +101,8 @@ impl<'e> ContinuousTrial<'e> {
     }
 
     /// The row of an observer.
-    fn row(&self, mut row: Row, of: &ObserverSummary, step: Convergence) -> Row {
-        if of.outcome != Outcome::Finite {
+    fn row(&self, mut row: Row, observer: &ObserverSummary, step: Convergence) -> Row {
+        if observer.outcome != Outcome::Finite {
             return failed(row, FailureKind::NonFinite);
         }
         let relative = step.relative();
@@ -111,7 +112,7 @@ impl<'e> ContinuousTrial<'e> {
         if !(relative <= self.cell.error_limit) {
             return failed(row, FailureKind::StepTooLong);
         }
-        let accuracy = &of.accuracy;
+        let accuracy = &observer.accuracy;
         if accuracy.overflows() {
             return failed(row, FailureKind::NonFinite);
         }
@@ -129,13 +130,13 @@ impl<'e> ContinuousTrial<'e> {
         };
         let learnt = gains
             .iter()
-            .zip(&of.excitation.integral)
-            .map(|(gain, of)| gain * of);
+            .zip(&observer.excitation.integral)
+            .map(|(gain, integral)| gain * integral);
         row[Measure::Adaptation] = learnt.fold(f64::NAN, f64::min);
-        let frozen = of.excitation.frozen_at.iter().copied();
+        let frozen = observer.excitation.frozen_at.iter().copied();
         // All components: the estimate as a whole is frozen when the last one is.
         let last = frozen.collect::<Option<Vec<f64>>>();
-        let last = last.map_or(f64::NAN, |of| of.into_iter().fold(f64::NAN, f64::max));
+        let last = last.map_or(f64::NAN, |times| times.into_iter().fold(f64::NAN, f64::max));
         row[Measure::Frozen] = last;
         row
     }

@@ -129,7 +129,8 @@ named_enum! {
         Gradient = "gradient",
         /// The full-order observer, Eq. (4).
         Luenberger = "luenberger",
-        /// The Kalman-Bucy filter: with process noise that of the steady state, without it the time-varying one.
+        /// The Kalman-Bucy filter: with process noise that of the steady state, without it the
+        /// time-varying one.
         KalmanBucy = "kalman-bucy",
     }
 }
@@ -213,12 +214,12 @@ impl ObserverTable {
             ("prior", self.prior.is_some(), &[O::KalmanBucy]),
         ]
         .into_iter()
-        .filter_map(|(name, given, of)| given.then_some((name, of)))
+        .filter_map(|(name, given, observers)| given.then_some((name, observers)))
     }
 
     /// The first option that its observer does not have.
     pub(in crate::study) fn stray(&self) -> Option<&'static str> {
-        let stray = |(_, of): &(&str, &[ObserverName])| !of.contains(&self.observer);
+        let stray = |(_, observers): &(&str, &[ObserverName])| !observers.contains(&self.observer);
         self.given().find(stray).map(|(name, _)| name)
     }
 }

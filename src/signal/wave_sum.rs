@@ -20,8 +20,8 @@ impl Signal {
         self.waves.iter().map(|wave| wave.value(t)).sum()
     }
 
-    /// The sum of all waves but the sines as the straight line that it is around the time `inside`: its value at t and
-    /// its slope. t may be an end of the piece.
+    /// The sum of all waves but the sines as the straight line that it is around the time `inside`:
+    /// its value at t and its slope. t may be an end of the piece.
     pub fn line(&self, t: f64, inside: f64) -> (f64, f64) {
         self.waves
             .iter()
@@ -32,7 +32,8 @@ impl Signal {
     /// Whether all waves are defined up to `until` seconds.
     ///
     /// # Errors
-    /// If a number is not finite, a frequency or interval is not positive, or a record is too short.
+    /// If a number is not finite, a frequency or interval is not positive, or a record is too
+    /// short.
     pub fn check(&self, until: f64) -> Result<(), SignalError> {
         self.waves.iter().try_for_each(|wave| wave.check(until))
     }
@@ -46,7 +47,8 @@ impl Signal {
             .sum()
     }
 
-    /// Appends the times in (0, `until`) at which a square wave switches or a record has a sample, in no order.
+    /// Appends the times in (0, `until`) at which a square wave switches or a record has a sample,
+    /// in no order.
     ///
     /// Check the signal first: there are [`Self::breakpoint_bound`] of them at most.
     pub fn breakpoints(&self, until: f64, out: &mut Vec<f64>) {

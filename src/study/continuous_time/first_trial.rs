@@ -45,16 +45,17 @@ impl Traces {
 }
 
 impl Traces {
-    /// Whether this can be the course of a trial of n states and so many observers: every part of the same length, and
-    /// ascending times.
+    /// Whether this can be the course of a trial of n states and so many observers: every part of
+    /// the same length, and ascending times.
     pub(crate) fn are_of(&self, n: usize, observers: usize) -> bool {
         let points = self.times.len();
         let full = |courses: &[Vec<f64>]| {
-            courses.len() == n && courses.iter().all(|of| of.len() == points)
+            courses.len() == n && courses.iter().all(|course| course.len() == points)
         };
         let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
-        let output =
-            |of: &OutputTrace| full(&of.x_hat) && (of.theta_hat.is_empty() || full(&of.theta_hat));
+        let output = |trace: &OutputTrace| {
+            full(&trace.x_hat) && (trace.theta_hat.is_empty() || full(&trace.theta_hat))
+        };
         self.theta.len() == n
             && finite(&self.theta)
             && finite(&self.times)

@@ -183,8 +183,8 @@ mod tests {
         let settings = settings.lines().take_while(|line| !line.is_empty());
         let mut seen = 0;
         for line in settings.filter(|line| !line.starts_with("# Instead of")) {
-            let one = content.replacen(line, line.strip_prefix("# ").unwrap(), 1);
-            let experiment = ExperimentFile::parse(&one).and_then(Experiment::new);
+            let changed = content.replacen(line, line.strip_prefix("# ").unwrap(), 1);
+            let experiment = ExperimentFile::parse(&changed).and_then(Experiment::new);
             assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
             seen += 1;
         }

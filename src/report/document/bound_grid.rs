@@ -1,4 +1,5 @@
-//! Shares of trials that meet nested bounds, over two sides of the grid: where a method works, nearly works, fails.
+//! Shares of trials that meet nested bounds, over two sides of the grid: where a method works,
+//! nearly works, fails.
 
 use super::figures::Drawn;
 use super::layout::x_key;
@@ -11,9 +12,10 @@ use std::collections::HashMap;
 /// Cells of a map that a page shows.
 const MOST_CELLS: usize = 1000;
 
-/// The map of a study whose cells have two bounds of one figure, the narrower one first: in per cent of the trials of the
-/// last output, those within the first, those within the second only, the rest.
-pub(super) fn map(study: &Study) -> Option<Drawn> {
+/// The map of a study whose cells have two bounds of one figure, the narrower one first: in per
+/// cent of the trials of the last output, those within the first, those within the second only, the
+/// rest.
+pub(super) fn bound_grid(study: &Study) -> Option<Drawn> {
     let output = study.labels().last()?;
     let [narrow, wide] = study.file.bounds.as_slice() else {
         return None;
@@ -90,7 +92,7 @@ fn row_name(cell: &CellSummary, keys: &[Key]) -> String {
 fn shares(cell: &CellSummary, output: &str) -> Option<HeatCell> {
     let met = |bound: usize| {
         let mut outputs = cell.bounds.get(bound)?.outputs.iter();
-        let share = outputs.find(|of| of.output == output)?.met.share;
+        let share = outputs.find(|found| found.output == output)?.met.share;
         share.is_finite().then_some(share)
     };
     let (narrow, wide) = (met(0)?, met(1)?);

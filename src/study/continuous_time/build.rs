@@ -30,19 +30,19 @@ const MOST_HOLDS: f64 = 1e7;
 
 /// The cell of some settings.
 pub(in crate::study) fn continuous_cell(
-    of: &Build<'_>,
+    build: &Build<'_>,
     table: &ContinuousTable,
 ) -> Result<ContinuousCell, FileError> {
     times(table)?;
-    let (plant, x0, xi0) = plant(of)?;
+    let (plant, x0, xi0) = plant(build)?;
     let n = plant.order();
     let filters = match &table.filters {
         Some(filters) => filters.clone(),
         None => (1..n).map(|i| i as f64).collect(),
     };
-    let scale = positive(of, Key::GainScale)?;
-    let step = positive(of, Key::Step)?;
-    let tables = of.file.observers.iter().enumerate();
+    let scale = positive(build, Key::GainScale)?;
+    let step = positive(build, Key::Step)?;
+    let tables = build.file.observers.iter().enumerate();
     let observers: Result<Vec<ObserverSpec>, FileError> = tables
         .map(|(i, table)| {
             let place = format!("observers[{i}] ({})", table.observer);
@@ -53,7 +53,7 @@ pub(in crate::study) fn continuous_cell(
         input: Signal {
             waves: vec![Wave::Constant { value: table.input }],
         },
-        disturbance: disturbance(of, table.until)?,
+        disturbance: disturbance(build, table.until)?,
         gpebo: GpeboOptions { xi0, filters },
         observers: observers?,
         until: table.until,
@@ -64,7 +64,7 @@ pub(in crate::study) fn continuous_cell(
         plant,
         x0,
     };
-    cell.check(of.file.seed).map_err(placed)?;
+    cell.check(build.file.seed).map_err(placed)?;
     Ok(cell)
 }
 
@@ -111,12 +111,12 @@ fn times(table: &ContinuousTable) -> Result<(), FileError> {
 }
 
 /// The plant, x(0) and xi(0).
-fn plant(of: &Build<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f64>), FileError> {
-    let name = of.text(Key::Plant);
+fn plant(build: &Build<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f64>), FileError> {
+    let name = build.text(Key::Plant);
     if name == "bobtsov2023" {
         return Ok((ContinuousPlant::bobtsov2023(), vec![1.0, 2.0], vec![0.0; 2]));
     }
-    let tables = &of.file.continuous_plants;
+    let tables = &build.file.continuous_plants;
     let known = CONTINUOUS_PLANTS
         .into_iter()
         .chain(tables.keys().map(String::as_str));
@@ -142,8 +142,8 @@ fn plant(of: &Build<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f64>), FileEr
     Ok((plant, x0.clone(), xi0))
 }
 
-fn positive(of: &Build<'_>, key: Key) -> Result<f64, FileError> {
-    let number = of.number(key)?;
+fn positive(build: &Build<'_>, key: Key) -> Result<f64, FileError> {
+    let number = build.number(key)?;
     if number > 0.0 {
         return Ok(number);
     }
@@ -154,8 +154,8 @@ fn positive(of: &Build<'_>, key: Key) -> Result<f64, FileError> {
 }
 
 /// The terms of the disturbance. One of amplitude zero is none, so that nothing is drawn for it.
-fn disturbance(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
-    let mut terms = terms(of, until)?;
+fn disturbance(build: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
+    let mut terms = terms(build, until)?;
     terms.retain(|term| match term {
         Term::Fixed(_) => true,
         Term::White { deviation, .. } => *deviation != 0.0,
@@ -168,8 +168,8 @@ fn disturbance(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
 }
 
 /// The terms as they are asked for.
-fn terms(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
-    let name = of.text(Key::Disturbance);
+fn terms(build: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
+    let name = build.text(Key::Disturbance);
     let wave = match name.as_str() {
         "none" => return Ok(Vec::new()),
         "constant" => WaveName::Constant,
@@ -178,7 +178,7 @@ fn terms(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
         "square" => WaveName::Square,
         "white" => WaveName::White,
         _ => {
-            let tables = &of.file.signals;
+            let tables = &build.file.signals;
             let known = SIGNALS.into_iter().chain(tables.keys().map(String::as_str));
             let known: Vec<&str> = known.collect();
             let table = tables.get(&name);
@@ -190,7 +190,7 @@ fn terms(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
             }
             let waves = table.waves.iter().enumerate();
             return waves
-                .map(|(i, wave)| term(of, wave, until, &place(i)))
+                .map(|(i, wave)| term(build, wave, until, &place(i)))
                 .collect();
         }
     };
@@ -199,12 +199,12 @@ fn terms(of: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
         amplitude: 1.0,
         ..WaveTable::default()
     };
-    Ok(vec![term(of, &table, until, "settings")?])
+    Ok(vec![term(build, &table, until, "settings")?])
 }
 
 /// One term, times the level.
-fn term(of: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Term, FileError> {
-    let level = of.number(Key::Level)?;
+fn term(build: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Term, FileError> {
+    let level = build.number(Key::Level)?;
     let amplitude = table.amplitude * level;
     let wrong = |message: String| Err(FileError::key(place, message));
     if !amplitude.is_finite() {
@@ -216,9 +216,9 @@ fn term(of: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Te
     match table.wave {
         WaveName::Constant => Ok(Term::Fixed(Wave::Constant { value: amplitude })),
         WaveName::Ramp => Ok(Term::Fixed(Wave::Ramp { slope: amplitude })),
-        WaveName::Sine | WaveName::Square => periodic(of, table, amplitude),
+        WaveName::Sine | WaveName::Square => periodic(build, table, amplitude),
         WaveName::White => {
-            let hold = positive(of, Key::NoiseHold)?;
+            let hold = positive(build, Key::NoiseHold)?;
             if until / hold > MOST_HOLDS {
                 let hold = text::number(hold);
                 let message = format!("{hold}; expected at most {MOST_HOLDS} holds in a trial");
@@ -246,17 +246,17 @@ fn term(of: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Te
 }
 
 /// A sine or a square wave; its own frequency and phase come before the settings'.
-fn periodic(of: &Build<'_>, table: &WaveTable, amplitude: f64) -> Result<Term, FileError> {
+fn periodic(build: &Build<'_>, table: &WaveTable, amplitude: f64) -> Result<Term, FileError> {
     let frequency = match table.frequency {
         Some(frequency) => frequency,
-        None => of.number(Key::Frequency)?,
+        None => build.number(Key::Frequency)?,
     };
-    let random = table.phase.is_none() && of.text(Key::Phase) == "random";
+    let random = table.phase.is_none() && build.text(Key::Phase) == "random";
     let phase = match table.phase {
         Some(phase) => phase,
         None if random => 0.0,
-        None => of.number(Key::Phase).map_err(|_| {
-            let phase = of.text(Key::Phase);
+        None => build.number(Key::Phase).map_err(|_| {
+            let phase = build.text(Key::Phase);
             let message = format!("'{phase}'; expected a number or \"random\"");
             FileError::key(Key::Phase.name(), message)
         })?,
@@ -334,7 +334,8 @@ fn observer(
     }
 }
 
-/// The filter of the steady state, which is a full-order observer, or without process noise the time-varying one.
+/// The filter of the steady state, which is a full-order observer, or without process noise the
+/// time-varying one.
 fn kalman_bucy(
     table: &ObserverTable,
     plant: &ContinuousPlant,
@@ -354,7 +355,7 @@ fn kalman_bucy(
             let noise = Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 });
             let solved = care(plant.a(), plant.c(), noise.as_ref(), r);
             solved
-                .map(|of| with_gain(of.gain))
+                .map(|table| with_gain(table.gain))
                 .map_err(|error| error.to_string())
         }
     }
@@ -364,7 +365,7 @@ fn kalman_bucy(
 fn gains(table: &ObserverTable, n: usize, scale: f64) -> Result<Vec<f64>, String> {
     let given = table.gains.as_deref().unwrap_or(&[]);
     let all = match given {
-        [one] => vec![*one; n],
+        [value] => vec![*value; n],
         all if all.len() == n => all.to_vec(),
         _ => return Err(format!("gains; expected {n} numbers, or one for all")),
     };
