@@ -333,19 +333,29 @@ fn estimate(
     let bad = |message: String| Error::Input(format!("--estimator {name}: {message}"));
     let Orders { na: order, nk, .. } = report.orders;
     let mut options = arguments.options.taken_by(name);
-    let shift = if name.takes("orders") {
-        options.insert("orders".to_owned(), json!(report.orders));
-        0
-    } else {
-        nk - 1
-    };
+    let shift = if name.takes("orders") { 0 } else { nk - 1 };
     if name.takes("gain") {
         options.insert("gain".to_owned(), json!(arguments.gain));
     }
-    let options = name.parse(options).map_err(|error| match error.key {
-        Some(key) => Error::Input(format!("--{}: {}", key.replace('_', "-"), error.message)),
-        None => bad(error.message),
-    })?;
+    let parse = |options: &Map<String, Value>| {
+        name.parse(options.clone())
+            .map_err(|error| match error.key {
+                Some(key) => {
+                    Error::Input(format!("--{}: {}", key.replace('_', "-"), error.message))
+                }
+                None => bad(error.message),
+            })
+    };
+    let mut parsed = parse(&options)?;
+    if let Some(orders) = parsed
+        .model_orders(order)
+        .filter(|_| !options.contains_key("orders"))
+    {
+        // Of --order and --delay.
+        options.insert("orders".to_owned(), json!(Orders { nk, ..orders }));
+        parsed = parse(&options)?;
+    }
+    let options = parsed;
     let samples = report.shifted(shift);
     let shape = Shape {
         order,
@@ -391,7 +401,9 @@ fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
         let (sum, rows) = complete_residuals(&model, report);
         let parameters = model.orders().parameters();
         pass.loss = sum / report.window as f64;
-        model.noise_variance = sum / (rows.saturating_sub(parameters)) as f64;
+        if model.noise_variance.is_nan() {
+            model.noise_variance = sum / rows.saturating_sub(parameters) as f64;
+        }
     }
     // Without the zeros that a delay puts there.
     let degree = model.a.len() + model.f.len() - 2;

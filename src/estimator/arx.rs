@@ -24,12 +24,11 @@ impl ArxOptions {
     fn orders(&self, order: usize) -> Orders {
         self.orders.unwrap_or(Orders::arx(order, order, 1))
     }
-}
 
-impl MethodKind for ArxOptions {
-    fn check(&self) -> Result<(), OptionError> {
+    /// Whether only na, nb and nk are given.
+    pub(super) fn check_orders(orders: Option<Orders>) -> Result<(), OptionError> {
         let wrong = |message: &str| Err(OptionError::new("orders", message));
-        match self.orders {
+        match orders {
             Some(Orders { nc, nd, nf, .. }) if nc + nd + nf > 0 => {
                 wrong("expected na, nb, nk; the model has no C, D, F")
             }
@@ -37,9 +36,15 @@ impl MethodKind for ArxOptions {
             _ => Ok(()),
         }
     }
+}
 
-    fn order(&self, setting: usize) -> usize {
-        self.orders(setting).order()
+impl MethodKind for ArxOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        Self::check_orders(self.orders)
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        Some(self.orders(setting))
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {

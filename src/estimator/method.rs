@@ -3,6 +3,7 @@
 use super::{
     Estimator, IvOptions, KnownModel, KnownOptions, LsOptions, MethodOptions, SetupError, Shape,
 };
+use crate::model::Orders;
 use crate::observer::ObserverKind;
 
 /// One line of a method's results: an estimator's name and the number of its pass.
@@ -90,9 +91,9 @@ pub trait MethodKind {
         }]
     }
 
-    /// The order of the models that it makes where the setting `order` says another one.
-    fn order(&self, setting: usize) -> usize {
-        setting
+    /// The orders of its models, where the setting `order` is so large; `None`: the paper's form of that order.
+    fn model_orders(&self, _setting: usize) -> Option<Orders> {
+        None
     }
 
     /// What it needs of a cell.

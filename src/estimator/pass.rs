@@ -22,6 +22,12 @@ named_enum! {
         StepTooLong = "step-too-long",
         /// Continuous time: the trial's disturbance makes a run that is too long.
         NotRun = "not-run",
+        /// An iteration that did not come to rest.
+        NoConvergence = "no-convergence",
+        /// A model whose predictor is not stable.
+        UnstablePredictor = "unstable-predictor",
+        /// Parameters that the record does not tell apart: psi'psi is singular to rounding.
+        NotIdentifiable = "not-identifiable",
         /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
         NoFilter = "no-filter",
     }
@@ -40,7 +46,7 @@ pub enum Stage {
     InitialState = 6,
     /// Stage 7: the auxiliary model's output.
     AuxiliaryModel = 7,
-    /// Stage 10: p of an IV pass.
+    /// Stage 10: p of an IV pass, or of a later step of another method.
     Instruments = 10,
     /// Stage 12: the observer.
     Observer = 12,
@@ -74,6 +80,9 @@ impl From<FailureKind> for DrawFailure {
             FailureKind::NonFinite
             | FailureKind::StepTooLong
             | FailureKind::NotRun
+            | FailureKind::NoConvergence
+            | FailureKind::UnstablePredictor
+            | FailureKind::NotIdentifiable
             | FailureKind::NoFilter => Self::NonFinite,
             FailureKind::Singular => Self::Singular,
             FailureKind::RankDeficient => Self::RankDeficient,
@@ -124,6 +133,8 @@ pub struct Pass {
     pub loss: f64,
     /// Iterations of an estimator that repeats itself until it rests.
     pub iterations: Option<usize>,
+    /// Distinct minima that a search from several starts met.
+    pub minima: Option<usize>,
     /// Last row of A-hat, n numbers.
     pub a: Vec<f64>,
     /// b-hat, n numbers.
@@ -155,6 +166,7 @@ impl Pass {
             model: LinearModel::zero(Orders::arx(order, order, 1)),
             loss: f64::NAN,
             iterations: None,
+            minima: None,
             direct: 0.0,
             a: vector(),
             b: vector(),
@@ -175,6 +187,7 @@ impl Pass {
         }
         self.loss = f64::NAN;
         self.iterations = None;
+        self.minima = None;
         self.direct = 0.0;
         self.condition = f64::NAN;
         self.unstable = false;
@@ -260,6 +273,12 @@ impl Pass {
     /// If `x0` is not of length n.
     pub fn set_initial_state(&mut self, x0: &[f64]) {
         self.x0.copy_from_slice(x0);
+        self.progress = Progress::InitialState;
+    }
+
+    /// Sets x0 = 0, as methods do that take all signals as zero before the record.
+    pub fn start_at_zero(&mut self) {
+        self.x0.fill(0.0);
         self.progress = Progress::InitialState;
     }
 

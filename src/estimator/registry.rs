@@ -1,9 +1,14 @@
 //! The estimators of this crate: a line each. Its file has its options, which say everything else.
 
 use super::arx::ArxOptions;
+use super::iv_delayed::IvDelayedOptions;
+use super::iv4::Iv4Options;
 use super::known::KnownOptions;
 use super::method::{MethodKind, Needs, OptionError, Output, Problem};
+use super::output_error_iteration::{SrivOptions, StmcbOptions};
+use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
 use super::{Estimator, IvOptions, LsOptions, SetupError};
+use crate::model::Orders;
 use crate::names::named_enum;
 use serde_json::{Map, Value};
 use std::sync::LazyLock;
@@ -106,6 +111,20 @@ estimators! {
     LeastSquares = "ls": LsOptions,
     /// Least squares for any orders: na, nb and the delay nk.
     Arx = "arx": ArxOptions,
+    /// Instrumental variables for any orders: delayed inputs as instruments, two-stage least squares.
+    IvDelayed = "iv-delayed": IvDelayedOptions,
+    /// Four-step instrumental variables of Ljung and Soderstrom.
+    Iv4 = "iv4": Iv4Options,
+    /// Simplified refined instrumental variables of Young, iterated to rest: the output-error model B/F.
+    Sriv = "sriv": SrivOptions,
+    /// Steiglitz and McBride's iteration to rest: the output-error model B/F.
+    Stmcb = "stmcb": StmcbOptions,
+    /// Prediction error method: the output-error model B/F.
+    Oe = "oe": OeOptions,
+    /// Prediction error method: the ARMAX model A, B, C.
+    Armax = "armax": ArmaxOptions,
+    /// Prediction error method: the Box-Jenkins model B/F, C/D.
+    Bj = "bj": BjOptions,
     /// The true plant and the mean of x(0), as what an observer achieves that knows them.
     Known = "known": KnownOptions,
 }
@@ -185,9 +204,14 @@ impl MethodOptions {
         self.kind().outputs(name)
     }
 
-    /// The order of the models that it makes where the setting says another one.
+    /// The orders of its models, where the setting `order` is so large; `None`: the paper's form of that order.
+    pub fn model_orders(&self, setting: usize) -> Option<Orders> {
+        self.kind().model_orders(setting)
+    }
+
+    /// The order of the part of its models that u drives, where the setting `order` is so large.
     pub fn order(&self, setting: usize) -> usize {
-        self.kind().order(setting)
+        self.model_orders(setting).map_or(setting, Orders::order)
     }
 
     /// What it needs of a cell.

@@ -7,9 +7,9 @@ use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_
 use super::{FailureKind, SetupError};
 use crate::model::Orders;
 use crate::names::named_enum;
-use faer::MatMut;
 use faer::Par;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::{MatMut, MatRef};
 
 named_enum! {
     /// Which equations of a record of N samples are used.
@@ -20,6 +20,17 @@ named_enum! {
         Prewindow = "prewindow",
         /// With zeros before and after it, `k = 0 ... N-1 + max(na, nb + nk - 1)`.
         Padded = "padded",
+    }
+}
+
+impl Rows {
+    /// The first row's k and how many rows there are, where each looks back so far.
+    pub(super) fn extent(self, reach: usize, window: usize) -> (usize, usize) {
+        match self {
+            Self::Complete => (reach, window.saturating_sub(reach)),
+            Self::Prewindow => (0, window),
+            Self::Padded => (0, window + reach),
+        }
     }
 }
 
@@ -45,11 +56,7 @@ impl Regression {
     /// [`SetupError::ShortRecord`] where there are fewer rows than parameters.
     pub fn new(orders: Orders, rows: Rows, window: usize) -> Result<Self, SetupError> {
         let reach = orders.reach();
-        let (first, count) = match rows {
-            Rows::Complete => (reach, window.saturating_sub(reach)),
-            Rows::Prewindow => (0, window),
-            Rows::Padded => (0, window + reach),
-        };
+        let (first, count) = rows.extent(reach, window);
         let width = orders.na + orders.nb;
         if width == 0 || count < width {
             return Err(SetupError::ShortRecord {
@@ -143,21 +150,31 @@ impl Regression {
 
     /// `variance (Phi'Phi)^-1` of what was solved last, row by row.
     pub fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
-        let (r, n) = (self.reduction.r(), self.theta.len());
-        to.clear();
-        to.resize(n * n, 0.0);
-        // Column j of R^-1 adds to all entries up to j: (R'R)^-1 = R^-1 R^-T.
-        for j in 0..n {
-            let column = &mut self.scratch[..=j];
-            column[j] = 1.0 / r[(j, j)];
-            for i in (0..j).rev() {
-                let sum: f64 = (i + 1..=j).map(|l| r[(i, l)] * column[l]).sum();
-                column[i] = -sum / r[(i, i)];
-            }
-            for (i, row) in column.iter().enumerate() {
-                for (l, other) in column.iter().enumerate() {
-                    to[i * n + l] += variance * row * other;
-                }
+        covariance_of_triangle(self.reduction.r(), variance, &mut self.scratch, to);
+    }
+}
+
+/// `variance (R'R)^-1`, row by row; `scratch` is room for a column.
+pub(super) fn covariance_of_triangle(
+    r: MatRef<'_, f64>,
+    variance: f64,
+    scratch: &mut [f64],
+    to: &mut Vec<f64>,
+) {
+    let n = r.ncols();
+    to.clear();
+    to.resize(n * n, 0.0);
+    // Column j of R^-1 adds to all entries up to j: (R'R)^-1 = R^-1 R^-T.
+    for j in 0..n {
+        let column = &mut scratch[..=j];
+        column[j] = 1.0 / r[(j, j)];
+        for i in (0..j).rev() {
+            let sum: f64 = (i + 1..=j).map(|l| r[(i, l)] * column[l]).sum();
+            column[i] = -sum / r[(i, i)];
+        }
+        for (i, row) in column.iter().enumerate() {
+            for (l, other) in column.iter().enumerate() {
+                to[i * n + l] += variance * row * other;
             }
         }
     }

@@ -1,6 +1,8 @@
 //! Recorded data against other programs' least squares (`data/README.md`): `asobench estimate`, as a user runs it, and
 //! the solvers of `ls`.
 
+mod methods;
+
 use asobench::data::{Detrend, Trend, csv};
 use asobench::estimator::{Estimator, LeastSquares, Pass, Shape, Solver, Window};
 use serde_json::Value;

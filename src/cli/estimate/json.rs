@@ -113,6 +113,7 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         ("loss", json!(parameters.then_some(pass.loss))),
         ("se", json!(model.standard_errors().filter(|_| parameters))),
         ("iterations", json!(pass.iterations)),
+        ("minima", json!(pass.minima)),
         ("a", known(&pass.a)),
         ("b", known(&pass.b)),
         ("h", known(&pass.h)),

@@ -48,6 +48,26 @@ impl<'de> Deserialize<'de> for MethodKey {
     }
 }
 
+/// A value of an option, whichever it is, or a list of them.
+struct OptionValue(Value);
+
+impl<'de> Deserialize<'de> for OptionValue {
+    /// Refuses what no option can be, so that its line is told.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let single = |value: &Value| value.is_u64() || value.is_string() || value.is_object();
+        let value = Value::deserialize(deserializer)?;
+        let fits = match &value {
+            Value::Array(values) => values.iter().all(single),
+            value => single(value),
+        };
+        if fits {
+            return Ok(Self(value));
+        }
+        let expected = "expected a whole number, a text, or a list of either";
+        Err(de::Error::custom(expected))
+    }
+}
+
 impl<'de> Deserialize<'de> for MethodTable {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Table;
@@ -67,9 +87,13 @@ impl<'de> Deserialize<'de> for MethodTable {
                         "name" => table.name = Some(map.next_value()?),
                         "estimator" => table.estimator = Some(map.next_value()?),
                         "report" => table.report = Some(map.next_value()?),
-                        "observer" => table.observer = Some(map.next_value()?),
+                        "observer" => {
+                            let OptionValue(value) = map.next_value()?;
+                            table.observer = Some(value);
+                        }
                         _ => {
-                            options.insert(key, map.next_value()?);
+                            let OptionValue(value) = map.next_value()?;
+                            options.insert(key, value);
                         }
                     }
                 }

@@ -1,0 +1,230 @@
+//! Instrumental variables for any orders: `theta = argmin || Q'(y - Phi theta) ||`, `Z = Q R`.
+//!
+//! With as many instruments as parameters it is `(Z'Phi)^-1 Z'y`, with more two-stage least squares. Neither `Z'Z` nor
+//! `Z'Phi` is formed.
+
+use super::regression::{Rows, covariance_of_triangle};
+use super::solver::Reduction;
+use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::{FailureKind, SetupError};
+use crate::model::Orders;
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::reborrow::ReborrowMut;
+use faer::{MatMut, Par};
+
+/// What the instruments of the past outputs are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instruments {
+    /// `-x(k-1) ... -x(k-na)` of another signal x, such as a model's output.
+    Signal,
+    /// Inputs from before those of the regression, `na + extra` of them.
+    DelayedInputs {
+        /// How many more than there are outputs in the regression.
+        extra: usize,
+    },
+}
+
+impl Instruments {
+    /// Instruments beside the inputs of the regression.
+    fn count(self, orders: Orders) -> usize {
+        match self {
+            Self::Signal => orders.na,
+            Self::DelayedInputs { extra } => orders.na + extra,
+        }
+    }
+
+    /// How many samples before k a row looks back.
+    fn reach(self, orders: Orders) -> usize {
+        match self {
+            Self::Signal => orders.reach(),
+            Self::DelayedInputs { extra } => orders
+                .reach()
+                .max(orders.nk + orders.nb + orders.na + extra - 1),
+        }
+    }
+}
+
+/// The signals of a regression with instruments, of one length.
+#[derive(Clone, Copy, Debug)]
+pub struct Signals<'a> {
+    /// The input.
+    pub u: &'a [f64],
+    /// The output.
+    pub y: &'a [f64],
+    /// What takes the output's place in the instruments; not looked at for delayed inputs.
+    pub x: &'a [f64],
+}
+
+/// Buffers for records of one length.
+pub struct InstrumentalRegression {
+    orders: Orders,
+    instruments: Instruments,
+    reach: usize,
+    first: usize,
+    count: usize,
+    /// Zeros, the record, zeros.
+    u: Vec<f64>,
+    y: Vec<f64>,
+    x: Vec<f64>,
+    /// `Z = Q R` with Phi and y as companions, then `Q'Phi` with `Q'y`.
+    outer: Reduction,
+    inner: Reduction,
+    equilibration: Equilibration,
+    scratch: Vec<f64>,
+    theta: Vec<f64>,
+}
+
+impl InstrumentalRegression {
+    /// Buffers for windows of so many samples; C, D and F play no part.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] where there are fewer rows than instruments.
+    pub fn new(
+        orders: Orders,
+        instruments: Instruments,
+        rows: Rows,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let reach = instruments.reach(orders);
+        let (first, count) = rows.extent(reach, window);
+        let width = orders.na + orders.nb;
+        let wide = instruments.count(orders) + orders.nb;
+        if width == 0 || count < wide {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: count,
+            });
+        }
+        let padded = || vec![0.0; window + 2 * reach];
+        Ok(Self {
+            orders,
+            instruments,
+            reach,
+            first,
+            count,
+            u: padded(),
+            y: padded(),
+            x: padded(),
+            outer: Reduction::new(wide, count, width + 1),
+            inner: Reduction::new(width, wide, 1),
+            equilibration: Equilibration::new(wide, wide),
+            scratch: vec![0.0; wide],
+            theta: vec![0.0; width],
+        })
+    }
+
+    /// How many rows there are.
+    pub fn rows(&self) -> usize {
+        self.count
+    }
+
+    /// What was solved last.
+    pub fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    /// Finds theta; the condition is the worse one of R and of the triangle of `Q'Phi`, columns scaled.
+    ///
+    /// # Errors
+    /// As for [`super::Regression::solve`].
+    ///
+    /// # Panics
+    /// If a signal is not of the length that the buffers were made for.
+    pub fn solve(&mut self, signals: Signals<'_>, condition: &mut f64) -> Result<(), FailureKind> {
+        let (Orders { na, nb, nk, .. }, instruments) = (self.orders, self.instruments);
+        let record = self.reach..self.y.len() - self.reach;
+        self.u[record.clone()].copy_from_slice(signals.u);
+        self.y[record.clone()].copy_from_slice(signals.y);
+        if instruments == Instruments::Signal {
+            self.x[record].copy_from_slice(signals.x);
+        }
+        let (u, y, x, start) = (&self.u, &self.y, &self.x, self.first + self.reach);
+        let more = instruments.count(self.orders);
+        let put = |mut to: MatMut<'_, f64>, column: usize, from: &[f64], sign: f64| {
+            for (row, value) in from.iter().enumerate() {
+                to[(row, column)] = sign * value;
+            }
+        };
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            let (rows, start) = (z.nrows(), start + first);
+            let lagged = |lag: usize| start - lag..start - lag + rows;
+            for i in 0..more {
+                match instruments {
+                    Instruments::Signal => put(z.rb_mut(), i, &x[lagged(i + 1)], -1.0),
+                    Instruments::DelayedInputs { .. } => {
+                        put(z.rb_mut(), i, &u[lagged(nk + nb + i)], 1.0);
+                    }
+                }
+            }
+            for i in 0..na {
+                put(right.rb_mut(), i, &y[lagged(i + 1)], -1.0);
+            }
+            for i in 0..nb {
+                let range = lagged(nk + i);
+                put(z.rb_mut(), more + i, &u[range.clone()], 1.0);
+                put(right.rb_mut(), na + i, &u[range], 1.0);
+            }
+            put(right.rb_mut(), na + nb, &y[lagged(0)], 1.0);
+        };
+        self.outer.run(self.count, fill)?;
+        let (wide, width) = (more + nb, na + nb);
+        let of_z = self.triangle(true, wide)?;
+        let top = self.outer.top();
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                for column in 0..width {
+                    z[(row, column)] = top[(first + row, column)];
+                }
+                right[(row, 0)] = top[(first + row, width)];
+            }
+        };
+        self.inner.run(wide, fill)?;
+        let of_phi = self.triangle(false, width)?;
+        *condition = of_z.max(of_phi);
+        let top = self.inner.top();
+        for (i, theta) in self.theta.iter_mut().enumerate() {
+            *theta = top[(i, 0)];
+        }
+        let theta = MatMut::from_column_major_slice_mut(&mut self.theta, width, 1);
+        solve_upper_triangular_in_place(self.inner.r(), theta, Par::Seq);
+        Ok(())
+    }
+
+    /// The condition of a triangle, checked.
+    fn triangle(&mut self, outer: bool, columns: usize) -> Result<f64, FailureKind> {
+        let reduction = if outer { &self.outer } else { &self.inner };
+        let scales = &mut self.equilibration.columns;
+        scales.resize(columns, 1.0);
+        self.equilibration.of_columns(reduction.r())?;
+        let scales = &self.equilibration.columns;
+        let condition = triangular_condition(reduction.r(), scales, &mut self.scratch)?;
+        check_rank_of_columns(condition, columns)?;
+        Ok(condition)
+    }
+
+    /// `sum (y(k) - phi(k)' theta)^2` over the rows of what was solved last.
+    pub fn residual_sum(&self) -> f64 {
+        let (Orders { na, nk, .. }, start) = (self.orders, self.first + self.reach);
+        let (a, b) = self.theta.split_at(na);
+        let residual = |k: usize| -> f64 {
+            let of_y = a.iter().enumerate().map(|(i, a)| a * self.y[k - 1 - i]);
+            let of_u = b.iter().enumerate().map(|(i, b)| b * self.u[k - nk - i]);
+            self.y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
+        };
+        (start..start + self.count)
+            .map(|k| residual(k).powi(2))
+            .sum()
+    }
+
+    /// `variance (Phi'Q Q'Phi)^-1` of what was solved last, row by row; with as many instruments as parameters
+    /// `variance (Z'Phi)^-1 Z'Z (Phi'Z)^-1`.
+    pub fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
+        covariance_of_triangle(self.inner.r(), variance, &mut self.scratch, to);
+    }
+
+    /// `variance (Z'Z)^-1` of what was solved last, row by row.
+    pub fn covariance_of_instruments(&mut self, variance: f64, to: &mut Vec<f64>) {
+        covariance_of_triangle(self.outer.r(), variance, &mut self.scratch, to);
+    }
+}

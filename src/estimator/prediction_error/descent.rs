@@ -1,0 +1,437 @@
+//! One search: Levenberg and Marquardt's steps from a start to the minimum that it leads to.
+
+use crate::estimator::FailureKind;
+use crate::estimator::output_error_iteration::stable;
+use crate::estimator::regression::covariance_of_triangle;
+use crate::estimator::solver::Reduction;
+use crate::estimator::solver::condition::{
+    Equilibration, check_rank_of_columns, triangular_condition,
+};
+use crate::model::polynomial::{divide, filter};
+use crate::model::{LinearModel, Orders};
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::{Mat, MatMut, Par};
+
+/// Linearisations that a search may take.
+const MOST_ITERATIONS: usize = 200;
+
+/// The largest step, relative to the largest parameter, at which it rests.
+const REST: f64 = 1e-12;
+
+/// Steps below this are taken though rounding hides whether the loss falls.
+const LAST: f64 = 1e-7;
+
+/// Steps below this, after the first iterations, are Newton's.
+const NEAR: f64 = 0.03;
+const EARLY: usize = 8;
+
+/// The relative step of the differences of which Newton's Hessian is made.
+const DIFFERENCE: f64 = 1e-5;
+
+/// The scaled gradient below which a point that no step improves is a minimum.
+const FLAT: f64 = 1e-7;
+
+/// What a search found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    /// `sum e(k)^2`.
+    pub(super) sum: f64,
+    pub(super) iterations: usize,
+    pub(super) failure: Option<FailureKind>,
+}
+
+/// Buffers for records of one length.
+pub(super) struct Descent {
+    orders: Orders,
+    model: LinearModel,
+    theta: Vec<f64>,
+    trial: Vec<f64>,
+    step: Vec<f64>,
+    /// `B/F u`, `A y - B/F u`, and the prediction errors.
+    x: Vec<f64>,
+    w: Vec<f64>,
+    e: Vec<f64>,
+    /// `D/C y`, `D/(C F) u`, `D/(C F) x`, `e/C`, `w/C`: each column of psi is one of them, delayed.
+    filtered: [Vec<f64>; 5],
+    scratch: Vec<f64>,
+    psi: Reduction,
+    damped: Reduction,
+    equilibration: Equilibration,
+    column: Vec<f64>,
+    hessian: Mat<f64>,
+}
+
+/// Solves `H x = b` in place by Cholesky's factors of H's lower triangle; false where H is not positive definite.
+fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
+    let n = x.len();
+    for j in 0..n {
+        let square = h[(j, j)] - (0..j).map(|l| h[(j, l)] * h[(j, l)]).sum::<f64>();
+        if !(square > 0.0 && square.is_finite()) {
+            return false;
+        }
+        let root = square.sqrt();
+        h[(j, j)] = root;
+        for i in j + 1..n {
+            let product: f64 = (0..j).map(|l| h[(i, l)] * h[(j, l)]).sum();
+            h[(i, j)] = (h[(i, j)] - product) / root;
+        }
+    }
+    for i in 0..n {
+        let sum: f64 = (0..i).map(|l| h[(i, l)] * x[l]).sum();
+        x[i] = (x[i] - sum) / h[(i, i)];
+    }
+    for i in (0..n).rev() {
+        let sum: f64 = (i + 1..n).map(|l| h[(l, i)] * x[l]).sum();
+        x[i] = (x[i] - sum) / h[(i, i)];
+    }
+    true
+}
+
+impl Descent {
+    pub(super) fn new(orders: Orders, window: usize) -> Self {
+        let n = orders.parameters();
+        let signal = || vec![0.0; window];
+        let column = || vec![0.0; n];
+        Self {
+            orders,
+            model: LinearModel::zero(orders),
+            theta: column(),
+            trial: column(),
+            step: column(),
+            x: signal(),
+            w: signal(),
+            e: signal(),
+            filtered: [signal(), signal(), signal(), signal(), signal()],
+            scratch: Vec::new(),
+            psi: Reduction::new(n, window, 1),
+            damped: Reduction::new(n, 2 * n, 1),
+            equilibration: Equilibration::new(n, n),
+            column: column(),
+            hessian: Mat::zeros(n, n),
+        }
+    }
+
+    /// The parameters that the last search ended at.
+    pub(super) fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    /// `sum e(k)^2` at parameters; `None` where the predictor is not stable or something overflows.
+    fn sum(&mut self, u: &[f64], y: &[f64], trial: bool) -> Option<f64> {
+        let theta = if trial { &self.trial } else { &self.theta };
+        self.model.set_parameters(theta);
+        let LinearModel { a, b, c, d, f, .. } = &self.model;
+        if !(stable(f, &mut self.scratch) && stable(c, &mut self.scratch)) {
+            return None;
+        }
+        filter(b, u, &mut self.x);
+        divide(f, &mut self.x);
+        filter(a, y, &mut self.w);
+        for (w, x) in self.w.iter_mut().zip(&self.x) {
+            *w -= x;
+        }
+        filter(d, &self.w, &mut self.e);
+        divide(c, &mut self.e);
+        let sum: f64 = self.e.iter().map(|e| e * e).sum();
+        sum.is_finite().then_some(sum)
+    }
+
+    /// R and `Q'e` of psi = de/dtheta where [`Self::sum`] was taken last.
+    fn gradient(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
+        let LinearModel { c, d, f, .. } = &self.model;
+        let [of_y, of_u, of_x, of_e, of_w] = &mut self.filtered;
+        for (to, from, with_f) in [
+            (&mut *of_y, y, false),
+            (&mut *of_u, u, true),
+            (&mut *of_x, &self.x, true),
+        ] {
+            filter(d, from, to);
+            divide(c, to);
+            if with_f {
+                divide(f, to);
+            }
+        }
+        for (to, from) in [(&mut *of_e, &self.e), (&mut *of_w, &self.w)] {
+            to.copy_from_slice(from);
+            divide(c, to);
+        }
+        let Orders {
+            na,
+            nb,
+            nc,
+            nd,
+            nf,
+            nk,
+        } = self.orders;
+        let blocks: [(&[f64], usize, usize, f64); 5] = [
+            (of_y, na, 1, 1.0),
+            (of_u, nb, nk, -1.0),
+            (of_e, nc, 1, -1.0),
+            (of_w, nd, 1, 1.0),
+            (of_x, nf, 1, 1.0),
+        ];
+        let e = &self.e;
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            let rows = z.nrows();
+            let mut column = 0;
+            for (signal, count, delay, sign) in blocks {
+                for lag in delay..delay + count {
+                    for row in 0..rows {
+                        let k = (first + row).checked_sub(lag);
+                        z[(row, column)] = k.map_or(0.0, |k| sign * signal[k]);
+                    }
+                    column += 1;
+                }
+            }
+            for row in 0..rows {
+                right[(row, 0)] = e[first + row];
+            }
+        };
+        self.psi.run(e.len(), fill)
+    }
+
+    /// The step that minimises `|| R step + Q'e ||^2 + damping || S step ||^2`, S the lengths of psi's columns; false
+    /// where there is none.
+    fn damped_step(&mut self, damping: f64) -> bool {
+        let n = self.step.len();
+        let (r, top, root) = (self.psi.r(), self.psi.top(), damping.sqrt());
+        let length = |j: usize| (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum::<f64>().sqrt();
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                let i = first + row;
+                for j in 0..n {
+                    z[(row, j)] = match i.checked_sub(n) {
+                        None if j >= i => r[(i, j)],
+                        Some(of) if of == j => root * length(j),
+                        _ => 0.0,
+                    };
+                }
+                right[(row, 0)] = if i < n { -top[(i, 0)] } else { 0.0 };
+            }
+        };
+        let rows = if damping > 0.0 { 2 * n } else { n };
+        if self.damped.run(rows, fill).is_err() {
+            return false;
+        }
+        let (r, top) = (self.damped.r(), self.damped.top());
+        if (0..n).any(|i| r[(i, i)] == 0.0) {
+            return false;
+        }
+        for (i, step) in self.step.iter_mut().enumerate() {
+            *step = top[(i, 0)];
+        }
+        let step = MatMut::from_column_major_slice_mut(&mut self.step, n, 1);
+        solve_upper_triangular_in_place(r, step, Par::Seq);
+        self.step.iter().all(|step| step.is_finite())
+    }
+
+    /// The largest cosine between e and a column of psi.
+    fn scaled_gradient(&self, sum: f64) -> f64 {
+        let (r, top) = (self.psi.r(), self.psi.top());
+        let cosine = |j: usize| {
+            let column = (0..=j).map(|i| (r[(i, j)], top[(i, 0)]));
+            let (product, square) =
+                column.fold((0.0, 0.0), |(p, s), (r, e)| (p + r * e, s + r * r));
+            if square > 0.0 {
+                (product / (square * sum).sqrt()).abs()
+            } else {
+                0.0
+            }
+        };
+        (0..self.step.len()).map(cosine).fold(0.0, f64::max)
+    }
+
+    /// Searches from a start.
+    pub(super) fn run(&mut self, u: &[f64], y: &[f64], start: &[f64]) -> Found {
+        self.theta.copy_from_slice(start);
+        let mut found = Found {
+            sum: f64::INFINITY,
+            iterations: 0,
+            failure: None,
+        };
+        let Some(sum) = self.sum(u, y, false) else {
+            found.failure = Some(FailureKind::UnstablePredictor);
+            return found;
+        };
+        found.sum = sum;
+        let mut damping = 1e-3;
+        let mut near = false;
+        for iteration in 1..=MOST_ITERATIONS {
+            found.iterations = iteration;
+            if let Err(kind) = self.gradient(u, y) {
+                found.failure = Some(kind);
+                return found;
+            }
+            if found.sum == 0.0 {
+                return found;
+            }
+            let mut taken = None;
+            if near && iteration > EARLY {
+                taken = self.newton(u, y, &mut found.sum);
+            }
+            if taken.is_none() {
+                if let Err(kind) = self.linearise_again(u, y, near && iteration > EARLY) {
+                    found.failure = Some(kind);
+                    return found;
+                }
+                taken = self.improve(u, y, &mut found.sum, &mut damping);
+            }
+            near = taken.is_some_and(|step| step < NEAR);
+            match taken {
+                Some(step) if step > REST => {}
+                Some(_) => return found,
+                None if self.scaled_gradient(found.sum) < FLAT => return found,
+                None => break,
+            }
+        }
+        found.failure = Some(FailureKind::NoConvergence);
+        found
+    }
+
+    /// `psi'e` of what [`Self::gradient`] left.
+    fn gradient_of_sum(&self, to: &mut [f64]) {
+        let (r, top) = (self.psi.r(), self.psi.top());
+        for (j, to) in to.iter_mut().enumerate() {
+            *to = (0..=j).map(|i| r[(i, j)] * top[(i, 0)]).sum();
+        }
+    }
+
+    /// Where a Newton step was tried in vain, psi is of another point: takes it at theta again.
+    fn linearise_again(&mut self, u: &[f64], y: &[f64], moved: bool) -> Result<(), FailureKind> {
+        if !moved {
+            return Ok(());
+        }
+        self.sum(u, y, false).ok_or(FailureKind::NonFinite)?;
+        self.gradient(u, y)
+    }
+
+    /// Newton's step where the second derivatives of e count, so that Gauss and Newton's comes to rest slowly. The Hessian
+    /// is of central differences of the exact gradient. The step's relative length; `None` where it does not help.
+    fn newton(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
+        let n = self.theta.len();
+        let mut gradient = std::mem::take(&mut self.column);
+        self.gradient_of_sum(&mut gradient);
+        for j in 0..n {
+            let h = DIFFERENCE * self.theta[j].abs().max(1e-3);
+            self.hessian.col_mut(j).fill(0.0);
+            for side in [-1.0, 1.0] {
+                self.trial.copy_from_slice(&self.theta);
+                self.trial[j] += side * h;
+                let there = self.sum(u, y, true).is_some() && self.gradient(u, y).is_ok();
+                if !there {
+                    self.column = gradient;
+                    return None;
+                }
+                let (r, top) = (self.psi.r(), self.psi.top());
+                for i in 0..n {
+                    let product: f64 = (0..=i).map(|l| r[(l, i)] * top[(l, 0)]).sum();
+                    self.hessian[(i, j)] += side * product / (2.0 * h);
+                }
+            }
+        }
+        for (step, gradient) in self.step.iter_mut().zip(&gradient) {
+            *step = -gradient;
+        }
+        self.column = gradient;
+        for j in 0..n {
+            for i in 0..j {
+                let mean = f64::midpoint(self.hessian[(i, j)], self.hessian[(j, i)]);
+                self.hessian[(j, i)] = mean;
+            }
+        }
+        solve_positive(&mut self.hessian, &mut self.step).then_some(())?;
+        self.take_step(u, y, sum)
+    }
+
+    /// Takes the step where it does not raise the sum; its relative length.
+    fn take_step(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
+        let size = |values: &[f64]| values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        for ((trial, theta), step) in self.trial.iter_mut().zip(&self.theta).zip(&self.step) {
+            *trial = theta + step;
+        }
+        let length = size(&self.step) / size(&self.trial).max(f64::MIN_POSITIVE);
+        // Rounding hides whether the last steps lower it.
+        let allowed = if length < LAST {
+            *sum * (1.0 + 1e-12)
+        } else {
+            *sum
+        };
+        let lower = self.sum(u, y, true).filter(|lower| *lower <= allowed)?;
+        self.theta.copy_from_slice(&self.trial);
+        *sum = lower;
+        Some(length)
+    }
+
+    /// Takes the first step, of growing damping, that lowers the sum; its relative length.
+    fn improve(&mut self, u: &[f64], y: &[f64], sum: &mut f64, damping: &mut f64) -> Option<f64> {
+        for _ in 0..24 {
+            if self.damped_step(*damping)
+                && let Some(length) = self.take_step(u, y, sum)
+            {
+                *damping = if *damping < 1e-9 {
+                    0.0
+                } else {
+                    *damping / 10.0
+                };
+                return Some(length);
+            }
+            *damping = (*damping * 10.0).max(1e-6);
+        }
+        None
+    }
+
+    /// Psi's triangle at parameters, and its condition with columns scaled.
+    ///
+    /// # Errors
+    /// [`FailureKind::NotIdentifiable`] where `psi'psi` is singular to rounding.
+    pub(super) fn linearise(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        theta: &[f64],
+    ) -> Result<f64, FailureKind> {
+        self.theta.copy_from_slice(theta);
+        let there = self.sum(u, y, false);
+        there.ok_or(FailureKind::UnstablePredictor)?;
+        self.gradient(u, y)?;
+        let singular = |_| FailureKind::NotIdentifiable;
+        let r = self.psi.r();
+        self.equilibration.of_columns(r).map_err(singular)?;
+        let columns = &self.equilibration.columns;
+        let condition = triangular_condition(r, columns, &mut self.column).map_err(singular)?;
+        check_rank_of_columns(condition, theta.len()).map_err(singular)?;
+        Ok(condition)
+    }
+
+    /// `variance (psi'psi)^-1` of what was linearised last.
+    pub(super) fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
+        covariance_of_triangle(self.psi.r(), variance, &mut self.column, to);
+    }
+
+    /// Psi, column by column, for tests.
+    #[cfg(test)]
+    pub(super) fn psi_by_columns(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        theta: &[f64],
+    ) -> (Vec<Vec<f64>>, Vec<f64>) {
+        self.theta.copy_from_slice(theta);
+        self.sum(u, y, false).unwrap();
+        self.gradient(u, y).unwrap();
+        let n = theta.len();
+        let product = |i: usize, j: usize| {
+            let r = self.psi.r();
+            (0..=i.min(j)).map(|l| r[(l, i)] * r[(l, j)]).sum::<f64>()
+        };
+        let information = (0..n)
+            .map(|i| (0..n).map(|j| product(i, j)).collect())
+            .collect();
+        let top = self.psi.top();
+        let r = self.psi.r();
+        let gradient = (0..n)
+            .map(|j| (0..=j).map(|i| r[(i, j)] * top[(i, 0)]).sum())
+            .collect();
+        (information, gradient)
+    }
+}

@@ -1,0 +1,230 @@
+//! Prediction error methods: `theta = argmin sum e(k)^2`, `e = D/C (A y - B/F u)`, all signals zero before the record.
+//!
+//! Levenberg and Marquardt's steps with the exact gradient, found by filtering (Ljung, *System Identification*, 2nd ed.,
+//! section 10.3), over models whose predictor is stable (zeros of C and F inside the unit circle), from several starts.
+
+mod descent;
+mod starts;
+
+use super::method::{MethodKind, OptionError, Problem};
+use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
+use crate::model::{LinearModel, Orders};
+use descent::{Descent, Found};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use starts::Starts;
+
+/// Random starts beside those of linear methods, by default.
+const RANDOM_STARTS: usize = 12;
+
+/// The most random starts.
+const MOST_STARTS: usize = 10_000;
+
+/// Losses of one minimum agree to this.
+const SAME: f64 = 1e-8;
+
+/// Defines the options of a structure, which are alike.
+macro_rules! structure {
+    ($options:ident, $doc:literal, $orders_doc:literal, $check:expr, $default:expr) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $options {
+            #[doc = $orders_doc]
+            pub orders: Option<Orders>,
+            /// Random starts of the search, beside those from linear methods.
+            pub starts: usize,
+        }
+
+        impl Default for $options {
+            fn default() -> Self {
+                Self {
+                    orders: None,
+                    starts: RANDOM_STARTS,
+                }
+            }
+        }
+
+        impl $options {
+            fn orders(&self, order: usize) -> Orders {
+                let default: fn(usize) -> Orders = $default;
+                self.orders.unwrap_or_else(|| default(order))
+            }
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                let check: fn(Orders) -> Option<&'static str> = $check;
+                if self.starts > MOST_STARTS {
+                    let message = format!("{}; expected at most {MOST_STARTS}", self.starts);
+                    return Err(OptionError::new("starts", message));
+                }
+                match self.orders.and_then(check) {
+                    Some(message) => Err(OptionError::new("orders", message)),
+                    None => Ok(()),
+                }
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(self.orders(setting))
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = self.orders(problem.shape.order);
+                let method = PredictionError::new(orders, self.starts, problem.shape.window)?;
+                Ok(Box::new(method))
+            }
+        }
+    };
+}
+
+structure!(
+    OeOptions,
+    "The options of `oe`, `y = B/F u + e`.",
+    "Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.",
+    |orders| (orders.na + orders.nc + orders.nd > 0 || orders.nb == 0)
+        .then_some("expected nb of at least 1, nf, nk; the model has no A, C, D"),
+    |n| Orders {
+        nb: n,
+        nf: n,
+        nk: 1,
+        ..Orders::default()
+    }
+);
+
+structure!(
+    ArmaxOptions,
+    "The options of `armax`, `A y = B u + C e`.",
+    "Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=2,nk=1; by default na = nb = nc = the setting `order`, nk = 1.",
+    |orders| (orders.nd + orders.nf > 0 || orders.parameters() == 0)
+        .then_some("expected na, nb, nc, nk; the model has no D, F"),
+    |n| Orders {
+        na: n,
+        nb: n,
+        nc: n,
+        nk: 1,
+        ..Orders::default()
+    }
+);
+
+structure!(
+    BjOptions,
+    "The options of `bj`, `y = B/F u + C/D e`.",
+    "Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.",
+    |orders| (orders.na > 0 || orders.nb == 0)
+        .then_some("expected nb of at least 1, nc, nd, nf, nk; the model has no A"),
+    |n| Orders {
+        nb: n,
+        nc: n,
+        nd: n,
+        nf: n,
+        nk: 1,
+        ..Orders::default()
+    }
+);
+
+/// Searches the minimum from every start and takes the lowest; its covariance is `s^2 (psi'psi)^-1`,
+/// `s^2 = N V / (N - parameters)`.
+pub struct PredictionError {
+    starts: Starts,
+    descent: Descent,
+    /// The lowest minimum so far.
+    best: Option<Found>,
+    theta: Vec<f64>,
+    /// Losses of the minima that were met, each once.
+    minima: Vec<f64>,
+    model: LinearModel,
+}
+
+impl PredictionError {
+    /// Buffers for windows of so many samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`].
+    pub fn new(orders: Orders, random: usize, window: usize) -> Result<Self, SetupError> {
+        if window <= orders.parameters() {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: window,
+            });
+        }
+        Ok(Self {
+            starts: Starts::new(orders, random, window)?,
+            descent: Descent::new(orders, window),
+            best: None,
+            theta: vec![0.0; orders.parameters()],
+            minima: Vec::new(),
+            model: LinearModel::zero(orders),
+        })
+    }
+
+    /// Searches from each start.
+    fn search(&mut self, u: &[f64], y: &[f64]) -> Option<Found> {
+        self.best = None;
+        self.minima.clear();
+        self.starts.begin(u, y);
+        let mut failed: Option<Found> = None;
+        while let Some(start) = self.starts.next(u, y) {
+            let found = self.descent.run(u, y, start);
+            if found.failure.is_some() {
+                failed.get_or_insert(found);
+                continue;
+            }
+            let loss = found.sum;
+            let same = |other: &f64| (loss - other).abs() <= SAME * other;
+            if !self.minima.iter().any(same) {
+                self.minima.push(loss);
+            }
+            // An equal one that came later is no better.
+            if self.best.is_none_or(|best| loss < best.sum * (1.0 - SAME)) {
+                self.best = Some(found);
+                self.theta.copy_from_slice(self.descent.theta());
+            }
+        }
+        self.best.or(failed)
+    }
+}
+
+impl Estimator for PredictionError {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let Window { u, y, .. } = window;
+        let stage = Stage::Instruments;
+        let fail = |kind| Failure {
+            kind,
+            stage,
+            pass: 0,
+        };
+        let Some(found) = self.search(u, y) else {
+            pass.fail(fail(super::FailureKind::NoConvergence));
+            return;
+        };
+        pass.iterations = Some(found.iterations);
+        if let Some(kind) = found.failure {
+            pass.fail(fail(kind));
+            return;
+        }
+        self.model.set_parameters(&self.theta);
+        let (n, d) = (y.len() as f64, self.theta.len() as f64);
+        let variance = found.sum / (n - d);
+        self.model.noise_variance = variance;
+        let condition = self.descent.linearise(u, y, &self.theta);
+        let set = condition.and_then(|condition| {
+            self.descent
+                .covariance(variance, &mut self.model.covariance);
+            pass.loss = found.sum / n;
+            pass.minima = Some(self.minima.len());
+            pass.set_model(&self.model, condition)
+        });
+        match set {
+            Ok(()) => pass.start_at_zero(),
+            Err(kind) => pass.fail(fail(kind)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

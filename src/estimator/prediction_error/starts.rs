@@ -1,0 +1,220 @@
+//! Where searches start: F, C and D of linear methods and random stable ones; A and B follow by least squares.
+
+use crate::estimator::SetupError;
+use crate::estimator::output_error_iteration::{OutputErrorIteration, stable};
+use crate::estimator::regression::{Regression, Rows};
+use crate::model::polynomial::{divide, filter};
+use crate::model::{LinearModel, Orders};
+use crate::plant::random_stable;
+use crate::signal::{Purpose, stream};
+
+/// Names the random starts: the same ones for every record.
+const SEED: u64 = 0x7065_6d00;
+
+/// Random zeros are within this radius.
+const RADIUS: f64 = 0.98;
+
+/// Lags of the long autoregression of Hannan and Rissanen.
+const LONG: usize = 20;
+
+/// Starts for records of one length.
+pub(super) struct Starts {
+    orders: Orders,
+    random: usize,
+    /// F, or A, by least squares, Steiglitz-McBride and refined IV.
+    least_squares: Option<Regression>,
+    iterations: Vec<OutputErrorIteration>,
+    /// A and B given F, C and D.
+    linear: Regression,
+    /// A long autoregression of the noise, then C and D of it.
+    long: Option<Regression>,
+    /// `w = C/D e` with e known: `[w, e]` on their past.
+    noise: Option<Regression>,
+    /// Denominators that were found, each to be taken with every noise model.
+    denominators: Vec<Vec<f64>>,
+    /// The next start.
+    turn: usize,
+    model: LinearModel,
+    theta: Vec<f64>,
+    u: Vec<f64>,
+    y: Vec<f64>,
+    e: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl Starts {
+    pub(super) fn new(orders: Orders, random: usize, window: usize) -> Result<Self, SetupError> {
+        let Orders {
+            na,
+            nb,
+            nc,
+            nd,
+            nf,
+            nk,
+        } = orders;
+        let rows = Rows::Prewindow;
+        let output_error = Orders {
+            nb,
+            nf,
+            nk,
+            ..Orders::default()
+        };
+        let mut iterations = Vec::new();
+        let mut least_squares = None;
+        if nf > 0 {
+            least_squares = Some(Regression::new(Orders::arx(nf, nb, nk), rows, window)?);
+            for refined in [false, true] {
+                iterations.push(OutputErrorIteration::new(output_error, window, refined)?);
+            }
+        }
+        let lags = LONG.min(window / 4);
+        let has_noise = nc + nd > 0 && lags > 0;
+        let regression = |orders| Regression::new(orders, rows, window);
+        let signal = || vec![0.0; window];
+        Ok(Self {
+            least_squares,
+            iterations,
+            linear: regression(Orders::arx(na, nb, nk))?,
+            long: if has_noise {
+                Some(regression(Orders::arx(lags, 0, 1))?)
+            } else {
+                None
+            },
+            noise: if has_noise {
+                Some(regression(Orders::arx(nd, nc, 1))?)
+            } else {
+                None
+            },
+            orders,
+            random,
+            denominators: Vec::new(),
+            turn: 0,
+            model: LinearModel::zero(orders),
+            theta: vec![0.0; orders.parameters()],
+            u: signal(),
+            y: signal(),
+            e: signal(),
+            scratch: Vec::new(),
+        })
+    }
+
+    /// Finds the denominators of a record.
+    pub(super) fn begin(&mut self, u: &[f64], y: &[f64]) {
+        self.turn = 0;
+        self.denominators.clear();
+        let mut flat = vec![0.0; self.orders.nf + 1];
+        flat[0] = 1.0;
+        self.denominators.push(flat);
+        let mut condition = f64::NAN;
+        if let Some(regression) = &mut self.least_squares
+            && regression.solve(u, y, &mut condition).is_ok()
+        {
+            let f = regression.theta()[..self.orders.nf].iter();
+            self.denominators
+                .push(std::iter::once(1.0).chain(f.copied()).collect());
+        }
+        for iteration in &mut self.iterations {
+            // Where it did not come to rest, where it stopped is a start too.
+            let _ = iteration.find(u, y, &mut condition);
+            self.denominators.push(iteration.model().f.clone());
+        }
+        let scratch = &mut self.scratch;
+        self.denominators
+            .retain(|f| f.iter().all(|f| f.is_finite()) && stable(f, scratch));
+    }
+
+    /// The next start; `None` after the last.
+    pub(super) fn next(&mut self, u: &[f64], y: &[f64]) -> Option<&[f64]> {
+        let noises = if self.long.is_some() { 2 } else { 1 };
+        loop {
+            let (turn, structured) = (self.turn, self.denominators.len() * noises);
+            if turn >= structured + self.random {
+                return None;
+            }
+            self.turn += 1;
+            let ready = if turn < structured {
+                let denominator = &self.denominators[turn / noises];
+                self.model.f.copy_from_slice(denominator);
+                for polynomial in [&mut self.model.c, &mut self.model.d] {
+                    polynomial[1..].fill(0.0);
+                }
+                let found = self.solve_linear(u, y);
+                if turn % noises == 1 {
+                    found && self.hannan_rissanen(u, y) && self.solve_linear(u, y)
+                } else {
+                    found
+                }
+            } else {
+                self.draw((turn - structured) as u64);
+                self.solve_linear(u, y)
+            };
+            if ready {
+                break;
+            }
+        }
+        for (theta, parameter) in self.theta.iter_mut().zip(self.model.parameters()) {
+            *theta = parameter;
+        }
+        Some(&self.theta)
+    }
+
+    /// Random zeros of F, C and D.
+    fn draw(&mut self, number: u64) {
+        let mut random = stream(SEED, number, Purpose::Plant);
+        for polynomial in [&mut self.model.f, &mut self.model.c, &mut self.model.d] {
+            if polynomial.len() > 1 {
+                let drawn = random_stable(polynomial.len() - 1, RADIUS, &mut random);
+                polynomial.copy_from_slice(&drawn.denominator());
+            }
+        }
+    }
+
+    /// A and B that minimise the sum of squares given F, C and D: linear in `D/C y` and `D/(C F) u`.
+    fn solve_linear(&mut self, u: &[f64], y: &[f64]) -> bool {
+        let LinearModel { c, d, f, .. } = &self.model;
+        for (to, from, with_f) in [(&mut self.u, u, true), (&mut self.y, y, false)] {
+            filter(d, from, to);
+            divide(c, to);
+            if with_f {
+                divide(f, to);
+            }
+        }
+        let mut condition = f64::NAN;
+        if self.linear.solve(&self.u, &self.y, &mut condition).is_err() {
+            return false;
+        }
+        let (a, b) = self.linear.theta().split_at(self.orders.na);
+        self.model.a[1..].copy_from_slice(a);
+        self.model.b[self.orders.nk..].copy_from_slice(b);
+        true
+    }
+
+    /// C and D from the noise `w = A y - B/F u` of what is there: e by a long autoregression, then w on the past of
+    /// both. Where C comes out unstable there is none.
+    fn hannan_rissanen(&mut self, u: &[f64], y: &[f64]) -> bool {
+        let (Some(long), Some(noise)) = (&mut self.long, &mut self.noise) else {
+            return false;
+        };
+        // w, with C = D = 1.
+        self.model.residuals(u, y, &mut self.e, &mut self.y);
+        let w = &mut self.u;
+        w.copy_from_slice(&self.e);
+        self.y.fill(0.0);
+        let mut condition = f64::NAN;
+        if long.solve(&self.y, w, &mut condition).is_err() {
+            return false;
+        }
+        self.scratch.clear();
+        self.scratch.push(1.0);
+        self.scratch.extend_from_slice(long.theta());
+        filter(&self.scratch, w, &mut self.e);
+        // w(k) = -d_1 w(k-1) - ... + c_1 e(k-1) + ... + e(k).
+        if noise.solve(&self.e, w, &mut condition).is_err() {
+            return false;
+        }
+        let (d, c) = noise.theta().split_at(self.orders.nd);
+        self.model.d[1..].copy_from_slice(d);
+        self.model.c[1..].copy_from_slice(c);
+        stable(&self.model.c, &mut self.scratch)
+    }
+}

@@ -1,0 +1,164 @@
+//! Gradients against differences of the sum itself in the complex plane, recovery without noise.
+
+use super::*;
+use crate::estimator::Progress;
+use crate::model::polynomial::{divide, filter};
+use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+use faer::c64;
+use rand::Rng as _;
+
+const N: usize = 240;
+
+fn uniform(trial: u64, count: usize) -> Vec<f64> {
+    let mut random = stream(17, trial, Purpose::Plant);
+    let mut draw = || (random.next_u64() >> 11) as f64 / 2_f64.powi(52) - 1.0;
+    (0..count).map(|_| draw()).collect()
+}
+
+fn record(model: &LinearModel, trial: u64, noise: f64) -> (Vec<f64>, Vec<f64>) {
+    let (mut u, mut y) = (vec![0.0; N], vec![0.0; N]);
+    let input = Input::new(InputLaw::Signs, 1.0, Sequence::Independent);
+    input.fill(&mut stream(18, trial, Purpose::Input), &mut u);
+    model.simulate(&u, &mut y);
+    let (e, mut v) = (uniform(1000 + trial, N), vec![0.0; N]);
+    filter(&model.c, &e, &mut v);
+    divide(&model.d, &mut v);
+    divide(&model.a, &mut v);
+    y.iter_mut().zip(&v).for_each(|(y, v)| *y += noise * v);
+    (u, y)
+}
+
+/// Structures with orders 1 and 2 and delays 0 to 2.
+fn structures() -> Vec<Orders> {
+    let mut all = Vec::new();
+    for n in 1..=2 {
+        for nk in 0..=2 {
+            let none = Orders {
+                nk,
+                nb: n,
+                ..Orders::default()
+            };
+            all.push(Orders { nf: n, ..none });
+            all.push(Orders {
+                na: n,
+                nc: n,
+                ..none
+            });
+            all.push(Orders {
+                nf: n,
+                nc: 1,
+                nd: n,
+                ..none
+            });
+            all.push(Orders {
+                na: 1,
+                nf: n,
+                nc: 1,
+                nd: 1,
+                ..none
+            });
+        }
+    }
+    all
+}
+
+/// A model with zeros well inside the circle and no common factors.
+fn model(orders: Orders, trial: u64) -> LinearModel {
+    let mut model = LinearModel::zero(orders);
+    let theta: Vec<f64> = uniform(trial, orders.parameters())
+        .iter()
+        .map(|x| 0.45 * x + 0.05)
+        .collect();
+    model.set_parameters(&theta);
+    model.b[orders.nk] = 1.0;
+    model
+}
+
+/// The sum of squares in complex arithmetic, by the recursions themselves.
+fn complex_sum(orders: Orders, theta: &[c64], u: &[f64], y: &[f64]) -> c64 {
+    let (a, rest) = theta.split_at(orders.na);
+    let (b, rest) = rest.split_at(orders.nb);
+    let (c, rest) = rest.split_at(orders.nc);
+    let (d, f) = rest.split_at(orders.nd);
+    let zero = c64::new(0.0, 0.0);
+    let (mut x, mut w, mut e) = (vec![zero; N], vec![zero; N], vec![zero; N]);
+    let mut sum = zero;
+    for k in 0..N {
+        let past = |signal: &[c64], lag: usize| k.checked_sub(lag).map_or(zero, |k| signal[k]);
+        let real = |signal: &[f64], lag: usize| {
+            k.checked_sub(lag)
+                .map_or(zero, |k| c64::new(signal[k], 0.0))
+        };
+        for (i, b) in b.iter().enumerate() {
+            x[k] += *b * real(u, orders.nk + i);
+        }
+        for (i, f) in f.iter().enumerate() {
+            let old = past(&x, i + 1);
+            x[k] -= *f * old;
+        }
+        w[k] = c64::new(y[k], 0.0) - x[k];
+        for (i, a) in a.iter().enumerate() {
+            w[k] += *a * real(y, i + 1);
+        }
+        e[k] = w[k];
+        for (i, d) in d.iter().enumerate() {
+            let old = past(&w, i + 1);
+            e[k] += *d * old;
+        }
+        for (i, c) in c.iter().enumerate() {
+            let old = past(&e, i + 1);
+            e[k] -= *c * old;
+        }
+        sum += e[k] * e[k];
+    }
+    sum
+}
+
+/// `dV/dtheta = 2 psi'e` against `Im V(theta + i h) / h`, h = 1e-30: exact to rounding.
+#[test]
+fn gradients_are_exact() {
+    for (trial, orders) in structures().into_iter().enumerate() {
+        let trial = trial as u64;
+        let (u, y) = record(&model(orders, trial), trial, 0.3);
+        let theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
+        let mut descent = Descent::new(orders, N);
+        let (_, gradient) = descent.psi_by_columns(&u, &y, &theta);
+        let size = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+        for j in 0..theta.len() {
+            let mut shifted: Vec<c64> = theta.iter().map(|x| c64::new(*x, 0.0)).collect();
+            shifted[j].im = 1e-30;
+            let expected = complex_sum(orders, &shifted, &u, &y).im / 1e-30 / 2.0;
+            let error = (gradient[j] - expected).abs() / size;
+            assert!(error < 1e-11, "{orders} {j}: {} {expected}", gradient[j]);
+        }
+    }
+}
+
+/// With a little noise the parameters come out within it; without C and D exactly, without noise.
+#[test]
+fn every_structure_is_recovered() {
+    for (trial, orders) in structures().into_iter().enumerate() {
+        let trial = trial as u64;
+        let truth = model(orders, trial);
+        let exact = orders.nc + orders.nd == 0;
+        let (u, y) = record(&truth, trial, if exact { 0.0 } else { 1e-3 });
+        let mut method = PredictionError::new(orders, 4, N).unwrap();
+        let mut passes = [Pass::new(1)];
+        method.estimate(Window::new(&u, &y, N), &mut passes);
+        let [pass] = passes;
+        assert_eq!(
+            (pass.failure, pass.progress),
+            (None, Progress::InitialState),
+            "{orders}"
+        );
+        let errors = pass.model.standard_errors().unwrap();
+        let found = pass.model.parameters().zip(truth.parameters());
+        for ((found, truth), error) in found.zip(errors) {
+            let allowed = if exact { 1e-9 } else { 6.0 * error };
+            assert!(
+                (found - truth).abs() < allowed,
+                "{orders}: {found} {truth} {error}"
+            );
+        }
+    }
+}
