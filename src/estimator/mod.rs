@@ -26,6 +26,7 @@ pub mod regression;
 pub mod regressors;
 pub mod solver;
 mod sorted_qr;
+mod subspace;
 
 pub use arx::{Arx, ArxOptions};
 pub use instrumental_variables::{
@@ -44,6 +45,7 @@ pub use reflection::{PoleReflection, Stabilise};
 pub use registry::{EstimatorName, MethodOptions, OptionEntry, option_keys};
 pub use regression::{Regression, Rows};
 pub use solver::{Instruments, Solver, Stage10};
+pub use subspace::{MoespOptions, N4sidOptions, Subspace, Weights};
 
 use crate::model::Orders;
 use crate::observer::{ObserverKind, RiccatiError};
@@ -147,6 +149,17 @@ pub enum SetupError {
         window: usize,
         /// The rows.
         rows: usize,
+    },
+    /// Hankel matrices with fewer columns than rows, or too few block rows for the order.
+    #[error("a window of {window} samples with {rows} block rows is too short for order {order}: at least {} samples, \
+             and more block rows than the order, are needed", 6 * .rows - 1)]
+    ShortHankel {
+        /// Block rows of the past and of the future.
+        rows: usize,
+        /// The samples.
+        window: usize,
+        /// The order.
+        order: usize,
     },
     /// `dual` or `augmented` beyond its limit.
     #[error(

@@ -135,6 +135,8 @@ pub struct Pass {
     pub iterations: Option<usize>,
     /// Distinct minima that a search from several starts met.
     pub minima: Option<usize>,
+    /// Singular values of a subspace method, from which an order can be seen; empty for others.
+    pub singular_values: Vec<f64>,
     /// Last row of A-hat, n numbers.
     pub a: Vec<f64>,
     /// b-hat, n numbers.
@@ -167,6 +169,7 @@ impl Pass {
             loss: f64::NAN,
             iterations: None,
             minima: None,
+            singular_values: Vec::new(),
             direct: 0.0,
             a: vector(),
             b: vector(),
@@ -188,6 +191,7 @@ impl Pass {
         self.loss = f64::NAN;
         self.iterations = None;
         self.minima = None;
+        self.singular_values.clear();
         self.direct = 0.0;
         self.condition = f64::NAN;
         self.unstable = false;

@@ -7,6 +7,7 @@ use super::known::KnownOptions;
 use super::method::{MethodKind, Needs, OptionError, Output, Problem};
 use super::output_error_iteration::{SrivOptions, StmcbOptions};
 use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
+use super::subspace::{MoespOptions, N4sidOptions};
 use super::{Estimator, IvOptions, LsOptions, SetupError};
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -125,6 +126,10 @@ estimators! {
     Armax = "armax": ArmaxOptions,
     /// Prediction error method: the Box-Jenkins model B/F, C/D.
     Bj = "bj": BjOptions,
+    /// Subspace method with past inputs and outputs as instruments (PO-MOESP).
+    Moesp = "moesp": MoespOptions,
+    /// Subspace method N4SID: as moesp, with a choice of the weighting.
+    N4sid = "n4sid": N4sidOptions,
     /// The true plant and the mean of x(0), as what an observer achieves that knows them.
     Known = "known": KnownOptions,
 }

@@ -97,6 +97,13 @@ impl Orders {
         };
         let mut given: Vec<&str> = Vec::new();
         for (name, number) in entries {
+            if name == "n" {
+                // na and nb at once.
+                let number = number.filter(|number| (1..=LARGEST).contains(number));
+                let number = number.ok_or_else(|| OrdersError::Number(name.to_owned()))?;
+                (orders.na, orders.nb) = (number, number);
+                continue;
+            }
             let place = orders.entry(name);
             let place = place.ok_or_else(|| OrdersError::Name(name.to_owned()))?;
             if given.contains(&name) {
@@ -117,7 +124,7 @@ pub enum OrdersError {
     #[error("'{0}' is no order; expected a list such as na=2,nb=2,nk=1")]
     Form(String),
     /// An unknown name.
-    #[error("'{0}' is no order; expected na, nb, nc, nd, nf, nk")]
+    #[error("'{0}' is no order; expected na, nb, nc, nd, nf, nk, or n for na = nb")]
     Name(String),
     /// A name that stands twice.
     #[error("'{0}' is given twice")]
@@ -130,7 +137,7 @@ pub enum OrdersError {
 impl std::str::FromStr for Orders {
     type Err = OrdersError;
 
-    /// Reads `na=2,nb=2,nk=1`; what is not given is 0, `nk` 1.
+    /// Reads `na=2,nb=2,nk=1`, or `n=2` for na = nb = 2; what is not given is 0, `nk` 1.
     fn from_str(text: &str) -> Result<Self, OrdersError> {
         let parts: Result<Vec<_>, _> = text
             .split(',')

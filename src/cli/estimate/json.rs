@@ -114,6 +114,10 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         ("se", json!(model.standard_errors().filter(|_| parameters))),
         ("iterations", json!(pass.iterations)),
         ("minima", json!(pass.minima)),
+        (
+            "singular_values",
+            json!((!pass.singular_values.is_empty()).then_some(&pass.singular_values)),
+        ),
         ("a", known(&pass.a)),
         ("b", known(&pass.b)),
         ("h", known(&pass.h)),

@@ -1,0 +1,404 @@
+//! Subspace identification with past inputs and outputs as instruments (PO-MOESP; Verhaegen 1994).
+//!
+//! With block Hankel matrices of s rows `U_f, U_p, Y_p, Y_f` (future and past), `[U_f; U_p; Y_p; Y_f] = L Q`, the left
+//! singular vectors of the block of L in the rows of `Y_f` and the columns of the past span the range of the extended
+//! observability matrix: C is its first row, A follows from its shift.
+
+use super::method::{MethodKind, OptionError, Problem};
+use super::solver::Reduction;
+use super::solver::condition::check_rank_of_columns;
+use super::solver::condition::{Equilibration, triangular_condition};
+use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
+use crate::model::polynomial::divide;
+use crate::model::{LinearModel, Orders};
+use crate::names::named_enum;
+use crate::plant::polynomial_from_poles;
+use faer::linalg::solvers::SolveLstsq;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::{Mat, MatMut, Par};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+named_enum! {
+    /// The weighting of the oblique projection.
+    Weights, "weighting" {
+        /// The future inputs are projected out of the past too (the default).
+        Moesp = "moesp",
+        /// The oblique projection itself.
+        None = "none",
+    }
+}
+
+/// The most block rows.
+const MOST_ROWS: usize = 200;
+
+/// Defines the options of a method, which are alike.
+macro_rules! subspace {
+    ($options:ident, $doc:literal, $($weights:ident)?) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $options {
+            /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
+            /// `order`, nk = 1.
+            pub orders: Option<Orders>,
+            /// Block rows s of the future and of the past, more than n.
+            pub block_rows: usize,
+            $(
+                /// The weighting whose left singular vectors are taken: moesp (future inputs projected out, as
+                /// SLICOT's N4SID), none (the oblique projection itself).
+                pub $weights: Weights,
+            )?
+        }
+
+        impl Default for $options {
+            fn default() -> Self {
+                Self {
+                    orders: None,
+                    block_rows: 15,
+                    $($weights: Weights::default(),)?
+                }
+            }
+        }
+
+        impl $options {
+            fn orders(&self, order: usize) -> Orders {
+                let Orders { na: n, nk, .. } = self.orders.unwrap_or(Orders::arx(order, order, 1));
+                Orders {
+                    nb: n + 1 - nk.min(1),
+                    nf: n,
+                    nk,
+                    ..Orders::default()
+                }
+            }
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                check(self.orders, self.block_rows)
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(self.orders(setting))
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = self.orders(problem.shape.order);
+                let window = problem.shape.window;
+                #[allow(unused_mut, unused_assignments)]
+                let mut weights = Weights::default();
+                $(weights = self.$weights;)?
+                Ok(Box::new(Subspace::new(orders, self.block_rows, weights, window)?))
+            }
+        }
+    };
+}
+
+subspace!(MoespOptions, "The options of `moesp`.",);
+subspace!(N4sidOptions, "The options of `n4sid`.", weights);
+
+fn check(orders: Option<Orders>, block_rows: usize) -> Result<(), OptionError> {
+    if let Some(Orders {
+        na, nc, nd, nf, nk, ..
+    }) = orders
+        && (na == 0 || nc + nd + nf > 0 || nk > 1)
+    {
+        let message = "expected n of at least 1 and nk = 0 or 1, such as n=4,nk=0";
+        return Err(OptionError::new("orders", message));
+    }
+    if !(2..=MOST_ROWS).contains(&block_rows) {
+        let message = format!("{block_rows}; expected 2 to {MOST_ROWS}");
+        return Err(OptionError::new("block_rows", message));
+    }
+    match orders {
+        Some(Orders { na, .. }) if na >= block_rows => {
+            let message = format!("{block_rows}; expected more than the order {na}");
+            Err(OptionError::new("block_rows", message))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A and C of the shift of the first n left singular vectors; then B, D and x0 so that the simulated output is nearest
+/// to y over all samples: `y = B/F u + I/F delta` is linear in them.
+pub struct Subspace {
+    orders: Orders,
+    rows: usize,
+    weights: Weights,
+    columns: usize,
+    hankel: Reduction,
+    outputs: Reduction,
+    equilibration: Equilibration,
+    scratch: Vec<f64>,
+    model: LinearModel,
+    theta: Vec<f64>,
+    u: Vec<f64>,
+    impulse: Vec<f64>,
+    x0: Vec<f64>,
+    sum: f64,
+}
+
+impl Subspace {
+    /// Buffers for windows of so many samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] where the Hankel matrices have fewer columns than rows.
+    pub fn new(
+        orders: Orders,
+        rows: usize,
+        weights: Weights,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let columns = (window + 1).saturating_sub(2 * rows);
+        if columns < 4 * rows || orders.nf >= rows {
+            return Err(SetupError::ShortHankel {
+                rows,
+                window,
+                order: orders.nf,
+            });
+        }
+        let parameters = orders.nb + orders.nf;
+        let signal = || vec![0.0; window];
+        Ok(Self {
+            orders,
+            rows,
+            weights,
+            columns,
+            hankel: Reduction::new(4 * rows, columns, 0),
+            outputs: Reduction::new(parameters, window, 1),
+            equilibration: Equilibration::new(parameters, parameters),
+            scratch: vec![0.0; parameters],
+            model: LinearModel::zero(orders),
+            theta: vec![0.0; parameters],
+            u: signal(),
+            impulse: signal(),
+            x0: vec![0.0; orders.nf],
+            sum: f64::NAN,
+        })
+    }
+
+    /// The denominator F, and the singular values of the order's choice.
+    fn denominator(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        singular_values: &mut Vec<f64>,
+    ) -> Result<(), FailureKind> {
+        let s = self.rows;
+        let blocks: [(&[f64], usize); 4] = [(u, s), (u, 0), (y, 0), (y, s)];
+        let fill = |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
+            for (block, (signal, from)) in blocks.iter().enumerate() {
+                for i in 0..s {
+                    for row in 0..z.nrows() {
+                        z[(row, block * s + i)] = signal[from + i + first + row];
+                    }
+                }
+            }
+        };
+        self.hankel.run(self.columns, fill)?;
+        let r = self.hankel.r();
+        // L is R transposed: rows of Y_f, columns of U_p and Y_p.
+        let past = Mat::from_fn(s, 2 * s, |i, j| r[(s + j, 3 * s + i)]);
+        let projected = match self.weights {
+            Weights::Moesp => past,
+            Weights::None => {
+                // L_32 L_22^-1 [L_21 L_22], where L_21 is of the future inputs.
+                let upper = r.get(s..3 * s, s..3 * s);
+                let mut of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);
+                if (0..2 * s).any(|i| upper[(i, i)] == 0.0) {
+                    return Err(FailureKind::RankDeficient);
+                }
+                solve_lower_triangular_in_place(upper.transpose(), of_inputs.as_mut(), Par::Seq);
+                let product = &past * &of_inputs;
+                Mat::from_fn(s, 3 * s, |i, j| match j.checked_sub(s) {
+                    None => product[(i, j)],
+                    Some(j) => past[(i, j)],
+                })
+            }
+        };
+        let svd = projected.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+        singular_values.clear();
+        singular_values.extend((0..s).map(|i| svd.S()[i]));
+        let n = self.orders.nf;
+        if !(singular_values[n - 1] > 0.0) {
+            return Err(FailureKind::RankDeficient);
+        }
+        let observability = svd.U().get(.., ..n);
+        let mut shift = observability.get(1.., ..).to_owned();
+        observability
+            .get(..s - 1, ..)
+            .qr()
+            .solve_lstsq_in_place(&mut shift);
+        let a = shift.get(..n, ..);
+        let poles = a.eigenvalues().map_err(|_| FailureKind::NonFinite)?;
+        let coefficients = polynomial_from_poles(&poles);
+        for (f, coefficient) in self.model.f[1..].iter_mut().zip(&coefficients) {
+            *f = coefficient.re;
+        }
+        let finite = self.model.f.iter().all(|f| f.is_finite());
+        finite.then_some(()).ok_or(FailureKind::NonFinite)
+    }
+
+    /// B and x0 given F, by least squares over all samples; the condition.
+    fn numerators(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
+        let Orders { nb, nf, nk, .. } = self.orders;
+        self.u.copy_from_slice(u);
+        self.impulse.fill(0.0);
+        self.impulse[0] = 1.0;
+        divide(&self.model.f, &mut self.u);
+        divide(&self.model.f, &mut self.impulse);
+        let (filtered, impulse) = (&self.u, &self.impulse);
+        let value =
+            |signal: &[f64], k: usize, lag: usize| k.checked_sub(lag).map_or(0.0, |k| signal[k]);
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                let k = first + row;
+                for i in 0..nb {
+                    z[(row, i)] = value(filtered, k, nk + i);
+                }
+                for i in 0..nf {
+                    z[(row, nb + i)] = value(impulse, k, i);
+                }
+                right[(row, 0)] = y[k];
+            }
+        };
+        self.outputs.run(y.len(), fill)?;
+        let (r, n) = (self.outputs.r(), nb + nf);
+        self.equilibration.of_columns(r)?;
+        let columns = &self.equilibration.columns;
+        let condition = triangular_condition(r, columns, &mut self.scratch)?;
+        check_rank_of_columns(condition, n)?;
+        let top = self.outputs.top();
+        for (i, theta) in self.theta.iter_mut().enumerate() {
+            *theta = top[(i, 0)];
+        }
+        let theta = MatMut::from_column_major_slice_mut(&mut self.theta, n, 1);
+        solve_upper_triangular_in_place(r, theta, Par::Seq);
+        self.model.b[nk..].copy_from_slice(&self.theta[..nb]);
+        let predicted = |k: usize| -> f64 {
+            let of_u = (0..nb).map(|i| self.theta[i] * value(filtered, k, nk + i));
+            let free = (0..nf).map(|i| self.theta[nb + i] * value(impulse, k, i));
+            of_u.sum::<f64>() + free.sum::<f64>()
+        };
+        self.sum = (0..y.len()).map(|k| (y[k] - predicted(k)).powi(2)).sum();
+        // x0 in the paper's coordinates: the first samples of the free response.
+        for k in 0..nf {
+            self.x0[k] = (0..nf)
+                .map(|i| self.theta[nb + i] * value(impulse, k, i))
+                .sum();
+        }
+        Ok(condition)
+    }
+}
+
+impl Estimator for Subspace {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let Window { u, y, .. } = window;
+        let mut values = std::mem::take(&mut pass.singular_values);
+        let found = self.denominator(u, y, &mut values);
+        pass.singular_values = values;
+        let set = found
+            .and_then(|()| self.numerators(u, y))
+            .and_then(|condition| {
+                let (n, parameters) = (y.len(), 2 * self.theta.len() - self.orders.nb);
+                self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
+                pass.loss = self.sum / n as f64;
+                pass.set_model(&self.model, condition)
+            });
+        match set {
+            Ok(()) => pass.set_initial_state(&self.x0),
+            Err(kind) => pass.fail(Failure {
+                kind,
+                stage: Stage::LeastSquares,
+                pass: 0,
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::{Progress, Shape};
+    use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+
+    const N: usize = 400;
+
+    fn plant(order: usize, nk: usize) -> LinearModel {
+        let orders = Orders {
+            nb: order + 1 - nk,
+            nf: order,
+            nk,
+            ..Orders::default()
+        };
+        let mut model = LinearModel::zero(orders);
+        let poles: Vec<_> = (0..order)
+            .map(|i| faer::c64::new(0.8 - 0.25 * i as f64, 0.0))
+            .collect();
+        for (f, coefficient) in model.f[1..].iter_mut().zip(polynomial_from_poles(&poles)) {
+            *f = coefficient.re;
+        }
+        for (i, b) in model.b[nk..].iter_mut().enumerate() {
+            *b = 1.0 / (1.0 + i as f64);
+        }
+        model
+    }
+
+    /// Without noise every weighting finds the plant, with and without a direct term, of orders 1 to 4.
+    #[test]
+    fn a_record_without_noise_gives_its_model() {
+        for (order, nk) in [(1, 1), (2, 0), (2, 1), (3, 1), (4, 0), (4, 1)] {
+            let truth = plant(order, nk);
+            let (mut u, mut y) = (vec![0.0; N], vec![0.0; N]);
+            let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
+            input.fill(&mut stream(21, order as u64, Purpose::Input), &mut u);
+            truth.simulate(&u, &mut y);
+            for weights in [Weights::Moesp, Weights::None] {
+                let options = N4sidOptions {
+                    orders: Some(Orders::arx(order, order, nk)),
+                    block_rows: 6,
+                    weights,
+                };
+                let shape = Shape { order, window: N };
+                let mut method = options.prepare(&shape.into()).unwrap();
+                let mut passes = [Pass::new(order)];
+                method.estimate(Window::new(&u, &y, N), &mut passes);
+                let [pass] = passes;
+                assert_eq!(
+                    (pass.failure, pass.progress),
+                    (None, Progress::InitialState)
+                );
+                for (found, expected) in pass.model.parameters().zip(truth.parameters()) {
+                    assert!(
+                        (found - expected).abs() < 1e-9,
+                        "{order} {nk}: {found} {expected}"
+                    );
+                }
+                let values = &pass.singular_values;
+                assert!(values[order] < 1e-10 * values[0], "{values:?}");
+                assert!(pass.x0.iter().all(|x| x.abs() < 1e-9));
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let orders = |n, nk| Some(Orders::arx(n, n, nk));
+        for (orders, rows, part) in [
+            (orders(2, 2), 15, "nk = 0 or 1"),
+            (orders(4, 1), 4, "more than the order 4"),
+            (orders(4, 1), 900, "expected 2 to 200"),
+        ] {
+            let error = check(orders, rows).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
+        let short = Subspace::new(plant(2, 1).orders(), 15, Weights::Moesp, 88);
+        let error = short.err().unwrap().to_string();
+        assert!(error.contains("at least 89 samples"), "{error}");
+    }
+}
