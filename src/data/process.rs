@@ -406,14 +406,10 @@ impl Process {
             process_noise,
             feedback,
         } = &self.settings;
-        let sequence = match input {
-            Input::Signs(signs) => json!(signs.sequence),
-            Input::Gaussian { .. } => Value::Null,
-        };
         let mut described = json!({
             "plant": plant.describe(),
             "x0": x0,
-            "input": { "law": input.law(), "amplitude": input.amplitude(), "sequence": sequence },
+            "input": { "law": input.law(), "amplitude": input.amplitude(), "sequence": input.sequence() },
             "noise": noise.describe(self.plants.noise()),
             "eta": { "over": level.over, "of": level.of },
             "input_noise": input_noise,

@@ -92,6 +92,14 @@ impl Input {
         }
     }
 
+    /// Whether signs repeat; `None` for other laws, which are always fresh.
+    pub const fn sequence(&self) -> Option<Sequence> {
+        match self {
+            Self::Signs(signs) => Some(signs.sequence),
+            Self::Gaussian { .. } => None,
+        }
+    }
+
     /// The standard deviation, in units of u.
     pub const fn amplitude(&self) -> f64 {
         match *self {
