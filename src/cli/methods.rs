@@ -11,12 +11,12 @@ const COLUMNS: usize = 34;
 const WIDTH: usize = 80;
 
 pub(super) fn run() -> Result<ExitCode, Error> {
-    let texts: Vec<String> = EstimatorName::ALL.iter().map(described).collect();
+    let texts: Vec<String> = EstimatorName::ALL.iter().copied().map(described).collect();
     print(&texts.join("\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn described(estimator: &EstimatorName) -> String {
+fn described(estimator: EstimatorName) -> String {
     let mut text = filled(&format!("{estimator}: "), estimator.about(), 2);
     for option in estimator.options() {
         let OptionEntry {

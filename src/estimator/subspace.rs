@@ -14,9 +14,7 @@ use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 use crate::plant::polynomial_from_poles;
 use faer::linalg::solvers::SolveLstsq;
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Mat, MatMut, Par};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -204,14 +202,10 @@ impl Subspace {
         let projected = match self.weights {
             Weights::Moesp => past,
             Weights::None => {
-                // L_32 L_22^-1 [L_21 L_22], where L_21 is of the future inputs.
-                let upper = r.get(s..3 * s, s..3 * s);
-                let mut of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);
-                if (0..2 * s).any(|i| upper[(i, i)] == 0.0) {
-                    return Err(FailureKind::RankDeficient);
-                }
-                solve_lower_triangular_in_place(upper.transpose(), of_inputs.as_mut(), Par::Seq);
-                let product = &past * &of_inputs;
+                // L_32 L_22^+ [L_21 L_22], where L_21 is of the future inputs.
+                let of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);
+                let of_past = Mat::from_fn(2 * s, 2 * s, |i, j| r[(s + j, s + i)]);
+                let product = &past * pseudo_inverse_times(&of_past, &of_inputs)?;
                 Mat::from_fn(s, 3 * s, |i, j| match j.checked_sub(s) {
                     None => product[(i, j)],
                     Some(j) => past[(i, j)],
@@ -291,6 +285,25 @@ impl Subspace {
         }
         Ok(condition)
     }
+}
+
+/// `L^+ M`; singular values that are rounding of the largest are taken as 0, as without noise.
+fn pseudo_inverse_times(l: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, FailureKind> {
+    let svd = l.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+    let (values, n) = (svd.S(), l.ncols());
+    let smallest = values[0] * n as f64 * f64::EPSILON * 16.0;
+    let mut product = svd.U().transpose() * m;
+    for j in 0..product.ncols() {
+        for i in 0..n {
+            let value = values[i];
+            product[(i, j)] = if value > smallest {
+                product[(i, j)] / value
+            } else {
+                0.0
+            };
+        }
+    }
+    Ok(svd.V() * product)
 }
 
 impl Estimator for Subspace {

@@ -2,7 +2,7 @@
 
 use super::LinearModel;
 use crate::text::{number, rounded};
-use std::fmt;
+use std::fmt::{self, Write as _};
 
 /// Shows `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2)`; with F, C or D the polynomials, each on a line.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +52,8 @@ impl Equation<'_> {
                 size if name.is_empty() => self.number(size),
                 size => self.number(size) + " ",
             };
-            text.push_str(&format!("{sign}{size}{name}"));
+            // Writing to a string does not fail.
+            let _ = write!(text, "{sign}{size}{name}");
         }
         if text.is_empty() {
             text.push('0');

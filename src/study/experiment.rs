@@ -146,9 +146,10 @@ impl Cell {
     /// # Errors
     /// If the method cannot serve it.
     pub fn prepare(&self, method: &Method) -> Result<Box<dyn Estimator>, SetupError> {
-        let known = match method.needs().plant {
-            true => Some(self.known_model()?),
-            false => None,
+        let known = if method.needs().plant {
+            Some(self.known_model()?)
+        } else {
+            None
         };
         method.prepare(Problem {
             shape: self.shape(),

@@ -7,6 +7,7 @@ use crate::plant::{PoleFinder, StateSpace};
 use crate::study::Experiment;
 use crate::study::file::Key;
 use crate::text::{rounded, visible};
+use std::fmt::Write as _;
 
 /// So many plants are shown.
 const SHOWN: usize = 8;
@@ -45,7 +46,8 @@ pub(super) fn plants(experiment: &Experiment) -> String {
     });
     let mut text: String = lines.collect();
     if more > 0 {
-        text.push_str(&format!("          and {more} more plants\n"));
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "          and {more} more plants");
     }
     text
 }

@@ -50,7 +50,7 @@ impl PlantTable {
         let polynomials = polynomials.into_iter().any(Option::is_some);
         let rows = [&self.a, &self.b, &self.h].into_iter().any(Option::is_some);
         match (polynomials, rows) {
-            (true, false) => self.from_polynomials(),
+            (true, false) => self.plant_of_polynomials(),
             (false, true) => match (&self.a, &self.b, &self.h) {
                 (Some(a), Some(b), None) => {
                     StateSpace::new(a.clone(), b.clone()).map_err(|e| e.to_string())
@@ -71,7 +71,7 @@ impl PlantTable {
         }
     }
 
-    fn from_polynomials(&self) -> Result<StateSpace, String> {
+    fn plant_of_polynomials(&self) -> Result<StateSpace, String> {
         let b = self.input_polynomial.as_deref().unwrap_or(&[]);
         let delay = b.iter().take_while(|b| **b == 0.0).count();
         if b.len() < 2 || delay == b.len() {
