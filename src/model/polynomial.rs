@@ -24,22 +24,26 @@ pub fn multiply_into(first: &[f64], second: &[f64], product: &mut Vec<f64>) {
 /// If the lengths of the signals differ.
 pub fn filter(c: &[f64], x: &[f64], to: &mut [f64]) {
     assert_eq!(x.len(), to.len());
-    for (k, to) in to.iter_mut().enumerate() {
-        let past = x[..=k].iter().rev();
-        *to = c.iter().zip(past).map(|(c, x)| c * x).sum();
+    to.fill(0.0);
+    for (lag, c) in c.iter().enumerate().take(x.len()) {
+        for (to, x) in to[lag..].iter_mut().zip(x) {
+            *to += c * x;
+        }
     }
 }
 
 /// Divides a signal by a monic polynomial, in place: `x(k) <- x(k) - sum_(i >= 1) d_i x(k-i)`.
 pub fn divide(d: &[f64], x: &mut [f64]) {
+    let n = d.len() - 1;
+    if n == 0 {
+        return;
+    }
     for k in 0..x.len() {
-        let (past, now) = x.split_at_mut(k);
-        let feedback: f64 = d[1..]
-            .iter()
-            .zip(past.iter().rev())
-            .map(|(d, x)| d * x)
-            .sum();
-        now[0] -= feedback;
+        let mut value = x[k];
+        for i in 1..=n.min(k) {
+            value -= d[i] * x[k - i];
+        }
+        x[k] = value;
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) fn render(report: &Report) -> String {
         let name = estimate.name.name();
         if let Some(y) = simulated(estimate, report) {
             let points = points(estimate.shift, &y);
-            let series = Series::new(format!("{name}, simulated"), Style::Line, points);
+            let series = Series::new(name, Style::Line, points);
             outputs = outputs.series(series.slot(i + 1));
         }
         if let Some((first, e)) = prediction_errors(estimate, report) {

@@ -15,9 +15,6 @@ use faer::{Mat, MatMut, Par};
 /// Linearisations that a search may take.
 const MOST_ITERATIONS: usize = 200;
 
-/// The largest step, relative to the largest parameter, at which it rests.
-const REST: f64 = 1e-12;
-
 /// Steps below this are taken though rounding hides whether the loss falls.
 const LAST: f64 = 1e-7;
 
@@ -28,8 +25,8 @@ const EARLY: usize = 8;
 /// The relative step of the differences of which Newton's Hessian is made.
 const DIFFERENCE: f64 = 1e-5;
 
-/// The scaled gradient below which a point that no step improves is a minimum.
-const FLAT: f64 = 1e-7;
+/// The scaled gradient of a minimum, at most.
+const FLAT: f64 = 1e-6;
 
 /// What a search found.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +55,28 @@ pub(super) struct Descent {
     damped: Reduction,
     equilibration: Equilibration,
     column: Vec<f64>,
+    beside: Vec<f64>,
     hessian: Mat<f64>,
+}
+
+/// Psi's columns: a signal, how many, the first delay, a sign.
+fn blocks(signals: &[Vec<f64>; 5], orders: Orders) -> [(&[f64], usize, usize, f64); 5] {
+    let Orders {
+        na,
+        nb,
+        nc,
+        nd,
+        nf,
+        nk,
+    } = orders;
+    let [of_y, of_u, of_x, of_e, of_w] = signals;
+    [
+        (of_y, na, 1, 1.0),
+        (of_u, nb, nk, -1.0),
+        (of_e, nc, 1, -1.0),
+        (of_w, nd, 1, 1.0),
+        (of_x, nf, 1, 1.0),
+    ]
 }
 
 /// Solves `H x = b` in place by Cholesky's factors of H's lower triangle; false where H is not positive definite.
@@ -107,6 +125,7 @@ impl Descent {
             damped: Reduction::new(n, 2 * n, 1),
             equilibration: Equilibration::new(n, n),
             column: column(),
+            beside: column(),
             hessian: Mat::zeros(n, n),
         }
     }
@@ -136,8 +155,8 @@ impl Descent {
         sum.is_finite().then_some(sum)
     }
 
-    /// R and `Q'e` of psi = de/dtheta where [`Self::sum`] was taken last.
-    fn gradient(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
+    /// The signals that psi = de/dtheta is made of, where [`Self::sum`] was taken last.
+    fn filter_signals(&mut self, u: &[f64], y: &[f64]) {
         let LinearModel { c, d, f, .. } = &self.model;
         let [of_y, of_u, of_x, of_e, of_w] = &mut self.filtered;
         for (to, from, with_f) in [
@@ -155,21 +174,24 @@ impl Descent {
             to.copy_from_slice(from);
             divide(c, to);
         }
-        let Orders {
-            na,
-            nb,
-            nc,
-            nd,
-            nf,
-            nk,
-        } = self.orders;
-        let blocks: [(&[f64], usize, usize, f64); 5] = [
-            (of_y, na, 1, 1.0),
-            (of_u, nb, nk, -1.0),
-            (of_e, nc, 1, -1.0),
-            (of_w, nd, 1, 1.0),
-            (of_x, nf, 1, 1.0),
-        ];
+    }
+
+    /// `psi'e` where [`Self::sum`] was taken last.
+    fn gradient_of_sum(&mut self, u: &[f64], y: &[f64], to: &mut [f64]) {
+        self.filter_signals(u, y);
+        let mut to = to.iter_mut();
+        for (signal, count, delay, sign) in blocks(&self.filtered, self.orders) {
+            for (lag, to) in (delay..delay + count).zip(&mut to) {
+                let late = self.e.get(lag..).unwrap_or_default();
+                *to = sign * late.iter().zip(signal).map(|(e, s)| e * s).sum::<f64>();
+            }
+        }
+    }
+
+    /// R and `Q'e` of psi where [`Self::sum`] was taken last.
+    fn gradient(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
+        self.filter_signals(u, y);
+        let blocks = blocks(&self.filtered, self.orders);
         let e = &self.e;
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
             let rows = z.nrows();
@@ -241,8 +263,8 @@ impl Descent {
         (0..self.step.len()).map(cosine).fold(0.0, f64::max)
     }
 
-    /// Searches from a start.
-    pub(super) fn run(&mut self, u: &[f64], y: &[f64], start: &[f64]) -> Found {
+    /// Searches from a start until steps are below `rest`, relative to the parameters.
+    pub(super) fn run(&mut self, u: &[f64], y: &[f64], start: &[f64], rest: f64) -> Found {
         self.theta.copy_from_slice(start);
         let mut found = Found {
             sum: f64::INFINITY,
@@ -277,23 +299,17 @@ impl Descent {
                 taken = self.improve(u, y, &mut found.sum, &mut damping);
             }
             near = taken.is_some_and(|step| step < NEAR);
-            match taken {
-                Some(step) if step > REST => {}
-                Some(_) => return found,
-                None if self.scaled_gradient(found.sum) < FLAT => return found,
-                None => break,
+            let rests = taken.is_none_or(|step| step <= rest);
+            if rests {
+                // Small steps alone are no minimum: at the border of stability they are small too.
+                if self.is_flat(u, y, found.sum, rest) {
+                    return found;
+                }
+                break;
             }
         }
         found.failure = Some(FailureKind::NoConvergence);
         found
-    }
-
-    /// `psi'e` of what [`Self::gradient`] left.
-    fn gradient_of_sum(&self, to: &mut [f64]) {
-        let (r, top) = (self.psi.r(), self.psi.top());
-        for (j, to) in to.iter_mut().enumerate() {
-            *to = (0..=j).map(|i| r[(i, j)] * top[(i, 0)]).sum();
-        }
     }
 
     /// Where a Newton step was tried in vain, psi is of another point: takes it at theta again.
@@ -310,29 +326,13 @@ impl Descent {
     fn newton(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
         let n = self.theta.len();
         let mut gradient = std::mem::take(&mut self.column);
-        self.gradient_of_sum(&mut gradient);
-        for j in 0..n {
-            let h = DIFFERENCE * self.theta[j].abs().max(1e-3);
-            self.hessian.col_mut(j).fill(0.0);
-            for side in [-1.0, 1.0] {
-                self.trial.copy_from_slice(&self.theta);
-                self.trial[j] += side * h;
-                let there = self.sum(u, y, true).is_some() && self.gradient(u, y).is_ok();
-                if !there {
-                    self.column = gradient;
-                    return None;
-                }
-                let (r, top) = (self.psi.r(), self.psi.top());
-                for i in 0..n {
-                    let product: f64 = (0..=i).map(|l| r[(l, i)] * top[(l, 0)]).sum();
-                    self.hessian[(i, j)] += side * product / (2.0 * h);
-                }
-            }
-        }
-        for (step, gradient) in self.step.iter_mut().zip(&gradient) {
+        let mut there = std::mem::take(&mut self.beside);
+        let hessian = self.fill_hessian(u, y, &mut gradient, &mut there);
+        (self.column, self.beside) = (gradient, there);
+        hessian?;
+        for (step, gradient) in self.step.iter_mut().zip(&self.column) {
             *step = -gradient;
         }
-        self.column = gradient;
         for j in 0..n {
             for i in 0..j {
                 let mean = f64::midpoint(self.hessian[(i, j)], self.hessian[(j, i)]);
@@ -341,6 +341,33 @@ impl Descent {
         }
         solve_positive(&mut self.hessian, &mut self.step).then_some(())?;
         self.take_step(u, y, sum)
+    }
+
+    /// The gradient and its differences; `None` where a point beside theta has no stable predictor.
+    fn fill_hessian(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        gradient: &mut [f64],
+        there: &mut [f64],
+    ) -> Option<()> {
+        let n = self.theta.len();
+        self.sum(u, y, false)?;
+        self.gradient_of_sum(u, y, gradient);
+        for j in 0..n {
+            let h = DIFFERENCE * self.theta[j].abs().max(1e-3);
+            self.hessian.col_mut(j).fill(0.0);
+            for side in [-1.0, 1.0] {
+                self.trial.copy_from_slice(&self.theta);
+                self.trial[j] += side * h;
+                self.sum(u, y, true)?;
+                self.gradient_of_sum(u, y, there);
+                for (i, there) in there.iter().enumerate() {
+                    self.hessian[(i, j)] += side * there / (2.0 * h);
+                }
+            }
+        }
+        Some(())
     }
 
     /// Takes the step where it does not raise the sum; its relative length.
@@ -360,6 +387,13 @@ impl Descent {
         self.theta.copy_from_slice(&self.trial);
         *sum = lower;
         Some(length)
+    }
+
+    /// Whether the gradient at theta is that of a minimum.
+    fn is_flat(&mut self, u: &[f64], y: &[f64], sum: f64, rest: f64) -> bool {
+        self.sum(u, y, false).is_some()
+            && self.gradient(u, y).is_ok()
+            && self.scaled_gradient(sum) < FLAT.max(rest)
     }
 
     /// Takes the first step, of growing damping, that lowers the sum; its relative length.

@@ -20,8 +20,12 @@ const RANDOM_STARTS: usize = 12;
 /// The most random starts.
 const MOST_STARTS: usize = 10_000;
 
-/// Losses of one minimum agree to this.
-const SAME: f64 = 1e-8;
+/// The relative step at which a search from a start ends, and at which the best of them does.
+const NEAR: f64 = 1e-4;
+const REST: f64 = 1e-12;
+
+/// Losses of one minimum agree to this at the ends of searches.
+const SAME: f64 = 1e-6;
 
 /// Defines the options of a structure, which are alike.
 macro_rules! structure {
@@ -166,7 +170,7 @@ impl PredictionError {
         self.starts.begin(u, y);
         let mut failed: Option<Found> = None;
         while let Some(start) = self.starts.next(u, y) {
-            let found = self.descent.run(u, y, start);
+            let found = self.descent.run(u, y, start, NEAR);
             if found.failure.is_some() {
                 failed.get_or_insert(found);
                 continue;
@@ -182,7 +186,13 @@ impl PredictionError {
                 self.theta.copy_from_slice(self.descent.theta());
             }
         }
-        self.best.or(failed)
+        let Some(best) = self.best else {
+            return failed;
+        };
+        let mut found = self.descent.run(u, y, &self.theta, REST);
+        found.iterations += best.iterations;
+        self.theta.copy_from_slice(self.descent.theta());
+        Some(found)
     }
 }
 
