@@ -25,6 +25,9 @@ const EARLY: usize = 8;
 /// The relative step of the differences of which Newton's Hessian is made.
 const DIFFERENCE: f64 = 1e-5;
 
+/// Of the sum of y's squares: what rounding leaves of it.
+const ROUNDING: f64 = 1e-24;
+
 /// The scaled gradient of a minimum, at most.
 const FLAT: f64 = 1e-6;
 
@@ -389,8 +392,11 @@ impl Descent {
         Some(length)
     }
 
-    /// Whether the gradient at theta is that of a minimum.
+    /// Whether the gradient at theta is that of a minimum, or nothing but rounding is left of y.
     fn is_flat(&mut self, u: &[f64], y: &[f64], sum: f64, rest: f64) -> bool {
+        if sum <= ROUNDING * y.iter().map(|y| y * y).sum::<f64>() {
+            return true;
+        }
         self.sum(u, y, false).is_some()
             && self.gradient(u, y).is_ok()
             && self.scaled_gradient(sum) < FLAT.max(rest)
