@@ -25,6 +25,9 @@ const EARLY: usize = 8;
 /// The relative step of the differences of which Newton's Hessian is made.
 const DIFFERENCE: f64 = 1e-5;
 
+/// Steps below this lead nowhere.
+const SMALLEST: f64 = 1e-13;
+
 /// Of the sum of y's squares: what rounding leaves of it.
 const ROUNDING: f64 = 1e-24;
 
@@ -302,12 +305,12 @@ impl Descent {
                 taken = self.improve(u, y, &mut found.sum, &mut damping);
             }
             near = taken.is_some_and(|step| step < NEAR);
+            // Small steps alone are no minimum: beside the border of stability they are small too.
             let rests = taken.is_none_or(|step| step <= rest);
-            if rests {
-                // Small steps alone are no minimum: at the border of stability they are small too.
-                if self.is_flat(u, y, found.sum, rest) {
-                    return found;
-                }
+            if rests && self.is_flat(u, y, found.sum, rest) {
+                return found;
+            }
+            if taken.is_none_or(|step| step < SMALLEST) {
                 break;
             }
         }
