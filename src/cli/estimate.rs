@@ -46,7 +46,7 @@ pub(super) struct Arguments {
     /// Samples used for estimation, from the first [default: all]; the rest validates
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     window: Option<usize>,
-    /// Estimators, separated by commas: ls, iv, arx
+    /// Estimators, separated by commas; `asobench methods` prints them
     #[arg(
         long,
         value_name = "LIST",
@@ -224,7 +224,8 @@ fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     if !options.has("orders") {
         let Some(order) = *order else {
             return bad(
-                "expected --order n, or --orders na=...,nb=...,nk=... for 'arx'".to_owned(),
+                "expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it"
+                    .to_owned(),
             );
         };
         return Ok(Orders::arx(order, order, delay.unwrap_or(1)));
@@ -238,7 +239,8 @@ fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     }
     if let Some(name) = estimator.iter().find(|name| !name.takes("orders")) {
         return bad(format!(
-            "--orders: estimator '{name}' takes --order and --delay instead"
+            "--orders: estimator '{name}' takes --order and --delay instead; expected --estimator arx or another one \
+             that takes orders"
         ));
     }
     let text = options.taken_by(estimator[0])["orders"].clone();
@@ -251,17 +253,6 @@ fn orders(arguments: &Arguments) -> Result<Orders, Error> {
 fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     let path = arguments.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
-    arguments
-        .gain
-        .check(orders.order())
-        .or_else(|error| {
-            if arguments.options.has("orders") {
-                Ok(())
-            } else {
-                Err(error)
-            }
-        })
-        .map_err(|e| Error::Input(format!("--gain: {e}")))?;
     let file = files::open_named(&arguments.file, Kind::Record);
     let file = file.map_err(|error| bad(error.to_string()))?;
     let mut record = csv::read(file).map_err(|error| bad(error.to_string()))?;
@@ -340,6 +331,9 @@ fn estimate(
     let parse = |options: &Map<String, Value>| {
         name.parse(options.clone())
             .map_err(|error| match error.key {
+                Some(key) if key == "orders" && !arguments.options.has("orders") => {
+                    bad(format!("of --order and --delay: {}", error.message))
+                }
                 Some(key) => {
                     Error::Input(format!("--{}: {}", key.replace('_', "-"), error.message))
                 }
@@ -356,6 +350,8 @@ fn estimate(
         parsed = parse(&options)?;
     }
     let options = parsed;
+    let gain = arguments.gain.check(options.order(order));
+    gain.map_err(|error| Error::Input(format!("--gain: {error}")))?;
     let samples = report.shifted(shift);
     let shape = Shape {
         order,
@@ -401,8 +397,8 @@ fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
         let (sum, rows) = complete_residuals(&model, report);
         let parameters = model.orders().parameters();
         pass.loss = sum / report.window as f64;
-        if model.noise_variance.is_nan() {
-            model.noise_variance = sum / rows.saturating_sub(parameters) as f64;
+        if model.noise_variance.is_nan() && rows > parameters {
+            model.noise_variance = sum / (rows - parameters) as f64;
         }
     }
     // Without the zeros that a delay puts there.
@@ -451,8 +447,8 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
         validation: (window < samples.y.len()).then(|| on(window..samples.y.len())),
     });
     let observed = match pass.observed() {
-        Some(model) if gain.check(model.a.len()).is_ok() => observe(model, gain, samples),
-        _ => return,
+        Some(model) => observe(model, gain, samples),
+        None => return,
     };
     match observed {
         Err(kind) => pass.fail(Failure {

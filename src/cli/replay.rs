@@ -281,7 +281,9 @@ impl<'a> Replay<'a> {
             for (number, pass) in passes.iter().enumerate() {
                 let name = format!("{} pass {number}", table.output_name(number));
                 let solve = if number == 0 { 3 } else { 10 };
-                stages.extend(information(table, window, passes, number, &name));
+                if table.is_of_the_paper() {
+                    stages.extend(information(table, window, passes, number, &name));
+                }
                 stages.extend(parameters(&name, solve, pass));
                 stages.extend(observer(&name, cell, data, pass));
             }

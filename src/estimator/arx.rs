@@ -79,10 +79,14 @@ impl Estimator for Arx {
             let parameters = self.regression.theta().len();
             self.model.set_parameters(self.regression.theta());
             let (rows, sum) = (self.regression.rows(), self.regression.residual_sum());
-            self.model.noise_variance = sum / (rows - parameters) as f64;
-            let variance = self.model.noise_variance;
-            self.regression
-                .covariance(variance, &mut self.model.covariance);
+            self.model.noise_variance = f64::NAN;
+            self.model.covariance.clear();
+            if rows > parameters {
+                let variance = sum / (rows - parameters) as f64;
+                self.model.noise_variance = variance;
+                let covariance = &mut self.model.covariance;
+                self.regression.covariance(variance, covariance);
+            }
             pass.loss = sum / window.len() as f64;
             pass.set_model(&self.model, condition)
         });
@@ -218,7 +222,7 @@ mod tests {
         let error = short.err().unwrap().to_string();
         assert_eq!(
             error,
-            "a window of 11 samples is too short for orders na=4,nb=4,nk=1: 7 rows for 8 parameters"
+            "a window of 11 samples is too short for orders na=4,nb=4,nk=1: 7 equations, at least 8 are needed"
         );
     }
 }

@@ -3,7 +3,7 @@
 //! With as many instruments as parameters it is `(Z'Phi)^-1 Z'y`, with more two-stage least squares. Neither `Z'Z` nor
 //! `Z'Phi` is formed.
 
-use super::regression::{Rows, covariance_of_triangle};
+use super::regression::{Rows, covariance_of_triangle, residual_sum};
 use super::solver::Reduction;
 use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::{FailureKind, SetupError};
@@ -94,6 +94,7 @@ impl InstrumentalRegression {
                 orders,
                 window,
                 rows: count,
+                needed: wide,
             });
         }
         let padded = || vec![0.0; window + 2 * reach];
@@ -205,16 +206,13 @@ impl InstrumentalRegression {
 
     /// `sum (y(k) - phi(k)' theta)^2` over the rows of what was solved last.
     pub fn residual_sum(&self) -> f64 {
-        let (Orders { na, nk, .. }, start) = (self.orders, self.first + self.reach);
-        let (a, b) = self.theta.split_at(na);
-        let residual = |k: usize| -> f64 {
-            let of_y = a.iter().enumerate().map(|(i, a)| a * self.y[k - 1 - i]);
-            let of_u = b.iter().enumerate().map(|(i, b)| b * self.u[k - nk - i]);
-            self.y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
-        };
-        (start..start + self.count)
-            .map(|k| residual(k).powi(2))
-            .sum()
+        let first = self.first + self.reach;
+        residual_sum(
+            self.orders,
+            &self.theta,
+            [&self.u, &self.y],
+            first..first + self.count,
+        )
     }
 
     /// `variance (Phi'Q Q'Phi)^-1` of what was solved last, row by row; with as many instruments as parameters

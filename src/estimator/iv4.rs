@@ -49,7 +49,15 @@ impl MethodKind for Iv4Options {
         let whitening = Orders::arx(orders.na + orders.nb, 0, 1);
         Ok(Box::new(Iv4 {
             instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?,
-            whitening: Regression::new(whitening, rows, residuals)?,
+            whitening: Regression::new(whitening, rows, residuals).map_err(|_| {
+                // The residuals' autoregression looks back as far as it has coefficients.
+                SetupError::ShortRecord {
+                    orders,
+                    window,
+                    rows: residuals,
+                    needed: 2 * whitening.na,
+                }
+            })?,
             regression,
             first: window - residuals,
             prefilter: vec![1.0; orders.na + orders.nb + 1],

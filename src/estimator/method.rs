@@ -54,19 +54,19 @@ pub struct Needs {
 
 /// What is wrong with an option.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}{message}", .key.map_or_else(String::new, |key| format!("{key}: ")))]
+#[error("{}{message}", .key.as_ref().map_or_else(String::new, |key| format!("{key}: ")))]
 pub struct OptionError {
     /// Its key; `None` where the message names it.
-    pub key: Option<&'static str>,
+    pub key: Option<String>,
     /// What is wrong, and what was expected.
     pub message: String,
 }
 
 impl OptionError {
     /// Of a key.
-    pub fn new(key: &'static str, message: impl Into<String>) -> Self {
+    pub fn new(key: &str, message: impl Into<String>) -> Self {
         Self {
-            key: Some(key),
+            key: Some(key.to_owned()),
             message: message.into(),
         }
     }

@@ -140,15 +140,19 @@ pub enum SetupError {
         .0.window, .0.order, 3 * .0.order
     )]
     ShortWindow(Shape),
-    /// Fewer rows than parameters, or no parameter.
-    #[error("a window of {window} samples is too short for orders {orders}: {rows} rows for {} parameters", .orders.parameters())]
+    /// Fewer equations than are needed.
+    #[error(
+        "a window of {window} samples is too short for orders {orders}: {rows} equations, at least {needed} are needed"
+    )]
     ShortRecord {
         /// The orders.
         orders: Orders,
         /// The samples.
         window: usize,
-        /// The rows.
+        /// The equations that they make.
         rows: usize,
+        /// As many as there are parameters, or instruments.
+        needed: usize,
     },
     /// Hankel matrices with fewer columns than rows, or too few block rows for the order.
     #[error("a window of {window} samples with {rows} block rows is too short for order {order}: at least {} samples, \

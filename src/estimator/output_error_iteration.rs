@@ -18,21 +18,38 @@ pub(super) const MOST_PASSES: usize = 200;
 /// The relative step at which it rests.
 pub(super) const REST: f64 = 1e-12;
 
-/// The options of `stmcb`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct StmcbOptions {
-    /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
+/// Defines the options of an iteration, which are alike.
+macro_rules! iteration {
+    ($options:ident, $doc:literal, refined: $refined:literal) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $options {
+            /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
+            pub orders: Option<Orders>,
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                check_output_error(self.orders)
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(output_error(self.orders, setting))
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = output_error(self.orders, problem.shape.order);
+                let window = problem.shape.window;
+                let iteration = OutputErrorIteration::new(orders, window, $refined)?;
+                Ok(Box::new(iteration))
+            }
+        }
+    };
 }
 
-/// The options of `sriv`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct SrivOptions {
-    /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-}
+iteration!(StmcbOptions, "The options of `stmcb`.", refined: false);
+iteration!(SrivOptions, "The options of `sriv`.", refined: true);
 
 /// Orders of an output-error model.
 pub(super) fn output_error(orders: Option<Orders>, order: usize) -> Orders {
@@ -55,38 +72,6 @@ pub(super) fn check_output_error(orders: Option<Orders>) -> Result<(), OptionErr
             Err(OptionError::new("orders", "expected an nb of at least 1"))
         }
         _ => Ok(()),
-    }
-}
-
-impl MethodKind for StmcbOptions {
-    fn check(&self) -> Result<(), OptionError> {
-        check_output_error(self.orders)
-    }
-
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(output_error(self.orders, setting))
-    }
-
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = output_error(self.orders, problem.shape.order);
-        let window = problem.shape.window;
-        Ok(Box::new(OutputErrorIteration::new(orders, window, false)?))
-    }
-}
-
-impl MethodKind for SrivOptions {
-    fn check(&self) -> Result<(), OptionError> {
-        check_output_error(self.orders)
-    }
-
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(output_error(self.orders, setting))
-    }
-
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = output_error(self.orders, problem.shape.order);
-        let window = problem.shape.window;
-        Ok(Box::new(OutputErrorIteration::new(orders, window, true)?))
     }
 }
 

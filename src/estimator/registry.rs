@@ -49,13 +49,22 @@ macro_rules! estimators {
             /// # Errors
             /// If a key is unknown or a value does not fit.
             pub fn parse(self, options: Map<String, Value>) -> Result<MethodOptions, OptionError> {
-                let options = Value::Object(options);
-                let options = match self {
-                    $(Self::$variant => serde_json::from_value(options).map(MethodOptions::$variant),)*
+                let read = |options: Map<String, Value>| {
+                    let options = Value::Object(options);
+                    match self {
+                        $(Self::$variant => serde_json::from_value(options).map(MethodOptions::$variant),)*
+                    }
                 };
-                let options = options.map_err(|error| OptionError {
-                    key: None,
-                    message: error.to_string(),
+                let options = read(options.clone()).map_err(|error| {
+                    // The key that cannot be read by itself either.
+                    let alone = |(key, value): (&String, &Value)| {
+                        let single = Map::from_iter([(key.clone(), value.clone())]);
+                        read(single).is_err().then(|| key.clone())
+                    };
+                    OptionError {
+                        key: options.iter().find_map(alone),
+                        message: error.to_string(),
+                    }
                 })?;
                 options.kind().check()?;
                 Ok(options)

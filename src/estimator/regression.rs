@@ -10,6 +10,7 @@ use crate::names::named_enum;
 use faer::Par;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{MatMut, MatRef};
+use std::ops::Range;
 
 named_enum! {
     /// Which equations of a record of N samples are used.
@@ -63,6 +64,7 @@ impl Regression {
                 orders,
                 window,
                 rows: count,
+                needed: width,
             });
         }
         let padded = || vec![0.0; window + 2 * reach];
@@ -136,22 +138,35 @@ impl Regression {
 
     /// `sum (y(k) - phi(k)' theta)^2` over the rows of what was solved last.
     pub fn residual_sum(&self) -> f64 {
-        let (Orders { na, nk, .. }, start) = (self.orders, self.first + self.orders.reach());
-        let (a, b) = self.theta.split_at(na);
-        let residual = |k: usize| -> f64 {
-            let of_y = a.iter().enumerate().map(|(i, a)| a * self.y[k - 1 - i]);
-            let of_u = b.iter().enumerate().map(|(i, b)| b * self.u[k - nk - i]);
-            self.y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
-        };
-        (start..start + self.count)
-            .map(|k| residual(k).powi(2))
-            .sum()
+        let first = self.first + self.orders.reach();
+        residual_sum(
+            self.orders,
+            &self.theta,
+            [&self.u, &self.y],
+            first..first + self.count,
+        )
     }
 
     /// `variance (Phi'Phi)^-1` of what was solved last, row by row.
     pub fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
         covariance_of_triangle(self.reduction.r(), variance, &mut self.scratch, to);
     }
+}
+
+/// `sum (y(k) - phi(k)' theta)^2` over some k of signals u and y.
+pub(super) fn residual_sum(
+    orders: Orders,
+    theta: &[f64],
+    [u, y]: [&[f64]; 2],
+    rows: Range<usize>,
+) -> f64 {
+    let (a, b) = theta.split_at(orders.na);
+    let residual = |k: usize| -> f64 {
+        let of_y = a.iter().enumerate().map(|(i, a)| a * y[k - 1 - i]);
+        let of_u = b.iter().enumerate().map(|(i, b)| b * u[k - orders.nk - i]);
+        y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
+    };
+    rows.map(|k| residual(k).powi(2)).sum()
 }
 
 /// `variance (R'R)^-1`, row by row; `scratch` is room for a column.

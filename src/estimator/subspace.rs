@@ -63,13 +63,8 @@ macro_rules! subspace {
 
         impl $options {
             fn orders(&self, order: usize) -> Orders {
-                let Orders { na: n, nk, .. } = self.orders.unwrap_or(Orders::arx(order, order, 1));
-                Orders {
-                    nb: n + 1 - nk.min(1),
-                    nf: n,
-                    nk,
-                    ..Orders::default()
-                }
+                let given = self.orders.unwrap_or(Orders::arx(order, order, 1));
+                model_orders(given.na.max(given.nf), given.nk)
             }
         }
 
@@ -97,26 +92,35 @@ macro_rules! subspace {
 subspace!(MoespOptions, "The options of `moesp`.",);
 subspace!(N4sidOptions, "The options of `n4sid`.", weights);
 
+/// Of a model of order n.
+fn model_orders(n: usize, nk: usize) -> Orders {
+    Orders {
+        nb: n + 1 - nk.min(1),
+        nf: n,
+        nk,
+        ..Orders::default()
+    }
+}
+
 fn check(orders: Option<Orders>, block_rows: usize) -> Result<(), OptionError> {
-    if let Some(Orders {
-        na, nc, nd, nf, nk, ..
-    }) = orders
-        && (na == 0 || nc + nd + nf > 0 || nk > 1)
-    {
-        let message = "expected n of at least 1 and nk = 0 or 1, such as n=4,nk=0";
-        return Err(OptionError::new("orders", message));
+    let n = orders.map_or(0, |orders| orders.na.max(orders.nf));
+    if let Some(given) = orders {
+        let nk = given.nk;
+        let known = given == Orders::arx(n, n, nk) || given == model_orders(n, nk);
+        if n == 0 || nk > 1 || !known {
+            let message = "expected n of at least 1 and nk = 0 or 1, such as n=4,nk=0";
+            return Err(OptionError::new("orders", message));
+        }
     }
     if !(2..=MOST_ROWS).contains(&block_rows) {
         let message = format!("{block_rows}; expected 2 to {MOST_ROWS}");
         return Err(OptionError::new("block_rows", message));
     }
-    match orders {
-        Some(Orders { na, .. }) if na >= block_rows => {
-            let message = format!("{block_rows}; expected more than the order {na}");
-            Err(OptionError::new("block_rows", message))
-        }
-        _ => Ok(()),
+    if n >= block_rows {
+        let message = format!("{block_rows}; expected more than the order {n}");
+        return Err(OptionError::new("block_rows", message));
     }
+    Ok(())
 }
 
 /// A and C of the shift of the first n left singular vectors; then B, D and x0 so that the simulated output is nearest

@@ -11,7 +11,7 @@ pub struct Fit {
     /// With yhat simulated from x0: only u is used.
     pub simulated: f64,
     /// With yhat predicted one step ahead, y up to k - 1 being used. Samples before k = max(na, nb + nk - 1), where
-    /// the equation looks back beyond the record, are left out.
+    /// the equation looks back beyond the record, are left out of models without C, D, F.
     pub one_step: f64,
 }
 
@@ -57,7 +57,10 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], range: Range<usize>) -> Fi
     );
     let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
     model.residuals(u, y, &mut e, &mut scratch);
-    let first = range.start.max(n).min(range.end);
+    // A predictor with a memory of its own begins from zero, as it is estimated; an equation needs its past.
+    let orders = model.orders();
+    let memory = orders.nc + orders.nd + orders.nf > 0;
+    let first = range.start.max(if memory { 0 } else { n }).min(range.end);
     let predicted: f64 = e[first..].iter().map(|e| e * e).sum();
     let spread = |from: usize| -> f64 {
         (from..range.end)

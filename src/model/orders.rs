@@ -100,7 +100,7 @@ impl Orders {
             if name == "n" {
                 // na and nb at once.
                 let number = number.filter(|number| (1..=LARGEST).contains(number));
-                let number = number.ok_or_else(|| OrdersError::Number(name.to_owned()))?;
+                let number = number.ok_or(OrdersError::Order)?;
                 (orders.na, orders.nb) = (number, number);
                 continue;
             }
@@ -129,6 +129,9 @@ pub enum OrdersError {
     /// A name that stands twice.
     #[error("'{0}' is given twice")]
     Twice(String),
+    /// An order n that is no number.
+    #[error("'n' is no whole number of 1 to {LARGEST}")]
+    Order,
     /// What is no number.
     #[error("'{0}' is no whole number of 0 to {LARGEST}")]
     Number(String),

@@ -64,10 +64,8 @@ impl Flag {
         }
         if self.schema["type"] == "integer" {
             let number: Result<u64, _> = text.parse();
-            let number = number.ok().filter(|number| *number >= 1);
-            return number
-                .map(Value::from)
-                .ok_or_else(|| "expected a whole number of at least 1".to_owned());
+            let expected = |_| "expected a whole number".to_owned();
+            return number.map(Value::from).map_err(expected);
         }
         Ok(Value::String(text.to_owned()))
     }

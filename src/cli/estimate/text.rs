@@ -34,7 +34,7 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
     writeln!(
         text,
         "\nA(q) y = B(q)/F(q) u + C(q)/D(q) e with A = 1 + a_1 q^-1 + ...; in state space\n\
-         x(k+1) = A x(k) + b u(k), y = x_1, last row of A is a"
+         x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; d = 0 where nk > 0"
     )?;
     if shift > 0 {
         writeln!(
@@ -76,6 +76,12 @@ fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
         write_vector(text, "observer g", &observer.g)?;
         write_vector(text, "xhat(N)", &observer.at_window)?;
         write_vector(text, "xhat(K-1)", &observer.last)?;
+    } else if report.pass.direct != 0.0 {
+        writeln!(
+            text,
+            "  {:<18} none: u acts on y at once (nk = 0)",
+            "observer"
+        )?;
     }
     Ok(())
 }
@@ -90,10 +96,21 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
         if let Some(errors) = model.standard_errors() {
             write_vector(text, "standard errors", &errors)?;
         }
-        write_vector(text, "noise variance", &[model.noise_variance])?;
-        write_vector(text, "loss", &[pass.loss])?;
+        for (name, value) in [
+            ("noise variance", model.noise_variance),
+            ("loss", pass.loss),
+        ] {
+            if value.is_finite() {
+                write_vector(text, name, &[value])?;
+            } else {
+                writeln!(text, "  {name:<18} undefined")?;
+            }
+        }
         write_vector(text, "a", &pass.a)?;
         write_vector(text, "b", &pass.b)?;
+        if pass.direct != 0.0 {
+            write_vector(text, "d", &[pass.direct])?;
+        }
     }
     if pass.progress == Progress::InitialState {
         write_vector(text, "x0", &pass.x0)?;

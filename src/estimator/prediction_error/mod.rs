@@ -101,7 +101,7 @@ structure!(
     "The options of `armax`, `A y = B u + C e`.",
     "Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=2,nk=1; by default na = nb = nc = the setting `order`, nk = 1.",
     |orders| (orders.nd + orders.nf > 0 || orders.parameters() == 0)
-        .then_some("expected na, nb, nc, nk; the model has no D, F"),
+        .then_some("expected na, nb or nc of at least 1, nk; the model has no D, F"),
     |n| Orders {
         na: n,
         nb: n,
@@ -151,6 +151,7 @@ impl PredictionError {
                 orders,
                 window,
                 rows: window,
+                needed: orders.parameters() + 1,
             });
         }
         Ok(Self {

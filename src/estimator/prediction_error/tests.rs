@@ -170,3 +170,50 @@ fn every_structure_is_recovered() {
         }
     }
 }
+
+/// In other units the model is the same one: B in those of y over u.
+#[test]
+fn units_do_not_matter() {
+    let structures = structures()
+        .into_iter()
+        .filter(|orders| orders.na * orders.nf == 0);
+    for (trial, orders) in structures.enumerate() {
+        let (u, y) = record(&model(orders, trial as u64), trial as u64, 0.2);
+        let estimate = |u: &[f64], y: &[f64]| {
+            let mut method = PredictionError::new(orders, 4, N).unwrap();
+            let mut passes = [Pass::new(1)];
+            method.estimate(Window::new(u, y, N), &mut passes);
+            let [pass] = passes;
+            pass
+        };
+        let scaled = |signal: &[f64], by: f64| signal.iter().map(|x| by * x).collect::<Vec<_>>();
+        let pass = estimate(&u, &y);
+        let other = estimate(&scaled(&u, 8.0), &scaled(&y, 1.0 / 64.0));
+        assert_eq!(pass.failure, other.failure, "{orders}");
+        let both = pass.model.parameters().zip(other.model.parameters());
+        for (i, (found, other)) in both.enumerate() {
+            let of_b = (orders.na..orders.na + orders.nb).contains(&i);
+            let other = if of_b { 512.0 * other } else { other };
+            assert!(
+                (found - other).abs() < 1e-7 * found.abs().max(1.0),
+                "{orders} {i}: {found} {other}"
+            );
+        }
+    }
+}
+
+/// A pole that a zero cancels may stand anywhere: its parameters cannot be found.
+#[test]
+fn what_cannot_be_identified_is_typed() {
+    let truth = LinearModel {
+        b: vec![0.0, 1.0],
+        f: vec![1.0, -0.5],
+        ..LinearModel::zero("nb=1,nf=1".parse().unwrap())
+    };
+    let (u, y) = record(&truth, 1, 0.0);
+    let mut method = PredictionError::new("nb=2,nf=2".parse().unwrap(), 4, N).unwrap();
+    let mut passes = [Pass::new(1)];
+    method.estimate(Window::new(&u, &y, N), &mut passes);
+    let kind = passes[0].failure.expect("a failure").kind;
+    assert_eq!(kind, crate::estimator::FailureKind::NotIdentifiable);
+}

@@ -262,6 +262,11 @@ impl MethodTable {
         }
     }
 
+    /// Whether its passes solve the paper's equations, stages 2 and 9.
+    pub fn is_of_the_paper(&self) -> bool {
+        self.estimator().takes("solver")
+    }
+
     /// Whose method it is.
     pub(in crate::study) fn estimator(&self) -> EstimatorName {
         self.estimator.unwrap_or_default()
