@@ -322,7 +322,13 @@ fn orders_and_estimators_that_do_not_fit_are_refused() {
     let files = Files::new();
     let path = files.write("good.csv", &record());
     for (flags, parts) in [
-        ("", ["expected --order n, or --orders", "where the estimators take it"]),
+        (
+            "",
+            [
+                "expected --order n, or --orders",
+                "where the estimators take it",
+            ],
+        ),
         (
             "--orders na=1,nb=1",
             ["--orders: estimator 'ls'", "--order and --delay"],

@@ -282,6 +282,7 @@ impl Descent {
             return found;
         };
         found.sum = sum;
+        let rounding = ROUNDING * y.iter().map(|y| y * y).sum::<f64>();
         let mut damping = 1e-3;
         let mut near = false;
         for iteration in 1..=MOST_ITERATIONS {
@@ -290,7 +291,7 @@ impl Descent {
                 found.failure = Some(kind);
                 return found;
             }
-            if found.sum == 0.0 {
+            if found.sum <= rounding {
                 return found;
             }
             let mut taken = None;
@@ -307,7 +308,7 @@ impl Descent {
             near = taken.is_some_and(|step| step < NEAR);
             // Small steps alone are no minimum: beside the border of stability they are small too.
             let rests = taken.is_none_or(|step| step <= rest);
-            if rests && self.is_flat(u, y, found.sum, rest) {
+            if rests && (found.sum <= rounding || self.is_flat(u, y, found.sum, rest)) {
                 return found;
             }
             if taken.is_none_or(|step| step < SMALLEST) {
@@ -395,11 +396,8 @@ impl Descent {
         Some(length)
     }
 
-    /// Whether the gradient at theta is that of a minimum, or nothing but rounding is left of y.
+    /// Whether the gradient at theta is that of a minimum.
     fn is_flat(&mut self, u: &[f64], y: &[f64], sum: f64, rest: f64) -> bool {
-        if sum <= ROUNDING * y.iter().map(|y| y * y).sum::<f64>() {
-            return true;
-        }
         self.sum(u, y, false).is_some()
             && self.gradient(u, y).is_ok()
             && self.scaled_gradient(sum) < FLAT.max(rest)

@@ -171,6 +171,25 @@ fn every_structure_is_recovered() {
     }
 }
 
+/// Nothing is left for C to explain, and A and B are exact.
+#[test]
+fn armax_without_noise() {
+    let orders: Orders = "na=2,nb=2,nc=2".parse().unwrap();
+    let truth = LinearModel {
+        c: vec![1.0, 0.0, 0.0],
+        ..model(orders, 3)
+    };
+    let (u, y) = record(&truth, 3, 0.0);
+    let mut method = PredictionError::new(orders, 4, N).unwrap();
+    let mut passes = [Pass::new(1)];
+    method.estimate(Window::new(&u, &y, N), &mut passes);
+    let [pass] = passes;
+    assert_eq!(pass.failure, None);
+    for (found, truth) in pass.model.parameters().zip(truth.parameters()).take(4) {
+        assert!((found - truth).abs() < 1e-10, "{found} {truth}");
+    }
+}
+
 /// In other units the model is the same one: B in those of y over u.
 #[test]
 fn units_do_not_matter() {
