@@ -3,7 +3,7 @@
 //! With as many instruments as parameters it is `(Z'Phi)^-1 Z'y`, with more two-stage least squares. Neither `Z'Z` nor
 //! `Z'Phi` is formed.
 
-use super::regression::{Rows, covariance_of_triangle, residual_sum};
+use super::regression::{Lagged, Rows, covariance_of_triangle};
 use super::solver::Reduction;
 use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::{FailureKind, SetupError};
@@ -57,14 +57,9 @@ pub struct Signals<'a> {
 
 /// Buffers for records of one length.
 pub struct InstrumentalRegression {
-    orders: Orders,
+    lagged: Lagged,
     instruments: Instruments,
-    reach: usize,
-    first: usize,
-    count: usize,
-    /// Zeros, the record, zeros.
-    u: Vec<f64>,
-    y: Vec<f64>,
+    /// What takes the output's place, between zeros.
     x: Vec<f64>,
     /// `Z = Q R` with Phi and y as companions, then `Q'Phi` with `Q'y`.
     outer: Reduction,
@@ -85,29 +80,14 @@ impl InstrumentalRegression {
         rows: Rows,
         window: usize,
     ) -> Result<Self, SetupError> {
-        let reach = instruments.reach(orders);
-        let (first, count) = rows.extent(reach, window);
         let width = orders.na + orders.nb;
         let wide = instruments.count(orders) + orders.nb;
-        if width == 0 || count < wide {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window,
-                rows: count,
-                needed: wide,
-            });
-        }
-        let padded = || vec![0.0; window + 2 * reach];
+        let lagged = Lagged::new(orders, instruments.reach(orders), wide, rows, window)?;
         Ok(Self {
-            orders,
             instruments,
-            reach,
-            first,
-            count,
-            u: padded(),
-            y: padded(),
-            x: padded(),
-            outer: Reduction::new(wide, count, width + 1),
+            x: vec![0.0; lagged.y.len()],
+            outer: Reduction::new(wide, lagged.count, width + 1),
+            lagged,
             inner: Reduction::new(width, wide, 1),
             equilibration: Equilibration::new(wide, wide),
             scratch: vec![0.0; wide],
@@ -117,7 +97,7 @@ impl InstrumentalRegression {
 
     /// How many rows there are.
     pub fn rows(&self) -> usize {
-        self.count
+        self.lagged.count
     }
 
     /// What was solved last.
@@ -133,15 +113,14 @@ impl InstrumentalRegression {
     /// # Panics
     /// If a signal is not of the length that the buffers were made for.
     pub fn solve(&mut self, signals: Signals<'_>, condition: &mut f64) -> Result<(), FailureKind> {
-        let (Orders { na, nb, nk, .. }, instruments) = (self.orders, self.instruments);
-        let record = self.reach..self.y.len() - self.reach;
-        self.u[record.clone()].copy_from_slice(signals.u);
-        self.y[record.clone()].copy_from_slice(signals.y);
+        let instruments = self.instruments;
+        self.lagged.load(signals.u, signals.y);
         if instruments == Instruments::Signal {
-            self.x[record].copy_from_slice(signals.x);
+            self.x[self.lagged.record()].copy_from_slice(signals.x);
         }
-        let (u, y, x, start) = (&self.u, &self.y, &self.x, self.first + self.reach);
-        let more = instruments.count(self.orders);
+        let (Lagged { orders, u, y, .. }, x) = (&self.lagged, &self.x);
+        let (Orders { na, nb, nk, .. }, start) = (*orders, self.lagged.start());
+        let more = instruments.count(*orders);
         let put = |mut to: MatMut<'_, f64>, column: usize, from: &[f64], sign: f64| {
             for (row, value) in from.iter().enumerate() {
                 to[(row, column)] = sign * value;
@@ -168,7 +147,7 @@ impl InstrumentalRegression {
             }
             put(right.rb_mut(), na + nb, &y[lagged(0)], 1.0);
         };
-        self.outer.run(self.count, fill)?;
+        self.outer.run(self.lagged.count, fill)?;
         let (wide, width) = (more + nb, na + nb);
         let of_z = self.triangle(true, wide)?;
         let top = self.outer.top();
@@ -206,13 +185,7 @@ impl InstrumentalRegression {
 
     /// `sum (y(k) - phi(k)' theta)^2` over the rows of what was solved last.
     pub fn residual_sum(&self) -> f64 {
-        let first = self.first + self.reach;
-        residual_sum(
-            self.orders,
-            &self.theta,
-            [&self.u, &self.y],
-            first..first + self.count,
-        )
+        self.lagged.residual_sum(&self.theta)
     }
 
     /// `variance (Phi'Q Q'Phi)^-1` of what was solved last, row by row; with as many instruments as parameters

@@ -35,15 +35,83 @@ impl Rows {
     }
 }
 
+/// A record with zeros before and after it, and the rows that are made of it.
+pub(super) struct Lagged {
+    pub(super) orders: Orders,
+    reach: usize,
+    first: usize,
+    /// How many rows there are.
+    pub(super) count: usize,
+    pub(super) u: Vec<f64>,
+    pub(super) y: Vec<f64>,
+}
+
+impl Lagged {
+    /// Buffers for windows of so many samples, where each row looks back `reach` and at least `needed` are needed.
+    pub(super) fn new(
+        orders: Orders,
+        reach: usize,
+        needed: usize,
+        rows: Rows,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let (first, count) = rows.extent(reach, window);
+        if orders.na + orders.nb == 0 || count < needed {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: count,
+                needed,
+            });
+        }
+        let padded = || vec![0.0; window + 2 * reach];
+        Ok(Self {
+            orders,
+            reach,
+            first,
+            count,
+            u: padded(),
+            y: padded(),
+        })
+    }
+
+    /// Where the samples stand among the zeros.
+    pub(super) fn record(&self) -> Range<usize> {
+        self.reach..self.y.len() - self.reach
+    }
+
+    /// Where the first row's k stands.
+    pub(super) fn start(&self) -> usize {
+        self.first + self.reach
+    }
+
+    /// Takes a record.
+    ///
+    /// # Panics
+    /// If it is not of the length that the buffers were made for.
+    pub(super) fn load(&mut self, u: &[f64], y: &[f64]) {
+        let record = self.record();
+        self.u[record.clone()].copy_from_slice(u);
+        self.y[record].copy_from_slice(y);
+    }
+
+    /// `sum (y(k) - phi(k)' theta)^2` over the rows.
+    pub(super) fn residual_sum(&self, theta: &[f64]) -> f64 {
+        let (u, y, Orders { na, nk, .. }) = (&self.u, &self.y, self.orders);
+        let (a, b) = theta.split_at(na);
+        let residual = |k: usize| -> f64 {
+            let of_y = a.iter().enumerate().map(|(i, a)| a * y[k - 1 - i]);
+            let of_u = b.iter().enumerate().map(|(i, b)| b * u[k - nk - i]);
+            y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
+        };
+        let rows = self.start()..self.start() + self.count;
+        rows.map(|k| residual(k).powi(2)).sum()
+    }
+}
+
 /// Buffers for the regression of records of one length.
 pub struct Regression {
-    orders: Orders,
-    /// The first row's k, and how many rows there are.
-    first: usize,
-    count: usize,
-    /// Zeros, the record, zeros: y and u.
-    y: Vec<f64>,
-    u: Vec<f64>,
+    lagged: Lagged,
     reduction: Reduction,
     equilibration: Equilibration,
     scratch: Vec<f64>,
@@ -56,25 +124,11 @@ impl Regression {
     /// # Errors
     /// [`SetupError::ShortRecord`] where there are fewer rows than parameters.
     pub fn new(orders: Orders, rows: Rows, window: usize) -> Result<Self, SetupError> {
-        let reach = orders.reach();
-        let (first, count) = rows.extent(reach, window);
         let width = orders.na + orders.nb;
-        if width == 0 || count < width {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window,
-                rows: count,
-                needed: width,
-            });
-        }
-        let padded = || vec![0.0; window + 2 * reach];
+        let lagged = Lagged::new(orders, orders.reach(), width, rows, window)?;
         Ok(Self {
-            orders,
-            first,
-            count,
-            y: padded(),
-            u: padded(),
-            reduction: Reduction::new(width, count, 1),
+            reduction: Reduction::new(width, lagged.count, 1),
+            lagged,
             equilibration: Equilibration::new(width, width),
             scratch: vec![0.0; width],
             theta: vec![0.0; width],
@@ -83,7 +137,7 @@ impl Regression {
 
     /// How many rows there are.
     pub fn rows(&self) -> usize {
-        self.count
+        self.lagged.count
     }
 
     /// `theta = argmin || y - Phi theta ||`, and the 1-norm condition number of Phi's R with its columns scaled.
@@ -95,11 +149,9 @@ impl Regression {
     /// # Panics
     /// If the record is not of the length that the buffers were made for.
     pub fn solve(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
-        let (Orders { na, nb, nk, .. }, reach) = (self.orders, self.orders.reach());
-        let record = reach..self.y.len() - reach;
-        self.y[record.clone()].copy_from_slice(y);
-        self.u[record].copy_from_slice(u);
-        let (y, u, start) = (&self.y, &self.u, self.first + reach);
+        self.lagged.load(u, y);
+        let Lagged { orders, u, y, .. } = &self.lagged;
+        let (Orders { na, nb, nk, .. }, start) = (*orders, self.lagged.start());
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
             let (rows, start) = (z.nrows(), start + first);
             for i in 1..=na {
@@ -116,7 +168,7 @@ impl Regression {
                 right[(row, 0)] = *y;
             }
         };
-        self.reduction.run(self.count, fill)?;
+        self.reduction.run(self.lagged.count, fill)?;
         let r = self.reduction.r();
         self.equilibration.of_columns(r)?;
         *condition = triangular_condition(r, &self.equilibration.columns, &mut self.scratch)?;
@@ -138,35 +190,13 @@ impl Regression {
 
     /// `sum (y(k) - phi(k)' theta)^2` over the rows of what was solved last.
     pub fn residual_sum(&self) -> f64 {
-        let first = self.first + self.orders.reach();
-        residual_sum(
-            self.orders,
-            &self.theta,
-            [&self.u, &self.y],
-            first..first + self.count,
-        )
+        self.lagged.residual_sum(&self.theta)
     }
 
     /// `variance (Phi'Phi)^-1` of what was solved last, row by row.
     pub fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
         covariance_of_triangle(self.reduction.r(), variance, &mut self.scratch, to);
     }
-}
-
-/// `sum (y(k) - phi(k)' theta)^2` over some k of signals u and y.
-pub(super) fn residual_sum(
-    orders: Orders,
-    theta: &[f64],
-    [u, y]: [&[f64]; 2],
-    rows: Range<usize>,
-) -> f64 {
-    let (a, b) = theta.split_at(orders.na);
-    let residual = |k: usize| -> f64 {
-        let of_y = a.iter().enumerate().map(|(i, a)| a * y[k - 1 - i]);
-        let of_u = b.iter().enumerate().map(|(i, b)| b * u[k - orders.nk - i]);
-        y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
-    };
-    rows.map(|k| residual(k).powi(2)).sum()
 }
 
 /// `variance (R'R)^-1`, row by row; `scratch` is room for a column.

@@ -34,7 +34,7 @@ const MOST_ROWS: usize = 200;
 
 /// Defines the options of a method, which are alike.
 macro_rules! subspace {
-    ($options:ident, $doc:literal, $($weights:ident)?) => {
+    ($options:ident, $doc:literal, [$($weights:ident)?], $weighting:expr) => {
         #[doc = $doc]
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields, default)]
@@ -80,17 +80,23 @@ macro_rules! subspace {
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 let window = problem.shape.window;
-                #[allow(unused_mut, unused_assignments)]
-                let mut weights = Weights::default();
-                $(weights = self.$weights;)?
-                Ok(Box::new(Subspace::new(orders, self.block_rows, weights, window)?))
+                let weighting: fn(&Self) -> Weights = $weighting;
+                let (rows, weights) = (self.block_rows, weighting(self));
+                Ok(Box::new(Subspace::new(orders, rows, weights, window)?))
             }
         }
     };
 }
 
-subspace!(MoespOptions, "The options of `moesp`.",);
-subspace!(N4sidOptions, "The options of `n4sid`.", weights);
+subspace!(MoespOptions, "The options of `moesp`.", [], |_| {
+    Weights::Moesp
+});
+subspace!(
+    N4sidOptions,
+    "The options of `n4sid`.",
+    [weights],
+    |options| { options.weights }
+);
 
 /// Of a model of order n.
 fn model_orders(n: usize, nk: usize) -> Orders {

@@ -23,6 +23,8 @@ pub(super) struct Scorer {
     from: usize,
     start: ObserverStart,
     zero: Vec<f64>,
+    /// The order that each method's observer was made for.
+    orders: Vec<usize>,
     /// One for each method.
     observers: Vec<CellObserver>,
     poles: PoleFinder,
@@ -70,6 +72,11 @@ impl Scorer {
             from: cell.first_scored(),
             start: cell.observer_start,
             zero: vec![0.0; process.order()],
+            orders: experiment
+                .methods
+                .iter()
+                .map(|m| m.order(cell.order))
+                .collect(),
             observers: observers?,
             poles: PoleFinder::new(cell.order),
             input: *process.input(),
@@ -144,6 +151,8 @@ impl Scorer {
             row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a, !pass.unstable);
         }
         let Pass { a, b, direct, .. } = pass;
+        // A method of a user's own may leave a model of any order.
+        self.x.resize(self.x.len().max(a.len()), 0.0);
         let (model, x) = (System { a, b, d: *direct }, &mut self.x[..a.len()]);
         let response = &self.response;
         if self.wanted.impulse_response {
@@ -174,7 +183,7 @@ impl Scorer {
         };
         row[Measure::Ex0] = relative_error(&truth.x0, model.x0);
         row[Measure::Ex0Printed] = relative_error_as_printed(&truth.x0, model.x0);
-        if !self.wanted.states {
+        if !self.wanted.states || self.orders[method] != model.a.len() {
             return;
         }
         let zero = std::mem::take(&mut self.zero);

@@ -287,10 +287,6 @@ impl Descent {
         let mut near = false;
         for iteration in 1..=MOST_ITERATIONS {
             found.iterations = iteration;
-            if let Err(kind) = self.gradient(u, y) {
-                found.failure = Some(kind);
-                return found;
-            }
             if found.sum <= rounding {
                 return found;
             }
@@ -299,7 +295,7 @@ impl Descent {
                 taken = self.newton(u, y, &mut found.sum);
             }
             if taken.is_none() {
-                if let Err(kind) = self.linearise_again(u, y, near && iteration > EARLY) {
+                if let Err(kind) = self.linearise(u, y) {
                     found.failure = Some(kind);
                     return found;
                 }
@@ -319,12 +315,10 @@ impl Descent {
         found
     }
 
-    /// Where a Newton step was tried in vain, psi is of another point: takes it at theta again.
-    fn linearise_again(&mut self, u: &[f64], y: &[f64], moved: bool) -> Result<(), FailureKind> {
-        if !moved {
-            return Ok(());
-        }
-        self.sum(u, y, false).ok_or(FailureKind::NonFinite)?;
+    /// Takes psi's triangle at theta.
+    fn linearise(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
+        let there = self.sum(u, y, false);
+        there.ok_or(FailureKind::UnstablePredictor)?;
         self.gradient(u, y)
     }
 
@@ -398,9 +392,7 @@ impl Descent {
 
     /// Whether the gradient at theta is that of a minimum.
     fn is_flat(&mut self, u: &[f64], y: &[f64], sum: f64, rest: f64) -> bool {
-        self.sum(u, y, false).is_some()
-            && self.gradient(u, y).is_ok()
-            && self.scaled_gradient(sum) < FLAT.max(rest)
+        self.linearise(u, y).is_ok() && self.scaled_gradient(sum) < FLAT.max(rest)
     }
 
     /// Takes the first step, of growing damping, that lowers the sum; its relative length.
@@ -425,16 +417,14 @@ impl Descent {
     ///
     /// # Errors
     /// [`FailureKind::NotIdentifiable`] where `psi'psi` is singular to rounding.
-    pub(super) fn linearise(
+    pub(super) fn condition(
         &mut self,
         u: &[f64],
         y: &[f64],
         theta: &[f64],
     ) -> Result<f64, FailureKind> {
         self.theta.copy_from_slice(theta);
-        let there = self.sum(u, y, false);
-        there.ok_or(FailureKind::UnstablePredictor)?;
-        self.gradient(u, y)?;
+        self.linearise(u, y)?;
         let singular = |_| FailureKind::NotIdentifiable;
         let r = self.psi.r();
         self.equilibration.of_columns(r).map_err(singular)?;
@@ -449,30 +439,16 @@ impl Descent {
         covariance_of_triangle(self.psi.r(), variance, &mut self.column, to);
     }
 
-    /// Psi, column by column, for tests.
+    /// `psi'e` at parameters, by psi's triangle and by the sum itself.
     #[cfg(test)]
-    pub(super) fn psi_by_columns(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        theta: &[f64],
-    ) -> (Vec<Vec<f64>>, Vec<f64>) {
+    pub(super) fn gradients(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> [Vec<f64>; 2] {
         self.theta.copy_from_slice(theta);
-        self.sum(u, y, false).unwrap();
-        self.gradient(u, y).unwrap();
-        let n = theta.len();
-        let product = |i: usize, j: usize| {
-            let r = self.psi.r();
-            (0..=i.min(j)).map(|l| r[(l, i)] * r[(l, j)]).sum::<f64>()
-        };
-        let information = (0..n)
-            .map(|i| (0..n).map(|j| product(i, j)).collect())
-            .collect();
-        let top = self.psi.top();
-        let r = self.psi.r();
-        let gradient = (0..n)
-            .map(|j| (0..=j).map(|i| r[(i, j)] * top[(i, 0)]).sum())
-            .collect();
-        (information, gradient)
+        self.linearise(u, y).unwrap();
+        let (r, top) = (self.psi.r(), self.psi.top());
+        let product = |j: usize| (0..=j).map(|i| r[(i, j)] * top[(i, 0)]).sum();
+        let by_triangle = (0..theta.len()).map(product).collect();
+        let mut by_sum = vec![0.0; theta.len()];
+        self.gradient_of_sum(u, y, &mut by_sum);
+        [by_triangle, by_sum]
     }
 }

@@ -100,8 +100,8 @@ structure!(
     ArmaxOptions,
     "The options of `armax`, `A y = B u + C e`.",
     "Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=2,nk=1; by default na = nb = nc = the setting `order`, nk = 1.",
-    |orders| (orders.nd + orders.nf > 0 || orders.parameters() == 0)
-        .then_some("expected na, nb or nc of at least 1, nk; the model has no D, F"),
+    |orders| (orders.nd + orders.nf > 0 || orders.na + orders.nb == 0)
+        .then_some("expected na or nb of at least 1, nc, nk; the model has no D, F"),
     |n| Orders {
         na: n,
         nb: n,
@@ -222,7 +222,7 @@ impl Estimator for PredictionError {
         let (n, d) = (y.len() as f64, self.theta.len() as f64);
         let variance = found.sum / (n - d);
         self.model.noise_variance = variance;
-        let condition = self.descent.linearise(u, y, &self.theta);
+        let condition = self.descent.condition(u, y, &self.theta);
         let set = condition.and_then(|condition| {
             self.descent
                 .covariance(variance, &mut self.model.covariance);
