@@ -363,7 +363,7 @@ fn orders_and_estimators_that_do_not_fit_are_refused() {
         ),
         (
             "--estimator ls --order 1 --rows padded",
-            ["--rows: an option of estimator 'arx'", ""],
+            ["--rows: an option of estimator 'iv' or 'arx'", ""],
         ),
         (
             "--estimator arx --order 1 --rows all",

@@ -12,6 +12,8 @@ named_enum! {
         Mean = "mean",
         /// The window's least-squares straight line over k.
         Linear = "linear",
+        /// The first sample, as SIPPY does by default.
+        First = "first",
     }
 }
 
@@ -29,6 +31,10 @@ impl Trend {
             Detrend::None => Self::default(),
             Detrend::Mean => Self {
                 level: mean(window),
+                slope: 0.0,
+            },
+            Detrend::First => Self {
+                level: window.first().copied().unwrap_or(0.0),
                 slope: 0.0,
             },
             Detrend::Linear => {
@@ -65,5 +71,8 @@ mod tests {
         let mut record = vec![1.0, 2.0, 3.0, 10.0];
         Trend::fit(Detrend::Mean, &record[..3]).subtract(&mut record);
         assert_eq!(record, [-1.0, 0.0, 1.0, 8.0]);
+        let mut record = vec![1.0, 2.0, 3.0, 10.0];
+        Trend::fit(Detrend::First, &record[..3]).subtract(&mut record);
+        assert_eq!(record, [0.0, 1.0, 2.0, 9.0]);
     }
 }

@@ -2,8 +2,10 @@
 
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, OptionError, Problem};
+use super::order_choice::{Criterion, OrderComparison};
+use super::reading::{R_SYSID_RIDGE, Reading};
 use super::regression::{Regression, Rows};
-use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
+use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
 use crate::model::{LinearModel, Orders};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,6 +20,12 @@ pub struct ArxOptions {
     pub rows: Rows,
     /// The initial state: estimate (stage 6 for the model found), or zero.
     pub initial_state: StartState,
+    /// Adds lambda times the sum of squared parameters to the sum of squared residuals; 0: nothing.
+    pub ridge: Option<f64>,
+    /// The conventions of another tool: r-sysid.
+    pub reading: Option<Reading>,
+    /// Chooses n = na = nb, from 1 to the na = nb of `orders`, by a criterion: aic, aicc, bic, fpe.
+    pub choose: Option<Criterion>,
 }
 
 impl ArxOptions {
@@ -40,6 +48,20 @@ impl ArxOptions {
 
 impl MethodKind for ArxOptions {
     fn check(&self) -> Result<(), OptionError> {
+        if let Some(ridge) = self.ridge
+            && !(ridge >= 0.0 && ridge.is_finite())
+        {
+            let message = format!("{ridge}; expected a number of at least 0");
+            return Err(OptionError::new("ridge", message));
+        }
+        if self.reading.is_some() {
+            let rows = (self.rows != Rows::default()).then_some(self.rows);
+            Reading::refuse(rows, self.ridge)?;
+        }
+        if self.choose.is_some() && self.orders.is_some_and(|orders| orders.na != orders.nb) {
+            let message = "expected na = nb, the largest order to choose from";
+            return Err(OptionError::new("orders", message));
+        }
         Self::check_orders(self.orders)
     }
 
@@ -48,12 +70,32 @@ impl MethodKind for ArxOptions {
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = self.orders(problem.shape.order);
+        let (orders, window) = (self.orders(problem.shape.order), problem.shape.window);
+        let (rows, ridge) = match self.reading {
+            Some(Reading::RSysid) => (Rows::Padded, R_SYSID_RIDGE),
+            None => (self.rows, self.ridge.unwrap_or(0.0)),
+        };
+        let fit = |orders: Orders| {
+            Ok(Fit {
+                regression: Regression::with_ridge(orders, rows, ridge, window)?,
+                model: LinearModel::zero(orders),
+                ridge: ridge > 0.0,
+            })
+        };
+        let (orders, choice) = match self.choose {
+            None => (vec![orders], None),
+            Some(criterion) => {
+                let of = |n| Orders::arx(n, n, orders.nk);
+                let orders: Vec<Orders> = (1..=orders.na).map(of).collect();
+                let comparison = OrderComparison::new(&orders, window)?;
+                (orders, Some((criterion, comparison)))
+            }
+        };
+        let fits: Result<Vec<Fit>, SetupError> = orders.iter().copied().map(fit).collect();
         Ok(Box::new(Arx {
-            regression: Regression::new(orders, self.rows, problem.shape.window)?,
-            model: LinearModel::zero(orders),
-            state: StateEstimate::new(orders.order(), self.initial_state),
-            undelayed: Vec::new(),
+            fits: fits?,
+            choice,
+            state: StateEstimate::new(orders[0].order(), self.initial_state),
         }))
     }
 }
@@ -61,11 +103,41 @@ impl MethodKind for ArxOptions {
 /// `theta = argmin sum (y(k) - phi(k)' theta)^2`, its covariance `s^2 (Phi'Phi)^-1`, `s^2 = RSS / (rows - parameters)`,
 /// and x0 (stage 6). The loss is RSS / N.
 pub struct Arx {
+    /// Of each order that may be chosen.
+    fits: Vec<Fit>,
+    choice: Option<(Criterion, OrderComparison)>,
+    state: StateEstimate,
+}
+
+/// Least squares of one order.
+struct Fit {
     regression: Regression,
     model: LinearModel,
-    state: StateEstimate,
-    /// y less what u adds at once, where nk = 0.
-    undelayed: Vec<f64>,
+    ridge: bool,
+}
+
+impl Fit {
+    fn find(&mut self, u: &[f64], y: &[f64], pass: &mut Pass) -> Result<(), FailureKind> {
+        let Self {
+            regression, model, ..
+        } = self;
+        let mut condition = f64::NAN;
+        regression.solve(u, y, &mut condition)?;
+        let parameters = regression.theta().len();
+        model.set_parameters(regression.theta());
+        let (rows, sum) = (regression.rows(), regression.residual_sum());
+        model.noise_variance = f64::NAN;
+        model.covariance.clear();
+        if rows > parameters {
+            let variance = sum / (rows - parameters) as f64;
+            model.noise_variance = variance;
+            if !self.ridge {
+                regression.covariance(variance, &mut model.covariance);
+            }
+        }
+        pass.loss = sum / y.len() as f64;
+        pass.set_model(model, condition)
+    }
 }
 
 impl Estimator for Arx {
@@ -73,47 +145,29 @@ impl Estimator for Arx {
         let Some(pass) = passes.first_mut() else {
             return;
         };
-        let mut condition = f64::NAN;
-        let solved = self.regression.solve(window.u, window.y, &mut condition);
-        let solved = solved.and_then(|()| {
-            let parameters = self.regression.theta().len();
-            self.model.set_parameters(self.regression.theta());
-            let (rows, sum) = (self.regression.rows(), self.regression.residual_sum());
-            self.model.noise_variance = f64::NAN;
-            self.model.covariance.clear();
-            if rows > parameters {
-                let variance = sum / (rows - parameters) as f64;
-                self.model.noise_variance = variance;
-                let covariance = &mut self.model.covariance;
-                self.regression.covariance(variance, covariance);
+        let chosen = match &mut self.choice {
+            None => Ok(0),
+            Some((criterion, comparison)) => {
+                comparison.run(window.u, window.y);
+                comparison.best(*criterion)
             }
-            pass.loss = sum / window.len() as f64;
-            pass.set_model(&self.model, condition)
-        });
-        if let Err(kind) = solved {
-            pass.fail(Failure {
+        };
+        let found = chosen.and_then(|chosen| self.fits[chosen].find(window.u, window.y, pass));
+        match found {
+            Ok(()) => self.state.estimate(window, 0, pass),
+            Err(kind) => pass.fail(Failure {
                 kind,
                 stage: Stage::LeastSquares,
                 pass: 0,
-            });
-            return;
+            }),
         }
-        let mut strictly_proper = window;
-        if pass.direct != 0.0 {
-            let d = pass.direct;
-            self.undelayed.clear();
-            let samples = window.y.iter().zip(window.u);
-            self.undelayed.extend(samples.map(|(y, u)| y - d * u));
-            strictly_proper.y = &self.undelayed;
-        }
-        self.state.estimate(strictly_proper, 0, pass);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::{FailureKind, Progress, Shape};
+    use crate::estimator::{Progress, Shape};
     use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
     use rand::Rng as _;
 

@@ -1,14 +1,19 @@
 //! Instrumental variables: least squares as iteration 0, then passes of stages 7 to 10 (stage 11).
 
+use super::arx::ArxOptions;
 use super::auxiliary::AuxiliaryModel;
+use super::general_iv::{GeneralIv, GeneralOptions, InstrumentModel};
 use super::least_squares::{StartState, StateEstimate, conclude, iteration_zero};
 use super::method::{MethodKind, Needs, OptionError, Output, Problem};
+use super::reading::Reading;
 use super::reflection::{PoleReflection, Stabilise};
+use super::regression::Rows;
 use super::solver::{Instruments, Solution, SolveInstruments};
 use super::{
     Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10,
     Window,
 };
+use crate::model::Orders;
 use crate::names::named_enum;
 use crate::observer::Gain;
 
@@ -70,6 +75,14 @@ pub struct IvOptions {
     pub stabilise: Stabilise,
     /// Stage 6, in iteration 0 too: estimate, or zero.
     pub initial_state: StartState,
+    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// The equations that are used: complete (the default), prewindow (zeros before the record), padded (and after it).
+    pub rows: Option<Rows>,
+    /// The conventions of another tool: r-sysid.
+    pub reading: Option<Reading>,
+    /// A fixed model x = B/F u for the instruments, such as B=0,1;F=1,-0.5: one pass.
+    pub instrument_model: Option<InstrumentModel>,
 }
 
 impl Default for IvOptions {
@@ -84,6 +97,60 @@ impl Default for IvOptions {
             instruments: InstrumentSource::default(),
             stabilise: Stabilise::default(),
             initial_state: StartState::default(),
+            orders: None,
+            rows: None,
+            reading: None,
+            instrument_model: None,
+        }
+    }
+}
+
+impl IvOptions {
+    /// What the paper's form does not have; `None` where it serves.
+    fn general(&self, order: usize) -> Option<GeneralOptions> {
+        let asked = self.orders.is_some()
+            || self.rows.is_some()
+            || self.reading.is_some()
+            || self.instrument_model.is_some();
+        asked.then(|| GeneralOptions {
+            orders: self.orders.unwrap_or(Orders::arx(order, order, 1)),
+            rows: self.rows.unwrap_or_default(),
+            reading: self.reading,
+            instrument_model: self.instrument_model.clone(),
+            initial_state: self.initial_state,
+        })
+    }
+
+    /// The choices that only the paper's form has must be the defaults beside those of the general one.
+    fn check_general(&self) -> Result<(), OptionError> {
+        let Some(general) = self.general(1) else {
+            return Ok(());
+        };
+        if general.reading.is_some() {
+            Reading::refuse(self.rows, None)?;
+        }
+        let paper = Self::default();
+        let other = [
+            (self.solver != paper.solver, "solver"),
+            (self.stage10 != paper.stage10, "stage10"),
+            (self.auxiliary != paper.auxiliary, "auxiliary"),
+            (self.drive != paper.drive, "drive"),
+            (self.instruments != paper.instruments, "instruments"),
+            (self.stabilise != paper.stabilise, "stabilise"),
+        ];
+        if let Some((_, key)) = other.into_iter().find(|(differs, _)| *differs) {
+            let message =
+                "is for the paper's form; leave out orders, rows, reading and instrument_model";
+            return Err(OptionError::new(key, message));
+        }
+        ArxOptions::check_orders(self.orders)
+    }
+
+    /// How many passes follow iteration 0: one where the instruments are not renewed.
+    fn passes(&self) -> usize {
+        match (self.reading, &self.instrument_model) {
+            (None, None) => self.iterations,
+            _ => 1,
         }
     }
 }
@@ -100,7 +167,11 @@ impl MethodKind for IvOptions {
                 format!("'{stage10}' exists for solver 'partitioned' only, not '{solver}'");
             return Err(OptionError::new("stage10", message));
         }
-        Ok(())
+        self.check_general()
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        self.general(setting).map(|general| general.orders)
     }
 
     /// Iteration 0 of "iv" is "ls".
@@ -116,7 +187,7 @@ impl MethodKind for IvOptions {
             estimator: name_of(pass).to_owned(),
             pass,
         };
-        (0..=self.iterations).map(output).collect()
+        (0..=self.passes()).map(output).collect()
     }
 
     fn needs(&self) -> Needs {
@@ -128,7 +199,10 @@ impl MethodKind for IvOptions {
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        Ok(Box::new(InstrumentalVariables::new(problem.shape, self)?))
+        match self.general(problem.shape.order) {
+            Some(general) => Ok(Box::new(GeneralIv::new(general, problem.shape.window)?)),
+            None => Ok(Box::new(InstrumentalVariables::new(problem.shape, self)?)),
+        }
     }
 
     fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
@@ -143,6 +217,10 @@ impl MethodKind for IvOptions {
             instruments,
             stabilise,
             initial_state,
+            orders,
+            rows,
+            reading,
+            instrument_model,
         } = self;
         let partitioned = matches!(solver, Solver::Partitioned);
         let corrected = matches!(stage10, Stage10::Corrected);
@@ -153,6 +231,8 @@ impl MethodKind for IvOptions {
         let by_model = matches!(drive, Drive::Model);
         let of_input = matches!(instruments, InstrumentSource::Input);
         let as_found = matches!(stabilise, Stabilise::None);
+        let papers = orders.is_none() && rows.is_none();
+        let own = reading.is_none() && instrument_model.is_none();
         let starts = matches!(initial_state, StartState::Estimate | StartState::Zero);
         let has = [
             (partitioned, ("solver", solver.name())),
@@ -162,6 +242,10 @@ impl MethodKind for IvOptions {
             (of_input, ("instruments", instruments.name())),
             (as_found, ("stabilise", stabilise.name())),
             (starts, ("initial_state", initial_state.name())),
+            (
+                papers && own,
+                ("orders, rows, reading or instrument_model", "given"),
+            ),
         ];
         let missing = has.into_iter().find(|(has, _)| !has);
         Some(match missing {

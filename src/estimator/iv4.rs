@@ -5,12 +5,15 @@ use super::arx::ArxOptions;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, OptionError, Problem};
+use super::reading::{R_SYSID_RIDGE, Reading};
 use super::regression::{Regression, Rows};
 use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};
+use crate::signal::arithmetic::mean;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// The options of `iv4`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,6 +25,8 @@ pub struct Iv4Options {
     pub rows: Rows,
     /// The initial state: estimate (stage 6 for the model found), or zero.
     pub initial_state: StartState,
+    /// The conventions of another tool: r-sysid.
+    pub reading: Option<Reading>,
 }
 
 impl Iv4Options {
@@ -32,6 +37,10 @@ impl Iv4Options {
 
 impl MethodKind for Iv4Options {
     fn check(&self) -> Result<(), OptionError> {
+        if self.reading.is_some() {
+            let rows = (self.rows != Rows::default()).then_some(self.rows);
+            Reading::refuse(rows, None)?;
+        }
         ArxOptions::check_orders(self.orders)
     }
 
@@ -40,29 +49,43 @@ impl MethodKind for Iv4Options {
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let (orders, rows) = (self.orders(problem.shape.order), self.rows);
-        let window = problem.shape.window;
-        let signal = || vec![0.0; window];
-        let regression = Regression::new(orders, rows, window)?;
+        let (orders, window) = (self.orders(problem.shape.order), problem.shape.window);
+        // R's sysid has zeros after the record too, which its filters run on into.
+        let r_sysid = self.reading == Some(Reading::RSysid);
+        let (rows, ridge, length) = if r_sysid {
+            (Rows::Prewindow, R_SYSID_RIDGE, window + orders.reach())
+        } else {
+            (self.rows, 0.0, window)
+        };
+        let signal = || vec![0.0; length];
+        let regression = Regression::with_ridge(orders, rows, ridge, length)?;
         // The residuals of the rows are a record of their own.
         let residuals = regression.rows().min(window);
-        let whitening = Orders::arx(orders.na + orders.nb, 0, 1);
-        Ok(Box::new(Iv4 {
-            instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?,
-            whitening: Regression::new(whitening, rows, residuals).map_err(|_| {
+        let lags = orders.na + orders.nb;
+        let whitening = if r_sysid {
+            Whitening::YuleWalker
+        } else {
+            let equations = Regression::new(Orders::arx(lags, 0, 1), rows, residuals);
+            Whitening::LeastSquares(equations.map_err(|_| {
                 // The residuals' autoregression looks back as far as it has coefficients.
                 SetupError::ShortRecord {
                     orders,
                     window,
                     rows: residuals,
-                    needed: 2 * whitening.na,
+                    needed: 2 * lags,
                 }
-            })?,
+            })?)
+        };
+        Ok(Box::new(Iv4 {
+            instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, length)?,
+            whitening,
             regression,
-            first: window - residuals,
-            prefilter: vec![1.0; orders.na + orders.nb + 1],
+            residuals: window - residuals..window,
+            prefilter: vec![1.0; lags + 1],
             model: LinearModel::zero(orders),
             state: StateEstimate::new(orders.order(), self.initial_state),
+            u: signal(),
+            y: signal(),
             x: signal(),
             w: signal(),
             filtered: [signal(), signal(), signal()],
@@ -70,18 +93,74 @@ impl MethodKind for Iv4Options {
     }
 }
 
-/// (1) Least squares; (2) instruments from its simulated output; (3) `L(q)`, an AR(na + nb) of the residuals
+/// How the autoregression of the residuals is found.
+enum Whitening {
+    LeastSquares(Regression),
+    /// From the covariances of the residuals less their mean, sums divided by their number.
+    YuleWalker,
+}
+
+impl Whitening {
+    /// `L = 1 + l_1 q^-1 + ...` of residuals w; `zeros` are as many zeros.
+    fn find(&mut self, w: &[f64], zeros: &[f64], prefilter: &mut [f64]) -> Result<(), FailureKind> {
+        match self {
+            Self::LeastSquares(regression) => {
+                let mut unused = f64::NAN;
+                regression.solve(zeros, w, &mut unused)?;
+                prefilter[1..].copy_from_slice(regression.theta());
+                Ok(())
+            }
+            Self::YuleWalker => yule_walker(w, prefilter),
+        }
+    }
+}
+
+/// The autoregression `L w = e` of a signal by Levinson and Durbin's recursion.
+fn yule_walker(w: &[f64], l: &mut [f64]) -> Result<(), FailureKind> {
+    let level = mean(w);
+    let covariance = |lag: usize| -> f64 {
+        let pairs = w.get(lag..).unwrap_or_default().iter().zip(w);
+        pairs
+            .map(|(late, early)| (late - level) * (early - level))
+            .sum()
+    };
+    let mut variance = covariance(0);
+    l.fill(0.0);
+    l[0] = 1.0;
+    for lag in 1..l.len() {
+        if variance <= 0.0 || !variance.is_finite() {
+            return Err(FailureKind::Singular);
+        }
+        let sum: f64 = (0..lag).map(|i| l[i] * covariance(lag - i)).sum();
+        let reflection = -sum / variance;
+        // l_i + k l_(lag - i), both ends at once.
+        for i in 0..=lag / 2 {
+            let (low, high) = (l[i], l[lag - i]);
+            l[i] = reflection.mul_add(high, low);
+            if i != lag - i {
+                l[lag - i] = reflection.mul_add(low, high);
+            }
+        }
+        variance *= 1.0 - reflection * reflection;
+    }
+    Ok(())
+}
+
+/// (1) Least squares; (2) instruments from its simulated output; (3) `L(q)`, an AR(na + nb) of the residual
 /// `A y - B u`; (4) instruments from the output of (2), everything filtered by L. The covariance is
 /// `s^2 (Z'Phi)^-1 Z'Z (Phi'Z)^-1` of (4), `s^2` its filtered residuals' sum over rows less parameters.
 pub struct Iv4 {
     regression: Regression,
     instruments: InstrumentalRegression,
-    whitening: Regression,
-    /// The first row.
-    first: usize,
+    whitening: Whitening,
+    /// The samples whose residuals are whitened.
+    residuals: Range<usize>,
     prefilter: Vec<f64>,
     model: LinearModel,
     state: StateEstimate,
+    /// The record, with zeros after it in the reading that has them.
+    u: Vec<f64>,
+    y: Vec<f64>,
     x: Vec<f64>,
     w: Vec<f64>,
     /// u, y, x filtered by L.
@@ -97,23 +176,26 @@ impl Iv4 {
     ) -> Result<(), (FailureKind, Stage)> {
         let at = |stage: Stage| move |kind: FailureKind| (kind, stage);
         let (ls, iv) = (Stage::LeastSquares, Stage::Instruments);
+        let record = y.len();
+        self.u[..record].copy_from_slice(u);
+        self.y[..record].copy_from_slice(y);
+        let (u, y, w, x) = (&self.u, &self.y, &mut self.w, &mut self.x);
         self.regression.solve(u, y, condition).map_err(at(ls))?;
         self.model.set_parameters(self.regression.theta());
-        self.model.simulate(u, &mut self.x);
-        let signals = Signals { u, y, x: &self.x };
+        self.model.simulate(&u[..record], &mut x[..record]);
+        x[record..].fill(0.0);
+        let signals = Signals { u, y, x };
         self.instruments.solve(signals, condition).map_err(at(iv))?;
         self.model.set_parameters(self.instruments.theta());
-        let (w, x) = (&mut self.w, &mut self.x);
         self.model.residuals(u, y, w, x);
-        let w = &w[self.first..];
+        let w = &w[self.residuals.clone()];
         // No input.
         x[..w.len()].fill(0.0);
-        let mut unused = f64::NAN;
-        let whitened = self.whitening.solve(&x[..w.len()], w, &mut unused);
+        let whitened = self.whitening.find(w, &x[..w.len()], &mut self.prefilter);
         whitened.map_err(at(iv))?;
-        self.prefilter[1..].copy_from_slice(self.whitening.theta());
-        self.model.simulate(u, x);
-        for (to, from) in self.filtered.iter_mut().zip([u, y, x]) {
+        self.model.simulate(&u[..record], &mut x[..record]);
+        x[record..].fill(0.0);
+        for (to, from) in self.filtered.iter_mut().zip([u, y, &*x]) {
             filter(&self.prefilter, from, to);
         }
         let [u, y, x] = &self.filtered;

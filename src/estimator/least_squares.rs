@@ -129,6 +129,8 @@ pub(super) struct StateEstimate {
     start: StartState,
     initial_state: InitialState,
     x0: Vec<f64>,
+    /// y less what u adds at once, where it does.
+    undelayed: Vec<f64>,
 }
 
 impl StateEstimate {
@@ -137,16 +139,33 @@ impl StateEstimate {
             start,
             initial_state: InitialState::new(order),
             x0: vec![0.0; order],
+            undelayed: Vec::new(),
         }
     }
 
     /// Sets x0 of a pass whose a, b, h stand, or records the failure.
     pub(super) fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
         if self.start == StartState::Zero {
-            self.x0.fill(0.0);
-            pass.set_initial_state(&self.x0);
+            pass.start_at_zero();
             return;
         }
+        if pass.direct != 0.0 {
+            let samples = window.y.iter().zip(window.u);
+            self.undelayed.clear();
+            self.undelayed
+                .extend(samples.map(|(y, u)| y - pass.direct * u));
+        }
+        // A model may have another order than the last one.
+        if self.x0.len() != pass.a.len() {
+            self.initial_state = InitialState::new(pass.a.len());
+            self.x0.resize(pass.a.len(), 0.0);
+        }
+        let y = if pass.direct == 0.0 {
+            window.y
+        } else {
+            &self.undelayed
+        };
+        let window = Window { y, ..window };
         let found = self
             .initial_state
             .estimate(&pass.a, &pass.b, window, &mut self.x0);

@@ -6,6 +6,7 @@
 
 mod arx;
 pub mod auxiliary;
+mod general_iv;
 pub mod information;
 pub mod initial_state;
 mod instrumental_variables;
@@ -16,19 +17,23 @@ mod known;
 mod least_squares;
 mod limit;
 mod method;
+mod order_choice;
 mod output_error_iteration;
 pub mod parameters;
 mod pass;
 mod prediction_error;
+mod reading;
 pub mod reflection;
 mod registry;
 pub mod regression;
 pub mod regressors;
+mod riv;
 pub mod solver;
 mod sorted_qr;
 mod subspace;
 
 pub use arx::{Arx, ArxOptions};
+pub use general_iv::{GeneralIv, InstrumentModel};
 pub use instrumental_variables::{
     Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions, MOST_ITERATIONS,
 };
@@ -38,14 +43,17 @@ pub use known::{KnownModel, KnownOptions};
 pub use least_squares::{LeastSquares, LsOptions, StartState};
 pub use limit::{LimitError, least_squares_limit};
 pub use method::{Method, MethodKind, Needs, OptionError, Output, Problem};
+pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
 pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
 pub use prediction_error::{ArmaxOptions, BjOptions, OeOptions, PredictionError};
+pub use reading::Reading;
 pub use reflection::{PoleReflection, Stabilise};
 pub use registry::{EstimatorName, MethodOptions, OptionEntry, option_keys};
 pub use regression::{Regression, Rows};
+pub use riv::{RefinedIv, RivOptions};
 pub use solver::{Instruments, Solver, Stage10};
-pub use subspace::{MoespOptions, N4sidOptions, Subspace, Weights};
+pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
 
 use crate::model::Orders;
 use crate::observer::{ObserverKind, RiccatiError};
@@ -194,6 +202,12 @@ pub enum SetupError {
          measured input"
     )]
     NoKnownPlant,
+    /// A search from the true plant whose structure does not hold it.
+    #[error("starts = \"truth\": the true plant is no model of orders {orders}")]
+    TruthOfOtherOrders {
+        /// The orders asked for.
+        orders: Orders,
+    },
     /// A Kalman filter that knows the noise, where its variance is not the same in every trial or 0.
     #[error(
         "observer '{0}' of the known plant needs the measurement noise's variance: eta above 0 with eta_over = \

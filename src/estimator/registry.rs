@@ -7,6 +7,7 @@ use super::known::KnownOptions;
 use super::method::{MethodKind, Needs, OptionError, Output, Problem};
 use super::output_error_iteration::{SrivOptions, StmcbOptions};
 use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
+use super::riv::RivOptions;
 use super::subspace::{MoespOptions, N4sidOptions};
 use super::{Estimator, IvOptions, LsOptions, SetupError};
 use crate::model::Orders;
@@ -129,6 +130,8 @@ estimators! {
     Sriv = "sriv": SrivOptions,
     /// Steiglitz and McBride's iteration to rest: the output-error model B/F.
     Stmcb = "stmcb": StmcbOptions,
+    /// Refined instrumental variables of Young, iterated to rest: the Box-Jenkins model B/F, C/D.
+    Riv = "riv": RivOptions,
     /// Prediction error method: the output-error model B/F.
     Oe = "oe": OeOptions,
     /// Prediction error method: the ARMAX model A, B, C.

@@ -9,6 +9,7 @@ use crate::model::Orders;
 use crate::names::named_enum;
 use faer::Par;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::reborrow::ReborrowMut;
 use faer::{MatMut, MatRef};
 use std::ops::Range;
 
@@ -112,6 +113,8 @@ impl Lagged {
 /// Buffers for the regression of records of one length.
 pub struct Regression {
     lagged: Lagged,
+    /// What `lambda || theta ||^2` weighs beside the sum of squares.
+    ridge: f64,
     reduction: Reduction,
     equilibration: Equilibration,
     scratch: Vec<f64>,
@@ -124,11 +127,25 @@ impl Regression {
     /// # Errors
     /// [`SetupError::ShortRecord`] where there are fewer rows than parameters.
     pub fn new(orders: Orders, rows: Rows, window: usize) -> Result<Self, SetupError> {
+        Self::with_ridge(orders, rows, 0.0, window)
+    }
+
+    /// The same for `argmin || y - Phi theta ||^2 + ridge || theta ||^2`.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn with_ridge(
+        orders: Orders,
+        rows: Rows,
+        ridge: f64,
+        window: usize,
+    ) -> Result<Self, SetupError> {
         let width = orders.na + orders.nb;
         let lagged = Lagged::new(orders, orders.reach(), width, rows, window)?;
         Ok(Self {
-            reduction: Reduction::new(width, lagged.count, 1),
+            reduction: Reduction::new(width, lagged.count + ridge_rows(ridge, width), 1),
             lagged,
+            ridge,
             equilibration: Equilibration::new(width, width),
             scratch: vec![0.0; width],
             theta: vec![0.0; width],
@@ -140,7 +157,8 @@ impl Regression {
         self.lagged.count
     }
 
-    /// `theta = argmin || y - Phi theta ||`, and the 1-norm condition number of Phi's R with its columns scaled.
+    /// `theta = argmin || y - Phi theta ||`, and the 1-norm condition number of Phi's R with its columns scaled. A ridge
+    /// lambda adds the rows `sqrt(lambda) I theta = 0`.
     ///
     /// # Errors
     /// [`FailureKind::Singular`] where a column is zero, [`FailureKind::RankDeficient`] by the rule of all solvers,
@@ -152,8 +170,18 @@ impl Regression {
         self.lagged.load(u, y);
         let Lagged { orders, u, y, .. } = &self.lagged;
         let (Orders { na, nb, nk, .. }, start) = (*orders, self.lagged.start());
+        let (count, root) = (self.lagged.count, self.ridge.sqrt());
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
-            let (rows, start) = (z.nrows(), start + first);
+            let rows = count.saturating_sub(first).min(z.nrows());
+            for row in rows..z.nrows() {
+                z.rb_mut().row_mut(row).fill(0.0);
+                z[(row, first + row - count)] = root;
+                right[(row, 0)] = 0.0;
+            }
+            if rows == 0 {
+                return;
+            }
+            let start = start + first;
             for i in 1..=na {
                 for (row, y) in y[start - i..][..rows].iter().enumerate() {
                     z[(row, i - 1)] = -y;
@@ -168,7 +196,8 @@ impl Regression {
                 right[(row, 0)] = *y;
             }
         };
-        self.reduction.run(self.lagged.count, fill)?;
+        let total = count + ridge_rows(self.ridge, na + nb);
+        self.reduction.run(total, fill)?;
         let r = self.reduction.r();
         self.equilibration.of_columns(r)?;
         *condition = triangular_condition(r, &self.equilibration.columns, &mut self.scratch)?;
@@ -197,6 +226,11 @@ impl Regression {
     pub fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
         covariance_of_triangle(self.reduction.r(), variance, &mut self.scratch, to);
     }
+}
+
+/// Rows that a ridge adds.
+fn ridge_rows(ridge: f64, width: usize) -> usize {
+    if ridge > 0.0 { width } else { 0 }
 }
 
 /// `variance (R'R)^-1`, row by row; `scratch` is room for a column.

@@ -13,6 +13,7 @@ use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 use crate::plant::polynomial_from_poles;
+use crate::signal::arithmetic::variance;
 use faer::linalg::solvers::SolveLstsq;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Mat, MatMut, Par};
@@ -26,6 +27,14 @@ named_enum! {
         Moesp = "moesp",
         /// The oblique projection itself.
         None = "none",
+    }
+}
+
+named_enum! {
+    /// The conventions of another tool.
+    SubspaceReading, "reading" {
+        /// SIPPY: the first sample is subtracted from u and y, and both are divided by their standard deviations.
+        Sippy = "sippy",
     }
 }
 
@@ -44,6 +53,9 @@ macro_rules! subspace {
             pub orders: Option<Orders>,
             /// Block rows s of the future and of the past, more than n.
             pub block_rows: usize,
+            /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides them by
+            /// their standard deviations.
+            pub reading: Option<SubspaceReading>,
             $(
                 /// The weighting whose left singular vectors are taken: moesp (future inputs projected out, as
                 /// SLICOT's N4SID), none (the oblique projection itself).
@@ -56,6 +68,7 @@ macro_rules! subspace {
                 Self {
                     orders: None,
                     block_rows: 15,
+                    reading: None,
                     $($weights: Weights::default(),)?
                 }
             }
@@ -82,7 +95,8 @@ macro_rules! subspace {
                 let window = problem.shape.window;
                 let weighting: fn(&Self) -> Weights = $weighting;
                 let (rows, weights) = (self.block_rows, weighting(self));
-                Ok(Box::new(Subspace::new(orders, rows, weights, window)?))
+                let method = Subspace::new(orders, rows, weights, window)?;
+                Ok(Box::new(method.with_reading(self.reading)))
             }
         }
     };
@@ -146,6 +160,8 @@ pub struct Subspace {
     impulse: Vec<f64>,
     x0: Vec<f64>,
     sum: f64,
+    /// u and y as the reading has them.
+    scaled: Option<[Vec<f64>; 2]>,
 }
 
 impl Subspace {
@@ -184,7 +200,13 @@ impl Subspace {
             impulse: signal(),
             x0: vec![0.0; orders.nf],
             sum: f64::NAN,
+            scaled: None,
         })
+    }
+
+    fn with_reading(mut self, reading: Option<SubspaceReading>) -> Self {
+        self.scaled = reading.map(|SubspaceReading::Sippy| [self.u.clone(), self.u.clone()]);
+        self
     }
 
     /// The denominator F, and the singular values of the order's choice.
@@ -295,6 +317,22 @@ impl Subspace {
         }
         Ok(condition)
     }
+
+    /// From u and y in these units to those of the record.
+    fn scale_back(&mut self, [of_u, of_y]: [f64; 2]) {
+        self.model.b.iter_mut().for_each(|b| *b *= of_y / of_u);
+        self.x0.iter_mut().for_each(|x| *x *= of_y);
+        self.sum *= of_y * of_y;
+    }
+}
+
+/// A signal less its first sample, in units of its standard deviation; that.
+fn scale(signal: &[f64], to: &mut [f64]) -> f64 {
+    let unit = variance(signal).sqrt();
+    for (to, value) in to.iter_mut().zip(signal) {
+        *to = (value - signal[0]) / unit;
+    }
+    unit
 }
 
 /// `L^+ M`; singular values that are rounding of the largest are taken as 0, as without noise.
@@ -321,18 +359,28 @@ impl Estimator for Subspace {
         let Some(pass) = passes.first_mut() else {
             return;
         };
-        let Window { u, y, .. } = window;
+        let mut scaled = self.scaled.take();
+        let mut scales = [1.0, 1.0];
+        if let Some([u, y]) = &mut scaled {
+            scales = [scale(window.u, u), scale(window.y, y)];
+        }
+        let (u, y) = match &scaled {
+            Some([u, y]) => (u.as_slice(), y.as_slice()),
+            None => (window.u, window.y),
+        };
         let mut values = std::mem::take(&mut pass.singular_values);
         let found = self.denominator(u, y, &mut values);
         pass.singular_values = values;
         let set = found
             .and_then(|()| self.numerators(u, y))
             .and_then(|condition| {
+                self.scale_back(scales);
                 let (n, parameters) = (y.len(), 2 * self.theta.len() - self.orders.nb);
                 self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
                 pass.loss = self.sum / n as f64;
                 pass.set_model(&self.model, condition)
             });
+        self.scaled = scaled;
         match set {
             Ok(()) => pass.set_initial_state(&self.x0),
             Err(kind) => pass.fail(Failure {
@@ -385,6 +433,7 @@ mod tests {
                 let options = N4sidOptions {
                     orders: Some(Orders::arx(order, order, nk)),
                     block_rows: 6,
+                    reading: None,
                     weights,
                 };
                 let shape = Shape { order, window: N };
@@ -407,6 +456,35 @@ mod tests {
                 assert!(pass.x0.iter().all(|x| x.abs() < 1e-9));
             }
         }
+    }
+
+    /// SIPPY's offset and units change nothing where the record's first samples are 0.
+    #[test]
+    fn units_of_a_reading_are_taken_back() {
+        let truth = plant(2, 1);
+        let (mut u, mut y) = (vec![0.0; N], vec![0.0; N]);
+        let input = Input::new(InputLaw::Gaussian, 3.0, Sequence::Independent);
+        input.fill(&mut stream(22, 1, Purpose::Input), &mut u);
+        u[0] = 0.0;
+        truth.simulate(&u, &mut y);
+        let options = MoespOptions {
+            block_rows: 6,
+            reading: Some(SubspaceReading::Sippy),
+            ..MoespOptions::default()
+        };
+        let shape = Shape {
+            order: 2,
+            window: N,
+        };
+        let mut method = options.prepare(&shape.into()).unwrap();
+        let mut passes = [Pass::new(2)];
+        method.estimate(Window::new(&u, &y, N), &mut passes);
+        let [pass] = passes;
+        assert_eq!(pass.failure, None);
+        for (found, expected) in pass.model.parameters().zip(truth.parameters()) {
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        }
+        assert!(pass.loss < 1e-20);
     }
 
     #[test]

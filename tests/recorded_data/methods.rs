@@ -1,7 +1,10 @@
 //! Prediction error methods, instrumental variables and iterations against reference values that were made without this
 //! program (`data/expected_methods.json` says by what, and the conventions).
 
-use super::{distance, folder, numbers, size};
+use super::{cases, distance, folder, numbers, read, size};
+use asobench::data::{Detrend, Trend, csv};
+use asobench::estimator::{Criterion, OrderComparison};
+use asobench::model::Orders;
 use serde_json::Value;
 use std::process::Command;
 
@@ -50,9 +53,7 @@ fn estimate(case: &Value) -> Value {
 /// Every case within the tolerances that it states; the defaults of every method reach the lowest minimum.
 #[test]
 fn the_reference_values_of_every_method() {
-    let path = folder().join("expected_methods.json");
-    let text = std::fs::read_to_string(path).expect("expected_methods.json");
-    let file: Value = serde_json::from_str(&text).expect("JSON");
+    let file = read("expected_methods.json");
     let cases = file["cases"].as_array().expect("cases");
     assert!(cases.len() >= 20);
     for case in cases {
@@ -101,6 +102,107 @@ fn the_reference_values_of_every_method() {
         if !expected["loss"].is_null() {
             let fit = &found["fit_percent"]["window"]["simulated"];
             scalar(fit, &expected["fit_percent"], 1e-6);
+        }
+    }
+}
+
+/// Instruments from a fixed model (published), and R's sysid by its reading.
+#[test]
+fn instrumental_variables_of_other_programs() {
+    let cases = cases(false);
+    assert!(cases.len() >= 5);
+    for case in &cases {
+        let name = case["name"].as_str().expect("a name");
+        let [na, nb, nk] = ["na", "nb", "nk"].map(|key| size(&case[key]));
+        let method = case["method"].as_str().expect("a method");
+        let estimator = if method == "iv4_rsysid" { "iv4" } else { "iv" };
+        let mut command = Command::new(env!("CARGO_BIN_EXE_asobench"));
+        command
+            .arg("estimate")
+            .arg(folder().join(case["data"].as_str().expect("a file")))
+            .args(["--estimator", estimator])
+            .args(["--orders", &format!("na={na},nb={nb},nk={nk}")])
+            .args(["--window", &size(&case["rows"][1]).to_string()])
+            .args(["--detrend", case["detrend"].as_str().expect("a name")])
+            .args(["--format", "json"]);
+        if method == "iv_fixed_aux" {
+            let list = |key: &str| {
+                let numbers = numbers(&case["aux"][key]).expect("numbers");
+                let texts: Vec<String> = numbers.iter().map(f64::to_string).collect();
+                texts.join(",")
+            };
+            let model = format!("B={};F={}", list("num"), list("den"));
+            command.args(["--rows", "prewindow", "--instrument-model", &model]);
+        } else {
+            command.args(["--reading", "r-sysid"]);
+        }
+        let output = command.output().expect("asobench runs");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{name}: {error}");
+        let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let estimates = report["estimates"].as_array().expect("estimates");
+        let model = &estimates.last().expect("an estimate")["model"];
+        let a = numbers(&model["A"]).expect("A");
+        let b = numbers(&model["B"]).expect("B");
+        let theta = [&a[1..], &b[nk..]].concat();
+        let expected = numbers(&case["expected"]["theta"]).expect("theta");
+        let worst = distance(&theta, &expected);
+        assert!(
+            worst <= case["tol"].as_f64().expect("a tolerance"),
+            "{name}: {worst:e}"
+        );
+    }
+}
+
+/// Losses and criteria of ARX models of order 1 to 8 over the same equations, and the order that each criterion chooses.
+#[test]
+fn orders_are_chosen_as_by_another_program() {
+    let file = read("expected_methods.json");
+    for case in file["orders"].as_array().expect("cases") {
+        let name = &case["name"];
+        let path = folder().join(case["data"].as_str().expect("a file"));
+        let mut record =
+            csv::read(std::fs::File::open(path).expect("a record")).expect("a valid record");
+        let detrend: Detrend = case["detrend"]
+            .as_str()
+            .expect("a name")
+            .parse()
+            .expect("detrend");
+        for values in [&mut record.u, &mut record.y] {
+            values.truncate(size(&case["N"]));
+            Trend::fit(detrend, values).subtract(values);
+        }
+        let expected = &case["expected"];
+        let table = expected["table"].as_array().expect("a table");
+        let nk = size(&case["orders"]["nk"]);
+        let orders: Vec<Orders> = table
+            .iter()
+            .map(|row| Orders::arx(size(&row["na"]), size(&row["nb"]), nk))
+            .collect();
+        let mut comparison = OrderComparison::new(&orders, record.u.len()).expect("enough samples");
+        comparison.run(&record.u, &record.y);
+        assert_eq!(comparison.equations(), size(&expected["rows"]));
+        for (row, candidate) in table.iter().zip(comparison.candidates()) {
+            let loss = candidate.loss.expect("a loss");
+            let close = |found: f64, key: &str| {
+                let expected = row[key].as_f64().expect(key);
+                let error = (found / expected - 1.0).abs();
+                assert!(error < 1e-9, "{name} {} {key}: {error:e}", candidate.orders);
+            };
+            close(loss, "V");
+            for criterion in Criterion::ALL {
+                let parameters = candidate.orders.parameters();
+                let value = criterion.value(loss, comparison.equations(), parameters);
+                close(value, criterion.name());
+            }
+        }
+        for criterion in Criterion::ALL {
+            let best = comparison.best(*criterion).expect("a model");
+            assert_eq!(
+                orders[best].na,
+                size(&expected["best"][criterion.name()]),
+                "{criterion}"
+            );
         }
     }
 }

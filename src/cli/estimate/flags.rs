@@ -67,6 +67,18 @@ impl Flag {
             let expected = |_| "expected a whole number".to_owned();
             return number.map(Value::from).map_err(expected);
         }
+        let is_number = |kind: &Value| kind == "number";
+        let kind = &self.schema["type"];
+        if is_number(kind)
+            || kind
+                .as_array()
+                .is_some_and(|kinds| kinds.iter().any(is_number))
+        {
+            let number: Option<f64> = text.parse().ok().filter(|number: &f64| number.is_finite());
+            return number
+                .map(Value::from)
+                .ok_or_else(|| "expected a number".to_owned());
+        }
         Ok(Value::String(text.to_owned()))
     }
 }

@@ -36,15 +36,15 @@ const FLAT: f64 = 1e-6;
 
 /// What a search found.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
+pub(in crate::estimator) struct Found {
     /// `sum e(k)^2`.
-    pub(super) sum: f64,
-    pub(super) iterations: usize,
-    pub(super) failure: Option<FailureKind>,
+    pub(in crate::estimator) sum: f64,
+    pub(in crate::estimator) iterations: usize,
+    pub(in crate::estimator) failure: Option<FailureKind>,
 }
 
 /// Buffers for records of one length.
-pub(super) struct Descent {
+pub(in crate::estimator) struct Descent {
     orders: Orders,
     model: LinearModel,
     theta: Vec<f64>,
@@ -112,7 +112,7 @@ fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
 }
 
 impl Descent {
-    pub(super) fn new(orders: Orders, window: usize) -> Self {
+    pub(in crate::estimator) fn new(orders: Orders, window: usize) -> Self {
         let n = orders.parameters();
         let signal = || vec![0.0; window];
         let column = || vec![0.0; n];
@@ -137,7 +137,7 @@ impl Descent {
     }
 
     /// The parameters that the last search ended at.
-    pub(super) fn theta(&self) -> &[f64] {
+    pub(in crate::estimator) fn theta(&self) -> &[f64] {
         &self.theta
     }
 
@@ -270,7 +270,13 @@ impl Descent {
     }
 
     /// Searches from a start until steps are below `rest`, relative to the parameters.
-    pub(super) fn run(&mut self, u: &[f64], y: &[f64], start: &[f64], rest: f64) -> Found {
+    pub(in crate::estimator) fn run(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        start: &[f64],
+        rest: f64,
+    ) -> Found {
         self.theta.copy_from_slice(start);
         let mut found = Found {
             sum: f64::INFINITY,
@@ -417,7 +423,7 @@ impl Descent {
     ///
     /// # Errors
     /// [`FailureKind::NotIdentifiable`] where `psi'psi` is singular to rounding.
-    pub(super) fn condition(
+    pub(in crate::estimator) fn condition(
         &mut self,
         u: &[f64],
         y: &[f64],
@@ -435,7 +441,7 @@ impl Descent {
     }
 
     /// `variance (psi'psi)^-1` of what was linearised last.
-    pub(super) fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
+    pub(in crate::estimator) fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
         covariance_of_triangle(self.psi.r(), variance, &mut self.column, to);
     }
 

@@ -6,19 +6,16 @@
 mod descent;
 mod starts;
 
-use super::method::{MethodKind, OptionError, Problem};
+use super::known::KnownModel;
+use super::method::{MethodKind, Needs, OptionError, Problem};
 use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
 use crate::model::{LinearModel, Orders};
-use descent::{Descent, Found};
+pub(super) use descent::Descent;
+use descent::Found;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+pub use starts::SearchStarts;
 use starts::Starts;
-
-/// Random starts beside those of linear methods, by default.
-const RANDOM_STARTS: usize = 12;
-
-/// The most random starts.
-const MOST_STARTS: usize = 10_000;
 
 /// The relative step at which a search from a start ends, and at which the best of them does.
 const NEAR: f64 = 1e-4;
@@ -36,21 +33,22 @@ macro_rules! structure {
         pub struct $options {
             #[doc = $orders_doc]
             pub orders: Option<Orders>,
-            /// Random starts of the search, beside those from linear methods.
-            pub starts: usize,
+            /// Random starts of the search, beside those from linear methods; or truth: the true plant alone, which tells
+            /// lost minima from what the method can do.
+            pub starts: SearchStarts,
         }
 
         impl Default for $options {
             fn default() -> Self {
                 Self {
                     orders: None,
-                    starts: RANDOM_STARTS,
+                    starts: SearchStarts::default(),
                 }
             }
         }
 
         impl $options {
-            fn orders(&self, order: usize) -> Orders {
+            pub(super) fn orders(&self, order: usize) -> Orders {
                 let default: fn(usize) -> Orders = $default;
                 self.orders.unwrap_or_else(|| default(order))
             }
@@ -59,10 +57,6 @@ macro_rules! structure {
         impl MethodKind for $options {
             fn check(&self) -> Result<(), OptionError> {
                 let check: fn(Orders) -> Option<&'static str> = $check;
-                if self.starts > MOST_STARTS {
-                    let message = format!("{}; expected at most {MOST_STARTS}", self.starts);
-                    return Err(OptionError::new("starts", message));
-                }
                 match self.orders.and_then(check) {
                     Some(message) => Err(OptionError::new("orders", message)),
                     None => Ok(()),
@@ -73,9 +67,23 @@ macro_rules! structure {
                 Some(self.orders(setting))
             }
 
+            fn needs(&self) -> Needs {
+                Needs {
+                    plant: self.starts == SearchStarts::Truth,
+                    ..Needs::default()
+                }
+            }
+
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
-                let method = PredictionError::new(orders, self.starts, problem.shape.window)?;
+                let window = problem.shape.window;
+                let method = match self.starts {
+                    SearchStarts::Random(count) => PredictionError::new(orders, count, window)?,
+                    SearchStarts::Truth => {
+                        let truth = problem.known.ok_or(SetupError::NoKnownPlant)?;
+                        PredictionError::from_truth(orders, truth, window)?
+                    }
+                };
                 Ok(Box::new(method))
             }
         }
@@ -146,6 +154,23 @@ impl PredictionError {
     /// # Errors
     /// [`SetupError::ShortRecord`].
     pub fn new(orders: Orders, random: usize, window: usize) -> Result<Self, SetupError> {
+        Self::with_starts(orders, Starts::new(orders, random, window)?, window)
+    }
+
+    /// The same with one start: the true plant, and a noise model of its residuals.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`]; [`SetupError::TruthOfOtherOrders`] where the orders do not hold the plant.
+    pub fn from_truth(
+        orders: Orders,
+        truth: &KnownModel,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let starts = Starts::new(orders, 0, window)?.with_truth(truth)?;
+        Self::with_starts(orders, starts, window)
+    }
+
+    fn with_starts(orders: Orders, starts: Starts, window: usize) -> Result<Self, SetupError> {
         if window <= orders.parameters() {
             return Err(SetupError::ShortRecord {
                 orders,
@@ -155,7 +180,7 @@ impl PredictionError {
             });
         }
         Ok(Self {
-            starts: Starts::new(orders, random, window)?,
+            starts,
             descent: Descent::new(orders, window),
             best: None,
             theta: vec![0.0; orders.parameters()],

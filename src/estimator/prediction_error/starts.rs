@@ -1,12 +1,15 @@
 //! Where searches start: F, C and D of linear methods and random stable ones; A and B follow by least squares.
 
 use crate::estimator::SetupError;
+use crate::estimator::known::KnownModel;
 use crate::estimator::output_error_iteration::{OutputErrorIteration, stable};
 use crate::estimator::regression::{Regression, Rows};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{LinearModel, Orders};
 use crate::plant::random_stable;
 use crate::signal::{Purpose, stream};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::Value;
 
 /// Names the random starts: the same ones for every record.
 const SEED: u64 = 0x7065_6d00;
@@ -17,10 +20,71 @@ const RADIUS: f64 = 0.98;
 /// Lags of the long autoregression of Hannan and Rissanen.
 const LONG: usize = 20;
 
+/// Random starts beside those of linear methods, by default, and the most.
+const RANDOM_STARTS: usize = 12;
+const MOST_STARTS: usize = 10_000;
+
+/// Where the searches of a prediction error method start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SearchStarts {
+    /// From linear methods, and so many random stable models.
+    Random(usize),
+    /// From the true plant alone, as no user can: what remains is not lost in other minima.
+    Truth,
+}
+
+impl Default for SearchStarts {
+    fn default() -> Self {
+        Self::Random(RANDOM_STARTS)
+    }
+}
+
+impl Serialize for SearchStarts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Random(count) => serializer.serialize_u64(*count as u64),
+            Self::Truth => serializer.serialize_str("truth"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for SearchStarts {
+    /// A number, or "truth".
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let given = Value::deserialize(deserializer)?;
+        let count = match &given {
+            Value::String(text) if text == "truth" => return Ok(Self::Truth),
+            Value::String(text) => text.parse().ok(),
+            other => other.as_u64().and_then(|count| usize::try_from(count).ok()),
+        };
+        let count = count.filter(|count| *count <= MOST_STARTS);
+        count.map(Self::Random).ok_or_else(|| {
+            serde::de::Error::custom(format!("{given}; expected 0 to {MOST_STARTS}, or truth"))
+        })
+    }
+}
+
+impl schemars::JsonSchema for SearchStarts {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "SearchStarts".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [
+                { "type": "integer", "minimum": 0, "maximum": MOST_STARTS },
+                { "const": "truth" }
+            ]
+        })
+    }
+}
+
 /// Starts for records of one length.
 pub(super) struct Starts {
     orders: Orders,
     random: usize,
+    /// The only start, where the truth is one.
+    truth: Option<LinearModel>,
     /// F, or A, by least squares, Steiglitz-McBride and refined IV.
     least_squares: Option<Regression>,
     iterations: Vec<OutputErrorIteration>,
@@ -87,6 +151,7 @@ impl Starts {
             },
             orders,
             random,
+            truth: None,
             denominators: Vec::new(),
             turn: 0,
             model: LinearModel::zero(orders),
@@ -98,9 +163,38 @@ impl Starts {
         })
     }
 
+    /// The same with the true plant as the only start.
+    pub(super) fn with_truth(mut self, truth: &KnownModel) -> Result<Self, SetupError> {
+        let orders = self.orders;
+        let truth = &truth.pass().model;
+        let mut model = LinearModel::zero(orders);
+        let denominator = if orders.na > 0 {
+            &mut model.a
+        } else {
+            &mut model.f
+        };
+        let places = [(denominator, &truth.a), (&mut model.b, &truth.b)];
+        for (place, of_truth) in places {
+            let last = of_truth.iter().rposition(|value| *value != 0.0);
+            let needed = last.map_or(0, |last| last + 1);
+            if needed > place.len() {
+                return Err(SetupError::TruthOfOtherOrders { orders });
+            }
+            place[..needed].copy_from_slice(&of_truth[..needed]);
+        }
+        if model.b[..orders.nk].iter().any(|value| *value != 0.0) {
+            return Err(SetupError::TruthOfOtherOrders { orders });
+        }
+        self.truth = Some(model);
+        Ok(self)
+    }
+
     /// Finds the denominators of a record.
     pub(super) fn begin(&mut self, u: &[f64], y: &[f64]) {
         self.turn = 0;
+        if self.truth.is_some() {
+            return;
+        }
         self.denominators.clear();
         let mut flat = vec![0.0; self.orders.nf + 1];
         flat[0] = 1.0;
@@ -125,6 +219,18 @@ impl Starts {
 
     /// The next start; `None` after the last.
     pub(super) fn next(&mut self, u: &[f64], y: &[f64]) -> Option<&[f64]> {
+        if let Some(truth) = self.truth.take() {
+            let first = self.turn == 0;
+            self.turn = 1;
+            self.model.assign(&truth);
+            // Without a noise model that can be told from white noise, C = D = 1.
+            if first && !self.hannan_rissanen(u, y) {
+                self.model.assign(&truth);
+            }
+            self.truth = Some(truth);
+            self.take();
+            return first.then_some(&self.theta);
+        }
         let noises = if self.long.is_some() { 2 } else { 1 };
         loop {
             let (turn, structured) = (self.turn, self.denominators.len() * noises);
@@ -152,10 +258,15 @@ impl Starts {
                 break;
             }
         }
+        self.take();
+        Some(&self.theta)
+    }
+
+    /// The parameters of the model.
+    fn take(&mut self) {
         for (theta, parameter) in self.theta.iter_mut().zip(self.model.parameters()) {
             *theta = parameter;
         }
-        Some(&self.theta)
     }
 
     /// Random zeros of F, C and D.

@@ -1,0 +1,123 @@
+//! The order of an ARX model by an information criterion, from losses over the same equations.
+
+use super::regression::{Regression, Rows};
+use super::{FailureKind, SetupError};
+use crate::model::Orders;
+use crate::names::named_enum;
+
+named_enum! {
+    /// What a model's order is chosen by: the smallest value. `V = RSS/M` of M equations, d parameters.
+    Criterion, "criterion" {
+        /// Akaike's, `M ln V + 2 d`.
+        Aic = "aic",
+        /// Akaike's with Hurvich and Tsai's correction for few samples, `AIC + 2 d (d + 1)/(M - d - 1)`.
+        Aicc = "aicc",
+        /// Schwarz's, `M ln V + d ln M`.
+        Bic = "bic",
+        /// Akaike's final prediction error, `V (1 + d/M)/(1 - d/M)`.
+        Fpe = "fpe",
+    }
+}
+
+impl Criterion {
+    /// The value for a loss of so many equations and parameters; infinite where the equations do not suffice for it.
+    pub fn value(self, loss: f64, equations: usize, parameters: usize) -> f64 {
+        let (m, d) = (equations as f64, parameters as f64);
+        let aic = m * loss.ln() + 2.0 * d;
+        match self {
+            Self::Aic => aic,
+            Self::Aicc if equations <= parameters + 1 => f64::INFINITY,
+            Self::Aicc => aic + 2.0 * d * (d + 1.0) / (m - d - 1.0),
+            Self::Bic => m * loss.ln() + d * m.ln(),
+            Self::Fpe if equations <= parameters => f64::INFINITY,
+            Self::Fpe => loss * (1.0 + d / m) / (1.0 - d / m),
+        }
+    }
+}
+
+/// An ARX model among those that are compared.
+pub struct Candidate {
+    /// Its orders.
+    pub orders: Orders,
+    regression: Regression,
+    /// The first sample of its record, so that its first equation is the common one.
+    from: usize,
+    /// `RSS / M` of the last record, or why there is none.
+    pub loss: Result<f64, FailureKind>,
+}
+
+/// ARX models of several orders over the same equations `k = m ... N-1`, m the largest of their `max(na, nb + nk - 1)`
+/// (Ljung, *System Identification*, 2nd ed., section 16.4).
+pub struct OrderComparison {
+    candidates: Vec<Candidate>,
+    equations: usize,
+}
+
+impl OrderComparison {
+    /// Buffers for windows of so many samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] where there are fewer equations than parameters of a model.
+    pub fn new(orders: &[Orders], window: usize) -> Result<Self, SetupError> {
+        let reach = orders.iter().map(|orders| orders.reach()).max();
+        let reach = reach.unwrap_or(0);
+        let candidate = |orders: &Orders| -> Result<Candidate, SetupError> {
+            let from = reach - orders.reach();
+            let length = window.saturating_sub(from);
+            Ok(Candidate {
+                orders: *orders,
+                regression: Regression::new(*orders, Rows::Complete, length)?,
+                from,
+                loss: Err(FailureKind::NotRun),
+            })
+        };
+        Ok(Self {
+            candidates: orders.iter().map(candidate).collect::<Result<_, _>>()?,
+            equations: window.saturating_sub(reach),
+        })
+    }
+
+    /// Finds the loss of each model.
+    pub fn run(&mut self, u: &[f64], y: &[f64]) {
+        let equations = self.equations as f64;
+        for candidate in &mut self.candidates {
+            let from = candidate.from;
+            let regression = &mut candidate.regression;
+            let mut condition = f64::NAN;
+            let solved = regression.solve(&u[from..], &y[from..], &mut condition);
+            candidate.loss = solved.map(|()| regression.residual_sum() / equations);
+        }
+    }
+
+    /// The models, in the order in which they were given.
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    /// How many equations there are, M.
+    pub fn equations(&self) -> usize {
+        self.equations
+    }
+
+    /// The number of the model with the smallest value, the first among equal ones.
+    ///
+    /// # Errors
+    /// The failure of the first model where none was found.
+    pub fn best(&self, criterion: Criterion) -> Result<usize, FailureKind> {
+        let mut best: Option<(usize, f64)> = None;
+        let mut failure = FailureKind::NotRun;
+        for (number, candidate) in self.candidates.iter().enumerate().rev() {
+            match candidate.loss {
+                Ok(loss) => {
+                    let parameters = candidate.orders.parameters();
+                    let value = criterion.value(loss, self.equations, parameters);
+                    if best.is_none_or(|(_, least)| value <= least) {
+                        best = Some((number, value));
+                    }
+                }
+                Err(kind) => failure = kind,
+            }
+        }
+        best.map(|(number, _)| number).ok_or(failure)
+    }
+}

@@ -1,0 +1,342 @@
+//! Young's refined instrumental variables for the structure of Box and Jenkins, `y = B/F u + C/D e`.
+//!
+//! Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7.
+
+use super::instruments::{InstrumentalRegression, Instruments, Signals};
+use super::method::{MethodKind, OptionError, Problem};
+use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, REST, stable};
+use super::prediction_error::{BjOptions, Descent};
+use super::regression::Rows;
+use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
+use crate::model::polynomial::{divide, filter};
+use crate::model::{LinearModel, Orders};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The options of `riv`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RivOptions {
+    /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+}
+
+impl RivOptions {
+    fn as_bj(&self) -> BjOptions {
+        BjOptions {
+            orders: self.orders,
+            ..BjOptions::default()
+        }
+    }
+}
+
+impl MethodKind for RivOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        self.as_bj().check()
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        self.as_bj().model_orders(setting)
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let orders = self.as_bj().orders(problem.shape.order);
+        Ok(Box::new(RefinedIv::new(orders, problem.shape.window)?))
+    }
+}
+
+/// From `sriv`'s B/F, in turn until both rest: (1) C and D by prediction errors of the ARMA model `D w = C e` of
+/// `w = y - B/F u`; (2) F and B by instrumental variables of `D/(C F) y` and `D/(C F) u`, with `D/(C F) B/F u` for the
+/// output in the instruments. All signals are zero before the record. Where it rests, the gradient of `bj` is zero.
+///
+/// The covariance is `s^2 (Z'Z)^-1` of B and F and that of the ARMA model of C and D, without terms between them.
+pub struct RefinedIv {
+    orders: Orders,
+    start: OutputErrorIteration,
+    instruments: InstrumentalRegression,
+    /// Of the noise; `None`: white.
+    noise: Option<Descent>,
+    model: LinearModel,
+    /// (f, b), and (d, c).
+    theta: Vec<f64>,
+    noise_theta: Vec<f64>,
+    silence: Vec<f64>,
+    u: Vec<f64>,
+    y: Vec<f64>,
+    x: Vec<f64>,
+    w: Vec<f64>,
+    block: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl RefinedIv {
+    /// Buffers for windows of so many samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`].
+    pub fn new(orders: Orders, window: usize) -> Result<Self, SetupError> {
+        let Orders {
+            nb, nc, nd, nf, nk, ..
+        } = orders;
+        if window <= orders.parameters() {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: window,
+                needed: orders.parameters() + 1,
+            });
+        }
+        let linear = Orders::arx(nf, nb, nk);
+        let output_error = Orders {
+            nb,
+            nf,
+            nk,
+            ..Orders::default()
+        };
+        let arma = Orders {
+            na: nd,
+            nc,
+            nk: 1,
+            ..Orders::default()
+        };
+        let signal = || vec![0.0; window];
+        Ok(Self {
+            orders,
+            start: OutputErrorIteration::new(output_error, window, true)?,
+            instruments: InstrumentalRegression::new(
+                linear,
+                Instruments::Signal,
+                Rows::Prewindow,
+                window,
+            )?,
+            noise: (nc + nd > 0).then(|| Descent::new(arma, window)),
+            model: LinearModel::zero(orders),
+            theta: vec![0.0; nf + nb],
+            noise_theta: vec![0.0; nd + nc],
+            silence: signal(),
+            u: signal(),
+            y: signal(),
+            x: signal(),
+            w: signal(),
+            block: Vec::new(),
+            scratch: Vec::new(),
+        })
+    }
+
+    /// `w = y - B/F u`.
+    fn noise_of(&mut self, u: &[f64], y: &[f64]) {
+        self.model.simulate(u, &mut self.x);
+        for ((w, y), x) in self.w.iter_mut().zip(y).zip(&self.x) {
+            *w = y - x;
+        }
+    }
+
+    /// C and D of w; how far they moved, relative to their size.
+    fn fit_noise(&mut self) -> Result<f64, FailureKind> {
+        let Some(noise) = &mut self.noise else {
+            return Ok(0.0);
+        };
+        let found = noise.run(&self.silence, &self.w, &self.noise_theta, REST);
+        found.failure.map_or(Ok(()), Err)?;
+        let change = replace(&mut self.noise_theta, noise.theta());
+        let (d, c) = self.noise_theta.split_at(self.orders.nd);
+        self.model.d[1..].copy_from_slice(d);
+        self.model.c[1..].copy_from_slice(c);
+        Ok(change)
+    }
+
+    /// F and B given C and D; how far they moved.
+    fn refine(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<f64, FailureKind> {
+        if !stable(&self.model.f, &mut self.scratch) {
+            return Err(FailureKind::UnstablePredictor);
+        }
+        for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
+            filter(&self.model.d, from, to);
+            divide(&self.model.c, to);
+            divide(&self.model.f, to);
+        }
+        self.model.simulate(&self.u, &mut self.x);
+        let (u, y, x) = (&self.u, &self.y, &self.x);
+        self.instruments.solve(Signals { u, y, x }, condition)?;
+        Ok(self.take())
+    }
+
+    /// Takes (f, b) of the instruments.
+    fn take(&mut self) -> f64 {
+        let change = replace(&mut self.theta, self.instruments.theta());
+        let (f, b) = self.theta.split_at(self.orders.nf);
+        self.model.f[1..].copy_from_slice(f);
+        self.model.b[self.orders.nk..].copy_from_slice(b);
+        change
+    }
+
+    /// Iterates to rest; the number of passes.
+    fn find(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        *passes = 0;
+        self.start.find(u, y, condition)?;
+        let start = self.start.model();
+        self.model.f.copy_from_slice(&start.f);
+        self.model.b.copy_from_slice(&start.b);
+        self.noise_theta.fill(0.0);
+        while *passes < MOST_PASSES {
+            *passes += 1;
+            self.noise_of(u, y);
+            let of_noise = self.fit_noise()?;
+            let of_plant = self.refine(u, y, condition)?;
+            // Both rest where the plant does: the noise model follows from it.
+            if of_plant <= REST && of_noise <= REST.sqrt() {
+                return Ok(());
+            }
+        }
+        Err(FailureKind::NoConvergence)
+    }
+
+    /// Noise variance and covariance of what was found.
+    fn errors(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
+        self.noise_of(u, y);
+        let Orders { nb, nc, nd, nf, .. } = self.orders;
+        let total = self.orders.parameters();
+        filter(&self.model.d, &self.w, &mut self.x);
+        divide(&self.model.c, &mut self.x);
+        let sum: f64 = self.x.iter().map(|e| e * e).sum();
+        let variance = sum / (y.len() - total) as f64;
+        self.model.noise_variance = variance;
+        let mut covariance = std::mem::take(&mut self.model.covariance);
+        covariance.clear();
+        covariance.resize(total * total, 0.0);
+        // Where f, b, d, c stand in the order B, C, D, F.
+        let place = |i: usize| if i < nf { nb + nc + nd + i } else { i - nf };
+        self.instruments
+            .covariance_of_instruments(variance, &mut self.block);
+        put_block(&self.block, nf + nb, place, total, &mut covariance);
+        if let Some(noise) = &mut self.noise {
+            noise.condition(&self.silence, &self.w, &self.noise_theta)?;
+            noise.covariance(variance, &mut self.block);
+            let place = |i: usize| if i < nd { nb + nc + i } else { nb + i - nd };
+            put_block(&self.block, nd + nc, place, total, &mut covariance);
+        }
+        self.model.covariance = covariance;
+        Ok(sum)
+    }
+}
+
+/// Takes new values; how far they are from the old ones, relative to the largest.
+fn replace(old: &mut [f64], new: &[f64]) -> f64 {
+    let (mut difference, mut size) = (0.0_f64, f64::MIN_POSITIVE);
+    for (old, new) in old.iter_mut().zip(new) {
+        difference = difference.max((*old - new).abs());
+        size = size.max(new.abs());
+        *old = *new;
+    }
+    difference / size
+}
+
+/// Puts a square block of n rows where `place` says into a matrix of `total` rows.
+fn put_block(
+    block: &[f64],
+    n: usize,
+    place: impl Fn(usize) -> usize,
+    total: usize,
+    to: &mut [f64],
+) {
+    for (i, row) in block.chunks_exact(n).enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            to[place(i) * total + place(j)] = *value;
+        }
+    }
+}
+
+impl Estimator for RefinedIv {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let Window { u, y, .. } = window;
+        let (mut condition, mut taken) = (f64::NAN, 0);
+        let found = self.find(u, y, &mut taken, &mut condition);
+        let found = found.and_then(|()| self.errors(u, y)).and_then(|sum| {
+            pass.loss = sum / y.len() as f64;
+            pass.set_model(&self.model, condition)
+        });
+        pass.iterations = Some(taken);
+        match found {
+            Ok(()) => pass.start_at_zero(),
+            Err(kind) => pass.fail(Failure {
+                kind,
+                stage: Stage::Instruments,
+                pass: 0,
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::prediction_error::PredictionError;
+    use crate::model::polynomial::{divide, filter};
+    use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+
+    /// At rest the gradient of the sum of squared prediction errors is zero: `bj`, which descends to it, ends there too.
+    #[test]
+    fn it_rests_at_the_minimum_of_box_jenkins() {
+        for (trial, orders) in [
+            "nb=2,nf=2,nc=1,nd=1",
+            "nb=1,nf=2,nd=2,nk=2",
+            "nb=2,nf=1,nc=2",
+            "nb=2,nf=2",
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let orders: Orders = orders.parse().unwrap();
+            let n = 600;
+            let mut truth = LinearModel::zero(orders);
+            let places = [
+                (&mut truth.b[orders.nk..], [1.0, 0.5]),
+                (&mut truth.f[1..], [-0.8, 0.4]),
+                (&mut truth.c[1..], [0.5, 0.3]),
+                (&mut truth.d[1..], [-0.6, 0.2]),
+            ];
+            for (place, values) in places {
+                place.copy_from_slice(&values[..place.len()]);
+            }
+            let normal = |purpose| {
+                let mut signal = vec![0.0; n];
+                let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
+                input.fill(&mut stream(31, trial as u64, purpose), &mut signal);
+                signal
+            };
+            let (u, e) = (normal(Purpose::Input), normal(Purpose::Plant));
+            let (mut y, mut v) = (vec![0.0; n], vec![0.0; n]);
+            truth.simulate(&u, &mut y);
+            filter(&truth.c, &e, &mut v);
+            divide(&truth.d, &mut v);
+            y.iter_mut().zip(&v).for_each(|(y, v)| *y += 0.4 * v);
+            let estimate = |estimator: &mut dyn Estimator| {
+                let mut passes = [Pass::new(2)];
+                estimator.estimate(Window::new(&u, &y, n), &mut passes);
+                let [pass] = passes;
+                assert_eq!(pass.failure, None, "{orders}");
+                pass
+            };
+            let riv = estimate(&mut RefinedIv::new(orders, n).unwrap());
+            let bj = estimate(&mut PredictionError::new(orders, 4, n).unwrap());
+            for (riv, bj) in riv.model.parameters().zip(bj.model.parameters()) {
+                assert!((riv - bj).abs() < 1e-8, "{orders}: {riv} {bj}");
+            }
+            assert!((riv.loss / bj.loss - 1.0).abs() < 1e-12);
+            // Terms between B, F and C, D vanish as N grows: with them the standard errors are nearly the same.
+            let errors = [&riv, &bj].map(|pass| pass.model.standard_errors().unwrap());
+            for (riv, bj) in errors[0].iter().zip(&errors[1]) {
+                assert!((riv / bj - 1.0).abs() < 0.05, "{orders}: {riv} {bj}");
+            }
+        }
+    }
+}
