@@ -15,12 +15,12 @@ use serde_json::Value;
 
 /// A model `x = B/F u` whose output is the instrument in every pass.
 #[derive(Clone, Debug, PartialEq)]
-pub struct InstrumentModel {
+pub struct FixedModel {
     b: Vec<f64>,
     f: Vec<f64>,
 }
 
-impl InstrumentModel {
+impl FixedModel {
     /// Of the polynomials in q^-1 with their leading coefficients.
     ///
     /// # Errors
@@ -41,7 +41,7 @@ impl InstrumentModel {
     }
 }
 
-impl std::str::FromStr for InstrumentModel {
+impl std::str::FromStr for FixedModel {
     type Err = String;
 
     /// Reads `B=0,1;F=1,-0.5`; F is 1 where it is not given.
@@ -62,7 +62,7 @@ impl std::str::FromStr for InstrumentModel {
     }
 }
 
-impl std::fmt::Display for InstrumentModel {
+impl std::fmt::Display for FixedModel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let list = |values: &[f64]| {
             let texts: Vec<String> = values.iter().map(f64::to_string).collect();
@@ -72,13 +72,13 @@ impl std::fmt::Display for InstrumentModel {
     }
 }
 
-impl Serialize for InstrumentModel {
+impl Serialize for FixedModel {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
     }
 }
 
-impl<'de> Deserialize<'de> for InstrumentModel {
+impl<'de> Deserialize<'de> for FixedModel {
     /// A text, or a table of lists.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
@@ -99,9 +99,9 @@ impl<'de> Deserialize<'de> for InstrumentModel {
     }
 }
 
-impl schemars::JsonSchema for InstrumentModel {
+impl schemars::JsonSchema for FixedModel {
     fn schema_name() -> std::borrow::Cow<'static, str> {
-        "InstrumentModel".into()
+        "FixedModel".into()
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
@@ -125,7 +125,7 @@ pub(super) struct GeneralOptions {
     pub(super) orders: Orders,
     pub(super) rows: Rows,
     pub(super) reading: Option<Reading>,
-    pub(super) instrument_model: Option<InstrumentModel>,
+    pub(super) fixed_model: Option<FixedModel>,
     pub(super) initial_state: StartState,
 }
 
@@ -134,7 +134,7 @@ pub(super) struct GeneralOptions {
 pub struct GeneralIv {
     regression: Regression,
     instruments: InstrumentalRegression,
-    fixed: Option<InstrumentModel>,
+    fixed: Option<FixedModel>,
     auxiliary: AuxiliaryModel,
     from_rest: bool,
     rest: Vec<f64>,
@@ -157,7 +157,7 @@ impl GeneralIv {
         Ok(Self {
             regression: Regression::with_ridge(orders, rows, ridge, window)?,
             instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?,
-            fixed: options.instrument_model,
+            fixed: options.fixed_model,
             auxiliary: AuxiliaryModel::new(n, window, Drive::Model, Gain::DeadBeat),
             from_rest: rows != Rows::Complete,
             rest: vec![0.0; n],
@@ -265,7 +265,7 @@ mod tests {
         let mut uniform = || (random.next_u64() >> 11) as f64 / 2_f64.powi(52) - 1.0;
         let u: Vec<f64> = (0..n).map(|_| uniform().signum()).collect();
         let mut y = vec![0.0; n];
-        let model = InstrumentModel::new(vec![0.0, 1.0, 0.5], vec![1.0, -1.5, 0.7]).unwrap();
+        let model = FixedModel::new(vec![0.0, 1.0, 0.5], vec![1.0, -1.5, 0.7]).unwrap();
         model.run(&u, &mut y);
         y.iter_mut().for_each(|y| *y += 0.3 * uniform());
         let passes = |orders| {
@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn models_are_read_as_texts_and_tables() {
-        let model: InstrumentModel = "B=0,1; F=1,-0.5".parse().unwrap();
+        let model: FixedModel = "B=0,1; F=1,-0.5".parse().unwrap();
         let table = serde_json::from_str("{\"B\": [0, 1], \"F\": [1, -0.5]}").unwrap();
         assert_eq!(model, table);
         assert_eq!(model.to_string().parse(), Ok(model));
@@ -311,7 +311,7 @@ mod tests {
             ("B=1;F=2", "begins with 1"),
             ("F=1", "finite numbers"),
         ] {
-            let error = text.parse::<InstrumentModel>().unwrap_err();
+            let error = text.parse::<FixedModel>().unwrap_err();
             assert!(error.contains(part), "{text}: {error}");
         }
     }

@@ -2,7 +2,7 @@
 
 use super::arx::ArxOptions;
 use super::auxiliary::AuxiliaryModel;
-use super::general_iv::{GeneralIv, GeneralOptions, InstrumentModel};
+use super::general_iv::{FixedModel, GeneralIv, GeneralOptions};
 use super::least_squares::{StartState, StateEstimate, conclude, iteration_zero};
 use super::method::{MethodKind, Needs, OptionError, Output, Problem};
 use super::reading::Reading;
@@ -82,7 +82,7 @@ pub struct IvOptions {
     /// The conventions of another tool: r-sysid.
     pub reading: Option<Reading>,
     /// A fixed model x = B/F u for the instruments, such as B=0,1;F=1,-0.5: one pass.
-    pub instrument_model: Option<InstrumentModel>,
+    pub fixed_model: Option<FixedModel>,
 }
 
 impl Default for IvOptions {
@@ -100,7 +100,7 @@ impl Default for IvOptions {
             orders: None,
             rows: None,
             reading: None,
-            instrument_model: None,
+            fixed_model: None,
         }
     }
 }
@@ -111,12 +111,12 @@ impl IvOptions {
         let asked = self.orders.is_some()
             || self.rows.is_some()
             || self.reading.is_some()
-            || self.instrument_model.is_some();
+            || self.fixed_model.is_some();
         asked.then(|| GeneralOptions {
             orders: self.orders.unwrap_or(Orders::arx(order, order, 1)),
             rows: self.rows.unwrap_or_default(),
             reading: self.reading,
-            instrument_model: self.instrument_model.clone(),
+            fixed_model: self.fixed_model.clone(),
             initial_state: self.initial_state,
         })
     }
@@ -140,7 +140,7 @@ impl IvOptions {
         ];
         if let Some((_, key)) = other.into_iter().find(|(differs, _)| *differs) {
             let message =
-                "is for the paper's form; leave out orders, rows, reading and instrument_model";
+                "is for the paper's form; leave out orders, rows, reading and fixed_model";
             return Err(OptionError::new(key, message));
         }
         ArxOptions::check_orders(self.orders)
@@ -148,7 +148,7 @@ impl IvOptions {
 
     /// How many passes follow iteration 0: one where the instruments are not renewed.
     fn passes(&self) -> usize {
-        match (self.reading, &self.instrument_model) {
+        match (self.reading, &self.fixed_model) {
             (None, None) => self.iterations,
             _ => 1,
         }
@@ -220,7 +220,7 @@ impl MethodKind for IvOptions {
             orders,
             rows,
             reading,
-            instrument_model,
+            fixed_model,
         } = self;
         let partitioned = matches!(solver, Solver::Partitioned);
         let corrected = matches!(stage10, Stage10::Corrected);
@@ -232,7 +232,7 @@ impl MethodKind for IvOptions {
         let of_input = matches!(instruments, InstrumentSource::Input);
         let as_found = matches!(stabilise, Stabilise::None);
         let papers = orders.is_none() && rows.is_none();
-        let own = reading.is_none() && instrument_model.is_none();
+        let own = reading.is_none() && fixed_model.is_none();
         let starts = matches!(initial_state, StartState::Estimate | StartState::Zero);
         let has = [
             (partitioned, ("solver", solver.name())),
@@ -244,7 +244,7 @@ impl MethodKind for IvOptions {
             (starts, ("initial_state", initial_state.name())),
             (
                 papers && own,
-                ("orders, rows, reading or instrument_model", "given"),
+                ("orders, rows, reading or fixed_model", "given"),
             ),
         ];
         let missing = has.into_iter().find(|(has, _)| !has);

@@ -33,7 +33,7 @@ mod sorted_qr;
 mod subspace;
 
 pub use arx::{Arx, ArxOptions};
-pub use general_iv::{GeneralIv, InstrumentModel};
+pub use general_iv::{FixedModel, GeneralIv};
 pub use instrumental_variables::{
     Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions, MOST_ITERATIONS,
 };

@@ -132,7 +132,7 @@ fn instrumental_variables_of_other_programs() {
                 texts.join(",")
             };
             let model = format!("B={};F={}", list("num"), list("den"));
-            command.args(["--rows", "prewindow", "--instrument-model", &model]);
+            command.args(["--rows", "prewindow", "--fixed-model", &model]);
         } else {
             command.args(["--reading", "r-sysid"]);
         }

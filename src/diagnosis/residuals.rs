@@ -1,0 +1,216 @@
+//! Tests of residuals: white, and free of the input (Ljung, *System Identification*, 2nd ed., section 16.6).
+
+use super::{Z_99, chi_square_tail};
+use crate::model::LinearModel;
+use serde::Serialize;
+use std::ops::Range;
+
+/// Lags that are looked at.
+const LAGS: usize = 25;
+
+/// What the tests are made at: this chance of a false alarm each.
+const LEVEL: f64 = 0.01;
+
+/// Correlations of residuals e with themselves and with the input u, over M samples:
+/// `R_e(tau) = 1/M sum e(k) e(k - tau)`, `R_eu(tau) = 1/M sum e(k) u(k - tau)`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Residuals {
+    /// How many there are, M.
+    pub rows: usize,
+    /// `sum e^2`.
+    pub rss: f64,
+    /// `R_e(tau)`, tau = 0 ... 25 (fewer in records of fewer than 101 residuals).
+    #[serde(rename = "R_e")]
+    pub autocovariances: Vec<f64>,
+    /// `r_e = R_e / R_e(0)`.
+    #[serde(rename = "r_e")]
+    pub autocorrelations: Vec<f64>,
+    /// `R_eu(tau)`, tau = -25 ... 25: the past of u is at positive tau.
+    #[serde(rename = "R_eu")]
+    pub crosscovariances: Vec<f64>,
+    /// `r_eu = R_eu / sqrt(R_e(0) R_u(0))`.
+    #[serde(rename = "r_eu")]
+    pub crosscorrelations: Vec<f64>,
+    /// `R_u(0)`.
+    #[serde(rename = "R_u0")]
+    pub input_variance: f64,
+    /// 99 % bound of one `|r_e(tau)|` of white residuals: `2.576 / sqrt(M)`.
+    pub bound_r_e_99: f64,
+    /// The same of `|r_eu(tau)|` where e or u is white.
+    pub bound_r_eu_simple_99: f64,
+    /// `R_e(0) R_u(0) + 2 sum_(tau = 1)^25 R_e(tau) R_u(tau)`, the variance of `sqrt(M) R_eu(tau)`.
+    #[serde(rename = "P1")]
+    pub cross_variance: f64,
+    /// 99 % bound of one `|R_eu(tau)|`: `2.576 sqrt(P1 / M)`.
+    #[serde(rename = "bound_R_eu_99")]
+    pub bound_cross_99: f64,
+    /// Lags above 0 where `|r_e|` is beyond its bound.
+    pub autocorrelations_outside: usize,
+    /// Lags where `|r_eu|` is beyond its simple bound.
+    pub crosscorrelations_outside_simple: usize,
+    /// `M sum r_e(tau)^2`.
+    pub box_pierce: f64,
+    /// `M (M + 2) sum r_e(tau)^2 / (M - tau)`.
+    pub ljung_box: f64,
+    /// The verdict on whiteness.
+    pub white: Whiteness,
+    /// The verdict on `R_eu(tau)`, tau = nk ... 25, all at once: the model leaves out how u acts.
+    pub free_of_past_input: Whiteness,
+    /// The same for tau below 0: y acts on u, as under feedback.
+    pub free_of_future_input: Whiteness,
+}
+
+/// A test at 1 %.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Whiteness {
+    /// Degrees of freedom, or how many lags share the 1 %.
+    pub degrees: usize,
+    /// The chance of what was seen or worse where the residuals are as they should be; by Bonferroni where lags share it.
+    pub p_value: f64,
+    /// Whether it is at least 1 %.
+    pub passed: bool,
+}
+
+impl Whiteness {
+    fn new(degrees: usize, p_value: f64) -> Self {
+        Self {
+            degrees,
+            p_value,
+            passed: p_value >= LEVEL,
+        }
+    }
+}
+
+impl Residuals {
+    /// The residuals of a model over a record: those whose equation looks back into the record alone where it has no C,
+    /// D, F, all others with zeros before it. `None` where there are not at least three, or they or u are all 0.
+    ///
+    /// Ljung and Box's statistic is compared with as many degrees of freedom as there are lags less the parameters of A,
+    /// C and D, which are fitted to the past of the noise; those of B and F are not, in open loop.
+    pub fn new(model: &LinearModel, u: &[f64], y: &[f64]) -> Option<Self> {
+        let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+        model.residuals(u, y, &mut e, &mut scratch);
+        let orders = model.orders();
+        let first = if orders.nc + orders.nd + orders.nf == 0 {
+            orders.reach().min(u.len())
+        } else {
+            0
+        };
+        let (e, u) = (&e[first..], &u[first..]);
+        let rows = e.len();
+        let lags = LAGS.min(rows / 4);
+        let m = rows as f64;
+        let covariance = |x: &[f64], z: &[f64], lag: usize| -> f64 {
+            let pairs = x[lag.min(rows)..].iter().zip(z);
+            pairs.map(|(x, z)| x * z).sum::<f64>() / m
+        };
+        let autocovariances: Vec<f64> = (0..=lags).map(|lag| covariance(e, e, lag)).collect();
+        let of_u: Vec<f64> = (0..=lags).map(|lag| covariance(u, u, lag)).collect();
+        let future = (1..=lags).rev().map(|lag| covariance(u, e, lag));
+        let past = (0..=lags).map(|lag| covariance(e, u, lag));
+        let crosscovariances: Vec<f64> = future.chain(past).collect();
+        let (variance, input_variance) = (autocovariances[0], of_u[0]);
+        let scale = (variance * input_variance).sqrt();
+        if rows < 3 || lags == 0 || !(scale > 0.0 && scale.is_finite()) {
+            return None;
+        }
+        let autocorrelations: Vec<f64> = autocovariances.iter().map(|r| r / variance).collect();
+        let crosscorrelations: Vec<f64> = crosscovariances.iter().map(|r| r / scale).collect();
+        let products = autocovariances.iter().zip(&of_u).skip(1);
+        let cross_variance = scale * scale + 2.0 * products.map(|(e, u)| e * u).sum::<f64>();
+        let bound = Z_99 / m.sqrt();
+        let squares = autocorrelations.iter().enumerate().skip(1);
+        let box_pierce = m * squares.clone().map(|(_, r)| r * r).sum::<f64>();
+        let ljung_box =
+            m * (m + 2.0) * squares.map(|(lag, r)| r * r / (m - lag as f64)).sum::<f64>();
+        let degrees = lags.saturating_sub(orders.na + orders.nc + orders.nd).max(1);
+        let outside = |values: &[f64]| values.iter().filter(|r| r.abs() > bound).count();
+        let free = |range: Range<usize>| {
+            let largest = crosscovariances[range.clone()].iter();
+            let largest = largest.fold(0.0_f64, |m, r| m.max(r.abs()));
+            // A sum cut at 25 lags need not be positive.
+            let unit = cross_variance.max(f64::EPSILON * scale * scale).sqrt() / m.sqrt();
+            let single = libm::erfc(largest / unit / std::f64::consts::SQRT_2);
+            Whiteness::new(range.len(), (single * range.len() as f64).min(1.0))
+        };
+        Some(Self {
+            rows,
+            rss: variance * m,
+            bound_r_e_99: bound,
+            bound_r_eu_simple_99: bound,
+            bound_cross_99: Z_99 * (cross_variance / m).sqrt(),
+            autocorrelations_outside: outside(&autocorrelations[1..]),
+            crosscorrelations_outside_simple: outside(&crosscorrelations),
+            white: Whiteness::new(degrees, chi_square_tail(ljung_box, degrees)),
+            free_of_past_input: free(lags + orders.nk.min(lags)..2 * lags + 1),
+            free_of_future_input: free(0..lags),
+            autocovariances,
+            autocorrelations,
+            crosscovariances,
+            crosscorrelations,
+            input_variance,
+            cross_variance,
+            box_pierce,
+            ljung_box,
+        })
+    }
+
+    /// The largest lag.
+    pub fn lags(&self) -> usize {
+        self.autocovariances.len() - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+
+    fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
+        let mut signal = vec![0.0; n];
+        let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
+        input.fill(&mut stream(53, trial, purpose), &mut signal);
+        signal
+    }
+
+    /// Of true residuals each test raises a false alarm in about 1 % of records, and in nearly all of wrong ones.
+    #[test]
+    fn false_alarms_are_as_rare_as_stated() {
+        let (n, trials) = (400, 2000);
+        let mut model = LinearModel::zero("nb=1".parse().unwrap());
+        model.b[1] = 1.0;
+        let (mut alarms, mut found) = ([0; 3], [0; 2]);
+        for trial in 0..trials {
+            let (u, e) = (normal(trial, Purpose::Input, n), normal(trial, Purpose::Plant, n));
+            let mut y: Vec<f64> = (0..n)
+                .map(|k| e[k] + if k > 0 { u[k - 1] } else { 0.0 })
+                .collect();
+            let residuals = Residuals::new(&model, &u, &y).unwrap();
+            let tests = [
+                residuals.white,
+                residuals.free_of_past_input,
+                residuals.free_of_future_input,
+            ];
+            for (alarms, test) in alarms.iter_mut().zip(tests) {
+                *alarms += u32::from(!test.passed);
+            }
+            if trial < 100 {
+                // A second delay that the model does not have; noise with a memory.
+                for k in (2..n).rev() {
+                    y[k] += 0.3 * u[k - 2];
+                }
+                let residuals = Residuals::new(&model, &u, &y).unwrap();
+                found[0] += u32::from(!residuals.free_of_past_input.passed);
+                let coloured: Vec<f64> = (0..n)
+                    .map(|k| y[k] + if k > 0 { 0.5 * e[k - 1] } else { 0.0 })
+                    .collect();
+                found[1] += u32::from(!Residuals::new(&model, &u, &coloured).unwrap().white.passed);
+            }
+        }
+        // Five standard errors of a share of 1 % of 2000 are 1.1 %; chi-square and normal laws hold as N grows.
+        for alarms in alarms {
+            assert!((5..=45).contains(&alarms), "{alarms}");
+        }
+        assert!(found.iter().all(|found| *found >= 98), "{found:?}");
+    }
+}
