@@ -74,6 +74,7 @@
 pub mod claim;
 pub mod cli;
 pub mod data;
+pub mod diagnosis;
 pub mod estimator;
 pub mod files;
 pub mod lanes;

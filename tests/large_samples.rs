@@ -1,9 +1,7 @@
 //! Estimators of a consistent structure on long records: within four of their own standard errors of the truth; subspace
 //! methods, which have none, nearer to it the longer the record; recovery without noise; failures of short records.
 
-use asobench::estimator::{
-    Estimator, EstimatorName, FailureKind, MethodOptions, Pass, Shape, Window,
-};
+use asobench::estimator::{EstimatorName, FailureKind, MethodOptions, Pass, Shape, Window};
 use asobench::model::LinearModel;
 use asobench::model::polynomial::{divide, filter};
 use asobench::signal::{Input, InputLaw, Purpose, Sequence, stream};

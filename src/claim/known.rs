@@ -1,8 +1,10 @@
 //! What is known of one number from trials, and how certain that makes it that the number is within
 //! limits.
 
-use super::tails::{binomial_at_most, normal_above, normal_point, student_above, student_point};
 use crate::metric::Z;
+use crate::metric::tails::{
+    binomial_at_most, normal_above, normal_point, student_above, student_point,
+};
 
 /// The numbers that meet a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,7 +12,6 @@ mod known;
 mod power;
 mod sentence;
 mod statistics;
-mod tails;
 #[cfg(test)]
 mod tests;
 mod units;

@@ -2,7 +2,7 @@
 
 use super::decision::level_of_each;
 use super::evidence::Evidence;
-use super::tails::normal_above;
+use crate::metric::tails::normal_above;
 use crate::study::file::{Holds, TRIAL_LIMIT};
 use serde::Serialize;
 

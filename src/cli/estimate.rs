@@ -5,6 +5,7 @@ use super::files::{check_output, write_whole};
 use super::{Format, note, print, print_json};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
+use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::{
     EstimatorName, Failure, FailureKind, Method, Pass, Progress, SetupError, Shape, Stage, Window,
 };
@@ -15,6 +16,7 @@ use crate::observer::{Gain, ObservedModel, Observer};
 use crate::plant::{ORDER_LIMIT, PoleFinder};
 use faer::c64;
 use flags::OptionFlags;
+use scan::Span;
 use serde_json::{Map, Value, json};
 use std::io::Write as _;
 use std::iter;
@@ -24,6 +26,7 @@ use std::process::ExitCode;
 mod flags;
 mod json;
 mod plot;
+mod scan;
 mod text;
 
 /// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
@@ -37,12 +40,13 @@ pub(super) struct Arguments {
     /// comments
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
-    /// Order n of the plant: na = nb = n; or --orders, for estimators that take it
-    #[arg(long, value_name = "n", allow_negative_numbers = true, value_parser = whole)]
-    order: Option<usize>,
-    /// Delay nk of the input, samples, beside --order [default: 1]
-    #[arg(long, value_name = "nk", allow_negative_numbers = true, value_parser = whole)]
-    delay: Option<usize>,
+    /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares ARX
+    /// models of these orders
+    #[arg(long, value_name = "n", allow_negative_numbers = true)]
+    order: Option<Span>,
+    /// Delay nk of the input, samples, or a range, beside --order [default: 1]
+    #[arg(long, value_name = "nk", allow_negative_numbers = true)]
+    delay: Option<Span>,
     /// Samples used for estimation, from the first [default: all]; the rest validates
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     window: Option<usize>,
@@ -113,6 +117,10 @@ struct PassReport {
     model: LinearModel,
     poles: Vec<c64>,
     radius: Option<f64>,
+    /// Standard errors of the poles and of the static gain.
+    precision: Option<Precision>,
+    /// Tests of the residuals, where there are enough of them.
+    residuals: Option<Residuals>,
 }
 
 struct Fits {
@@ -176,6 +184,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let orders = orders(arguments)?;
     let mut report = load(arguments, orders)?;
+    if let Some((order, delay)) = ranges(arguments) {
+        scan::scan(&report, order, delay)?.print(&report, arguments.format)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     for (i, name) in arguments.estimator.iter().enumerate() {
         if !arguments.estimator[..i].contains(name) {
             let estimate = estimate(arguments, *name, &report)?;
@@ -203,6 +215,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(u8::from(failed)))
 }
 
+/// The orders and delays of a table of models; `None` where one model is asked for.
+fn ranges(arguments: &Arguments) -> Option<(Span, Span)> {
+    let order = arguments.order?;
+    let delay = arguments.delay.unwrap_or(Span { first: 1, last: 1 });
+    (order.is_range() || delay.is_range()).then_some((order, delay))
+}
+
 /// The orders that were asked for, where flags and estimators fit each other.
 fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     let bad = |message: String| Err(Error::Input(message));
@@ -228,7 +247,15 @@ fn orders(arguments: &Arguments) -> Result<Orders, Error> {
                     .to_owned(),
             );
         };
-        return Ok(Orders::arx(order, order, delay.unwrap_or(1)));
+        if let Some((order, delay)) = ranges(arguments) {
+            let names: Vec<&str> = estimator.iter().map(|name| name.name()).collect();
+            scan::check_estimators(&names, &["ls", "iv"])?;
+            scan::refuse("--plot", arguments.plot.is_some())?;
+            scan::refuse("--states", arguments.states.is_some())?;
+            return Ok(Orders::arx(order.last, order.last, delay.last));
+        }
+        let delay = delay.map_or(1, |delay| delay.last);
+        return Ok(Orders::arx(order.last, order.last, delay));
     }
     for (flag, given) in [("--order", order), ("--delay", delay)] {
         if given.is_some() {
@@ -389,6 +416,8 @@ fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
             model,
             poles: Vec::new(),
             radius: None,
+            precision: None,
+            residuals: None,
         };
     }
     model.delay += shift;
@@ -405,8 +434,13 @@ fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
     let degree = model.a.len() + model.f.len() - 2;
     let mut finder = PoleFinder::new(pass.a.len());
     let radius = finder.spectral_radius(&pass.a, !pass.unstable);
+    let poles = finder.poles(&pass.a[pass.a.len() - degree..]);
+    let (u, y) = (&report.record.u, &report.record.y);
+    let window = report.window;
     PassReport {
-        poles: finder.poles(&pass.a[pass.a.len() - degree..]),
+        precision: Some(Precision::new(&model, &poles)),
+        residuals: Residuals::new(&model, &u[..window], &y[..window]),
+        poles,
         radius: Some(radius),
         pass,
         model,

@@ -1,11 +1,9 @@
 //! What a record says of a model that was estimated from it: whether its residuals are white and free of the input, and
 //! how far its poles and its static gain may be from the truth.
 
-mod chi_square;
 mod precision;
 mod residuals;
 
-pub use chi_square::chi_square_tail;
 pub use precision::{PoleError, Precision};
 pub use residuals::{Residuals, Whiteness};
 

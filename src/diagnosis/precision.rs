@@ -81,7 +81,10 @@ fn pole_error(model: &LinearModel, pole: c64) -> PoleError {
         imaginary[first + i - 1] = if pole.im == 0.0 { 0.0 } else { power.im };
         power = power * pole;
     }
-    let (re, im) = (product(model, &real, &real), product(model, &imaginary, &imaginary));
+    let (re, im) = (
+        product(model, &real, &real),
+        product(model, &imaginary, &imaginary),
+    );
     let covariance = product(model, &real, &imaginary);
     let modulus = pole.norm();
     let of_modulus =
@@ -103,7 +106,11 @@ fn nearest(model: &LinearModel, pole: c64) -> (usize, usize, &[f64]) {
         let value = polynomial.iter().fold(zero, |value, c| value * pole + *c);
         value.norm()
     };
-    let of_f = (orders.nf, orders.parameters() - orders.nf, model.f.as_slice());
+    let of_f = (
+        orders.nf,
+        orders.parameters() - orders.nf,
+        model.f.as_slice(),
+    );
     let of_a = (orders.na, 0, model.a.as_slice());
     match (orders.na, orders.nf) {
         (0, _) => of_f,
@@ -150,16 +157,21 @@ mod tests {
                 let gain = (high.static_gain() - low.static_gain()) / (2.0 * h);
                 assert!((precision.static_gain_se - gain.abs()).abs() < 1e-6 * (1.0 + gain.abs()));
                 let near = |poles: &[c64], pole: c64| {
-                    let by = |p: &&c64, q: &&c64| {
-                        (**p - pole).norm().total_cmp(&(**q - pole).norm())
-                    };
+                    let by =
+                        |p: &&c64, q: &&c64| (**p - pole).norm().total_cmp(&(**q - pole).norm());
                     *poles.iter().min_by(by).unwrap()
                 };
                 let (low, high) = (poles_of(&low), poles_of(&high));
                 for (pole, error) in poles.iter().zip(&precision.poles) {
                     let change = (near(&high, *pole) - near(&low, *pole)) / (2.0 * h);
-                    assert!((error.re - change.re.abs()).abs() < 1e-5, "{orders} {parameter}");
-                    assert!((error.im - change.im.abs()).abs() < 1e-5, "{orders} {parameter}");
+                    assert!(
+                        (error.re - change.re.abs()).abs() < 1e-5,
+                        "{orders} {parameter}"
+                    );
+                    assert!(
+                        (error.im - change.im.abs()).abs() < 1e-5,
+                        "{orders} {parameter}"
+                    );
                     assert!((error.covariance - change.re * change.im).abs() < 1e-4);
                     let modulus = (pole.re * change.re + pole.im * change.im) / pole.norm();
                     assert!((error.modulus - modulus.abs()).abs() < 1e-5);

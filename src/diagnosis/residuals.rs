@@ -1,6 +1,7 @@
 //! Tests of residuals: white, and free of the input (Ljung, *System Identification*, 2nd ed., section 16.6).
 
-use super::{Z_99, chi_square_tail};
+use super::Z_99;
+use crate::metric::tails::{chi_square_above, normal_above};
 use crate::model::LinearModel;
 use serde::Serialize;
 use std::ops::Range;
@@ -121,16 +122,21 @@ impl Residuals {
         let bound = Z_99 / m.sqrt();
         let squares = autocorrelations.iter().enumerate().skip(1);
         let box_pierce = m * squares.clone().map(|(_, r)| r * r).sum::<f64>();
-        let ljung_box =
-            m * (m + 2.0) * squares.map(|(lag, r)| r * r / (m - lag as f64)).sum::<f64>();
-        let degrees = lags.saturating_sub(orders.na + orders.nc + orders.nd).max(1);
+        let ljung_box = m
+            * (m + 2.0)
+            * squares
+                .map(|(lag, r)| r * r / (m - lag as f64))
+                .sum::<f64>();
+        let degrees = lags
+            .saturating_sub(orders.na + orders.nc + orders.nd)
+            .max(1);
         let outside = |values: &[f64]| values.iter().filter(|r| r.abs() > bound).count();
         let free = |range: Range<usize>| {
             let largest = crosscovariances[range.clone()].iter();
             let largest = largest.fold(0.0_f64, |m, r| m.max(r.abs()));
             // A sum cut at 25 lags need not be positive.
             let unit = cross_variance.max(f64::EPSILON * scale * scale).sqrt() / m.sqrt();
-            let single = libm::erfc(largest / unit / std::f64::consts::SQRT_2);
+            let single = 2.0 * normal_above(largest / unit);
             Whiteness::new(range.len(), (single * range.len() as f64).min(1.0))
         };
         Some(Self {
@@ -141,7 +147,7 @@ impl Residuals {
             bound_cross_99: Z_99 * (cross_variance / m).sqrt(),
             autocorrelations_outside: outside(&autocorrelations[1..]),
             crosscorrelations_outside_simple: outside(&crosscorrelations),
-            white: Whiteness::new(degrees, chi_square_tail(ljung_box, degrees)),
+            white: Whiteness::new(degrees, chi_square_above(ljung_box, degrees)),
             free_of_past_input: free(lags + orders.nk.min(lags)..2 * lags + 1),
             free_of_future_input: free(0..lags),
             autocovariances,
@@ -181,7 +187,10 @@ mod tests {
         model.b[1] = 1.0;
         let (mut alarms, mut found) = ([0; 3], [0; 2]);
         for trial in 0..trials {
-            let (u, e) = (normal(trial, Purpose::Input, n), normal(trial, Purpose::Plant, n));
+            let (u, e) = (
+                normal(trial, Purpose::Input, n),
+                normal(trial, Purpose::Plant, n),
+            );
             let mut y: Vec<f64> = (0..n)
                 .map(|k| e[k] + if k > 0 { u[k - 1] } else { 0.0 })
                 .collect();

@@ -37,6 +37,7 @@ mod share;
 mod sketch;
 mod slope;
 mod statistics;
+pub(crate) mod tails;
 
 pub use error::{StateError, relative_error, relative_error_as_printed};
 pub(crate) use estimate::ascend;

@@ -119,7 +119,7 @@ impl Law for Failures {
     }
     fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
         // The count at the quantile that the normal number has.
-        let above = crate::claim::tails::normal_above(z[0]);
+        let above = crate::metric::tails::normal_above(z[0]);
         let (n, odds) = (self.1, truth / (1.0 - truth));
         let mut term = (n as f64 * (1.0 - truth).ln()).exp();
         let (mut count, mut below) = (0, term);

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::claim::known::{Freedom, Known, Range};
-use crate::claim::tails::{binomial_at_least, binomial_at_most};
 use crate::claim::{Judged, Needed, Verdict, judge};
+use crate::metric::tails::{binomial_at_least, binomial_at_most};
 use crate::study::file::ExperimentFile;
 use crate::study::{BoundSummary, OutputShare};
 

@@ -2,6 +2,7 @@
 //! 17 significant digits); what is undefined is null.
 
 use super::{Estimate, Observed, PassReport, Report};
+use crate::diagnosis::Z_95;
 use crate::estimator::Progress;
 use crate::model::LinearModel;
 use serde_json::{Map, Value, json};
@@ -74,6 +75,8 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         model,
         poles,
         radius,
+        precision,
+        residuals,
     } = report;
     let parameters = pass.progress >= Progress::Parameters;
     let known = |values: &[f64]| {
@@ -85,10 +88,21 @@ fn pass(report: &PassReport) -> Map<String, Value> {
     };
     let alpha: Vec<f64> = pass.a.iter().rev().map(|a| -a).collect();
     let x0 = (pass.progress == Progress::InitialState).then_some(&pass.x0);
+    let errors = precision.iter().flat_map(|precision| &precision.poles);
     let poles: Vec<Value> = poles
         .iter()
-        .map(|pole| json!({ "re": pole.re, "im": pole.im, "modulus": pole.norm() }))
+        .zip(errors)
+        .map(|(pole, error)| {
+            json!({ "re": pole.re, "im": pole.im, "modulus": pole.norm(), "se": error })
+        })
         .collect();
+    let errors = model.standard_errors().filter(|_| parameters);
+    let intervals: Option<Vec<[f64; 2]>> = errors.as_ref().map(|errors| {
+        let pairs = model.parameters().zip(errors);
+        pairs
+            .map(|(theta, se)| [theta - Z_95 * se, theta + Z_95 * se])
+            .collect()
+    });
     let failure = pass.failure.map(|failure| {
         json!({ "kind": failure.kind, "stage": failure.stage as u32, "pass": failure.pass })
     });
@@ -111,7 +125,17 @@ fn pass(report: &PassReport) -> Map<String, Value> {
             json!(parameters.then_some(model.noise_variance)),
         ),
         ("loss", json!(parameters.then_some(pass.loss))),
-        ("se", json!(model.standard_errors().filter(|_| parameters))),
+        ("se", json!(errors)),
+        ("interval_95", json!(intervals)),
+        (
+            "static_gain",
+            json!(precision.as_ref().map(|precision| precision.static_gain)),
+        ),
+        (
+            "static_gain_se",
+            json!(precision.as_ref().map(|precision| precision.static_gain_se)),
+        ),
+        ("residuals", json!(residuals)),
         ("iterations", json!(pass.iterations)),
         ("minima", json!(pass.minima)),
         (

@@ -2,8 +2,10 @@
 
 use super::{Estimate, PassReport, Report};
 use crate::cli::equation::broken;
+use crate::diagnosis::{Residuals, Whiteness, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
+use crate::model::LinearModel;
 use crate::text::visible;
 use std::fmt::{self, Write};
 
@@ -94,7 +96,7 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
             writeln!(text, "  {}", broken(line, 2, 6))?;
         }
         if let Some(errors) = model.standard_errors() {
-            write_vector(text, "standard errors", &errors)?;
+            write_parameters(text, model, &errors)?;
         }
         for (name, value) in [
             ("noise variance", model.noise_variance),
@@ -115,6 +117,7 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
     if pass.progress == Progress::InitialState {
         write_vector(text, "x0", &pass.x0)?;
     }
+    let precision = report.precision.as_ref();
     for (i, pole) in report.poles.iter().enumerate() {
         let name = if i == 0 { "poles" } else { "" };
         let imaginary = if pole.im == 0.0 {
@@ -123,15 +126,29 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
             format!(" {:+.6} i", pole.im)
         };
         let position = format!("{:.6}{imaginary}", pole.re);
+        let error = precision.map_or(f64::NAN, |precision| precision.poles[i].modulus);
         writeln!(
             text,
-            "  {name:<18} {position:<30} modulus {:.6}",
-            pole.norm()
+            "  {name:<18} {position:<30} modulus {:.6}{}",
+            pole.norm(),
+            plus_minus(error)
+        )?;
+    }
+    if let Some(precision) = precision {
+        writeln!(
+            text,
+            "  {:<18} {:.6}{}",
+            "static gain",
+            precision.static_gain,
+            plus_minus(precision.static_gain_se)
         )?;
     }
     if let Some(radius) = report.radius {
         let note = if pass.unstable { " (unstable)" } else { "" };
         writeln!(text, "  {:<18} {radius:.6}{note}", "spectral radius")?;
+    }
+    if let Some(residuals) = &report.residuals {
+        write_residuals(text, residuals)?;
     }
     if pass.condition.is_finite() {
         writeln!(
@@ -142,6 +159,87 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
         )?;
     }
     Ok(())
+}
+
+/// Each parameter with its standard error and its 95 % interval.
+fn write_parameters(text: &mut String, model: &LinearModel, errors: &[f64]) -> fmt::Result {
+    let orders = model.orders();
+    let names = [
+        ("a", 1, orders.na),
+        ("b", orders.nk, orders.nb),
+        ("c", 1, orders.nc),
+        ("d", 1, orders.nd),
+        ("f", 1, orders.nf),
+    ];
+    let names = names.into_iter().flat_map(|(name, first, count)| {
+        (first..first + count).map(move |i| format!("{name}_{i}"))
+    });
+    writeln!(
+        text,
+        "  {:<18} {:>13} {:>13}   95 % interval",
+        "parameter", "estimate", "std. error"
+    )?;
+    for ((name, theta), error) in names.zip(model.parameters()).zip(errors) {
+        writeln!(
+            text,
+            "  {name:<18} {} {}   {} ...{}",
+            scientific(theta, DIGITS - 1),
+            scientific(*error, 2),
+            scientific(theta - Z_95 * error, 3).trim_start(),
+            scientific(theta + Z_95 * error, 3).trim_start_matches("  ")
+        )?;
+    }
+    Ok(())
+}
+
+/// " +- 0.01", or nothing where there is no standard error.
+fn plus_minus(error: f64) -> String {
+    if error.is_finite() {
+        format!(" +- {error:.2e}")
+    } else {
+        String::new()
+    }
+}
+
+/// What the residuals say, in words.
+fn write_residuals(text: &mut String, residuals: &Residuals) -> fmt::Result {
+    let lags = residuals.lags();
+    let line = |text: &mut String, name: &str, test: Whiteness, good: &str, bad: &str| {
+        let verdict = if test.passed { good } else { bad };
+        let p = test.p_value;
+        let p = if p < 1e-4 {
+            "p < 0.0001".to_owned()
+        } else {
+            format!("p = {p:.4}")
+        };
+        writeln!(text, "  {name:<18} {verdict} ({p})")
+    };
+    line(
+        text,
+        "residuals",
+        residuals.white,
+        "no memory found: white",
+        "NOT white: the noise model or an order is wrong",
+    )?;
+    line(
+        text,
+        "",
+        residuals.free_of_past_input,
+        "nothing left of the past input",
+        "past input left: B, F or the delay is wrong",
+    )?;
+    line(
+        text,
+        "",
+        residuals.free_of_future_input,
+        "no sign of feedback",
+        "later input follows them: feedback",
+    )?;
+    writeln!(
+        text,
+        "  {:<18} each test at 1 %, over {lags} lags of {} residuals",
+        "", residuals.rows
+    )
 }
 
 fn write_fit(text: &mut String, on: &str, fit: Fit) -> fmt::Result {

@@ -1,4 +1,4 @@
-//! Tails of the normal, Student's and the binomial law.
+//! Tails of the normal, Student's, the chi-square and the binomial law.
 //!
 //! statrs has them too, but stops the continued fraction of the incomplete beta function after 140
 //! terms without a word: of 10^7 trials its binomial tail at one half is 0.365. Here as many terms
@@ -7,7 +7,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 /// P(Z > z) of a standard normal Z.
-pub(super) fn normal_above(z: f64) -> f64 {
+pub(crate) fn normal_above(z: f64) -> f64 {
     if z.is_nan() {
         return f64::NAN;
     }
@@ -32,7 +32,7 @@ pub(super) fn normal_above(z: f64) -> f64 {
 }
 
 /// The z with P(Z > z) = p.
-pub(super) fn normal_point(p: f64) -> f64 {
+pub(crate) fn normal_point(p: f64) -> f64 {
     let (mut low, mut high) = (-40.0, 40.0);
     for _ in 0..60 {
         let middle = f64::midpoint(low, high);
@@ -47,7 +47,7 @@ pub(super) fn normal_point(p: f64) -> f64 {
 
 /// P(T > t) of Student's law with nu degrees of freedom, which need not be whole; of the normal law
 /// where nu is infinite.
-pub(super) fn student_above(t: f64, nu: f64) -> f64 {
+pub(crate) fn student_above(t: f64, nu: f64) -> f64 {
     if nu == f64::INFINITY {
         return normal_above(t);
     }
@@ -66,7 +66,7 @@ pub(super) fn student_above(t: f64, nu: f64) -> f64 {
 /// The t with P(T > t) = p, by the expansion of Cornish and Fisher (Abramowitz and Stegun 26.7.5)
 /// about the normal point z: for the planning of trials, where its error of some thousandths from 5
 /// degrees of freedom on does not matter.
-pub(super) fn student_point(z: f64, nu: f64) -> f64 {
+pub(crate) fn student_point(z: f64, nu: f64) -> f64 {
     let s = z * z;
     let terms = [
         (s + 1.0) / 4.0,
@@ -77,8 +77,38 @@ pub(super) fn student_point(z: f64, nu: f64) -> f64 {
     z * (1.0 + terms.iter().rev().fold(0.0, |sum, term| (sum + term) / nu))
 }
 
+/// `P(X > x)` for X of the chi-square law with so many degrees of freedom (at least 1).
+///
+/// With `h = x/2`: for an even number of degrees `exp(-h) sum_(i < k/2) h^i / i!`, for an odd one
+/// `2 P(Z > sqrt x) + exp(-h) sum_(1 <= i <= (k-1)/2) h^(i - 1/2) / Gamma(i + 1/2)` (Abramowitz and Stegun, 26.4.4 and 26.4.5).
+pub(crate) fn chi_square_above(x: f64, degrees: usize) -> f64 {
+    if !(x > 0.0) {
+        return if x.is_nan() { f64::NAN } else { 1.0 };
+    }
+    let half = x / 2.0;
+    let odd = degrees % 2 == 1;
+    // The term of i, by its logarithm: exp(-h) underflows long before the sum does.
+    let mut log_term = if odd {
+        // h^(1/2) / Gamma(3/2)
+        0.5 * half.ln() - (0.5 * PI.sqrt()).ln()
+    } else {
+        0.0
+    };
+    let mut sum = if odd {
+        2.0 * normal_above(x.sqrt())
+    } else {
+        0.0
+    };
+    for i in 0..degrees / 2 {
+        sum += (log_term - half).exp();
+        let next = if odd { i as f64 + 1.5 } else { i as f64 + 1.0 };
+        log_term += (half / next).ln();
+    }
+    sum.min(1.0)
+}
+
 /// P(K >= k) of the number K of successes in n trials with probability p each.
-pub(super) fn binomial_at_least(k: u64, n: u64, p: f64) -> f64 {
+pub(crate) fn binomial_at_least(k: u64, n: u64, p: f64) -> f64 {
     match (k, p) {
         (0, _) => 1.0,
         _ if k > n || p <= 0.0 => 0.0,
@@ -88,7 +118,7 @@ pub(super) fn binomial_at_least(k: u64, n: u64, p: f64) -> f64 {
 }
 
 /// P(K <= k).
-pub(super) fn binomial_at_most(k: u64, n: u64, p: f64) -> f64 {
+pub(crate) fn binomial_at_most(k: u64, n: u64, p: f64) -> f64 {
     if k >= n {
         1.0
     } else {
@@ -238,5 +268,31 @@ mod tests {
             (binomial_at_least(1, 5, 0.0), binomial_at_most(4, 5, 1.0)),
             (0.0, 0.0)
         );
+    }
+
+    /// The 5 % and 1 % points of printed tables (Abramowitz and Stegun, table 26.8).
+    #[test]
+    fn chi_square_quantiles_as_printed() {
+        for (degrees, x, tail) in [
+            (1, 3.84146, 0.05),
+            (1, 6.63490, 0.01),
+            (2, 5.99147, 0.05),
+            (3, 7.81473, 0.05),
+            (10, 18.3070, 0.05),
+            (23, 35.1725, 0.05),
+            (23, 41.6384, 0.01),
+            (24, 36.4151, 0.05),
+            (25, 37.6525, 0.05),
+        ] {
+            let found = chi_square_above(x, degrees);
+            assert!((found - tail).abs() < 2e-6, "{degrees}: {found}");
+        }
+    }
+
+    #[test]
+    fn the_ends_of_chi_square() {
+        assert_eq!(chi_square_above(0.0, 3), 1.0);
+        assert_eq!(chi_square_above(-1.0, 4), 1.0);
+        assert!(chi_square_above(1e5, 3) == 0.0 && chi_square_above(f64::NAN, 3).is_nan());
     }
 }

@@ -1,0 +1,281 @@
+//! ARX models of several orders and delays over the same equations: which one each criterion chooses.
+
+use super::{Report, pass_report};
+use crate::cli::error::Error;
+use crate::cli::{Format, print, print_json};
+use crate::estimator::{
+    ArxOptions, Criterion, Method, OrderComparison, Pass, Progress, Shape, Window,
+};
+use crate::metric::{FitModel, fit};
+use crate::model::Orders;
+use crate::names::UnknownName;
+use crate::text::visible;
+use serde_json::{Map, Value, json};
+use std::fmt::{self, Write};
+use std::str::FromStr;
+
+/// A number, or all numbers from one to another: `4`, `1:8`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Span {
+    pub(super) first: usize,
+    pub(super) last: usize,
+}
+
+impl Span {
+    pub(super) fn is_range(self) -> bool {
+        self.first < self.last
+    }
+}
+
+impl FromStr for Span {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |text: &str| text.parse().ok().filter(|number| *number >= 1);
+        let (first, last) = text.split_once(':').unwrap_or((text, text));
+        match (number(first), number(last)) {
+            (Some(first), Some(last)) if first <= last => Ok(Self { first, last }),
+            (None, _) if !text.contains(':') => {
+                Err("expected a whole number of at least 1, or a range such as 1:8".to_owned())
+            }
+            _ => Err("expected a range such as 1:8, of whole numbers of at least 1".to_owned()),
+        }
+    }
+}
+
+/// One model of the table.
+struct Row {
+    orders: Orders,
+    /// `RSS / M` over the common equations; `None` where it cannot be found.
+    loss: Option<f64>,
+    /// `RSS / N` over the model's own equations.
+    own_loss: Option<f64>,
+    /// FIT of the simulated output on the window and on the samples after it, per cent.
+    window_fit: Option<f64>,
+    validation_fit: Option<f64>,
+    /// In the order of [`Criterion::ALL`].
+    criteria: Vec<Option<f64>>,
+}
+
+/// The table, and the row that each criterion chooses.
+pub(super) struct Scan {
+    rows: Vec<Row>,
+    equations: usize,
+    best: Vec<Option<usize>>,
+    /// The row with the best FIT on validation samples.
+    best_fit: Option<usize>,
+}
+
+/// Runs the models of all orders and delays on a record.
+pub(super) fn scan(report: &Report, order: Span, delay: Span) -> Result<Scan, Error> {
+    let (u, y) = (&report.record.u, &report.record.y);
+    let window = report.window;
+    let orders: Vec<Orders> = (delay.first..=delay.last)
+        .flat_map(|nk| (order.first..=order.last).map(move |n| Orders::arx(n, n, nk)))
+        .collect();
+    let comparison = OrderComparison::new(&orders, window);
+    let mut comparison = comparison.map_err(|error| Error::Input(error.to_string()))?;
+    comparison.run(&u[..window], &y[..window]);
+    let equations = comparison.equations();
+    let mut rows = Vec::new();
+    for candidate in comparison.candidates() {
+        let orders = candidate.orders;
+        let loss = candidate.loss.ok();
+        let value = |criterion: &Criterion| {
+            let value = criterion.value(loss?, equations, orders.parameters());
+            value.is_finite().then_some(value)
+        };
+        let mut row = Row {
+            orders,
+            loss,
+            own_loss: None,
+            window_fit: None,
+            validation_fit: None,
+            criteria: Criterion::ALL.iter().map(value).collect(),
+        };
+        row.fit(report)?;
+        rows.push(row);
+    }
+    let best = Criterion::ALL
+        .iter()
+        .map(|criterion| comparison.best(*criterion).ok());
+    let fits = rows.iter().enumerate();
+    let fits = fits.filter_map(|(i, row)| Some((i, row.validation_fit?)));
+    let best_fit = fits.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
+    Ok(Scan {
+        best: best.collect(),
+        best_fit,
+        rows,
+        equations,
+    })
+}
+
+impl Row {
+    /// The model by its own equations, and its FIT.
+    fn fit(&mut self, report: &Report) -> Result<(), Error> {
+        let (u, y, window) = (&report.record.u, &report.record.y, report.window);
+        let options = ArxOptions {
+            orders: Some(self.orders),
+            ..ArxOptions::default()
+        };
+        let shape = Shape {
+            order: self.orders.order(),
+            window,
+        };
+        let prepared = Method::named("arx", options).prepare(shape);
+        let mut estimator = prepared.map_err(|error| Error::Input(error.to_string()))?;
+        let mut passes = [Pass::new(shape.order)];
+        estimator.estimate(Window::new(u, y, window), &mut passes);
+        let [pass] = passes;
+        if pass.progress < Progress::InitialState {
+            return Ok(());
+        }
+        let pass = pass_report(pass, report, 0).pass;
+        let model = FitModel {
+            model: &pass.model,
+            a: &pass.a,
+            b: &pass.b,
+            d: pass.direct,
+            x0: &pass.x0,
+        };
+        let on = |range| Some(fit(model, u, y, range).simulated).filter(|fit| fit.is_finite());
+        self.own_loss = Some(pass.loss);
+        self.window_fit = on(0..window);
+        if window < y.len() {
+            self.validation_fit = on(window..y.len());
+        }
+        Ok(())
+    }
+
+    fn named(&self) -> Value {
+        json!({ "na": self.orders.na, "nb": self.orders.nb, "nk": self.orders.nk })
+    }
+}
+
+impl Scan {
+    /// Prints the table.
+    pub(super) fn print(&self, report: &Report, format: Format) -> Result<(), Error> {
+        match format {
+            Format::Text => {
+                let mut text = String::new();
+                let written = self.write(&mut text, report);
+                written.expect("writing to a string does not fail");
+                print(&text)
+            }
+            Format::Json => print_json(&self.json(report)),
+        }
+    }
+
+    fn json(&self, report: &Report) -> Value {
+        let m = self.equations as f64;
+        let table = self.rows.iter().map(|row| {
+            let Value::Object(mut object) = row.named() else {
+                return Value::Null;
+            };
+            let parameters = row.orders.parameters();
+            object.insert("d".to_owned(), json!(parameters));
+            object.insert("V".to_owned(), json!(row.loss));
+            object.insert("rss".to_owned(), json!(row.loss.map(|loss| loss * m)));
+            for (criterion, value) in Criterion::ALL.iter().zip(&row.criteria) {
+                object.insert(criterion.name().to_owned(), json!(value));
+            }
+            let normalised = row.loss.map(|loss| loss.ln() + 2.0 * parameters as f64 / m);
+            object.insert("aic_normalised".to_owned(), json!(normalised));
+            object.insert("V_own_rows".to_owned(), json!(row.own_loss));
+            object.insert(
+                "fit_percent".to_owned(),
+                json!({ "window": row.window_fit, "validation": row.validation_fit }),
+            );
+            Value::Object(object)
+        });
+        let mut best = Map::new();
+        for (criterion, row) in Criterion::ALL.iter().zip(&self.best) {
+            let named = row.map(|row| self.rows[row].named());
+            best.insert(criterion.name().to_owned(), json!(named));
+        }
+        let named = self.best_fit.map(|row| self.rows[row].named());
+        best.insert("fit_percent".to_owned(), json!(named));
+        json!({
+            "file": report.file.display().to_string(),
+            "samples": report.record.y.len(),
+            "window": report.window,
+            "detrend": report.detrend,
+            "estimator": "arx",
+            "common_first_row": report.window - self.equations,
+            "rows": self.equations,
+            "table": table.collect::<Vec<_>>(),
+            "best": best,
+        })
+    }
+
+    fn write(&self, text: &mut String, report: &Report) -> fmt::Result {
+        let first = report.window - self.equations;
+        writeln!(
+            text,
+            "{}: ARX models with na = nb = n over the same {} equations,\nk = {first} ... {}; \
+             window {} of {} samples, detrend {}",
+            visible(report.file.display()),
+            self.equations,
+            report.window - 1,
+            report.window,
+            report.record.y.len(),
+            report.detrend
+        )?;
+        writeln!(
+            text,
+            "\n  n nk        V         AIC        AICc         BIC         FPE  FIT %  valid."
+        )?;
+        for (i, row) in self.rows.iter().enumerate() {
+            write!(text, "{:>3} {:>2}", row.orders.na, row.orders.nk)?;
+            match row.loss {
+                Some(loss) => write!(text, " {loss:>11.4e}")?,
+                None => write!(text, " {:>11}", "-")?,
+            }
+            for ((criterion, value), best) in
+                Criterion::ALL.iter().zip(&row.criteria).zip(&self.best)
+            {
+                let star = if *best == Some(i) { "*" } else { " " };
+                let number = match value {
+                    None => "-".to_owned(),
+                    Some(value) if *criterion == Criterion::Fpe => format!("{value:.4e}"),
+                    Some(value) => format!("{value:.2}"),
+                };
+                write!(text, " {number:>10}{star}")?;
+            }
+            let star = if self.best_fit == Some(i) { "*" } else { "" };
+            let percent = |fit: Option<f64>| match fit {
+                Some(fit) if fit.abs() < 1e4 => format!("{fit:.2}"),
+                Some(fit) => format!("{fit:.0e}"),
+                None => "-".to_owned(),
+            };
+            let (window, validation) = (percent(row.window_fit), percent(row.validation_fit));
+            let line = format!(" {window:>6} {validation:>7}{star}");
+            writeln!(text, "{}", line.trim_end())?;
+        }
+        writeln!(
+            text,
+            "\n* the smallest value of each criterion, and the best FIT on samples after the window.\n\
+             V: mean squared residual; FIT: of the simulated output, its own equations."
+        )
+    }
+}
+
+/// The flags that a table of several models has no use for.
+pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
+    if given {
+        return Err(Error::Input(format!(
+            "{flag}: is for one model; expected one --order and one --delay"
+        )));
+    }
+    Ok(())
+}
+
+/// The only estimator of the table.
+pub(super) fn check_estimators(names: &[&str], default: &[&str]) -> Result<(), Error> {
+    if names == ["arx"] || names == default {
+        return Ok(());
+    }
+    let name = names.iter().find(|name| **name != "arx").unwrap_or(&"arx");
+    let error = UnknownName::new("estimator beside a range of orders", name, &["arx"]);
+    Err(Error::Input(format!("--estimator: {error}")))
+}
