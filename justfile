@@ -52,6 +52,11 @@ solver-table:
     cargo bench --bench kernels
     cargo run --release --example solver_table
 
+# The table of times of every estimator in docs/performance.md, from fresh benchmarks.
+method-table:
+    cargo bench --bench methods
+    cargo run --release --example method_table
+
 # Rebuild the committed reference results and the report of them.
 results:
     results/rebuild

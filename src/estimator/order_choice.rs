@@ -46,6 +46,13 @@ pub struct Candidate {
     pub loss: Result<f64, FailureKind>,
 }
 
+impl Candidate {
+    /// `(a_1 ... a_na, b_1 ... b_nb)` over the common equations, where [`Self::loss`] stands.
+    pub fn theta(&self) -> &[f64] {
+        self.regression.theta()
+    }
+}
+
 /// ARX models of several orders over the same equations `k = m ... N-1`, m the largest of their `max(na, nb + nk - 1)`
 /// (Ljung, *System Identification*, 2nd ed., section 16.4).
 pub struct OrderComparison {

@@ -207,6 +207,44 @@ fn orders_are_chosen_as_by_another_program() {
     }
 }
 
+/// Correlations of residuals, their bounds and statistics, as `asobench estimate` prints them.
+#[test]
+fn residual_tests_of_another_program() {
+    let file = read("expected_methods.json");
+    for case in file["residuals"].as_array().expect("cases") {
+        let (name, orders) = (&case["name"], &case["orders"]);
+        let [na, nb, nk] = ["na", "nb", "nk"].map(|key| size(&orders[key]));
+        let output = Command::new(env!("CARGO_BIN_EXE_asobench"))
+            .arg("estimate")
+            .arg(folder().join(case["data"].as_str().expect("a file")))
+            .args(["--estimator", "arx"])
+            .args(["--orders", &format!("na={na},nb={nb},nk={nk}")])
+            .args(["--window", &size(&case["N"]).to_string()])
+            .args(["--detrend", case["detrend"].as_str().expect("a name")])
+            .args(["--format", "json"])
+            .output()
+            .expect("asobench runs");
+        let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let found = &report["estimates"][0]["residuals"];
+        let expected = case["expected"].as_object().expect("values");
+        let mut compared = 0;
+        for (key, expected) in expected.iter().filter(|(key, _)| *key != "theta") {
+            if let Some(expected) = numbers(expected) {
+                let found = numbers(&found[key]).expect("numbers");
+                let scale = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                let error = distance(&found, &expected) / scale;
+                assert!(error < 1e-9, "{name} {key}: {error:e}");
+            } else {
+                let expected = expected.as_f64().expect("a number");
+                let error = found[key].as_f64().expect("a number") / expected - 1.0;
+                assert!(error.abs() < 1e-8, "{name} {key}: {error:e}");
+            }
+            compared += 1;
+        }
+        assert!(compared >= 15, "{compared}");
+    }
+}
+
 /// What was seen while the reference values were made: refined IV diverges on this record from the start by least squares,
 /// though the output-error method has a minimum.
 #[test]

@@ -48,6 +48,8 @@ struct Row {
     orders: Orders,
     /// `RSS / M` over the common equations; `None` where it cannot be found.
     loss: Option<f64>,
+    /// The parameters over the common equations.
+    theta: Vec<f64>,
     /// `RSS / N` over the model's own equations.
     own_loss: Option<f64>,
     /// FIT of the simulated output on the window and on the samples after it, per cent.
@@ -88,6 +90,7 @@ pub(super) fn scan(report: &Report, order: Span, delay: Span) -> Result<Scan, Er
         let mut row = Row {
             orders,
             loss,
+            theta: candidate.theta().to_vec(),
             own_loss: None,
             window_fit: None,
             validation_fit: None,
@@ -174,6 +177,7 @@ impl Scan {
             };
             let parameters = row.orders.parameters();
             object.insert("d".to_owned(), json!(parameters));
+            object.insert("theta".to_owned(), json!(row.loss.map(|_| &row.theta)));
             object.insert("V".to_owned(), json!(row.loss));
             object.insert("rss".to_owned(), json!(row.loss.map(|loss| loss * m)));
             for (criterion, value) in Criterion::ALL.iter().zip(&row.criteria) {

@@ -182,11 +182,11 @@ fn write_parameters(text: &mut String, model: &LinearModel, errors: &[f64]) -> f
     for ((name, theta), error) in names.zip(model.parameters()).zip(errors) {
         writeln!(
             text,
-            "  {name:<18} {} {}   {} ...{}",
+            "  {name:<18} {} {} {} ...{}",
             scientific(theta, DIGITS - 1),
             scientific(*error, 2),
-            scientific(theta - Z_95 * error, 3).trim_start(),
-            scientific(theta + Z_95 * error, 3).trim_start_matches("  ")
+            scientific(theta - Z_95 * error, 3).split_off(2),
+            scientific(theta + Z_95 * error, 3).split_off(2)
         )?;
     }
     Ok(())
@@ -219,14 +219,14 @@ fn write_residuals(text: &mut String, residuals: &Residuals) -> fmt::Result {
         "residuals",
         residuals.white,
         "no memory found: white",
-        "NOT white: the noise model or an order is wrong",
+        "NOT white: noise model or order is wrong",
     )?;
     line(
         text,
         "",
         residuals.free_of_past_input,
         "nothing left of the past input",
-        "past input left: B, F or the delay is wrong",
+        "past input left: B, F or delay is wrong",
     )?;
     line(
         text,

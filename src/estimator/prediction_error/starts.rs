@@ -82,7 +82,6 @@ impl schemars::JsonSchema for SearchStarts {
 /// Starts for records of one length.
 pub(super) struct Starts {
     orders: Orders,
-    random: usize,
     /// The only start, where the truth is one.
     truth: Option<LinearModel>,
     /// F, or A, by least squares, Steiglitz-McBride and refined IV.
@@ -94,8 +93,10 @@ pub(super) struct Starts {
     long: Option<Regression>,
     /// `w = C/D e` with e known: `[w, e]` on their past.
     noise: Option<Regression>,
-    /// Denominators that were found, each to be taken with every noise model.
-    denominators: Vec<Vec<f64>>,
+    /// Denominators that were found, one after another, each to be taken with every noise model.
+    denominators: Vec<f64>,
+    /// F, C and D of the random starts.
+    drawn: Vec<[Vec<f64>; 3]>,
     /// The next start.
     turn: usize,
     model: LinearModel,
@@ -150,9 +151,11 @@ impl Starts {
                 None
             },
             orders,
-            random,
             truth: None,
-            denominators: Vec::new(),
+            denominators: Vec::with_capacity(4 * (nf + 1)),
+            drawn: (0..random as u64)
+                .map(|number| draw(orders, number))
+                .collect(),
             turn: 0,
             model: LinearModel::zero(orders),
             theta: vec![0.0; orders.parameters()],
@@ -196,25 +199,35 @@ impl Starts {
             return;
         }
         self.denominators.clear();
-        let mut flat = vec![0.0; self.orders.nf + 1];
-        flat[0] = 1.0;
-        self.denominators.push(flat);
+        self.take_denominator(None);
         let mut condition = f64::NAN;
-        if let Some(regression) = &mut self.least_squares
-            && regression.solve(u, y, &mut condition).is_ok()
-        {
-            let f = regression.theta()[..self.orders.nf].iter();
-            self.denominators
-                .push(std::iter::once(1.0).chain(f.copied()).collect());
+        if let Some(mut regression) = self.least_squares.take() {
+            if regression.solve(u, y, &mut condition).is_ok() {
+                self.take_denominator(Some(&regression.theta()[..self.orders.nf]));
+            }
+            self.least_squares = Some(regression);
         }
-        for iteration in &mut self.iterations {
+        let mut iterations = std::mem::take(&mut self.iterations);
+        for iteration in &mut iterations {
             // Where it did not come to rest, where it stopped is a start too.
             let _ = iteration.find(u, y, &mut condition);
-            self.denominators.push(iteration.model().f.clone());
+            self.take_denominator(Some(&iteration.model().f[1..]));
         }
-        let scratch = &mut self.scratch;
-        self.denominators
-            .retain(|f| f.iter().all(|f| f.is_finite()) && stable(f, scratch));
+        self.iterations = iterations;
+    }
+
+    /// Takes F = 1, or `1 + f_1 q^-1 + ...` where it is stable.
+    fn take_denominator(&mut self, f: Option<&[f64]>) {
+        let (first, degree) = (self.denominators.len(), self.orders.nf);
+        self.denominators.resize(first + degree + 1, 0.0);
+        let place = &mut self.denominators[first..];
+        place[0] = 1.0;
+        if let Some(f) = f {
+            place[1..].copy_from_slice(f);
+            if !(f.iter().all(|f| f.is_finite()) && stable(place, &mut self.scratch)) {
+                self.denominators.truncate(first);
+            }
+        }
     }
 
     /// The next start; `None` after the last.
@@ -232,14 +245,17 @@ impl Starts {
             return first.then_some(&self.theta);
         }
         let noises = if self.long.is_some() { 2 } else { 1 };
+        let degree = self.orders.nf;
         loop {
-            let (turn, structured) = (self.turn, self.denominators.len() * noises);
-            if turn >= structured + self.random {
+            let structured = self.denominators.len() / (degree + 1) * noises;
+            let turn = self.turn;
+            if turn >= structured + self.drawn.len() {
                 return None;
             }
             self.turn += 1;
             let ready = if turn < structured {
-                let denominator = &self.denominators[turn / noises];
+                let first = turn / noises * (degree + 1);
+                let denominator = &self.denominators[first..=first + degree];
                 self.model.f.copy_from_slice(denominator);
                 for polynomial in [&mut self.model.c, &mut self.model.d] {
                     polynomial[1..].fill(0.0);
@@ -251,7 +267,10 @@ impl Starts {
                     found
                 }
             } else {
-                self.draw((turn - structured) as u64);
+                let [f, c, d] = &self.drawn[turn - structured];
+                self.model.f.copy_from_slice(f);
+                self.model.c.copy_from_slice(c);
+                self.model.d.copy_from_slice(d);
                 self.solve_linear(u, y)
             };
             if ready {
@@ -266,17 +285,6 @@ impl Starts {
     fn take(&mut self) {
         for (theta, parameter) in self.theta.iter_mut().zip(self.model.parameters()) {
             *theta = parameter;
-        }
-    }
-
-    /// Random zeros of F, C and D.
-    fn draw(&mut self, number: u64) {
-        let mut random = stream(SEED, number, Purpose::Plant);
-        for polynomial in [&mut self.model.f, &mut self.model.c, &mut self.model.d] {
-            if polynomial.len() > 1 {
-                let drawn = random_stable(polynomial.len() - 1, RADIUS, &mut random);
-                polynomial.copy_from_slice(&drawn.denominator());
-            }
         }
     }
 
@@ -328,4 +336,13 @@ impl Starts {
         self.model.c[1..].copy_from_slice(c);
         stable(&self.model.c, &mut self.scratch)
     }
+}
+
+/// F, C and D with random zeros.
+fn draw(orders: Orders, number: u64) -> [Vec<f64>; 3] {
+    let mut random = stream(SEED, number, Purpose::Plant);
+    [orders.nf, orders.nc, orders.nd].map(|degree| match degree {
+        0 => vec![1.0],
+        degree => random_stable(degree, RADIUS, &mut random).denominator(),
+    })
 }

@@ -1,0 +1,118 @@
+//! Every estimator on one record: orders 2, 4, 6 and windows of 98, 998, 9998 samples, and W98's own record.
+//!
+//! The plants have poles at 0.8, -0.7, 0.5, -0.4, 0.2, -0.2, the first n of them, white output noise of a tenth of the
+//! output's size, and every method has n coefficients of each polynomial that it has (one of C and D).
+//! `examples/method_table.rs` prints the times as a table.
+
+use asobench::data::Realisation;
+use asobench::estimator::{EstimatorName, MethodOptions, Pass, Shape, Window};
+use asobench::model::LinearModel;
+use asobench::signal::{Input, InputLaw, Purpose, Sequence, stream};
+use asobench::study::Experiment;
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use serde_json::{Map, Value};
+use std::hint::black_box;
+use std::time::Duration;
+
+/// An estimator with orders n; `None` for those that a record alone does not feed.
+fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
+    let orders = match estimator {
+        EstimatorName::Known => return None,
+        EstimatorName::LeastSquares | EstimatorName::InstrumentalVariables => None,
+        EstimatorName::Stmcb | EstimatorName::Sriv | EstimatorName::Oe => {
+            Some(format!("nb={n},nf={n}"))
+        }
+        EstimatorName::Armax => Some(format!("na={n},nb={n},nc=1")),
+        EstimatorName::Riv | EstimatorName::Bj => Some(format!("nb={n},nc=1,nd=1,nf={n}")),
+        _ => Some(format!("n={n}")),
+    };
+    let mut options = Map::new();
+    if let Some(orders) = orders {
+        options.insert("orders".to_owned(), Value::from(orders));
+    }
+    if estimator.takes("block_rows") {
+        options.insert("block_rows".to_owned(), Value::from(10));
+    }
+    estimator.parse(options).ok()
+}
+
+fn record(n: usize, window: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut f = vec![1.0];
+    for pole in &[0.8, -0.7, 0.5, -0.4, 0.2, -0.2][..n] {
+        let with = |k: usize| f.get(k).copied().unwrap_or(0.0);
+        f = (0..=f.len())
+            .map(|k| with(k) - if k > 0 { pole * with(k - 1) } else { 0.0 })
+            .collect();
+    }
+    let b = (0..n).map(|i| 1.0 / (1.0 + i as f64));
+    let mut truth = LinearModel::zero(format!("nb={n},nf={n}").parse().expect("orders"));
+    let theta: Vec<f64> = b.chain(f[1..].iter().copied()).collect();
+    truth.set_parameters(&theta);
+    let draw = |purpose| {
+        let mut signal = vec![0.0; window];
+        let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
+        input.fill(&mut stream(61, n as u64, purpose), &mut signal);
+        signal
+    };
+    let (u, e) = (draw(Purpose::Input), draw(Purpose::Plant));
+    let mut y = vec![0.0; window];
+    truth.simulate(&u, &mut y);
+    y.iter_mut().zip(&e).for_each(|(y, e)| *y += 0.2 * e);
+    (u, y)
+}
+
+fn bench(criterion: &mut Criterion, n: usize, name: &str, u: &[f64], y: &[f64]) {
+    let mut group = criterion.benchmark_group("methods");
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_millis(800));
+    let shape = Shape {
+        order: n,
+        window: y.len(),
+    };
+    for estimator in EstimatorName::ALL {
+        let Some(options) = options(*estimator, n) else {
+            continue;
+        };
+        let mut passes: Vec<Pass> = options
+            .outputs("method")
+            .iter()
+            .map(|_| Pass::new(n))
+            .collect();
+        let mut method = options.prepare(&shape.into()).expect("a valid shape");
+        group.bench_function(BenchmarkId::new(estimator.name(), name), |b| {
+            b.iter(|| {
+                method.estimate(Window::new(u, y, y.len()), &mut passes);
+                black_box(passes.len())
+            });
+        });
+    }
+    group.finish();
+}
+
+fn methods(criterion: &mut Criterion) {
+    for n in [2, 4, 6] {
+        for window in [98, 998, 9998] {
+            let (u, y) = record(n, window);
+            bench(criterion, n, &format!("n={n},N={window}"), &u, &y);
+        }
+    }
+    let experiment = Experiment::nikolov2023(1);
+    let cell = experiment.cells.iter().find(|cell| cell.window == 98);
+    let cell = cell.expect("the paper's cell of 98 samples");
+    let mut record = Realisation::default();
+    let process = cell.process().expect("a record");
+    process.realise(
+        experiment.file.seed,
+        0,
+        cell.eta,
+        cell.window,
+        cell.horizon,
+        &mut record,
+    );
+    bench(criterion, 6, "W98", &record.u[..98], &record.y[..98]);
+}
+
+criterion_group!(benches, methods);
+criterion_main!(benches);
