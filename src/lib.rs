@@ -88,3 +88,4 @@ pub mod report;
 pub mod signal;
 pub mod study;
 mod text;
+pub mod theory;

@@ -34,6 +34,7 @@ mod state_feedback;
 mod store;
 mod summary;
 mod tally;
+mod theory;
 mod times;
 mod trial;
 mod trial_table;
