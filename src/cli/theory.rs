@@ -5,9 +5,9 @@ use super::run::StudyArguments;
 use super::{Format, print, print_json};
 use crate::number::uncertain;
 use crate::study::file::{Key, Settings};
-use crate::study::{Cell, Experiment};
+use crate::study::{Cell, Experiment, FoundTheory as Found};
 use crate::text::visible;
-use crate::theory::{CellTheory, Missing, NoTheory, SmoothMeasure, Theory};
+use crate::theory::{Missing, SmoothMeasure, Theory};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -26,24 +26,22 @@ pub(super) struct Arguments {
 /// Quantiles of an error's distribution that JSON holds.
 const QUANTILES: [(&str, f64); 3] = [("0.1", 0.1), ("0.5", 0.5), ("0.9", 0.9)];
 
-type Found = Result<CellTheory, NoTheory>;
-
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = arguments.study.folder(None);
     let (experiment, _) = arguments.study.experiment(&folder)?;
-    let of_cell = |cell: &Cell| experiment.theory(cell);
+    let theories = experiment.theories();
+    let cells = experiment.cells.iter().zip(&theories);
     match arguments.format {
         Format::Json => {
-            let cells = experiment.cells.iter();
             let cells: Vec<Value> = cells
-                .map(|cell| of_cell_as_json(&experiment, cell, &of_cell(cell)))
+                .map(|(cell, found)| of_cell_as_json(&experiment, cell, found))
                 .collect();
             print_json(&json!({ "cells": cells }))?;
         }
         Format::Text => {
             print(HEAD)?;
-            for (number, cell) in experiment.cells.iter().enumerate() {
-                print(&of_cell_as_text(&experiment, number, cell, &of_cell(cell)))?;
+            for (number, (cell, found)) in cells.enumerate() {
+                print(&of_cell_as_text(&experiment, number, cell, found))?;
             }
         }
     }

@@ -5,9 +5,15 @@
 //! `P = F P F' + sum_s sigma_s^2 g_s g_s'` a covariance is `E[a(k+t) b(k)] = c_a F^t P c_b'`, t >= 0.
 
 use super::NoTheory;
-use super::signal::{Signal, Source};
-use crate::observer::lyapunov;
-use faer::{Col, Mat};
+use super::population::is_stable;
+use super::signal::{Part, Signal, Source};
+use faer::Mat;
+
+/// Powers `F^(2^j)` of which no entry is larger than this add nothing.
+const LOST: f64 = 1e-14;
+
+/// Doublings: a pole that is not lost after so many is on the unit circle.
+const DOUBLINGS: usize = 50;
 
 struct Block {
     source: usize,
@@ -15,14 +21,41 @@ struct Block {
     /// Where it begins in the state, and how long it is.
     first: usize,
     length: usize,
+    /// `F, F^2, F^4, ...` of the block.
+    powers: Vec<Mat<f64>>,
+}
+
+impl Block {
+    fn is_of(&self, part: &Part) -> bool {
+        self.source == part.source && self.denominator == part.denominator
+    }
+
+    fn find_powers(&mut self) -> Result<(), NoTheory> {
+        if !is_stable(&self.denominator) {
+            return Err(NoTheory::NotStationary);
+        }
+        let mut f = Mat::zeros(self.length, self.length);
+        for (i, d) in self.denominator[1..].iter().enumerate() {
+            f[(0, i)] = -d;
+        }
+        for i in 1..self.length {
+            f[(i, i - 1)] = 1.0;
+        }
+        while f.norm_max() > LOST {
+            let next = &f * &f;
+            self.powers.push(f);
+            f = next;
+            if self.powers.len() > DOUBLINGS || !f.is_all_finite() {
+                return Err(NoTheory::NotStationary);
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The joint state of some signals.
 struct JointState {
     blocks: Vec<Block>,
-    f: Mat<f64>,
-    /// The state's covariance under each source, of unit variance.
-    of_source: Vec<Mat<f64>>,
     /// The state's covariance.
     p: Mat<f64>,
 }
@@ -35,15 +68,14 @@ impl JointState {
         let mut blocks: Vec<Block> = Vec::new();
         for part in signals.flat_map(|signal| &signal.parts) {
             let length = part.numerator.len().max(part.denominator.len() - 1).max(1);
-            let same =
-                |b: &&mut Block| b.source == part.source && b.denominator == part.denominator;
-            match blocks.iter_mut().find(same) {
+            match blocks.iter_mut().find(|block| block.is_of(part)) {
                 Some(block) => block.length = block.length.max(length),
                 None => blocks.push(Block {
                     source: part.source,
                     denominator: part.denominator.clone(),
                     first: 0,
                     length,
+                    powers: Vec::new(),
                 }),
             }
         }
@@ -51,64 +83,63 @@ impl JointState {
         for block in &mut blocks {
             block.first = n;
             n += block.length;
+            block.find_powers()?;
         }
-        let mut f = Mat::zeros(n, n);
-        for block in &blocks {
-            for (i, d) in block.denominator[1..].iter().enumerate() {
-                f[(block.first, block.first + i)] = -d;
-            }
-            for i in 1..block.length {
-                f[(block.first + i, block.first + i - 1)] = 1.0;
+        let mut q = Mat::zeros(n, n);
+        for a in &blocks {
+            for b in blocks.iter().filter(|b| b.source == a.source) {
+                q[(a.first, b.first)] = sources[a.source].variance;
             }
         }
-        let mut p = Mat::zeros(n, n);
-        let mut of_source = Vec::new();
-        for (number, source) in sources.iter().enumerate() {
-            let drives = blocks.iter().any(|block| block.source == number);
-            if !drives || source.variance == 0.0 {
-                of_source.push(Mat::zeros(n, n));
-                continue;
-            }
-            let mut g = Col::<f64>::zeros(n);
-            for block in blocks.iter().filter(|block| block.source == number) {
-                g[block.first] = 1.0;
-            }
-            let covariance = lyapunov(f.as_ref(), (&g * g.transpose()).as_ref())?;
-            p += source.variance * &covariance;
-            of_source.push(covariance);
-        }
-        Ok(Self {
+        let mut state = Self {
             blocks,
-            f,
-            of_source,
-            p,
-        })
+            p: Mat::zeros(n, n),
+        };
+        state.p = state.lyapunov(q);
+        Ok(state)
     }
 
-    /// The column c' of a signal.
-    fn column(&self, signal: &Signal) -> Col<f64> {
-        let mut c = Col::zeros(self.f.nrows());
-        for part in &signal.parts {
-            let same = |b: &&Block| b.source == part.source && b.denominator == part.denominator;
-            if let Some(block) = self.blocks.iter().find(same) {
+    /// The solution of `X = F X F' + Q`, Q symmetric, by doubling (Smith 1968): `X = sum_i F^i Q F'^i`, 2^j terms after j
+    /// steps.
+    fn lyapunov(&self, mut x: Mat<f64>) -> Mat<f64> {
+        for (i, a) in self.blocks.iter().enumerate() {
+            for b in &self.blocks[i..] {
+                let (rows, columns) = (a.first..a.first + a.length, b.first..b.first + b.length);
+                let mut part = x.as_ref().get(rows.clone(), columns.clone()).to_owned();
+                for (left, right) in a.powers.iter().zip(&b.powers) {
+                    part += left * &part * right.transpose();
+                }
+                let of_both = part.transpose().to_owned();
+                x.as_mut()
+                    .get_mut(columns.clone(), rows.clone())
+                    .copy_from(&of_both);
+                x.as_mut().get_mut(rows, columns).copy_from(&part);
+            }
+        }
+        x
+    }
+
+    /// The columns c' of signals.
+    fn columns<'a>(&self, signals: impl ExactSizeIterator<Item = &'a Signal>) -> Mat<f64> {
+        let mut columns = Mat::zeros(self.p.nrows(), signals.len());
+        for (j, signal) in signals.enumerate() {
+            for part in &signal.parts {
+                let Some(block) = self.blocks.iter().find(|block| block.is_of(part)) else {
+                    continue;
+                };
                 for (i, value) in part.numerator.iter().enumerate() {
-                    c[block.first + i] += value;
+                    columns[(block.first + i, j)] += value;
                 }
             }
         }
-        c
-    }
-
-    fn columns<'a>(&self, signals: impl Iterator<Item = &'a Signal>) -> Mat<f64> {
-        let columns: Vec<Col<f64>> = signals.map(|signal| self.column(signal)).collect();
-        Mat::from_fn(self.f.nrows(), columns.len(), |i, j| columns[j][i])
+        columns
     }
 }
 
 /// `E[left(k) right(k)']`.
 ///
 /// # Errors
-/// [`NoTheory::Lyapunov`] where a denominator is not stable.
+/// [`NoTheory::NotStationary`] where a denominator is not stable.
 pub fn covariance(
     sources: &[Source],
     left: &[Signal],
@@ -144,31 +175,32 @@ pub fn long_run_covariance(
     let mut later = Mat::<f64>::zeros(count, count);
     for j in 0..count {
         let outer = pa.col(j) * pb.col(j).transpose();
-        let right = &outer + outer.transpose();
-        let x = lyapunov(state.f.as_ref(), right.as_ref())?;
-        let xb = &x * &b;
+        let xb = state.lyapunov(&outer + outer.transpose()) * &b;
         for i in 0..count {
             later[(i, j)] = a.col(i).transpose() * xb.col(i);
         }
     }
-    let (aa, ab, ba, bb) = (
-        a.transpose() * &pa,
-        a.transpose() * &pb,
-        b.transpose() * &pa,
-        b.transpose() * &pb,
-    );
+    let (aa, ab) = (a.transpose() * &pa, a.transpose() * &pb);
+    let (ba, bb) = (b.transpose() * &pa, b.transpose() * &pb);
     let mut s = Mat::from_fn(count, count, |i, j| {
         let now = aa[(i, j)] * bb[(i, j)] + ab[(i, j)] * ba[(i, j)];
         later[(i, j)] + later[(j, i)] - now
     });
-    for (source, covariance) in sources.iter().zip(&state.of_source) {
-        let fourth = source.excess * source.variance * source.variance;
-        if fourth != 0.0 {
-            let wb = covariance * &b;
-            let sum = |i: usize| a.col(i).transpose() * wb.col(i);
-            let sums: Vec<f64> = (0..count).map(sum).collect();
-            s += Mat::from_fn(count, count, |i, j| fourth * sums[i] * sums[j]);
+    for (number, source) in sources.iter().enumerate() {
+        if source.excess == 0.0 {
+            continue;
         }
+        // The part of E[a b] that comes from this source is sigma^2 (a b)_s.
+        let mut of_source = a.clone();
+        for block in state.blocks.iter().filter(|block| block.source != number) {
+            of_source
+                .as_mut()
+                .subrows_mut(block.first, block.length)
+                .fill(0.0);
+        }
+        let moment = |i: usize| of_source.col(i).transpose() * pb.col(i);
+        let moments: Vec<f64> = (0..count).map(moment).collect();
+        s += Mat::from_fn(count, count, |i, j| source.excess * moments[i] * moments[j]);
     }
     Ok(s)
 }

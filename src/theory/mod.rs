@@ -40,7 +40,6 @@ pub use signal::{Signal, Source};
 use crate::data::Process;
 use crate::estimator::{Method, MethodOptions};
 use crate::model::Orders;
-use crate::observer::RiccatiError;
 use canonical::Shape;
 use faer::Mat;
 use passes::Passes;
@@ -72,9 +71,9 @@ pub enum NoTheory {
     /// No noise of this level.
     #[error("there is no noise of this level")]
     NoLevel,
-    /// A covariance could not be computed.
-    #[error("a covariance has no solution: {0}")]
-    Lyapunov(#[from] RiccatiError),
+    /// A signal without covariance.
+    #[error("a signal is not stationary")]
+    NotStationary,
 }
 
 /// Why an output, or a bound, of a cell that has theory has none.

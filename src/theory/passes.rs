@@ -120,6 +120,23 @@ impl<'a> Passes<'a> {
         outputs
     }
 
+    /// Limit and influence of a pass.
+    #[cfg(test)]
+    pub(super) fn last_of(mut self, pass: usize) -> Result<(Vec<f64>, Influence), Missing> {
+        let linear = least_squares(self.population, self.shape)?;
+        let first = Done {
+            theta: linear.theta,
+            is_consistent: linear.is_consistent,
+            influence: linear.influence,
+            covariance: None,
+        };
+        let mut last = first.clone();
+        for _ in 0..pass {
+            last = self.pass(&first, &last)?;
+        }
+        Ok((last.theta, last.influence))
+    }
+
     fn asymptotic(
         &self,
         done: &mut Done,
