@@ -9,7 +9,6 @@ use crate::study::{Cell, Experiment, FoundTheory as Found};
 use crate::text::visible;
 use crate::theory::{Missing, SmoothMeasure, Theory};
 use serde_json::{Map, Value, json};
-use std::fmt::Write as _;
 use std::process::ExitCode;
 
 /// Print what theory says of an experiment file's cells as N grows: limits of biased estimates,
@@ -30,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = arguments.study.folder(None);
     let (experiment, _) = arguments.study.experiment(&folder)?;
     let theories = experiment.theories();
-    let cells = experiment.cells.iter().zip(&theories);
+    let cells = experiment.cells.iter().zip(theories);
     match arguments.format {
         Format::Json => {
             let cells: Vec<Value> = cells
@@ -137,20 +136,32 @@ rms of its errors about the limit and the median of e_a, and the trace of N cov.
 
 ";
 
+/// Columns of a line, and of an output's label.
+const WIDTH: usize = 80;
+const LABEL: usize = 22;
+
 /// A table of 80 columns.
 fn of_cell_as_text(experiment: &Experiment, number: usize, cell: &Cell, found: &Found) -> String {
-    let mut text = format!("cell {number}{}\n", visible(&differences(experiment, cell)));
-    // Writing to a string does not fail.
-    match found {
-        Err(why) => {
-            let _ = writeln!(text, "  no theory: {why}");
+    let mut text = format!("cell {number}");
+    let mut column = text.len();
+    for word in differences(experiment, cell) {
+        let word = visible(&word);
+        if column + word.len() + 2 > WIDTH {
+            text.push_str("\n ");
+            column = 1;
         }
+        column += word.len() + 2;
+        text.push_str("  ");
+        text.push_str(&word);
+    }
+    text.push('\n');
+    match found {
+        Err(why) => text.push_str(&format!("  no theory: {why}\n")),
         Ok(theory) => {
-            let _ = writeln!(
-                text,
-                "  {:<22} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9}",
-                "output", "limit", "e_a", "median", "e_b", "e_h", "trace"
-            );
+            text.push_str(&row(
+                "output",
+                &["limit", "e_a", "median", "e_b", "e_h", "trace"].map(str::to_owned),
+            ));
             let bounds = [
                 ("optimal IV", &theory.optimal_instruments),
                 ("bound: shared", &theory.shared),
@@ -167,46 +178,50 @@ fn of_cell_as_text(experiment: &Experiment, number: usize, cell: &Cell, found: &
     text
 }
 
-fn line(label: &str, theory: &Result<Theory, Missing>) -> String {
+/// The label, on a line of its own where it is long, and what stands beside it.
+fn beside(label: &str, rest: &str) -> String {
     let label = visible(label);
-    match theory {
-        Err(why) => format!("  {label:<22} {why}\n"),
-        Ok(theory) => {
-            let number =
-                |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| uncertain(v, 0.0));
-            let figure = |measure| theory.figure(measure);
-            let rms = |measure| number(figure(measure).map(|figure| figure.sqrt_n_rms));
-            let of_a = figure(SmoothMeasure::Ea);
-            let limit = of_a.filter(|_| !theory.is_consistent).map(|a| a.limit);
-            format!(
-                "  {label:<22} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9}\n",
-                number(limit),
-                rms(SmoothMeasure::Ea),
-                number(of_a.map(|a| a.quantile(0.5))),
-                rms(SmoothMeasure::Eb),
-                rms(SmoothMeasure::Eh),
-                number(Some(theory.trace)),
-            )
-        }
+    if label.chars().count() > LABEL {
+        format!("  {label}\n  {:LABEL$}{rest}\n", "")
+    } else {
+        format!("  {label:<LABEL$}{rest}\n")
     }
 }
 
-/// The settings that vary.
-fn differences(experiment: &Experiment, cell: &Cell) -> String {
+fn row(label: &str, values: &[String; 6]) -> String {
+    let values: Vec<String> = values.iter().map(|value| format!(" {value:>8}")).collect();
+    beside(label, &values.concat())
+}
+
+fn line(label: &str, theory: &Result<Theory, Missing>) -> String {
+    let theory = match theory {
+        Err(why) => return beside(label, &format!("  {why}")),
+        Ok(theory) => theory,
+    };
+    let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| uncertain(v, 0.0));
+    let figure = |measure| theory.figure(measure);
+    let rms = |measure| number(figure(measure).map(|figure| figure.sqrt_n_rms));
+    let of_a = figure(SmoothMeasure::Ea);
+    let limit = of_a.filter(|_| !theory.is_consistent).map(|a| a.limit);
+    let values = [
+        number(limit),
+        rms(SmoothMeasure::Ea),
+        number(of_a.map(|a| a.quantile(0.5))),
+        rms(SmoothMeasure::Eb),
+        rms(SmoothMeasure::Eh),
+        number(Some(theory.trace)),
+    ];
+    row(label, &values)
+}
+
+/// The settings that vary: "noise = white".
+fn differences(experiment: &Experiment, cell: &Cell) -> Vec<String> {
     let keys = Key::ALL.iter();
     let varying = keys.filter(|key| {
         let mut cells = experiment.cells.iter().map(|cell| cell.settings.get(key));
         let first = cells.next();
         cells.any(|value| Some(value) != first)
     });
-    let words = varying.filter_map(|key| {
-        let value = cell.settings.get(key)?;
-        Some(format!(" {key} = {value}"))
-    });
-    let words: Vec<String> = words.collect();
-    if words.is_empty() {
-        String::new()
-    } else {
-        format!(":{}", words.join(","))
-    }
+    let words = varying.filter_map(|key| Some(format!("{key} = {}", cell.settings.get(key)?)));
+    words.collect()
 }

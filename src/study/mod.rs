@@ -71,7 +71,7 @@ pub use summary::{
     SlopeSummary, Summary,
 };
 pub use tally::{CellTally, Outcomes, OutputTally, Trials};
-pub use theory::FoundTheory;
+pub use theory::{FoundTheory, LimitError, OfBounds, TheoryReference, TheorySummary};
 pub use times::MethodTime;
 pub use trial::{Trial, TrialRecord};
 pub use workload::W98;

@@ -54,10 +54,10 @@ pub enum NoTheory {
     #[error("every trial has a plant of its own")]
     RandomPlant,
     /// A periodic input.
-    #[error("the input repeats itself, so that the limit is not the same in every trial")]
+    #[error("the input repeats itself: every trial has a limit of its own")]
     PeriodicInput,
     /// A controller that identifies first.
-    #[error("the state feedback is made of an estimate, so that the record is not stationary")]
+    #[error("state feedback is made of an estimate: the record is not stationary")]
     Controlled,
     /// r = 0.
     #[error("no reference drives the loop")]
@@ -66,7 +66,7 @@ pub enum NoTheory {
     #[error("the plant is not stable, so that its output is not stationary")]
     UnstablePlant,
     /// The same in closed loop.
-    #[error("the closed loop is not stable, so that the record is not stationary")]
+    #[error("the closed loop is not stable, so that nothing is stationary")]
     UnstableLoop,
     /// No noise of this level.
     #[error("there is no noise of this level")]
@@ -83,22 +83,22 @@ pub enum Missing {
     #[error(transparent)]
     Process(#[from] NoTheory),
     /// A matrix to be inverted is singular.
-    #[error("its limit is not unique: the information matrix is singular")]
+    #[error("the information matrix is singular")]
     Singular,
     /// A model on the way is unstable.
-    #[error("a model or predictor that it needs is not stable in the limit")]
+    #[error("a model or predictor is not stable in the limit")]
     UnstableModel,
     /// The true process is no model of the structure.
     #[error("the true process is outside of its model structure")]
     Structure,
     /// The estimate is biased, by an amount that is not computed.
-    #[error("it is biased here, and its limit is not known")]
+    #[error("biased here, and its limit is not known")]
     Biased,
     /// Noise beside the measurement noise.
-    #[error("the model has no process noise and no noise on the input")]
+    #[error("no bound with process noise or noise on the input")]
     OtherNoise,
     /// A zero on the unit circle.
-    #[error("the noise filter has a zero on the unit circle")]
+    #[error("the noise has a zero on the unit circle")]
     NoNoiseModel,
     /// A reading that is not covered.
     #[error("{0} = \"{1}\" is not covered")]
