@@ -89,3 +89,4 @@ pub mod report;
 pub mod signal;
 pub mod study;
 mod text;
+pub mod theory;

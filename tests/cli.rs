@@ -660,6 +660,8 @@ fn text_fits_eighty_columns() {
             "arx",
         ],
         vec!["methods"],
+        vec!["theory", "experiments/nikolov2023.toml"],
+        vec!["theory", "experiments/gpebo-noise.toml"],
         vec!["reproduce", "--help"],
         vec!["estimate", "--help"],
         vec!["--help"],
@@ -692,8 +694,67 @@ fn help_texts() {
         ("help_merge", vec!["merge", "--help"]),
         ("help_status", vec!["status", "--help"]),
         ("help_slurm", vec!["slurm", "--help"]),
+        ("help_theory", vec!["theory", "--help"]),
     ] {
         insta::assert_snapshot!(name, stdout(&asobench(&arguments)));
+    }
+}
+
+/// The keys of the JSON; nulls where there is no rate, and in cells without theory.
+#[test]
+fn theory_as_json() {
+    let theory = |arguments: &[&str]| -> Value {
+        let output = asobench(&[&["theory", "--format", "json"], arguments].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        serde_json::from_str(&stdout(&output)).expect("JSON")
+    };
+    let file = "experiments/nikolov2023.toml";
+    let of_noise = theory(&[
+        file,
+        "--set",
+        "noise=white",
+        "--set",
+        "claim=C2",
+        "--set",
+        "zip=[]",
+        "--set",
+        "eta=10.018",
+        "--set",
+        "window=98",
+    ]);
+    let cell = &of_noise["cells"][0];
+    assert_eq!(cell["settings"]["noise"], "white");
+    let output = |label: &str| {
+        let mut outputs = cell["outputs"].as_array().unwrap().iter();
+        outputs.find(|output| output["output"] == label).unwrap()
+    };
+    let close = |value: &Value, printed: f64, digit: f64| {
+        let value = value.as_f64().unwrap();
+        assert!(
+            (value - printed).abs() <= 0.5001 * digit,
+            "{value} {printed}"
+        );
+    };
+    let (ls, iv) = (output("ls"), output("iv(4)"));
+    close(&ls["limit"]["e_a"], 0.8435, 1e-4);
+    close(&ls["trace"], 6.082, 1e-3);
+    assert!(iv["limit"].is_null() && iv["sqrt_n_rms"]["e_x0"].is_null());
+    close(&iv["sqrt_n_rms"]["e_a"], 4.741, 1e-3);
+    for bound in ["shared", "separate"] {
+        close(&cell["bounds"][bound]["sqrt_n_rms"]["e_a"], 4.092, 1e-3);
+        assert!(cell["bounds"][bound]["trace"].is_number());
+    }
+    let none = theory(&["experiments/gpebo-noise.toml"]);
+    let cell = &none["cells"][0];
+    let output = &cell["outputs"][0];
+    assert!(output["output"].is_string() && cell["why"].is_string());
+    for value in [
+        &output["limit"],
+        &output["sqrt_n_rms"],
+        &output["trace"],
+        &cell["bounds"]["shared"],
+    ] {
+        assert!(value.is_null());
     }
 }
 

@@ -5,6 +5,8 @@
 //! not, `2 X(2N) - X(N)` trial by trial takes them out. eta is exact in each window, not of the processes: where an
 //! estimate is consistent this moves no limit and changes covariances by O(1/N) relatively; elsewhere by O(1/N) too.
 
+#[path = "theory/asymptotic.rs"]
+mod asymptotic;
 #[path = "theory/cells.rs"]
 mod cells;
 #[path = "theory/consistent.rs"]

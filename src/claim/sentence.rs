@@ -8,6 +8,7 @@ use super::evidence::{Evidence, Part};
 use super::power::Needed;
 use crate::metric::SlopeOf;
 use crate::number::{listed, uncertain};
+use crate::study::TheoryReference;
 use crate::study::file::{
     ClaimStatistic as Statistic, ClaimTest, Holds, Limit, Outcome, TestKind, ValueOf,
 };
@@ -364,7 +365,10 @@ fn each_of(names: impl Iterator<Item = String>) -> String {
 /// "iv(4)", or "iv(4) over ls".
 pub(super) fn of_and_to(test: &ClaimTest) -> String {
     match test.kind.other() {
-        Some(to) => format!("{} over {to}", test.output),
+        Some(to) => {
+            let to = TheoryReference::named(to).map_or(to.as_str(), |of| of.words());
+            format!("{} over {to}", test.output)
+        }
         None => test.output.clone(),
     }
 }
@@ -487,6 +491,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             statistic,
         } => {
             let (first, second) = (measure.label(), measure_of_to.label());
+            let to = TheoryReference::named(to).map_or(to.as_str(), |of| of.words());
             match statistic {
                 Statistic::Median if measure != measure_of_to => {
                     format!(

@@ -12,7 +12,7 @@ use crate::metric::{
 use crate::study::file::{
     BoundTable, ClaimStatistic, ClaimTest, Outcome, SlopeTable, TestKind, ValueOf,
 };
-use crate::study::{CellSummary, Measure, MethodTime, OutputSummary, Summary};
+use crate::study::{CellSummary, Measure, MethodTime, OutputSummary, Summary, TheoryReference};
 
 /// A number of a cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -220,12 +220,17 @@ fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing>
             to,
             measure_of_to,
             statistic,
-        } => match statistic {
-            ClaimStatistic::Median => single(ratio_of_medians(
+        } => match (TheoryReference::named(to), statistic) {
+            (Some(reference), statistic) => {
+                let measures = [*measure, *measure_of_to];
+                over_theory(cell, output, measures, reference, *statistic)
+                    .map(|number| vec![number])
+            }
+            (None, ClaimStatistic::Median) => single(ratio_of_medians(
                 cell,
                 [(&test.output, *measure), (to, *measure_of_to)],
             )),
-            statistic => {
+            (None, statistic) => {
                 ratio(cell, &test.output, to, *measure, *statistic).map(|number| vec![number])
             }
         },
@@ -523,6 +528,43 @@ fn ratio_of_medians(cell: &CellSummary, medians: [(&str, Measure); 2]) -> Result
         ratio * relative
     };
     known((ratio, error), Freedom::of_quantile(0.5, cell.trials), true)
+}
+
+/// A median or root mean square over that of theory or of a bound, which has no error.
+fn over_theory(
+    cell: &CellSummary,
+    output: &OutputSummary,
+    [measure, of_theory]: [Measure; 2],
+    reference: TheoryReference,
+    statistic: ClaimStatistic,
+) -> Result<Number, Missing> {
+    let theory = output.theory.get(&of_theory);
+    let theory = theory.and_then(|theory| theory.reference(reference));
+    let theory = theory.ok_or_else(|| {
+        let label = output.label();
+        format!("there is no {reference} of {of_theory} for '{label}' here")
+    })?;
+    let statistics = statistics(output, measure)?;
+    if statistic == ClaimStatistic::Rms {
+        let number = moment(cell, statistics, statistics.rmse, measure)?;
+        let estimate = estimated(cell, statistics.rmse);
+        let ratio = (estimate.0 / theory.rms, estimate.1 / theory.rms);
+        let known = known(ratio, Freedom::of_mean(statistics.count), true)?;
+        return Ok(Number { known, ..number });
+    }
+    let median = statistics.q50;
+    if median.lost {
+        let known = Known::Ranks {
+            value: f64::INFINITY,
+            q: 0.5,
+            total: cell.trials,
+            points: vec![(f64::INFINITY, statistics.count)],
+        };
+        return Ok(known.into());
+    }
+    let error = if cell.deterministic { 0.0 } else { median.mcse };
+    let ratio = (median.value / theory.median, error / theory.median);
+    Ok(known(ratio, Freedom::of_quantile(0.5, cell.trials), true)?.into())
 }
 
 /// The mean signed error over its standard deviation, delta = m / s, of one coefficient or of all:

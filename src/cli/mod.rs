@@ -26,6 +26,7 @@ mod run;
 mod shard;
 mod slurm;
 mod status;
+mod theory;
 mod throughput;
 mod timing;
 
@@ -59,6 +60,7 @@ enum Command {
     New(new_experiment::Arguments),
     Replay(replay::Arguments),
     Report(report::Arguments),
+    Theory(theory::Arguments),
     Estimate(estimate::Arguments),
     Throughput(throughput::Arguments),
     Plan(plan::Arguments),
@@ -99,6 +101,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Status(arguments) => status::run(&arguments),
             Command::Slurm(arguments) => slurm::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
+            Command::Theory(arguments) => theory::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
             Command::Methods => methods::run(),
             Command::Schema => new_experiment::schema(),

@@ -7,7 +7,9 @@ use crate::metric::Statistics;
 pub use crate::study::MethodTime as Time;
 use crate::study::file::{ClaimTable, ExperimentFile, FileError, Key};
 pub use crate::study::place::{axis_label, value_name, words};
-use crate::study::{CellSummary, Experiment, Measure, OutputSummary, Summary, read_manifest};
+use crate::study::{
+    CellSummary, Experiment, Measure, OutputSummary, Summary, TheoryReference, read_manifest,
+};
 use crate::text::shell_word;
 use serde::Deserialize;
 use serde_json::Value;
@@ -308,6 +310,7 @@ fn judged(
 fn outputs_of(claim: &ClaimTable) -> Vec<String> {
     let tests = claim.all_tests();
     let others = tests.iter().filter_map(|test| test.kind.other());
+    let others = others.filter(|name| TheoryReference::named(name).is_none());
     let all = tests.iter().map(|test| &test.output).chain(others);
     all.cloned().collect()
 }

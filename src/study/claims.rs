@@ -1,10 +1,11 @@
 //! Whether the claims of a file can be judged by its results.
 
-use super::Experiment;
 use super::file::{
     Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Settings, TestKind, TestUnit,
     ValueOf, conditions, matches,
 };
+use super::theory::smooth;
+use super::{Experiment, TheoryReference};
 use crate::names::UnknownName;
 use crate::text::folded;
 use std::collections::{BTreeMap, BTreeSet};
@@ -148,6 +149,14 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         }
     }
     match &test.kind {
+        TestKind::Ratio {
+            to, measure_of_to, ..
+        } if TheoryReference::named(to).is_some() => {
+            if continuous || smooth(*measure_of_to).is_none() {
+                let message = format!("theory does not know '{measure_of_to}'");
+                return wrong("to", message);
+            }
+        }
         TestKind::Wins { to, .. } | TestKind::Ratio { to, .. } => {
             experiment.output("to", to)?;
         }
@@ -311,6 +320,10 @@ mod tests {
         for (test, needs) in [
             (
                 format!("{{ share = 'lost', {ls}, below = 0.01 }}"),
+                Needs::default(),
+            ),
+            (
+                format!("{{ ratio = 'e_a', {ls}, to = 'bound:separate', below = 2 }}"),
                 Needs::default(),
             ),
             (

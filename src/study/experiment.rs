@@ -10,6 +10,7 @@ use super::file::{
 use super::measure::Measure;
 use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
+use super::theory::FoundTheory;
 use crate::data::Process;
 use crate::estimator::{Estimator, KnownModel, Method, Output, Problem, SetupError, Shape};
 use crate::names::named_enum;
@@ -17,6 +18,7 @@ use crate::observer::Gain;
 use crate::real::MOST_LANES;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use std::sync::OnceLock;
 use xxhash_rust::xxh3::xxh3_128;
 
 named_enum! {
@@ -173,6 +175,8 @@ pub struct Experiment {
     pub methods: Vec<Method>,
     /// Pairs of outputs that are compared, as indices in [`Self::outputs`].
     pub compare: Vec<[usize; 2]>,
+    /// What theory says of the cells, once it was asked for.
+    pub(super) theories: OnceLock<Vec<FoundTheory>>,
 }
 
 /// The most outputs of all methods, passes counted.
@@ -242,6 +246,7 @@ impl Experiment {
             cells: cells?,
             methods: methods?,
             compare: Vec::new(),
+            theories: OnceLock::new(),
             file,
         };
         experiment.check()?;

@@ -34,6 +34,7 @@ mod state_feedback;
 mod store;
 mod summary;
 mod tally;
+mod theory;
 mod times;
 mod trial;
 mod trial_table;
@@ -70,6 +71,7 @@ pub use summary::{
     SlopeSummary, Summary,
 };
 pub use tally::{CellTally, Outcomes, OutputTally, Trials};
+pub use theory::{FoundTheory, LimitError, OfBounds, TheoryReference, TheorySummary};
 pub use times::MethodTime;
 pub use trial::{Trial, TrialRecord};
 pub use workload::W98;

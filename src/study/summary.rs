@@ -9,6 +9,7 @@ use super::file::{
 };
 use super::measure::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
+use super::theory::{TheorySummary, beside};
 use crate::estimator::Output;
 use crate::metric::{
     BoundVerdict, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope,
@@ -38,6 +39,9 @@ pub struct OutputSummary {
     /// Statistics of the signed errors of a_1 ... a_n, h_1 ... h_n: bias (mean), SD, RMSE.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<(String, Statistics)>,
+    /// What theory says of the measures that it knows: not where the cell has none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub theory: BTreeMap<Measure, TheorySummary>,
 }
 
 impl OutputSummary {
@@ -76,6 +80,7 @@ impl OutputSummary {
             parameters: parameters
                 .map(|(i, sample)| (name(i), sample.statistics(Worse::Larger)))
                 .collect(),
+            theory: BTreeMap::new(),
         }
     }
 
@@ -176,6 +181,15 @@ impl CellSummary {
         let (file, labels) = (&experiment.file, outputs.iter().map(Output::label));
         let labels: Vec<String> = labels.collect();
         let compared = file.measures.iter().copied();
+        let all = outputs.iter().zip(&tally.outputs);
+        let mut summaries: Vec<OutputSummary> = all
+            .map(|(output, tally)| OutputSummary::new(experiment, output, cell.order, tally))
+            .collect();
+        if let Ok(theory) = &experiment.theories()[index] {
+            for (summary, (_, of_output)) in summaries.iter_mut().zip(&theory.outputs) {
+                summary.theory = beside(theory, of_output, cell.window, &summary.measures);
+            }
+        }
         let comparisons = experiment.compare.iter().zip(&tally.pairs);
         Self {
             cell: index,
@@ -188,11 +202,7 @@ impl CellSummary {
             trials: tally.trials,
             deterministic: cell.is_deterministic(),
             fallbacks: tally.fallbacks,
-            outputs: outputs
-                .iter()
-                .zip(&tally.outputs)
-                .map(|(output, tally)| OutputSummary::new(experiment, output, cell.order, tally))
-                .collect(),
+            outputs: summaries,
             comparisons: comparisons
                 .map(|([first, second], pairs)| ComparisonSummary {
                     first: labels[*first].clone(),

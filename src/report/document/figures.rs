@@ -6,7 +6,7 @@ use crate::metric::{Quantile, Statistics, Z};
 use crate::report::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::report::results::Study;
 use crate::study::file::Key;
-use crate::study::{Better, CellSummary, Measure, measure};
+use crate::study::{Better, CellSummary, Measure, TheoryReference, measure};
 use crate::text::number;
 
 /// A picture with the name of its file.
@@ -188,6 +188,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
             let points: Vec<Point> = points.filter(|point| point.y.is_finite()).collect();
             plot = plot.series(Series::new(label, style, points).slot(*slot));
         }
+        let plot = theory(study, &layout, measure, &cells, plot);
         references(study, &layout, measure, &cells, plot)
     };
     let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
@@ -217,6 +218,58 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
         svg,
         caption,
     })
+}
+
+/// What theory gives as N grows: the medians under the bounds, one line where they are the same, and of the last output.
+fn theory(
+    study: &Study,
+    layout: &Layout,
+    measure: Measure,
+    cells: &[&CellSummary],
+    mut plot: Plot,
+) -> Plot {
+    let Some((_, label)) = lead_outputs(study).pop() else {
+        return plot;
+    };
+    let points = |reference: TheoryReference| -> Vec<Point> {
+        let point = |cell: &&CellSummary| {
+            let theory = study.output(cell, &label)?.theory.get(&measure)?;
+            let error = theory.reference(reference)?;
+            Some(Point::new(layout.at(study, cell), error.median))
+        };
+        cells.iter().filter_map(point).collect()
+    };
+    let style = if layout.has_names {
+        Style::Marks
+    } else {
+        Style::Line
+    };
+    let [own, shared, separate] = [
+        TheoryReference::Own,
+        TheoryReference::Shared,
+        TheoryReference::Separate,
+    ]
+    .map(points);
+    let agree = |a: &[Point], b: &[Point]| {
+        let close = |(a, b): (&Point, &Point)| (a.y / b.y - 1.0).abs() < 1e-6;
+        a.len() == b.len() && a.iter().zip(b).all(close)
+    };
+    let lines = if agree(&shared, &separate) {
+        vec![("bound".to_owned(), shared)]
+    } else {
+        vec![
+            ("bound, shared".to_owned(), shared),
+            ("bound, separate".to_owned(), separate),
+        ]
+    };
+    let is_new = lines.iter().all(|(_, points)| !agree(points, &own));
+    let own = is_new.then(|| (format!("theory of {label}"), own));
+    for (name, points) in lines.into_iter().chain(own) {
+        if !points.is_empty() {
+            plot = plot.series(Series::new(name, style, points));
+        }
+    }
+    plot
 }
 
 /// Bounds of the measure, and the slope -1/2 where slopes over this axis were asked for.

@@ -1,6 +1,7 @@
 //! Claims: what a study's results are to show, and the tests that decide it.
 
 use super::super::measure::Measure;
+use super::super::theory::TheoryReference;
 use super::claim_test::{ClaimTest, TestKind, ValueOf};
 use super::{Axis, BoundTable, ExperimentFile, FileError, Key, Scalar, SlopeTable};
 use crate::names::named_enum;
@@ -228,7 +229,8 @@ pub struct TestTable {
     /// The output, such as "iv(4)"; of `time` the method. A list: each of them is judged by itself.
     #[serde(rename = "of", skip_serializing_if = "Option::is_none")]
     pub output: Option<Axis>,
-    /// The output or method that it is compared with, or a list, as for `of`; of `cells` the value of
+    /// The output or method that it is compared with, or a list, as for `of`; of `ratio` also "theory"
+    /// (the output's own), "bound:shared" or "bound:separate" (Cramer-Rao); of `cells` the value of
     /// `axis`, or a list (every other value where absent).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<Axis>,
@@ -236,7 +238,7 @@ pub struct TestTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measure_of_to: Option<Measure>,
     /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; ratio: "paired-median"
-    /// (default), "median" (of two medians), "rms"; slope: "median" (default), "rms".
+    /// (default; of theory "median"), "median" (of two medians), "rms"; slope: "median" (default), "rms".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub statistic: Option<ClaimStatistic>,
     /// share: the measure must be below this.
@@ -388,7 +390,8 @@ impl Needs {
             } => {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.measures, &file.measures, *measure_of_to);
-                if *statistic != ClaimStatistic::Median {
+                let of_theory = TheoryReference::named(to).is_some();
+                if *statistic != ClaimStatistic::Median && !of_theory {
                     push(&mut self.compare, &file.compare, [output(), to.clone()]);
                 }
             }

@@ -2,6 +2,7 @@
 //! are.
 
 use super::super::measure::Measure;
+use super::super::theory::TheoryReference;
 use super::claim::{ClaimStatistic as Statistic, TestTable, TimeOf};
 use super::{Axis, BoundTable, ExperimentFile, FileError, Key, Scalar, SlopeTable};
 use crate::metric::SlopeOf;
@@ -291,8 +292,13 @@ impl TestTable {
     }
 
     fn ratio_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
-        let known = [Statistic::PairedMedian, Statistic::Median, Statistic::Rms];
-        let statistic = self.statistic_of(&known)?;
+        let to = self.other()?;
+        let mut known = &[Statistic::PairedMedian, Statistic::Median, Statistic::Rms][..];
+        if TheoryReference::named(&to).is_some() {
+            // Theory has no trials to be paired with.
+            known = &known[1..];
+        }
+        let statistic = self.statistic_of(known)?;
         if self.measure_of_to.is_some() && statistic != Statistic::Median {
             let message =
                 "only medians are compared of two measures; expected statistic = \"median\"";
@@ -300,7 +306,7 @@ impl TestTable {
         }
         Ok(TestKind::Ratio {
             measure,
-            to: self.other()?,
+            to,
             measure_of_to: self.measure_of_to.unwrap_or(measure),
             statistic,
         })

@@ -1,0 +1,227 @@
+//! `asobench theory`: limits, asymptotic accuracy and Cramer-Rao bounds of an experiment file's cells.
+
+use super::error::Error;
+use super::run::StudyArguments;
+use super::{Format, print, print_json};
+use crate::number::uncertain;
+use crate::study::file::{Key, Settings};
+use crate::study::{Cell, Experiment, FoundTheory as Found};
+use crate::text::visible;
+use crate::theory::{Missing, SmoothMeasure, Theory};
+use serde_json::{Map, Value, json};
+use std::process::ExitCode;
+
+/// Print what theory says of an experiment file's cells as N grows: limits of biased estimates,
+/// sqrt(N) times the rms of the errors, Cramer-Rao bounds
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    study: StudyArguments,
+    /// Form of the output: text or json
+    #[arg(long, value_name = "FORMAT", default_value_t)]
+    format: Format,
+}
+
+/// Quantiles of an error's distribution that JSON holds.
+const QUANTILES: [(&str, f64); 3] = [("0.1", 0.1), ("0.5", 0.5), ("0.9", 0.9)];
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let folder = arguments.study.folder(None);
+    let (experiment, _) = arguments.study.experiment(&folder)?;
+    let theories = experiment.theories();
+    let cells = experiment.cells.iter().zip(theories);
+    match arguments.format {
+        Format::Json => {
+            let cells: Vec<Value> = cells
+                .map(|(cell, found)| of_cell_as_json(&experiment, cell, found))
+                .collect();
+            print_json(&json!({ "cells": cells }))?;
+        }
+        Format::Text => {
+            print(HEAD)?;
+            for (number, (cell, found)) in cells.enumerate() {
+                print(&of_cell_as_text(&experiment, number, cell, found))?;
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The settings of a cell.
+fn settings(cell: &Settings) -> Value {
+    serde_json::to_value(cell).unwrap_or_default()
+}
+
+fn of_cell_as_json(experiment: &Experiment, cell: &Cell, found: &Found) -> Value {
+    let settings = settings(&cell.settings);
+    match found {
+        Err(why) => {
+            let outputs = experiment.outputs();
+            let outputs: Vec<Value> = outputs
+                .iter()
+                .map(|output| of_output_as_json(&output.label(), None))
+                .collect();
+            let bounds = json!({ "shared": null, "separate": null });
+            json!({ "settings": settings, "outputs": outputs, "bounds": bounds, "why": why.to_string() })
+        }
+        Ok(theory) => {
+            let outputs = theory.outputs.iter();
+            let outputs: Vec<Value> = outputs
+                .map(|(label, theory)| of_output_as_json(label, Some(theory)))
+                .collect();
+            json!({
+                "settings": settings,
+                "outputs": outputs,
+                "bounds": {
+                    "shared": of_bound_as_json(&theory.shared),
+                    "separate": of_bound_as_json(&theory.separate),
+                },
+                "optimal_iv": of_bound_as_json(&theory.optimal_instruments),
+            })
+        }
+    }
+}
+
+fn of_output_as_json(label: &str, theory: Option<&Result<Theory, Missing>>) -> Value {
+    let mut entry = json!({ "output": label, "limit": null, "sqrt_n_rms": null, "trace": null });
+    match theory {
+        None => {}
+        Some(Err(why)) => entry["why"] = json!(why.to_string()),
+        Some(Ok(theory)) => {
+            if !theory.is_consistent {
+                let of = |theory: &Theory, measure| Some(theory.figure(measure)?.limit);
+                entry["limit"] = json!(of_measures(theory, of));
+            }
+            for (key, value) in accuracy(theory) {
+                entry[key] = value;
+            }
+        }
+    }
+    entry
+}
+
+fn of_bound_as_json(bound: &Result<Theory, Missing>) -> Value {
+    match bound {
+        Ok(theory) => Value::Object(accuracy(theory)),
+        Err(_) => Value::Null,
+    }
+}
+
+/// The initial state's error has no rate sqrt(N): null.
+fn of_measures(theory: &Theory, of: impl Fn(&Theory, SmoothMeasure) -> Option<f64>) -> Value {
+    let measures = SmoothMeasure::ALL.iter();
+    let entries = measures.map(|measure| (measure.name().to_owned(), json!(of(theory, *measure))));
+    let mut entries: Map<String, Value> = entries.collect();
+    entries.insert("e_x0".to_owned(), Value::Null);
+    Value::Object(entries)
+}
+
+fn accuracy(theory: &Theory) -> Map<String, Value> {
+    let rms = |theory: &Theory, measure| Some(theory.figure(measure)?.sqrt_n_rms);
+    let quantiles = QUANTILES.map(|(name, p)| {
+        let of = |theory: &Theory, measure| Some(theory.figure(measure)?.quantile(p));
+        (name.to_owned(), of_measures(theory, of))
+    });
+    let quantiles = Map::from_iter(quantiles);
+    Map::from_iter([
+        ("sqrt_n_rms".to_owned(), of_measures(theory, rms)),
+        ("trace".to_owned(), json!(theory.trace)),
+        ("sqrt_n_quantiles".to_owned(), Value::Object(quantiles)),
+    ])
+}
+
+const HEAD: &str = "\
+As N grows: the limit of e_a where an estimate is biased, then sqrt(N) times the
+rms of its errors about the limit and the median of e_a, and the trace of N cov.
+
+";
+
+/// Columns of a line, and of an output's label.
+const WIDTH: usize = 80;
+const LABEL: usize = 22;
+
+/// A table of 80 columns.
+fn of_cell_as_text(experiment: &Experiment, number: usize, cell: &Cell, found: &Found) -> String {
+    let mut text = format!("cell {number}");
+    let mut column = text.len();
+    for word in differences(experiment, cell) {
+        let word = visible(&word);
+        if column + word.len() + 2 > WIDTH {
+            text.push_str("\n ");
+            column = 1;
+        }
+        column += word.len() + 2;
+        text.push_str("  ");
+        text.push_str(&word);
+    }
+    text.push('\n');
+    match found {
+        Err(why) => text.push_str(&format!("  no theory: {why}\n")),
+        Ok(theory) => {
+            text.push_str(&row(
+                "output",
+                &["limit", "e_a", "median", "e_b", "e_h", "trace"].map(str::to_owned),
+            ));
+            let bounds = [
+                ("optimal IV", &theory.optimal_instruments),
+                ("bound: shared", &theory.shared),
+                ("bound: separate", &theory.separate),
+            ];
+            let outputs = theory.outputs.iter();
+            let outputs = outputs.map(|(label, theory)| (label.as_str(), theory));
+            for (label, theory) in outputs.chain(bounds) {
+                text.push_str(&line(label, theory));
+            }
+        }
+    }
+    text.push('\n');
+    text
+}
+
+/// The label, on a line of its own where it is long, and what stands beside it.
+fn beside(label: &str, rest: &str) -> String {
+    let label = visible(label);
+    if label.chars().count() > LABEL {
+        format!("  {label}\n  {:LABEL$}{rest}\n", "")
+    } else {
+        format!("  {label:<LABEL$}{rest}\n")
+    }
+}
+
+fn row(label: &str, values: &[String; 6]) -> String {
+    let values: Vec<String> = values.iter().map(|value| format!(" {value:>8}")).collect();
+    beside(label, &values.concat())
+}
+
+fn line(label: &str, theory: &Result<Theory, Missing>) -> String {
+    let theory = match theory {
+        Err(why) => return beside(label, &format!("  {why}")),
+        Ok(theory) => theory,
+    };
+    let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| uncertain(v, 0.0));
+    let figure = |measure| theory.figure(measure);
+    let rms = |measure| number(figure(measure).map(|figure| figure.sqrt_n_rms));
+    let of_a = figure(SmoothMeasure::Ea);
+    let limit = of_a.filter(|_| !theory.is_consistent).map(|a| a.limit);
+    let values = [
+        number(limit),
+        rms(SmoothMeasure::Ea),
+        number(of_a.map(|a| a.quantile(0.5))),
+        rms(SmoothMeasure::Eb),
+        rms(SmoothMeasure::Eh),
+        number(Some(theory.trace)),
+    ];
+    row(label, &values)
+}
+
+/// The settings that vary: "noise = white".
+fn differences(experiment: &Experiment, cell: &Cell) -> Vec<String> {
+    let keys = Key::ALL.iter();
+    let varying = keys.filter(|key| {
+        let mut cells = experiment.cells.iter().map(|cell| cell.settings.get(key));
+        let first = cells.next();
+        cells.any(|value| Some(value) != first)
+    });
+    let words = varying.filter_map(|key| Some(format!("{key} = {}", cell.settings.get(key)?)));
+    words.collect()
+}

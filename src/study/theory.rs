@@ -1,0 +1,180 @@
+//! What theory says of an experiment's cells.
+
+use super::{Cell, Experiment, Measure, Source};
+use crate::metric::Statistics;
+use crate::names::named_enum;
+use crate::theory::{CellTheory, Figure, Missing, NoTheory, SmoothMeasure, Theory};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+/// What theory says of a cell, or why there is none.
+pub type FoundTheory = Result<Arc<CellTheory>, NoTheory>;
+
+impl Experiment {
+    /// What theory says of every cell as N grows, for every output: computed once for cells that differ in nothing that
+    /// it depends on, such as the window.
+    pub fn theories(&self) -> &[FoundTheory] {
+        self.theories.get_or_init(|| self.find_theories())
+    }
+
+    fn find_theories(&self) -> Vec<FoundTheory> {
+        let mut known: HashMap<String, FoundTheory> = HashMap::new();
+        let of_cell = |cell: &Cell| {
+            let Source::Record(process) = &cell.source else {
+                return Err(NoTheory::ContinuousTime);
+            };
+            let mut of_process = process.describe();
+            // Where a record starts is forgotten.
+            of_process["x0"].take();
+            of_process["x0_deviation"].take();
+            let key = format!("{of_process} {} {}", cell.eta, cell.order);
+            let found = known.entry(key).or_insert_with(|| {
+                CellTheory::new(process, cell.eta, cell.order, &self.methods).map(Arc::new)
+            });
+            found.clone()
+        };
+        self.cells.iter().map(of_cell).collect()
+    }
+}
+
+named_enum! {
+    /// What of theory the results of an output are compared with.
+    TheoryReference, "reference of theory" {
+        /// What theory gives for the output itself.
+        Own = "theory",
+        /// The Cramer-Rao bound where A is common to plant and noise.
+        Shared = "bound:shared",
+        /// The Cramer-Rao bound where the noise model has its own poles.
+        Separate = "bound:separate",
+    }
+}
+
+impl TheoryReference {
+    /// The reference of a name, where it is one and no output.
+    pub fn named(name: &str) -> Option<Self> {
+        name.parse().ok()
+    }
+
+    /// As sentences call it.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Own => "its theory",
+            Self::Shared => "the Cramer-Rao bound (shared)",
+            Self::Separate => "the Cramer-Rao bound (separate)",
+        }
+    }
+}
+
+/// Median and root mean square of an error that has the distribution of the limit, at the window N: over sqrt(N).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LimitError {
+    /// The median.
+    pub median: f64,
+    /// The root mean square.
+    pub rms: f64,
+}
+
+impl LimitError {
+    fn new(figure: &Figure, window: usize) -> Self {
+        let root = (window as f64).sqrt();
+        Self {
+            median: figure.quantile(0.5) / root,
+            rms: figure.sqrt_n_rms / root,
+        }
+    }
+}
+
+/// One value for each bound; null where there is none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OfBounds<T> {
+    /// [`TheoryReference::Shared`].
+    pub shared: Option<T>,
+    /// [`TheoryReference::Separate`].
+    pub separate: Option<T>,
+}
+
+impl<T> OfBounds<T> {
+    fn map<U>(&self, f: impl Fn(&T) -> U) -> OfBounds<U> {
+        OfBounds {
+            shared: self.shared.as_ref().map(&f),
+            separate: self.separate.as_ref().map(&f),
+        }
+    }
+}
+
+/// What theory says of a measure of an output, as N grows, beside what its trials say.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TheorySummary {
+    /// The output's own; null where it is biased or has no theory.
+    pub theory: Option<LimitError>,
+    /// An efficient estimate's.
+    pub bound: OfBounds<LimitError>,
+    /// The square of the median under the bound over the median of all trials, lost ones last; null where the output is
+    /// biased.
+    pub efficiency: OfBounds<f64>,
+}
+
+impl TheorySummary {
+    /// The error of a reference.
+    pub fn reference(&self, of: TheoryReference) -> Option<LimitError> {
+        match of {
+            TheoryReference::Own => self.theory,
+            TheoryReference::Shared => self.bound.shared,
+            TheoryReference::Separate => self.bound.separate,
+        }
+    }
+}
+
+/// The measures of theory that have this name.
+pub(super) fn smooth(measure: Measure) -> Option<SmoothMeasure> {
+    let mut all = SmoothMeasure::ALL.iter().copied();
+    all.find(|smooth| smooth.name() == measure.name())
+}
+
+/// Theory beside the statistics of an output's measures.
+pub(super) fn beside(
+    theory: &CellTheory,
+    output: &Result<Theory, Missing>,
+    window: usize,
+    measures: &BTreeMap<Measure, Statistics>,
+) -> BTreeMap<Measure, TheorySummary> {
+    let is_biased = match output {
+        Ok(theory) => !theory.is_consistent,
+        // Of a method without theory its user knows.
+        Err(Missing::Method(_)) => false,
+        Err(_) => true,
+    };
+    let of = |theory: &Result<Theory, Missing>, measure| {
+        let figure = theory.as_ref().ok()?.figure(measure)?;
+        (figure.sqrt_n_rms > 0.0).then(|| LimitError::new(figure, window))
+    };
+    let summary = |(measure, statistics): (&Measure, &Statistics)| {
+        let smooth = smooth(*measure)?;
+        let bound = OfBounds {
+            shared: of(&theory.shared, smooth),
+            separate: of(&theory.separate, smooth),
+        };
+        let q50 = statistics.q50;
+        let efficiency = bound.map(|bound: &LimitError| {
+            let found = if q50.lost {
+                0.0
+            } else {
+                bound.median / q50.value
+            };
+            Some(found * found).filter(|efficiency| efficiency.is_finite() && !is_biased)
+        });
+        let summary = TheorySummary {
+            theory: of(output, smooth).filter(|_| !is_biased),
+            bound,
+            efficiency: OfBounds {
+                shared: efficiency.shared.flatten(),
+                separate: efficiency.separate.flatten(),
+            },
+        };
+        let is_there =
+            summary.theory.is_some() || bound.shared.is_some() || bound.separate.is_some();
+        is_there.then_some((*measure, summary))
+    };
+    measures.iter().filter_map(summary).collect()
+}

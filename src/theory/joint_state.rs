@@ -1,0 +1,206 @@
+//! The joint state of signals: covariances and long-run covariances by Lyapunov equations, exact to rounding.
+//!
+//! Each source w through each monic D of its signals is one companion block, `v(k) = w(k) - d_1 v(k-1) - ...` with its
+//! past; all blocks make `x(k+1) = F x(k) + G w(k+1)`, and every signal is a row c of numerators, `c x(k)`. With
+//! `P = F P F' + sum_s sigma_s^2 g_s g_s'` a covariance is `E[a(k+t) b(k)] = c_a F^t P c_b'`, t >= 0.
+
+use super::NoTheory;
+use super::population::is_stable;
+use super::signal::{Part, Signal, Source};
+use faer::Mat;
+
+/// Powers `F^(2^j)` of which no entry is larger than this add nothing.
+const LOST: f64 = 1e-14;
+
+/// Doublings: a pole that is not lost after so many is on the unit circle.
+const DOUBLINGS: usize = 50;
+
+struct Block {
+    source: usize,
+    denominator: Vec<f64>,
+    /// Where it begins in the state, and how long it is.
+    first: usize,
+    length: usize,
+    /// `F, F^2, F^4, ...` of the block.
+    powers: Vec<Mat<f64>>,
+}
+
+impl Block {
+    fn is_of(&self, part: &Part) -> bool {
+        self.source == part.source && self.denominator == part.denominator
+    }
+
+    fn find_powers(&mut self) -> Result<(), NoTheory> {
+        if !is_stable(&self.denominator) {
+            return Err(NoTheory::NotStationary);
+        }
+        let mut f = Mat::zeros(self.length, self.length);
+        for (i, d) in self.denominator[1..].iter().enumerate() {
+            f[(0, i)] = -d;
+        }
+        for i in 1..self.length {
+            f[(i, i - 1)] = 1.0;
+        }
+        while f.norm_max() > LOST {
+            let next = &f * &f;
+            self.powers.push(f);
+            f = next;
+            if self.powers.len() > DOUBLINGS || !f.is_all_finite() {
+                return Err(NoTheory::NotStationary);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The joint state of some signals.
+struct JointState {
+    blocks: Vec<Block>,
+    /// The state's covariance.
+    p: Mat<f64>,
+}
+
+impl JointState {
+    fn new<'a>(
+        sources: &[Source],
+        signals: impl Iterator<Item = &'a Signal>,
+    ) -> Result<Self, NoTheory> {
+        let mut blocks: Vec<Block> = Vec::new();
+        for part in signals.flat_map(|signal| &signal.parts) {
+            let length = part.numerator.len().max(part.denominator.len() - 1).max(1);
+            match blocks.iter_mut().find(|block| block.is_of(part)) {
+                Some(block) => block.length = block.length.max(length),
+                None => blocks.push(Block {
+                    source: part.source,
+                    denominator: part.denominator.clone(),
+                    first: 0,
+                    length,
+                    powers: Vec::new(),
+                }),
+            }
+        }
+        let mut n = 0;
+        for block in &mut blocks {
+            block.first = n;
+            n += block.length;
+            block.find_powers()?;
+        }
+        let mut q = Mat::zeros(n, n);
+        for a in &blocks {
+            for b in blocks.iter().filter(|b| b.source == a.source) {
+                q[(a.first, b.first)] = sources[a.source].variance;
+            }
+        }
+        let mut state = Self {
+            blocks,
+            p: Mat::zeros(n, n),
+        };
+        state.p = state.lyapunov(q);
+        Ok(state)
+    }
+
+    /// The solution of `X = F X F' + Q`, Q symmetric, by doubling (Smith 1968): `X = sum_i F^i Q F'^i`, 2^j terms after j
+    /// steps.
+    fn lyapunov(&self, mut x: Mat<f64>) -> Mat<f64> {
+        for (i, a) in self.blocks.iter().enumerate() {
+            for b in &self.blocks[i..] {
+                let (rows, columns) = (a.first..a.first + a.length, b.first..b.first + b.length);
+                let mut part = x.as_ref().get(rows.clone(), columns.clone()).to_owned();
+                for (left, right) in a.powers.iter().zip(&b.powers) {
+                    part += left * &part * right.transpose();
+                }
+                let of_both = part.transpose().to_owned();
+                x.as_mut()
+                    .get_mut(columns.clone(), rows.clone())
+                    .copy_from(&of_both);
+                x.as_mut().get_mut(rows, columns).copy_from(&part);
+            }
+        }
+        x
+    }
+
+    /// The columns c' of signals.
+    fn columns<'a>(&self, signals: impl ExactSizeIterator<Item = &'a Signal>) -> Mat<f64> {
+        let mut columns = Mat::zeros(self.p.nrows(), signals.len());
+        for (j, signal) in signals.enumerate() {
+            for part in &signal.parts {
+                let Some(block) = self.blocks.iter().find(|block| block.is_of(part)) else {
+                    continue;
+                };
+                for (i, value) in part.numerator.iter().enumerate() {
+                    columns[(block.first + i, j)] += value;
+                }
+            }
+        }
+        columns
+    }
+}
+
+/// `E[left(k) right(k)']`.
+///
+/// # Errors
+/// [`NoTheory::NotStationary`] where a denominator is not stable.
+pub fn covariance(
+    sources: &[Source],
+    left: &[Signal],
+    right: &[Signal],
+) -> Result<Mat<f64>, NoTheory> {
+    let state = JointState::new(sources, left.iter().chain(right))?;
+    let (left, right) = (state.columns(left.iter()), state.columns(right.iter()));
+    Ok(left.transpose() * &state.p * right)
+}
+
+/// The long-run covariance of products `a_i(k) b_i(k)`, the limit of `N cov(mean)`:
+///
+/// ```text
+/// S_ij = sum_t (R_aiaj(t) R_bibj(t) + R_aibj(t) R_biaj(t)) + sum_s kappa_s (a_i b_i)_s (a_j b_j)_s,
+/// ```
+///
+/// kappa_s the fourth cumulant of source s and `(a b)_s` the sum of the products of the two impulse responses from it
+/// (Brillinger, Time Series, 1975, section 2.3: cumulants of products of linear processes). The sum over t >= 0 is
+/// `c_ai X_j c_bi'` with `X_j = F X_j F' + P (c_aj' c_bj + c_bj' c_aj) P`.
+///
+/// # Errors
+/// As for [`covariance`].
+pub fn long_run_covariance(
+    sources: &[Source],
+    products: &[(Signal, Signal)],
+) -> Result<Mat<f64>, NoTheory> {
+    let count = products.len();
+    let both = products.iter().flat_map(|(a, b)| [a, b]);
+    let state = JointState::new(sources, both)?;
+    let a = state.columns(products.iter().map(|(a, _)| a));
+    let b = state.columns(products.iter().map(|(_, b)| b));
+    let (pa, pb) = (&state.p * &a, &state.p * &b);
+    let mut later = Mat::<f64>::zeros(count, count);
+    for j in 0..count {
+        let outer = pa.col(j) * pb.col(j).transpose();
+        let xb = state.lyapunov(&outer + outer.transpose()) * &b;
+        for i in 0..count {
+            later[(i, j)] = a.col(i).transpose() * xb.col(i);
+        }
+    }
+    let (aa, ab) = (a.transpose() * &pa, a.transpose() * &pb);
+    let (ba, bb) = (b.transpose() * &pa, b.transpose() * &pb);
+    let mut s = Mat::from_fn(count, count, |i, j| {
+        let now = aa[(i, j)] * bb[(i, j)] + ab[(i, j)] * ba[(i, j)];
+        later[(i, j)] + later[(j, i)] - now
+    });
+    for (number, source) in sources.iter().enumerate() {
+        if source.excess == 0.0 {
+            continue;
+        }
+        // The part of E[a b] that comes from this source is sigma^2 (a b)_s.
+        let mut of_source = a.clone();
+        for block in state.blocks.iter().filter(|block| block.source != number) {
+            of_source
+                .as_mut()
+                .subrows_mut(block.first, block.length)
+                .fill(0.0);
+        }
+        let moment = |i: usize| of_source.col(i).transpose() * pb.col(i);
+        let moments: Vec<f64> = (0..count).map(moment).collect();
+        s += Mat::from_fn(count, count, |i, j| source.excess * moments[i] * moments[j]);
+    }
+    Ok(s)
+}

@@ -1,0 +1,118 @@
+//! Measures that are smooth in p, to first order about a limit: `e - e_limit = |L z|`, z standard normal over sqrt(N).
+
+use super::canonical::{Asymptotic, input_vector};
+use super::population::Population;
+use super::quadratic_form::quantile;
+use crate::metric::relative_error;
+use crate::model::polynomial::divide;
+use crate::names::named_enum;
+use faer::{Mat, Side};
+
+/// Markov parameters over which e_g is taken.
+const RESPONSE: usize = 200;
+
+named_enum! {
+    /// A measure that theory knows.
+    SmoothMeasure, "measure of theory" {
+        /// Relative error of a.
+        Ea = "e_a",
+        /// Relative error of b.
+        Eb = "e_b",
+        /// Relative error of h.
+        Eh = "e_h",
+        /// Relative error of the impulse response.
+        ImpulseResponse = "e_g",
+    }
+}
+
+/// What theory says of a measure.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// The measure of the limit.
+    pub limit: f64,
+    /// sqrt(N) times the root mean square of `|v_hat - v_limit| / |v|`, v the true vector.
+    pub sqrt_n_rms: f64,
+    /// The weights of the squares of independent normal numbers that make N times its square.
+    weights: Vec<f64>,
+}
+
+impl Figure {
+    /// sqrt(N) times the quantile of `|v_hat - v_limit| / |v|`, 0 < p < 1.
+    pub fn quantile(&self, p: f64) -> f64 {
+        quantile(&self.weights, p)
+    }
+}
+
+/// A measure of an estimate; `None` where its order is not the plant's.
+pub fn figure(
+    population: &Population,
+    estimate: &Asymptotic,
+    measure: SmoothMeasure,
+) -> Option<Figure> {
+    let n = population.plant.order();
+    let truth = [&population.alpha[1..], &population.beta[1..]].concat();
+    let (p, covariance) = match (&estimate.of_b, measure) {
+        (Some((p, covariance)), SmoothMeasure::Eb) => (p, covariance),
+        _ => (&estimate.p, &estimate.covariance),
+    };
+    let m = p.len() / 2;
+    if m != n && measure != SmoothMeasure::ImpulseResponse {
+        return None;
+    }
+    let part = |first: usize| Mat::from_fn(m, 2 * m, |i, j| f64::from(u8::from(first + i == j)));
+    let (v, limit, slopes) = match measure {
+        SmoothMeasure::Ea => (truth[..n].to_vec(), p[..m].to_vec(), part(0)),
+        SmoothMeasure::Eh => (truth[n..].to_vec(), p[m..].to_vec(), part(m)),
+        SmoothMeasure::Eb => {
+            let (b, slopes) = input_vector(p);
+            (population.plant.b().to_vec(), b, slopes)
+        }
+        SmoothMeasure::ImpulseResponse => {
+            let (g, slopes) = impulse_response(p);
+            (impulse_response(&truth).0, g, slopes)
+        }
+    };
+    let size = v.iter().map(|v| v * v).sum::<f64>();
+    let gram = slopes.transpose() * &slopes * (1.0 / size);
+    let weights = eigenvalues_of_product(covariance, &gram)?;
+    Some(Figure {
+        limit: relative_error(&v, &limit),
+        sqrt_n_rms: weights.iter().sum::<f64>().sqrt(),
+        weights,
+    })
+}
+
+/// The eigenvalues of `P G`, both symmetric and not negative: those of `R G R'`, `P = R'R`.
+fn eigenvalues_of_product(p: &Mat<f64>, g: &Mat<f64>) -> Option<Vec<f64>> {
+    let n = p.nrows();
+    let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (p[(i, j)] + p[(j, i)]));
+    let parts = symmetric.self_adjoint_eigen(Side::Lower).ok()?;
+    let (u, s) = (parts.U(), parts.S());
+    let root = Mat::from_fn(n, n, |i, j| u[(i, j)] * s[j].max(0.0).sqrt());
+    let product = root.transpose() * g * &root;
+    let values = product.self_adjoint_eigenvalues(Side::Lower).ok()?;
+    Some(values.into_iter().map(|w| w.max(0.0)).collect())
+}
+
+/// g(1) ... of B/A, and its derivative after p: `dg / dalpha_i = -g(k-i) / A`, `dg / dbeta_i = delta(k-i) / A`.
+fn impulse_response(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
+    let m = p.len() / 2;
+    let a = [&[1.0], &p[..m]].concat();
+    let mut g = vec![0.0; RESPONSE + 1];
+    let length = (m + 1).min(g.len());
+    g[1..length].copy_from_slice(&p[m..m + length - 1]);
+    divide(&a, &mut g);
+    let (mut of_alpha, mut of_beta) = (g.clone(), vec![0.0; RESPONSE + 1]);
+    of_beta[0] = 1.0;
+    divide(&a, &mut of_alpha);
+    divide(&a, &mut of_beta);
+    let slopes = Mat::from_fn(RESPONSE, 2 * m, |k, j| {
+        let (from, lag, sign) = if j < m {
+            (&of_alpha, j + 1, -1.0)
+        } else {
+            (&of_beta, j + 1 - m, 1.0)
+        };
+        (k + 1).checked_sub(lag).map_or(0.0, |k| sign * from[k])
+    });
+    (g[1..].to_vec(), slopes)
+}

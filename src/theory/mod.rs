@@ -1,0 +1,243 @@
+//! What theory says of a cell as N grows: limits, asymptotic covariances of `sqrt(N) (theta_hat - limit)`, Cramer-Rao
+//! bounds, and the distribution of the measures that are smooth in theta.
+//!
+//! `theta = p = (alpha, beta)`, as in the specification. Every signal of a cell is a sum of rational filters of
+//! independent white sources ([`Signal`]); all covariances and their sums over lags follow from Lyapunov equations of
+//! their joint state ([`joint_state`]), with no series cut off and nothing simulated. An estimate
+//! `theta = (sum z phi')^-1 sum z y` has with `e = y - phi'theta` at its limit
+//!
+//! ```text
+//! sqrt(N) (theta_hat - theta) = N^(-1/2) sum_k G^-1 (z(k) e(k) + H xi(k) + 2 E_w[z e] delta(k)),   G = E[z phi'],
+//! ```
+//!
+//! xi the same of the estimate that the instruments are made of and `H = E[(dz/dtheta') e]`; delta is the relative change
+//! of the noise's factor s where eta holds exactly in each window, E_w the part of the measurement noise. The covariance
+//! of such sums holds the fourth cumulants of the input and of the noise's drive. Where the estimate is consistent in open
+//! loop only `z e` is left, `P = G^-1 sum_t (E[z z'](t) E[v v](t)) G^-T`.
+//!
+//! Sources: Soderstrom and Stoica, System Identification, 1989, chapters 7, 8, 10; Ljung, System Identification, 2nd ed.,
+//! chapter 9; docs/theory.md.
+
+mod canonical;
+pub mod joint_state;
+mod linear;
+mod measure;
+mod noise_model;
+mod passes;
+mod population;
+mod prediction_error;
+mod quadratic_form;
+mod signal;
+#[cfg(test)]
+mod tests;
+
+pub use canonical::Asymptotic;
+pub use measure::{Figure, SmoothMeasure};
+pub use population::Population;
+pub use quadratic_form::{distribution, quantile};
+pub use signal::{Signal, Source};
+
+use crate::data::Process;
+use crate::estimator::{Method, MethodOptions};
+use crate::model::Orders;
+use canonical::Shape;
+use faer::Mat;
+use passes::Passes;
+
+/// Why a cell has no theory.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoTheory {
+    /// Continuous time.
+    #[error("continuous time: there is no record to estimate from")]
+    ContinuousTime,
+    /// Random plants.
+    #[error("every trial has a plant of its own")]
+    RandomPlant,
+    /// A periodic input.
+    #[error("the input repeats itself: every trial has a limit of its own")]
+    PeriodicInput,
+    /// A controller that identifies first.
+    #[error("state feedback is made of an estimate: the record is not stationary")]
+    Controlled,
+    /// r = 0.
+    #[error("no reference drives the loop")]
+    NoReference,
+    /// An output without stationary variance.
+    #[error("the plant is not stable, so that its output is not stationary")]
+    UnstablePlant,
+    /// The same in closed loop.
+    #[error("the closed loop is not stable, so that nothing is stationary")]
+    UnstableLoop,
+    /// No noise of this level.
+    #[error("there is no noise of this level")]
+    NoLevel,
+    /// A signal without covariance.
+    #[error("a signal is not stationary")]
+    NotStationary,
+}
+
+/// Why an output, or a bound, of a cell that has theory has none.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Missing {
+    /// The process.
+    #[error(transparent)]
+    Process(#[from] NoTheory),
+    /// A matrix to be inverted is singular.
+    #[error("the information matrix is singular")]
+    Singular,
+    /// A model on the way is unstable.
+    #[error("a model or predictor is not stable in the limit")]
+    UnstableModel,
+    /// The true process is no model of the structure.
+    #[error("the true process is outside of its model structure")]
+    Structure,
+    /// The estimate is biased, by an amount that is not computed.
+    #[error("biased here, and its limit is not known")]
+    Biased,
+    /// Noise beside the measurement noise.
+    #[error("no bound with process noise or noise on the input")]
+    OtherNoise,
+    /// A zero on the unit circle.
+    #[error("the noise has a zero on the unit circle")]
+    NoNoiseModel,
+    /// A reading that is not covered.
+    #[error("{0} = \"{1}\" is not covered")]
+    Reading(&'static str, &'static str),
+    /// A method that is not covered.
+    #[error("there is no covariance of {0}")]
+    Method(&'static str),
+}
+
+/// What theory says of an estimate or of a bound.
+#[derive(Clone, Debug)]
+pub struct Theory {
+    /// Whether the limit is the truth.
+    pub is_consistent: bool,
+    /// The trace of P.
+    pub trace: f64,
+    /// Measures; those that the estimate does not have are left out.
+    pub figures: Vec<(SmoothMeasure, Figure)>,
+    /// The limit and P.
+    pub asymptotic: Asymptotic,
+}
+
+impl Theory {
+    /// What theory says of a measure.
+    pub fn figure(&self, measure: SmoothMeasure) -> Option<&Figure> {
+        let mut figures = self.figures.iter();
+        let found = figures.find(|(of, _)| *of == measure);
+        found.map(|(_, figure)| figure)
+    }
+
+    fn new(population: &Population, asymptotic: Asymptotic) -> Result<Self, Missing> {
+        let p = &asymptotic.covariance;
+        if !p.is_all_finite() {
+            return Err(Missing::Singular);
+        }
+        let measures = SmoothMeasure::ALL.iter();
+        let figures = measures.filter_map(|measure| {
+            let figure = measure::figure(population, &asymptotic, *measure);
+            figure.map(|figure| (*measure, figure))
+        });
+        Ok(Self {
+            is_consistent: asymptotic.is_consistent,
+            trace: (0..p.nrows()).map(|i| p[(i, i)]).sum(),
+            figures: figures.collect(),
+            asymptotic,
+        })
+    }
+
+    fn of_bound(population: &Population, covariance: Mat<f64>) -> Result<Self, Missing> {
+        let asymptotic = Asymptotic {
+            p: [&population.alpha[1..], &population.beta[1..]].concat(),
+            is_consistent: true,
+            covariance,
+            of_b: None,
+        };
+        Self::new(population, asymptotic)
+    }
+}
+
+/// What theory says of a cell.
+#[derive(Clone, Debug)]
+pub struct CellTheory {
+    /// The outputs of all methods, in their order: label and theory.
+    pub outputs: Vec<(String, Result<Theory, Missing>)>,
+    /// The Cramer-Rao bound where A is common to plant and noise, as under 1/A noise.
+    pub shared: Result<Theory, Missing>,
+    /// The Cramer-Rao bound where the noise model has its own poles.
+    pub separate: Result<Theory, Missing>,
+    /// Instrumental variables with optimal instruments.
+    pub optimal_instruments: Result<Theory, Missing>,
+}
+
+impl CellTheory {
+    /// The theory of a process at noise level `eta` (per cent) for estimators of an order and methods.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn new(
+        process: &Process,
+        eta: f64,
+        order: usize,
+        methods: &[Method],
+    ) -> Result<Self, NoTheory> {
+        let population = Population::new(process, eta)?;
+        let bound = |covariance: Result<Mat<f64>, Missing>| {
+            covariance.and_then(|covariance| Theory::of_bound(&population, covariance))
+        };
+        let mut outputs = Vec::new();
+        for method in methods {
+            let found = estimates(&population, method, order);
+            for (output, found) in method.outputs().iter().zip(found) {
+                let theory = found.and_then(|found| Theory::new(&population, found));
+                outputs.push((output.label(), theory));
+            }
+        }
+        Ok(Self {
+            outputs,
+            shared: bound(prediction_error::shared_bound(&population)),
+            separate: bound(prediction_error::separate_bound(&population)),
+            optimal_instruments: bound(prediction_error::optimal_instruments(&population)),
+        })
+    }
+}
+
+/// The limits and covariances of a method's outputs, in their order.
+fn estimates(
+    population: &Population,
+    method: &Method,
+    order: usize,
+) -> Vec<Result<Asymptotic, Missing>> {
+    use MethodOptions as M;
+    let Some(options) = method.options() else {
+        return vec![Err(Missing::Method("methods of one's own")); method.outputs().len()];
+    };
+    let orders = options.model_orders(order);
+    let orders = orders.unwrap_or(Orders::arx(order, order, 1));
+    let one = match options {
+        M::InstrumentalVariables(options) => {
+            return Passes::new(population, options, order).run(method.reported());
+        }
+        M::LeastSquares(_) | M::Arx(_) => regression(population, orders),
+        M::IvDelayed(options) => {
+            prediction_error::delayed_inputs(population, orders, options.extra)
+        }
+        M::Iv4(_) => prediction_error::four_steps(population, orders),
+        M::Sriv(_) | M::Oe(_) => prediction_error::output_error(population, orders, false),
+        M::Stmcb(_) => prediction_error::output_error(population, orders, true),
+        M::Armax(_) => prediction_error::armax(population, orders),
+        M::Bj(_) => prediction_error::bj(population, orders),
+        M::Moesp(_) | M::N4sid(_) => Err(Missing::Method("subspace methods")),
+        M::Known(_) => Err(Missing::Method("a known plant")),
+    };
+    vec![one]
+}
+
+/// Least squares of any orders.
+fn regression(population: &Population, orders: Orders) -> Result<Asymptotic, Missing> {
+    let shape = Shape::new(orders);
+    let linear = passes::least_squares(population, shape)?;
+    let covariance = linear.influence.covariance(&population.sources)?;
+    Ok(shape.asymptotic(&linear.theta, linear.is_consistent, &covariance))
+}

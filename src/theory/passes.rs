@@ -1,0 +1,277 @@
+//! Least squares and the paper's passes of instrumental variables (stages 7 to 11) in the limit.
+
+use super::Missing;
+use super::canonical::{Asymptotic, Shape, input_vector, numerator};
+use super::joint_state::covariance;
+use super::linear::{Influence, Linear, are_orthogonal};
+use super::population::{Population, is_stable};
+use super::signal::Signal;
+use crate::estimator::{Auxiliary, Drive, InstrumentSource, IvOptions, Stage10};
+use crate::model::Orders;
+use faer::Mat;
+
+/// `-y(k-1) ... -y(k-count)`, then `u(k-nk) ... u(k-nk-nb+1)`.
+pub fn regressors(y: &Signal, u: &Signal, shape: Shape) -> Vec<Signal> {
+    let mut phi = y.lags(-1.0, 1, shape.denominator);
+    phi.extend(u.lags(1.0, shape.nk, shape.nb));
+    phi
+}
+
+/// Least squares of any orders, `theta = R^-1 E[phi y]`.
+///
+/// # Errors
+/// [`Missing::Singular`].
+pub fn least_squares(population: &Population, shape: Shape) -> Result<Linear, Missing> {
+    let phi = regressors(&population.y, &population.u, shape);
+    let truth = shape.truth(population);
+    let truth = truth.map(|theta| (theta, &population.equation_error));
+    Linear::new(population, &phi, &phi, &population.y, truth)
+}
+
+/// `-x(k-1) ...` with the inputs, x the output of the model `beta / alpha` under `input`.
+///
+/// # Errors
+/// [`Missing::UnstableModel`].
+pub fn model_instruments(
+    theta: &[f64],
+    shape: Shape,
+    input: &Signal,
+) -> Result<Vec<Signal>, Missing> {
+    let (a, b) = polynomials(theta, shape)?;
+    Ok(regressors(&input.through(&b, &a), input, shape))
+}
+
+/// Denominator and B of parameters; the model must be stable.
+fn polynomials(theta: &[f64], shape: Shape) -> Result<(Vec<f64>, Vec<f64>), Missing> {
+    let (denominator, b) = theta.split_at(shape.denominator);
+    let a = [&[1.0], denominator].concat();
+    let b = [vec![0.0; shape.nk].as_slice(), b].concat();
+    if is_stable(&a) {
+        Ok((a, b))
+    } else {
+        Err(Missing::UnstableModel)
+    }
+}
+
+/// One pass at its limit, before what it takes over from earlier ones.
+struct Step {
+    /// (alpha, beta) of the auxiliary model.
+    model: Vec<f64>,
+    linear: Linear,
+    /// `E[(dz / d(alpha, beta)') e]`; `None` where z and e have nothing to do with each other.
+    slopes: Option<Mat<f64>>,
+}
+
+/// What is there of a pass.
+#[derive(Clone)]
+struct Done {
+    theta: Vec<f64>,
+    is_consistent: bool,
+    influence: Influence,
+    covariance: Option<Mat<f64>>,
+}
+
+/// The passes of the paper, of one population and order.
+pub struct Passes<'a> {
+    population: &'a Population,
+    options: &'a IvOptions,
+    shape: Shape,
+    /// The pass that was made last.
+    step: Option<Step>,
+}
+
+impl<'a> Passes<'a> {
+    /// For an order of the estimators.
+    pub fn new(population: &'a Population, options: &'a IvOptions, order: usize) -> Self {
+        Self {
+            population,
+            options,
+            shape: Shape::new(Orders::arx(order, order, 1)),
+            step: None,
+        }
+    }
+
+    /// The outputs of `reported` passes, ascending; pass 0 is least squares.
+    pub fn run(mut self, reported: &[usize]) -> Vec<Result<Asymptotic, Missing>> {
+        let mut outputs = Vec::new();
+        let first = least_squares(self.population, self.shape).map(|linear| Done {
+            theta: linear.theta,
+            is_consistent: linear.is_consistent,
+            influence: linear.influence,
+            covariance: None,
+        });
+        let mut last = first.clone();
+        let mut number = 0;
+        for pass in reported {
+            while number < *pass {
+                last = match (&first, last) {
+                    (Ok(first), Ok(last)) => self.pass(first, &last),
+                    (Err(missing), _) => Err(missing.clone()),
+                    (_, Err(missing)) => Err(missing),
+                };
+                number += 1;
+            }
+            let result = match &mut last {
+                Ok(last) => self.asymptotic(last, &first, number),
+                Err(missing) => Err(missing.clone()),
+            };
+            outputs.push(result);
+        }
+        outputs
+    }
+
+    /// Limit and influence of a pass.
+    #[cfg(test)]
+    pub(super) fn last_of(mut self, pass: usize) -> Result<(Vec<f64>, Influence), Missing> {
+        let linear = least_squares(self.population, self.shape)?;
+        let first = Done {
+            theta: linear.theta,
+            is_consistent: linear.is_consistent,
+            influence: linear.influence,
+            covariance: None,
+        };
+        let mut last = first.clone();
+        for _ in 0..pass {
+            last = self.pass(&first, &last)?;
+        }
+        Ok((last.theta, last.influence))
+    }
+
+    fn asymptotic(
+        &self,
+        done: &mut Done,
+        first: &Result<Done, Missing>,
+        number: usize,
+    ) -> Result<Asymptotic, Missing> {
+        let sources = &self.population.sources;
+        let covariance = match &done.covariance {
+            Some(covariance) => covariance.clone(),
+            None => done.influence.covariance(sources)?,
+        };
+        done.covariance = Some(covariance.clone());
+        let of_b = match first {
+            Ok(first) if number > 0 && self.options.auxiliary == Auxiliary::Literal => {
+                Some((first.theta.clone(), first.influence.covariance(sources)?))
+            }
+            _ => None,
+        };
+        Ok(Asymptotic {
+            p: done.theta.clone(),
+            is_consistent: done.is_consistent,
+            covariance,
+            of_b,
+        })
+    }
+
+    /// The pass after `last`.
+    fn pass(&mut self, first: &Done, last: &Done) -> Result<Done, Missing> {
+        if self.options.stage10 != Stage10::Corrected {
+            return Err(Missing::Reading("stage10", self.options.stage10.name()));
+        }
+        if self.options.drive != Drive::Model {
+            return Err(Missing::Reading("drive", self.options.drive.name()));
+        }
+        let n = self.shape.denominator;
+        let refreshed = self.options.auxiliary == Auxiliary::Refresh;
+        let (alpha, of_first) = (&last.theta[..n], &first.theta);
+        let (b0, slopes_b0) = input_vector(of_first);
+        let (h, of_alpha, of_b) = numerator(alpha, &b0);
+        let model = if refreshed {
+            last.theta.clone()
+        } else {
+            [alpha, &h].concat()
+        };
+        let known = self
+            .step
+            .take()
+            .filter(|step| are_close(&step.model, &model));
+        let is_known = known.is_some();
+        let step = match known {
+            Some(step) => step,
+            None => self.step(model)?,
+        };
+        let linear = &step.linear;
+        let mut done = Done {
+            theta: linear.theta.clone(),
+            is_consistent: linear.is_consistent,
+            influence: linear.influence.clone(),
+            covariance: None,
+        };
+        match &step.slopes {
+            None if is_known => done.covariance.clone_from(&last.covariance),
+            None => {}
+            Some(slopes) if refreshed => {
+                linear.follow(slopes, &last.influence, &mut done.influence)
+            }
+            Some(slopes) => {
+                let of_beta = slopes.subcols(n, n);
+                let mut of_last = slopes.clone();
+                of_last.subcols_mut(n, n).fill(0.0);
+                let more = of_beta * of_alpha;
+                for j in 0..n {
+                    for i in 0..2 * n {
+                        of_last[(i, j)] += more[(i, j)];
+                    }
+                }
+                linear.follow(&of_last, &last.influence, &mut done.influence);
+                let of_first = of_beta * of_b * slopes_b0;
+                linear.follow(&of_first, &first.influence, &mut done.influence);
+            }
+        }
+        self.step = Some(step);
+        Ok(done)
+    }
+
+    fn step(&self, model: Vec<f64>) -> Result<Step, Missing> {
+        let (population, shape) = (self.population, self.shape);
+        let input = match self.options.instruments {
+            InstrumentSource::Input => &population.u,
+            InstrumentSource::Reference => &population.r,
+        };
+        let z = model_instruments(&model, shape, input)?;
+        let phi = regressors(&population.y, &population.u, shape);
+        let truth = shape.truth(population);
+        let truth = truth.map(|theta| (theta, &population.equation_error));
+        let linear = Linear::new(population, &z, &phi, &population.y, truth)?;
+        let slopes = self.slopes(&model, input, &linear.error)?;
+        Ok(Step {
+            model,
+            linear,
+            slopes,
+        })
+    }
+
+    /// `E[(dz / d(alpha, beta)') e]`: with x the auxiliary model's output, `dx / dalpha_m = -x(k-m) / A` and
+    /// `dx / dbeta_m = u(k-m) / A`; the inputs among the instruments do not move.
+    fn slopes(
+        &self,
+        model: &[f64],
+        input: &Signal,
+        error: &Signal,
+    ) -> Result<Option<Mat<f64>>, Missing> {
+        let (a, b) = polynomials(model, self.shape)?;
+        let n = self.shape.denominator;
+        let u = input.through(&[1.0], &a);
+        let mut later = u.through(&b, &a).lags(1.0, 2, 2 * n - 1);
+        later.extend(u.lags(-1.0, 2, 2 * n - 1));
+        let sources = &self.population.sources;
+        if are_orthogonal(sources, &later, error)? {
+            return Ok(None);
+        }
+        let moments = covariance(sources, &later, std::slice::from_ref(error))?;
+        Ok(Some(Mat::from_fn(2 * n, 2 * n, |i, j| {
+            match (i < n, j < n) {
+                (false, _) => 0.0,
+                (true, true) => moments[(i + j, 0)],
+                (true, false) => moments[(2 * n - 1 + i + j - n, 0)],
+            }
+        })))
+    }
+}
+
+/// Equal but for rounding.
+fn are_close(first: &[f64], second: &[f64]) -> bool {
+    let size = first.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let mut pairs = first.iter().zip(second);
+    pairs.all(|(a, b)| (a - b).abs() <= 1e-11 * size)
+}

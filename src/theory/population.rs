@@ -1,0 +1,262 @@
+//! The stationary signals of a cell's process.
+
+use super::NoTheory;
+use super::joint_state::covariance;
+use super::signal::{Signal, Source};
+use crate::data::{Feedback, NoiseColour, PlantSource, Process};
+use crate::model::polynomial::multiply;
+use crate::plant::StateSpace;
+use crate::plant::stability::StepDown;
+use crate::signal::{InputLaw, LevelOf, LevelOver, Sequence};
+
+/// The source of the reference, which is the input in open loop.
+pub const REFERENCE: usize = 0;
+/// The source of the measurement noise, of standard deviation s.
+pub const NOISE: usize = 1;
+/// The source of the input-measurement noise; those of the process noise follow it.
+const INPUT_NOISE: usize = 2;
+
+/// A process in its stationary state. Lengths: n the plant's order.
+#[derive(Clone, Debug)]
+pub struct Population {
+    /// The plant.
+    pub plant: StateSpace,
+    /// `1, alpha_1 ... alpha_n`.
+    pub alpha: Vec<f64>,
+    /// `0, beta_1 ... beta_n`.
+    pub beta: Vec<f64>,
+    /// The sources.
+    pub sources: Vec<Source>,
+    /// Measured output.
+    pub y: Signal,
+    /// Measured input.
+    pub u: Signal,
+    /// Reference.
+    pub r: Signal,
+    /// `y - y0`, y0 what the measured input makes: `v = A(q)` of it.
+    pub output_error: Signal,
+    /// The equation error `v = A(q) y - B(q) u`.
+    pub equation_error: Signal,
+    /// C and D of the noise filter.
+    pub noise: (Vec<f64>, Vec<f64>),
+    /// Numerator and denominator of K(q), where there is feedback.
+    pub feedback: Option<(Vec<f64>, Vec<f64>)>,
+    /// Whether only the reference and the measurement noise drive the record.
+    pub is_plain: bool,
+    /// Where eta holds exactly in each window: products a b with weights, such that the window's relative change of s is
+    /// `sum_i weight_i (mean(a_i b_i) - E[a_i b_i])` to first order.
+    pub level: Vec<(f64, Signal, Signal)>,
+}
+
+impl Population {
+    /// The process of a cell at noise level `eta`, per cent.
+    ///
+    /// # Errors
+    /// Why the process has no theory.
+    pub fn new(process: &Process, eta: f64) -> Result<Self, NoTheory> {
+        let settings = process.settings();
+        let PlantSource::Fixed(plant) = &settings.plant else {
+            return Err(NoTheory::RandomPlant);
+        };
+        if settings.input.sequence() == Some(Sequence::Periodic127) {
+            return Err(NoTheory::PeriodicInput);
+        }
+        let feedback = match &settings.feedback {
+            Feedback::None => None,
+            Feedback::Output(law) => Some((law.numerator().to_vec(), law.denominator())),
+            Feedback::Controlled(_) => return Err(NoTheory::Controlled),
+        };
+        let amplitude = settings.input.amplitude();
+        if amplitude == 0.0 {
+            return Err(NoTheory::NoReference);
+        }
+        let alpha = plant.denominator();
+        let beta = [&[0.0], plant.h().as_slice()].concat();
+        let noise = match &settings.noise {
+            NoiseColour::InverseDenominator => (vec![1.0], alpha.clone()),
+            NoiseColour::Filter(filter) => (filter.numerator().to_vec(), filter.denominator()),
+        };
+        let excess = match settings.input.law() {
+            InputLaw::Signs => -2.0,
+            InputLaw::Gaussian => 0.0,
+        };
+        let gaussian = |deviation: f64| Source {
+            variance: deviation * deviation,
+            excess: 0.0,
+        };
+        let mut sources = vec![
+            Source {
+                variance: amplitude * amplitude,
+                excess,
+            },
+            gaussian(0.0),
+            gaussian(settings.input_noise / 100.0 * amplitude),
+        ];
+        sources.resize(3 + plant.order(), gaussian(settings.process_noise));
+        let mut population = Self::closed(plant, alpha, beta, noise, feedback);
+        population.is_plain = settings.input_noise == 0.0 && settings.process_noise == 0.0;
+        population.sources = sources;
+        if settings.input_noise > 0.0 {
+            let error = Signal::new(INPUT_NOISE, &[1.0], &[1.0]);
+            population.add_input_error(&error);
+        }
+        if settings.process_noise > 0.0 {
+            population.add_process_noise();
+        }
+        population.check()?;
+        population.set_level(process, eta)?;
+        Ok(population)
+    }
+
+    /// The signals of `y = B/A u + f`, `u = r - K y`; with `Pi = A D_K + B C_K`
+    /// `y = (B D_K r + A D_K f) / Pi`, `u = (A D_K r - A C_K f) / Pi`.
+    fn closed(
+        plant: &StateSpace,
+        alpha: Vec<f64>,
+        beta: Vec<f64>,
+        noise: (Vec<f64>, Vec<f64>),
+        feedback: Option<(Vec<f64>, Vec<f64>)>,
+    ) -> Self {
+        let of_noise = |numerator: &[f64], denominator: &[f64]| {
+            let top = multiply(numerator, &noise.0);
+            Signal::new(NOISE, &top, &multiply(denominator, &noise.1))
+        };
+        let f = of_noise(&[1.0], &[1.0]);
+        let r = Signal::new(REFERENCE, &[1.0], &[1.0]);
+        let (y, u) = match &feedback {
+            None => {
+                let y0 = Signal::new(REFERENCE, &beta, &alpha);
+                (y0.plus(1.0, &f), r.clone())
+            }
+            Some((c, d)) => {
+                let a_d = multiply(&alpha, d);
+                let pi = sum(&a_d, &multiply(&beta, c));
+                let minus_c: Vec<f64> = c.iter().map(|c| -c).collect();
+                (
+                    Signal::new(REFERENCE, &multiply(&beta, d), &pi)
+                        .plus(1.0, &of_noise(&a_d, &pi)),
+                    Signal::new(REFERENCE, &a_d, &pi)
+                        .plus(1.0, &of_noise(&multiply(&alpha, &minus_c), &pi)),
+                )
+            }
+        };
+        Self {
+            plant: plant.clone(),
+            equation_error: f.through(&alpha, &[1.0]),
+            output_error: f,
+            alpha,
+            beta,
+            sources: Vec::new(),
+            y,
+            u,
+            r,
+            noise,
+            feedback,
+            is_plain: true,
+            level: Vec::new(),
+        }
+    }
+
+    /// In a loop K acts on y, so the measured input's error stays outside.
+    fn add_input_error(&mut self, error: &Signal) {
+        let u = std::mem::take(&mut self.u);
+        self.u = u.plus(1.0, error);
+        let v = std::mem::take(&mut self.equation_error);
+        self.equation_error = v.plus(-1.0, &error.through(&self.beta, &[1.0]));
+        let e = std::mem::take(&mut self.output_error);
+        self.output_error = e.plus(-1.0, &error.through(&self.beta, &self.alpha));
+    }
+
+    /// White noise on every state, in open loop: the plant's response to it, component by component.
+    fn add_process_noise(&mut self) {
+        let n = self.plant.order();
+        for i in 0..n {
+            let mut unit = vec![0.0; n];
+            unit[i] = 1.0;
+            crate::plant::canonical::multiply_toeplitz(self.plant.a(), &mut unit);
+            let numerator = [&[0.0], unit.as_slice()].concat();
+            let v = Signal::new(INPUT_NOISE + 1 + i, &numerator, &[1.0]);
+            let y = v.through(&[1.0], &self.alpha);
+            for (signal, more) in [
+                (&mut self.y, &y),
+                (&mut self.output_error, &y),
+                (&mut self.equation_error, &v),
+            ] {
+                *signal = std::mem::take(signal).plus(1.0, more);
+            }
+        }
+    }
+
+    fn check(&self) -> Result<(), NoTheory> {
+        let signals = [&self.y, &self.u];
+        let parts = signals.iter().flat_map(|signal| &signal.parts);
+        for part in parts {
+            if !is_stable(&part.denominator) {
+                return Err(match self.feedback {
+                    None => NoTheory::UnstablePlant,
+                    Some(_) => NoTheory::UnstableLoop,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets s, Eq. (6), and what its reading in each window adds. With `Y = E[y0^2]`, `F = E[f^2]` and e = eta/100
+    /// `s^2 = e^2 Y / F` of the noise-free output, over `1 - e^2` of the measured one. In the window
+    /// `ds/s = (dY/Y - dF/F) / 2`, and `+ s dC / Y` of the measured output, C the covariance of y0 and f.
+    fn set_level(&mut self, process: &Process, eta: f64) -> Result<(), NoTheory> {
+        let noiseless = [NOISE, INPUT_NOISE];
+        let mut y0 = Signal::default();
+        for source in (0..self.sources.len()).filter(|source| !noiseless.contains(source)) {
+            y0 = y0.plus(1.0, &self.y.from_source(source));
+        }
+        let f = Signal::new(NOISE, &self.noise.0, &self.noise.1);
+        self.sources[NOISE].variance = 1.0;
+        let variances = [&y0, &f].map(|signal| self.variance(signal));
+        let [output, noise] = variances;
+        let (output, noise) = (output?, noise?);
+        let level = process.settings().level;
+        let e2 = (eta / 100.0).powi(2);
+        let share = match level.of {
+            LevelOf::NoiseFree => e2,
+            LevelOf::Measured => e2 / (1.0 - e2),
+        };
+        let square = if eta == 0.0 {
+            0.0
+        } else {
+            share * output / noise
+        };
+        if !(square >= 0.0 && square.is_finite()) {
+            return Err(NoTheory::NoLevel);
+        }
+        self.sources[NOISE].variance = square;
+        if level.over == LevelOver::Window && square > 0.0 {
+            let scaled = square * noise;
+            self.level = vec![
+                (0.5 / output, y0.clone(), y0.clone()),
+                (-0.5 / scaled, f.clone(), f.clone()),
+            ];
+            if level.of == LevelOf::Measured {
+                self.level.push((1.0 / output, y0, f));
+            }
+        }
+        Ok(())
+    }
+
+    fn variance(&self, signal: &Signal) -> Result<f64, NoTheory> {
+        let one = std::slice::from_ref(signal);
+        Ok(covariance(&self.sources, one, one)?[(0, 0)])
+    }
+}
+
+/// The sum of two polynomials.
+pub fn sum(first: &[f64], second: &[f64]) -> Vec<f64> {
+    let at = |c: &[f64], i: usize| c.get(i).copied().unwrap_or(0.0);
+    let length = first.len().max(second.len());
+    (0..length).map(|i| at(first, i) + at(second, i)).collect()
+}
+
+/// Whether the zeros of a monic polynomial are inside the unit circle.
+pub fn is_stable(polynomial: &[f64]) -> bool {
+    StepDown::new(&polynomial[1..]).is_some()
+}

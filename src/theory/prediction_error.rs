@@ -1,0 +1,309 @@
+//! Prediction error estimates and Cramer-Rao bounds: `P = lambda (E psi psi')^-1`, psi minus the gradient of the
+//! stationary prediction error (Ljung, System Identification, 2nd ed., sections 9.3 and 9.4).
+
+use super::Missing;
+use super::canonical::{Asymptotic, Shape};
+use super::joint_state::{covariance, long_run_covariance};
+use super::linear::{Linear, are_orthogonal, invertible, is_regular};
+use super::noise_model::NoiseModel;
+use super::passes::{least_squares, model_instruments, regressors};
+use super::population::{Population, is_stable};
+use super::signal::Signal;
+use crate::model::Orders;
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+/// The predictor needs this filter, which must be stable.
+fn stable(polynomial: &[f64]) -> Result<&[f64], Missing> {
+    if is_stable(polynomial) {
+        Ok(polynomial)
+    } else {
+        Err(Missing::UnstableModel)
+    }
+}
+
+fn plain(population: &Population) -> Result<(), Missing> {
+    if population.is_plain {
+        Ok(())
+    } else {
+        Err(Missing::OtherNoise)
+    }
+}
+
+/// The first `count` rows and columns of `lambda (E psi psi')^-1`; where lambda is 0 nothing is left to estimate.
+fn bound(
+    population: &Population,
+    psi: &[Signal],
+    count: usize,
+    lambda: f64,
+) -> Result<Mat<f64>, Missing> {
+    let psi = if lambda > 0.0 { psi } else { &psi[..count] };
+    let information = covariance(&population.sources, psi, psi)?;
+    is_regular(&information)?;
+    let unit = Mat::<f64>::identity(psi.len(), psi.len());
+    let inverse = information.partial_piv_lu().solve(&unit);
+    Ok(Mat::from_fn(count, count, |i, j| {
+        0.5 * lambda * (inverse[(i, j)] + inverse[(j, i)])
+    }))
+}
+
+/// psi of A, B in `e = D/C (A y - B u)`, then of C and of D, so many coefficients each.
+fn equation_error_gradient(
+    population: &Population,
+    shape: Shape,
+    (c, d): (&[f64], &[f64]),
+    innovation: &Signal,
+    counts: [usize; 2],
+) -> Result<Vec<Signal>, Missing> {
+    let (y, u) = (&population.y, &population.u);
+    stable(c)?;
+    let mut psi = regressors(&y.through(d, c), &u.through(d, c), shape);
+    psi.extend(noise_gradient((c, d), innovation, counts)?);
+    Ok(psi)
+}
+
+/// psi of C and D in `e = D/C x`: `e(k-i) / C` and `-e(k-i) / D`.
+fn noise_gradient(
+    (c, d): (&[f64], &[f64]),
+    innovation: &Signal,
+    [nc, nd]: [usize; 2],
+) -> Result<Vec<Signal>, Missing> {
+    let mut psi = innovation.through(&[1.0], stable(c)?).lags(1.0, 1, nc);
+    psi.extend(innovation.through(&[1.0], stable(d)?).lags(-1.0, 1, nd));
+    Ok(psi)
+}
+
+/// psi of F and B in `e = D/C (y - B/F u)`.
+fn output_error_gradient(
+    population: &Population,
+    shape: Shape,
+    (c, d): (&[f64], &[f64]),
+) -> Result<Vec<Signal>, Missing> {
+    let Population { alpha, beta, u, .. } = population;
+    let u = u.through(d, stable(c)?).through(&[1.0], stable(alpha)?);
+    let x = u.through(beta, alpha);
+    Ok(regressors(&x, &u, shape))
+}
+
+/// The bound where A is common to plant and noise: `A y = B u + C/D e` with C/D in lowest terms, as many coefficients as
+/// the truth has. In open loop it is the other bound unless noise and plant have a pole in common.
+///
+/// # Errors
+/// [`Missing`].
+pub fn shared_bound(population: &Population) -> Result<Mat<f64>, Missing> {
+    plain(population)?;
+    let noise = NoiseModel::new(population)?;
+    let (c, d) = noise.equation_error(&population.alpha);
+    let n = population.plant.order();
+    let degrees = [c.len() - 1, d.len() - 1];
+    if population.feedback.is_none() && degrees == [n + noise.c.len() - 1, noise.d.len() - 1] {
+        return separate_bound(population);
+    }
+    let shape = Shape::new(Orders::arx(n, n, 1));
+    let psi = equation_error_gradient(population, shape, (&c, &d), &noise.innovation, degrees)?;
+    bound(population, &psi, 2 * n, noise.variance)
+}
+
+/// The bound where the noise has a model of its own: `y = B/A u + C/D e`.
+///
+/// # Errors
+/// [`Missing`].
+pub fn separate_bound(population: &Population) -> Result<Mat<f64>, Missing> {
+    plain(population)?;
+    let noise = NoiseModel::new(population)?;
+    let n = population.plant.order();
+    box_jenkins(
+        population,
+        &noise,
+        Shape::new(Orders::arx(n, n, 1)),
+        [noise.c.len() - 1, noise.d.len() - 1],
+    )
+}
+
+/// In open loop the noise's parameters have nothing to do with the plant's.
+fn box_jenkins(
+    population: &Population,
+    noise: &NoiseModel,
+    shape: Shape,
+    counts: [usize; 2],
+) -> Result<Mat<f64>, Missing> {
+    let filters = (noise.c.as_slice(), noise.d.as_slice());
+    let mut psi = output_error_gradient(population, shape, filters)?;
+    let count = psi.len();
+    if population.feedback.is_some() {
+        psi.extend(noise_gradient(filters, &noise.innovation, counts)?);
+    }
+    bound(population, &psi, count, noise.variance)
+}
+
+/// Instrumental variables with optimal instruments, `lambda (E phi_H phi_H')^-1`: phi_H the regressors' part from the
+/// reference, through `1/H` of the equation error `H e` (Soderstrom and Stoica, System Identification, section 8.2).
+///
+/// # Errors
+/// [`Missing`].
+pub fn optimal_instruments(population: &Population) -> Result<Mat<f64>, Missing> {
+    plain(population)?;
+    let noise = NoiseModel::new(population)?;
+    let (c, d) = noise.equation_error(&population.alpha);
+    stable(&c)?;
+    let of_reference = |signal: &Signal| {
+        let part = signal.from_source(super::population::REFERENCE);
+        part.through(&d, &c)
+    };
+    let n = population.plant.order();
+    let shape = Shape::new(Orders::arx(n, n, 1));
+    let (y, u) = (of_reference(&population.y), of_reference(&population.u));
+    bound(
+        population,
+        &regressors(&y, &u, shape),
+        2 * n,
+        noise.variance,
+    )
+}
+
+fn truth(population: &Population, shape: Shape) -> Result<Vec<f64>, Missing> {
+    shape.truth(population).ok_or(Missing::Structure)
+}
+
+/// `armax`.
+///
+/// # Errors
+/// [`Missing`].
+pub fn armax(population: &Population, orders: Orders) -> Result<Asymptotic, Missing> {
+    plain(population)?;
+    let shape = Shape::new(orders);
+    let theta = truth(population, shape)?;
+    let noise = NoiseModel::new(population)?;
+    let (c, d) = noise.equation_error(&population.alpha);
+    if c.len() - 1 > orders.nc || d.len() > 1 {
+        return Err(Missing::Structure);
+    }
+    let counts = [orders.nc, 0];
+    let psi = equation_error_gradient(population, shape, (&c, &d), &noise.innovation, counts)?;
+    let covariance = bound(population, &psi, theta.len(), noise.variance)?;
+    Ok(shape.asymptotic(&theta, true, &covariance))
+}
+
+/// `bj`.
+///
+/// # Errors
+/// [`Missing`].
+pub fn bj(population: &Population, orders: Orders) -> Result<Asymptotic, Missing> {
+    plain(population)?;
+    let shape = Shape::new(orders);
+    let theta = truth(population, shape)?;
+    let noise = NoiseModel::new(population)?;
+    if noise.c.len() - 1 > orders.nc || noise.d.len() - 1 > orders.nd {
+        return Err(Missing::Structure);
+    }
+    let covariance = box_jenkins(population, &noise, shape, [orders.nc, orders.nd])?;
+    Ok(shape.asymptotic(&theta, true, &covariance))
+}
+
+/// `oe` and `sriv`, which solve `sum psi (y - B/F u) = 0`; `stmcb`, with y instead of its model's output in psi. The noise
+/// may have any colour that is uncorrelated with the left factor.
+///
+/// # Errors
+/// [`Missing`].
+pub fn output_error(
+    population: &Population,
+    orders: Orders,
+    by_measured: bool,
+) -> Result<Asymptotic, Missing> {
+    let shape = Shape::new(orders);
+    let theta = truth(population, shape)?;
+    let psi = output_error_gradient(population, shape, (&[1.0], &[1.0]))?;
+    let z = if by_measured {
+        let by = |signal: &Signal| signal.through(&[1.0], &population.alpha);
+        regressors(&by(&population.y), &by(&population.u), shape)
+    } else {
+        psi.clone()
+    };
+    let (sources, error) = (&population.sources, &population.output_error);
+    if !are_orthogonal(sources, &z, error)? {
+        return Err(Missing::Biased);
+    }
+    let factors = invertible(sources, &z, &psi)?;
+    let products: Vec<_> = z.into_iter().map(|z| (z, error.clone())).collect();
+    let s = long_run_covariance(sources, &products)?;
+    let half = factors.solve(&s);
+    let covariance = factors.solve(half.transpose());
+    Ok(shape.asymptotic(&theta, true, &covariance))
+}
+
+/// `iv4`: the instruments of the true model and the prefilter L, an autoregression of the equation error.
+///
+/// # Errors
+/// [`Missing`].
+pub fn four_steps(population: &Population, orders: Orders) -> Result<Asymptotic, Missing> {
+    let shape = Shape::new(orders);
+    let theta = truth(population, shape)?;
+    let Population {
+        y,
+        u,
+        equation_error: v,
+        sources,
+        ..
+    } = population;
+    let first = least_squares(population, shape)?;
+    let z = model_instruments(&first.theta, shape, u)?;
+    let phi = regressors(y, u, shape);
+    let second = Linear::new(population, &z, &phi, y, Some((theta.clone(), v)))?;
+    if !second.is_consistent {
+        return Err(Missing::Biased);
+    }
+    let count = orders.na + orders.nb;
+    let (now, past) = (std::slice::from_ref(v), v.lags(-1.0, 1, count));
+    let mut filter = vec![0.0; count + 1];
+    filter[0] = 1.0;
+    if covariance(sources, now, now)?[(0, 0)] > 0.0 {
+        let factors = invertible(sources, &past, &past)?;
+        let l = factors.solve(&covariance(sources, &past, now)?);
+        for (i, filter) in filter[1..].iter_mut().enumerate() {
+            *filter = l[(i, 0)];
+        }
+    }
+    let by = |signal: &Signal| signal.through(&filter, &[1.0]);
+    let z = model_instruments(&theta, shape, &by(u))?;
+    let phi = regressors(&by(y), &by(u), shape);
+    let last = Linear::new(population, &z, &phi, &by(y), Some((theta, &by(v))))?;
+    if !last.is_consistent {
+        return Err(Missing::Biased);
+    }
+    let covariance = last.influence.covariance(sources)?;
+    Ok(shape.asymptotic(&last.theta, true, &covariance))
+}
+
+/// `iv-delayed`, two-stage least squares: `K S K'`, `K = (G'W^-1 G)^-1 G'W^-1`, `G = E[z phi']`, `W = E[z z']`, S the
+/// long-run covariance of `z v`.
+///
+/// # Errors
+/// [`Missing`].
+pub fn delayed_inputs(
+    population: &Population,
+    orders: Orders,
+    extra: usize,
+) -> Result<Asymptotic, Missing> {
+    let shape = Shape::new(orders);
+    let theta = truth(population, shape)?;
+    let Population {
+        y,
+        u,
+        equation_error: v,
+        sources,
+        ..
+    } = population;
+    let z = u.lags(1.0, orders.nk, orders.nb + orders.na + extra);
+    if !are_orthogonal(sources, &z, v)? {
+        return Err(Missing::Biased);
+    }
+    let phi = regressors(y, u, shape);
+    let g = covariance(sources, &z, &phi)?;
+    let whitened = invertible(sources, &z, &z)?.solve(&g);
+    let normal = g.transpose() * &whitened;
+    is_regular(&normal)?;
+    let k = normal.partial_piv_lu().solve(whitened.transpose());
+    let products: Vec<_> = z.into_iter().map(|z| (z, v.clone())).collect();
+    let covariance = &k * long_run_covariance(sources, &products)? * k.transpose();
+    Ok(shape.asymptotic(&theta, true, &covariance))
+}

@@ -1,0 +1,104 @@
+//! Stationary signals: rational filters of independent white sources.
+
+use crate::model::polynomial::multiply;
+
+/// A white source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Its variance.
+    pub variance: f64,
+    /// Its fourth cumulant over the square of the variance: 0 for Gaussian numbers, -2 for random signs.
+    pub excess: f64,
+}
+
+/// `sum_s N_s(q) / D_s(q) w_s(k)` of the sources w_s, a sum of parts; polynomials in q^-1, D monic.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Signal {
+    pub(super) parts: Vec<Part>,
+}
+
+/// A source through one filter.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) source: usize,
+    pub(super) numerator: Vec<f64>,
+    pub(super) denominator: Vec<f64>,
+}
+
+impl Signal {
+    /// A source through `numerator / denominator`.
+    pub fn new(source: usize, numerator: &[f64], denominator: &[f64]) -> Self {
+        let mut signal = Self::default();
+        signal.add(source, numerator.to_vec(), trimmed(denominator.to_vec()));
+        signal
+    }
+
+    fn add(&mut self, source: usize, numerator: Vec<f64>, denominator: Vec<f64>) {
+        let same = |part: &&mut Part| part.source == source && part.denominator == denominator;
+        if let Some(part) = self.parts.iter_mut().find(same) {
+            let length = part.numerator.len().max(numerator.len());
+            part.numerator.resize(length, 0.0);
+            for (sum, more) in part.numerator.iter_mut().zip(&numerator) {
+                *sum += more;
+            }
+        } else if numerator.iter().any(|c| *c != 0.0) {
+            self.parts.push(Part {
+                source,
+                numerator,
+                denominator,
+            });
+        }
+    }
+
+    /// The signal through a further filter.
+    #[must_use]
+    pub fn through(&self, numerator: &[f64], denominator: &[f64]) -> Self {
+        let mut result = Self::default();
+        for part in &self.parts {
+            let bottom = trimmed(multiply(&part.denominator, denominator));
+            result.add(part.source, multiply(&part.numerator, numerator), bottom);
+        }
+        result
+    }
+
+    /// `x(k - lag)`.
+    #[must_use]
+    pub fn delayed(&self, lag: usize) -> Self {
+        let mut delay = vec![0.0; lag + 1];
+        delay[lag] = 1.0;
+        self.through(&delay, &[1.0])
+    }
+
+    /// `self + factor other`.
+    #[must_use]
+    pub fn plus(mut self, factor: f64, other: &Self) -> Self {
+        for part in &other.parts {
+            let numerator = part.numerator.iter().map(|c| factor * c).collect();
+            self.add(part.source, numerator, part.denominator.clone());
+        }
+        self
+    }
+
+    /// The part that comes from one source.
+    #[must_use]
+    pub fn from_source(&self, source: usize) -> Self {
+        let parts = self.parts.iter().filter(|part| part.source == source);
+        Self {
+            parts: parts.cloned().collect(),
+        }
+    }
+
+    /// `-x(k-1) ... -x(k-count)` with sign -1, from the lag `first` on.
+    pub fn lags(&self, sign: f64, first: usize, count: usize) -> Vec<Self> {
+        let lag = |i: usize| Self::default().plus(sign, &self.delayed(first + i));
+        (0..count).map(lag).collect()
+    }
+}
+
+/// Without the zeros at its end.
+fn trimmed(mut polynomial: Vec<f64>) -> Vec<f64> {
+    while polynomial.len() > 1 && polynomial.last() == Some(&0.0) {
+        polynomial.pop();
+    }
+    polynomial
+}

@@ -1,0 +1,22 @@
+//! Each covariance by another way: spectra integrated over frequency, sums of impulse responses, other people's numbers.
+
+use super::joint_state::{covariance, long_run_covariance};
+use super::linear::Influence;
+use super::population::Population;
+use super::*;
+use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, ProcessSettings};
+use crate::estimator::{ArmaxOptions, ArxOptions, Auxiliary, BjOptions, Iv4Options, SrivOptions};
+use crate::estimator::{InstrumentSource, IvDelayedOptions, IvOptions, LsOptions, OeOptions};
+use crate::plant::{Numerator, StateSpace, TransferFunction, nikolov2023};
+use crate::signal::{Input, InputLaw, LevelOf, LevelOver, LevelReading, NoiseFilter, Sequence};
+use faer::c64;
+
+mod cells;
+mod frequency;
+mod references;
+
+/// A process in open loop with signs of amplitude 10.
+fn process(plant: StateSpace, noise: NoiseColour, level: LevelReading) -> Process {
+    let input = Input::new(InputLaw::Signs, 10.0, Sequence::default());
+    Process::new(plant.clone(), vec![0.0; plant.order()], input, noise, level).unwrap()
+}

@@ -1,0 +1,132 @@
+//! Lyapunov equations against integrals over frequency, on signals of every kind.
+
+use super::*;
+
+/// Points of the trapezoidal rule, which converges geometrically: a pole of modulus 0.97 is lost by 1e-50.
+const POINTS: usize = 4096;
+
+/// The transfer function from a source at `q^-1 = exp(-i w)`.
+fn transfer(signal: &Signal, source: usize, w: f64) -> c64 {
+    let at = |c: &[f64]| {
+        let terms = c.iter().enumerate();
+        terms.fold(c64::new(0.0, 0.0), |sum, (k, c)| {
+            let angle = -w * k as f64;
+            sum + c64::new(c * libm::cos(angle), c * libm::sin(angle))
+        })
+    };
+    let parts = signal.parts.iter().filter(|part| part.source == source);
+    parts.fold(c64::new(0.0, 0.0), |sum, part| {
+        sum + at(&part.numerator) * at(&part.denominator).inv()
+    })
+}
+
+/// `1/(2 pi) int f(w) dw`.
+fn mean(f: impl Fn(f64) -> c64) -> f64 {
+    let angle = |i: usize| std::f64::consts::TAU * i as f64 / POINTS as f64;
+    let sum = (0..POINTS).fold(c64::new(0.0, 0.0), |sum, i| sum + f(angle(i)));
+    sum.re / POINTS as f64
+}
+
+/// The cross spectrum of two signals.
+fn spectrum(sources: &[Source], a: &Signal, b: &Signal, w: f64) -> c64 {
+    let terms = sources.iter().enumerate();
+    terms.fold(c64::new(0.0, 0.0), |sum, (s, source)| {
+        sum + transfer(a, s, w) * transfer(b, s, w).conj() * source.variance
+    })
+}
+
+pub fn covariance_over_frequency(sources: &[Source], a: &Signal, b: &Signal) -> f64 {
+    mean(|w| spectrum(sources, a, b, w))
+}
+
+/// Parseval: `sum_t R_ab(t) R_cd(t) = 1/(2 pi) int Phi_ab(w) conj(Phi_cd(w)) dw`.
+pub fn long_run_over_frequency(
+    sources: &[Source],
+    first: &(Signal, Signal),
+    second: &(Signal, Signal),
+) -> f64 {
+    let ((a, b), (c, d)) = (first, second);
+    let of = |x: &Signal, y: &Signal, w: f64| spectrum(sources, x, y, w);
+    let gaussian = mean(|w| of(a, c, w) * of(b, d, w).conj() + of(a, d, w) * of(b, c, w).conj());
+    let fourth = sources.iter().enumerate().map(|(s, source)| {
+        let share = |a: &Signal, b: &Signal| {
+            source.variance * mean(|w| transfer(a, s, w) * transfer(b, s, w).conj())
+        };
+        source.excess * share(a, b) * share(c, d)
+    });
+    gaussian + fourth.sum::<f64>()
+}
+
+fn signals() -> (Vec<Source>, Vec<Signal>) {
+    let source = |variance, excess| Source { variance, excess };
+    let sources = vec![source(4.0, -2.0), source(0.3, 0.0), source(1.0, 1.5)];
+    let x = Signal::new(0, &[0.0, 1.0, 0.5], &[1.0, -1.5, 0.7]);
+    let y = x
+        .clone()
+        .plus(1.0, &Signal::new(1, &[1.0, 0.6], &[1.0, -0.8]));
+    let z = Signal::new(2, &[0.3, 0.0, -1.0], &[1.0])
+        .plus(-0.4, &Signal::new(0, &[1.0], &[1.0]))
+        .plus(2.0, &y.delayed(3));
+    let slow = y.through(&[1.0, -0.2], &[1.0, -0.97]);
+    (sources, vec![x, y, z, slow])
+}
+
+#[test]
+fn covariances_are_integrals_of_spectra() {
+    let (sources, signals) = signals();
+    let found = covariance(&sources, &signals, &signals).unwrap();
+    for (i, a) in signals.iter().enumerate() {
+        for (j, b) in signals.iter().enumerate() {
+            let expected = covariance_over_frequency(&sources, a, b);
+            let size = (found[(i, i)] * found[(j, j)]).sqrt();
+            assert!((found[(i, j)] - expected).abs() < 1e-12 * size, "{i} {j}");
+        }
+    }
+}
+
+#[test]
+fn long_run_covariances_are_integrals_of_spectra() {
+    let (sources, signals) = signals();
+    let mut products = Vec::new();
+    for (i, a) in signals.iter().enumerate() {
+        for b in &signals[i..] {
+            products.push((a.clone(), b.clone()));
+        }
+    }
+    let found = long_run_covariance(&sources, &products).unwrap();
+    for (i, a) in products.iter().enumerate() {
+        for (j, b) in products.iter().enumerate() {
+            let expected = long_run_over_frequency(&sources, a, b);
+            let size = (found[(i, i)] * found[(j, j)]).sqrt();
+            assert!((found[(i, j)] - expected).abs() < 1e-11 * size, "{i} {j}");
+        }
+    }
+}
+
+/// `x = w` with signs: x^2 never moves, and products of neighbours are white of variance sigma^4.
+#[test]
+fn signs_by_hand() {
+    let source = Source {
+        variance: 9.0,
+        excess: -2.0,
+    };
+    let x = Signal::new(0, &[1.0], &[1.0]);
+    let products = [(x.clone(), x.clone()), (x.clone(), x.delayed(1))];
+    let s = long_run_covariance(&[source], &products).unwrap();
+    assert!(s[(0, 0)].abs() < 1e-12 && s[(0, 1)].abs() < 1e-12);
+    assert!((s[(1, 1)] - 81.0).abs() < 1e-11);
+}
+
+#[test]
+fn what_is_not_stationary_is_refused() {
+    let x = Signal::new(0, &[1.0], &[1.0, -1.0]);
+    let sources = [Source {
+        variance: 1.0,
+        excess: 0.0,
+    }];
+    let one = [x];
+    assert_eq!(
+        covariance(&sources, &one, &one).unwrap_err(),
+        NoTheory::NotStationary
+    );
+}
