@@ -18,6 +18,7 @@ mod methods;
 mod need;
 mod new_experiment;
 mod plan;
+mod programs;
 mod progress;
 mod replay;
 mod report;
@@ -31,8 +32,10 @@ mod timing;
 
 use crate::names::named_enum;
 use crate::text::{beginning, visible, visible_json, visible_lines};
+use crate::worker;
 use clap::{Parser, Subcommand};
 use error::{Error, failed};
+pub(crate) use programs::AGREED_TITLE;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -66,6 +69,9 @@ enum Command {
     Merge(merge::Arguments),
     Status(status::Arguments),
     Slurm(slurm::Arguments),
+    /// Kill the programs of a run that was killed; started by a run
+    #[command(name = worker::SUBCOMMAND, hide = true)]
+    Guard,
     /// Print the estimators with their options
     Methods,
     /// Print the JSON schema of experiment files, for editors
@@ -100,6 +106,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Slurm(arguments) => slurm::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
+            Command::Guard => {
+                worker::stand(std::io::stdin().lock());
+                Ok(ExitCode::SUCCESS)
+            }
             Command::Methods => methods::run(),
             Command::Schema => new_experiment::schema(),
         },

@@ -4,6 +4,7 @@ mod course;
 
 use super::error::{Error, failed};
 use super::files::{check_output, write_whole};
+use super::programs::{self, Consent};
 use super::{Format, memory, note, print, print_json};
 use crate::data::{Realisation, csv};
 use crate::estimator::auxiliary::AuxiliaryModel;
@@ -121,6 +122,8 @@ pub(super) struct Arguments {
     /// Write that trial's k, u, y to a file for `asobench estimate`
     #[arg(long, value_name = "FILE.csv")]
     data: Option<PathBuf>,
+    #[command(flatten)]
+    consent: Consent,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
     format: Format,
@@ -154,6 +157,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.join("manifest.json").display()
         ))
     })?;
+    if arguments.consent.allow_commands {
+        programs::permit(&experiment, programs::folder_of(Path::new("-"))?)?;
+    } else if let Some(program) = experiment.programs.first() {
+        return Err(Error::Input(format!(
+            "{}: method '{}' is the program {}; expected --allow-commands, which runs it in this folder",
+            folder.display(),
+            visible(&program.name),
+            visible(program.options.typed())
+        )));
+    }
     let command = format!(
         "asobench replay {} {}",
         shell_word(folder.display()),
@@ -184,7 +197,7 @@ pub(super) fn show(
     // The stages by faer, the rows by the engine of the study.
     memory::fits(experiment, index..index + 1, 2)?;
     let mut trial = Trial::new(experiment, cell).map_err(failed)?;
-    trial.run(which.trial);
+    trial.run(which.trial).map_err(failed)?;
     let record = trial.record();
     if let Some(path) = options.data {
         let comments = comments(cell, record.realisation, &options.command);
@@ -196,7 +209,8 @@ pub(super) fn show(
     }
     let mut trials = Trials::of_all_measures(experiment, cell);
     let mut worker = Worker::new(experiment, cell).map_err(failed)?;
-    worker.run_into(which.trial..which.trial + 1, &mut trials);
+    let ran = worker.run_into(which.trial..which.trial + 1, &mut trials);
+    ran.map_err(failed)?;
     let rows: Vec<Row> = trials.rows.iter().collect();
     let record = TrialRecord {
         rows: &rows,

@@ -53,7 +53,6 @@ impl MethodKind for ArxOptions {
             regression: Regression::new(orders, self.rows, problem.shape.window)?,
             model: LinearModel::zero(orders),
             state: StateEstimate::new(orders.order(), self.initial_state),
-            undelayed: Vec::new(),
         }))
     }
 }
@@ -64,8 +63,6 @@ pub struct Arx {
     regression: Regression,
     model: LinearModel,
     state: StateEstimate,
-    /// y less what u adds at once, where nk = 0.
-    undelayed: Vec<f64>,
 }
 
 impl Estimator for Arx {
@@ -98,15 +95,7 @@ impl Estimator for Arx {
             });
             return;
         }
-        let mut strictly_proper = window;
-        if pass.direct != 0.0 {
-            let d = pass.direct;
-            self.undelayed.clear();
-            let samples = window.y.iter().zip(window.u);
-            self.undelayed.extend(samples.map(|(y, u)| y - d * u));
-            strictly_proper.y = &self.undelayed;
-        }
-        self.state.estimate(strictly_proper, 0, pass);
+        self.state.estimate(window, 0, pass);
     }
 }
 

@@ -125,27 +125,38 @@ pub(super) fn conclude(
 }
 
 /// Stage 6 for one pass.
-pub(super) struct StateEstimate {
+pub(crate) struct StateEstimate {
     start: StartState,
     initial_state: InitialState,
     x0: Vec<f64>,
+    /// y less what u adds at once, where nk = 0.
+    undelayed: Vec<f64>,
 }
 
 impl StateEstimate {
-    pub(super) fn new(order: usize, start: StartState) -> Self {
+    pub(crate) fn new(order: usize, start: StartState) -> Self {
         Self {
             start,
             initial_state: InitialState::new(order),
             x0: vec![0.0; order],
+            undelayed: Vec::new(),
         }
     }
 
     /// Sets x0 of a pass whose a, b, h stand, or records the failure.
-    pub(super) fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
+    pub(crate) fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
+        let mut window = Window { ..window };
         if self.start == StartState::Zero {
             self.x0.fill(0.0);
             pass.set_initial_state(&self.x0);
             return;
+        }
+        if pass.direct != 0.0 {
+            let d = pass.direct;
+            self.undelayed.clear();
+            let samples = window.y.iter().zip(window.u);
+            self.undelayed.extend(samples.map(|(y, u)| y - d * u));
+            window.y = &self.undelayed;
         }
         let found = self
             .initial_state

@@ -5,7 +5,7 @@ use super::continuous_time::ContinuousCell;
 use super::curves::Curves;
 use super::engine::Engine;
 use super::file::{
-    Axis, ExperimentFile, FileError, Key, Settings, TrialRule, Until, at_most, cells,
+    Axis, ExperimentFile, FileError, Key, MethodTable, Settings, TrialRule, Until, at_most, cells,
 };
 use super::measure::Measure;
 use super::names::{check_labels, check_names};
@@ -15,8 +15,10 @@ use crate::estimator::{Estimator, KnownModel, Method, Output, Problem, SetupErro
 use crate::names::named_enum;
 use crate::observer::Gain;
 use crate::real::MOST_LANES;
+use crate::worker::Program;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_128;
 
 named_enum! {
@@ -154,6 +156,7 @@ impl Cell {
         method.prepare(Problem {
             shape: self.shape(),
             known: known.as_ref(),
+            process: self.process().map(|process| (process, self.eta)),
         })
     }
 
@@ -171,6 +174,8 @@ pub struct Experiment {
     pub cells: Vec<Cell>,
     /// What is compared, all on the same records; none in continuous time, where observers are.
     pub methods: Vec<Method>,
+    /// The methods of the file that are programs, in its order.
+    pub programs: Vec<Arc<Program>>,
     /// Pairs of outputs that are compared, as indices in [`Self::outputs`].
     pub compare: Vec<[usize; 2]>,
 }
@@ -237,10 +242,13 @@ impl Experiment {
             })
             .collect();
         let tables = file.methods.iter().enumerate();
-        let methods: Result<Vec<Method>, FileError> = tables.map(|(i, m)| m.method(i)).collect();
+        let programs = programs(&file);
+        let method = |(i, table): (usize, &MethodTable)| table.method(i, programs[i].as_ref());
+        let methods: Result<Vec<Method>, FileError> = tables.map(method).collect();
         let mut experiment = Self {
             cells: cells?,
             methods: methods?,
+            programs: programs.into_iter().flatten().collect(),
             compare: Vec::new(),
             file,
         };
@@ -277,6 +285,12 @@ impl Experiment {
     pub fn output_count(&self) -> usize {
         let of_methods: usize = self.methods.iter().map(|m| m.outputs().len()).sum();
         of_methods + self.file.observers.len()
+    }
+
+    /// How many trials follow each other in the largest batch of a program: blocks end with whole ones.
+    pub fn batch(&self) -> u64 {
+        let batches = self.programs.iter().map(|program| program.options.batch);
+        batches.max().unwrap_or(1)
     }
 
     /// How many trials a cell has where so many are asked for: all of them, or one where they would
@@ -346,6 +360,12 @@ impl Experiment {
         } = *cell;
         // Stage 7's output, and the rows of stage 6 that are solved by themselves.
         let methods = self.methods.len() * window * (order + 2) * NUMBER;
+        // The batch of a program's records, as it is drawn and as it is sent.
+        let batches = self
+            .programs
+            .iter()
+            .map(|program| program.options.batch as usize);
+        let methods = methods + batches.sum::<usize>() * window * 3 * 2 * NUMBER;
         let curve = if self.file.curves { horizon } else { 0 };
         let (samples, lanes) = match (&cell.source, engine) {
             (Source::Continuous(of), _) => return NUMBER * of.disturbance_numbers(),
@@ -573,6 +593,24 @@ pub(crate) fn design_of(file: &Value) -> Value {
         design.retain(|key, _| !WORDS.contains(&key.as_str()));
     }
     design
+}
+
+/// The programs that methods of a resolved file are.
+fn programs(file: &ExperimentFile) -> Vec<Option<Arc<Program>>> {
+    // What tells the study from others, whatever version a program says that it has.
+    let mut design = design_of(&serde_json::to_value(file).unwrap_or_default());
+    for method in design["methods"].as_array_mut().into_iter().flatten() {
+        if let Some(method) = method.as_object_mut() {
+            method.shift_remove("worker");
+        }
+    }
+    let fingerprint = format!("{:032x}", xxh3_128(design.to_string().as_bytes()));
+    let program = |table: &MethodTable| {
+        let options = table.program()?.clone();
+        let program = Program::new(table.base_name(), options, fingerprint.clone());
+        Some(Arc::new(program))
+    };
+    file.methods.iter().map(program).collect()
 }
 
 /// Checks how many points of courses are kept.

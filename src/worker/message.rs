@@ -1,0 +1,271 @@
+//! Messages between the program and a worker: docs/protocol.md.
+
+use super::model::Layout;
+use crate::model::Orders;
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// The protocol's version.
+pub const PROTOCOL: u64 = 1;
+/// The most bytes of a header, its line end counted.
+pub const LONGEST_HEADER: usize = 1 << 16;
+/// The most bytes of a reply's blocks.
+pub const LARGEST_REPLY: usize = 1 << 28;
+/// The most characters of a worker's name, and of its version.
+const LONGEST_NAME: usize = 100;
+
+/// What a worker is told of a cell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Hello {
+    pub frame: &'static str,
+    pub protocol: u64,
+    pub program: String,
+    pub method: String,
+    pub fingerprint: String,
+    pub order: usize,
+    pub na: usize,
+    pub nb: usize,
+    pub nc: usize,
+    pub nd: usize,
+    pub nf: usize,
+    pub nk: usize,
+    pub samples: usize,
+    pub sampling: f64,
+    #[serde(rename = "loop")]
+    pub feedback: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Value>,
+}
+
+impl Hello {
+    /// The line that is sent.
+    pub fn line(&self) -> String {
+        let mut line = serde_json::to_string(self).unwrap_or_default();
+        line.push('\n');
+        line
+    }
+
+    /// Sets what of a model's orders is asked for.
+    pub fn asking(mut self, orders: Orders) -> Self {
+        let Orders {
+            na,
+            nb,
+            nc,
+            nd,
+            nf,
+            nk,
+        } = orders;
+        (self.na, self.nb, self.nc) = (na, nb, nc);
+        (self.nd, self.nf, self.nk) = (nd, nf, nk);
+        self
+    }
+}
+
+/// What a worker says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ready {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// Whether its models are matrices instead of polynomials.
+    pub matrices: bool,
+    /// Whether the same batch has the same reply, bit for bit.
+    pub deterministic: bool,
+}
+
+impl Ready {
+    /// "NAME VERSION".
+    pub fn identity(&self) -> String {
+        format!("{} {}", self.name, self.version)
+    }
+
+    /// Reads the header of its answer.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(header: &Map<String, Value>) -> Result<Self, String> {
+        expect_frame(header, "ready")?;
+        let protocol = header.get("protocol").and_then(Value::as_u64);
+        if protocol != Some(PROTOCOL) {
+            return Err(format!("\"protocol\" of \"ready\": expected {PROTOCOL}"));
+        }
+        let text = |key: &str| {
+            let text = header.get(key).and_then(Value::as_str);
+            let fits = |text: &&str| {
+                (1..=LONGEST_NAME).contains(&text.chars().count())
+                    && !text.chars().any(char::is_control)
+            };
+            let text = text.filter(fits).map(str::to_owned);
+            text.ok_or_else(|| {
+                format!("\"{key}\" of \"ready\": expected a text of 1 to {LONGEST_NAME} characters")
+            })
+        };
+        let matrices = match header.get("returns").and_then(Value::as_str) {
+            Some("polynomials") => false,
+            Some("matrices") => true,
+            _ => {
+                return Err(
+                    "\"returns\" of \"ready\": expected \"polynomials\" or \"matrices\"".to_owned(),
+                );
+            }
+        };
+        let deterministic = header.get("deterministic").and_then(Value::as_bool);
+        Ok(Self {
+            name: text("name")?,
+            version: text("version")?,
+            matrices,
+            deterministic: deterministic
+                .ok_or("\"deterministic\" of \"ready\": expected true or false")?,
+        })
+    }
+}
+
+/// An error where a header is of another frame.
+fn expect_frame(header: &Map<String, Value>, name: &str) -> Result<(), String> {
+    match header.get("frame").and_then(Value::as_str) {
+        Some(found) if found == name => Ok(()),
+        _ => Err(format!("expected a header with \"frame\": \"{name}\"")),
+    }
+}
+
+/// Records on their way to a worker.
+#[derive(Default)]
+pub struct Batch {
+    pub trials: Vec<u64>,
+    pub seeds: Vec<u64>,
+    pub u: Vec<f64>,
+    pub y: Vec<f64>,
+    pub r: Vec<f64>,
+    pub samples: usize,
+}
+
+impl Batch {
+    /// The frame of some of its records.
+    pub fn frame(&self, number: u64, of: std::ops::Range<usize>) -> Vec<u8> {
+        let (count, samples) = (of.len(), self.samples);
+        let bytes = 8 * count * (2 + 3 * samples);
+        let header = format!(
+            "{{\"frame\":\"batch\",\"number\":{number},\"trials\":{count},\"samples\":{samples},\"bytes\":{bytes}}}\n"
+        );
+        let mut frame = Vec::with_capacity(header.len() + bytes);
+        frame.extend_from_slice(header.as_bytes());
+        for whole in [&self.trials, &self.seeds] {
+            let numbers = whole[of.clone()].iter();
+            frame.extend(numbers.flat_map(|number| (*number as f64).to_le_bytes()));
+        }
+        let signal = of.start * samples..of.end * samples;
+        for numbers in [&self.u, &self.y, &self.r] {
+            let numbers = numbers[signal.clone()].iter();
+            frame.extend(numbers.flat_map(|number| number.to_le_bytes()));
+        }
+        frame
+    }
+}
+
+/// What a worker answers.
+pub enum Answer {
+    Ready(Ready),
+    Reply(Reply),
+}
+
+/// The numbers of a reply.
+pub struct Reply {
+    pub layout: Layout,
+    pub numbers: Vec<f64>,
+}
+
+/// What is waited for.
+#[derive(Clone, Copy)]
+pub enum Awaited {
+    Ready,
+    Reply {
+        number: u64,
+        trials: usize,
+        matrices: bool,
+    },
+}
+
+/// Bytes of a worker, as they come.
+#[derive(Default)]
+pub struct Incoming {
+    bytes: Vec<u8>,
+    /// How far no line end was found.
+    searched: usize,
+    /// The header's length and what it says, once it is there.
+    header: Option<(usize, Layout)>,
+}
+
+impl Incoming {
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// How many bytes may be read before what is there is looked at.
+    pub const ROOM: usize = 1 << 16;
+
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// The answer, once all of it is there.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn take(&mut self, awaited: Awaited) -> Result<Option<Answer>, String> {
+        if self.header.is_none() {
+            if self.bytes.first().is_some_and(|first| *first != b'{') {
+                return Err("expected a header, which begins with '{'".to_owned());
+            }
+            let searched = self.searched;
+            let found = self.bytes[searched..].iter().position(|b| *b == b'\n');
+            let length = found.map_or(self.bytes.len(), |at| searched + at + 1);
+            if length > LONGEST_HEADER {
+                return Err(format!("a header of more than {LONGEST_HEADER} bytes"));
+            }
+            if found.is_none() {
+                self.searched = length;
+                return Ok(None);
+            }
+            let header: Map<String, Value> = serde_json::from_slice(&self.bytes[..length])
+                .map_err(|error| format!("a header that is no JSON object ({error})"))?;
+            match awaited {
+                Awaited::Ready => {
+                    self.forget(length);
+                    return Ready::read(&header).map(|ready| Some(Answer::Ready(ready)));
+                }
+                Awaited::Reply {
+                    number,
+                    trials,
+                    matrices,
+                } => {
+                    expect_frame(&header, "reply")?;
+                    let layout = Layout::read(&header, number, trials, matrices)?;
+                    self.header = Some((length, layout));
+                }
+            }
+        }
+        let Some((length, layout)) = &self.header else {
+            return Ok(None);
+        };
+        let end = length + 8 * layout.numbers();
+        if self.bytes.len() <= end {
+            return Ok(None);
+        }
+        if self.bytes[end] != b'\n' {
+            return Err("more blocks than the header says: no line end after them".to_owned());
+        }
+        let numbers = self.bytes[*length..end].as_chunks::<8>().0.iter();
+        let numbers = numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let layout = layout.clone();
+        self.forget(end + 1);
+        Ok(Some(Answer::Reply(Reply { layout, numbers })))
+    }
+
+    /// Forgets an answer of so many bytes. What comes after it belongs to nothing that was asked.
+    fn forget(&mut self, length: usize) {
+        self.bytes.drain(..length);
+        self.bytes.shrink_to(Self::ROOM);
+        (self.searched, self.header) = (0, None);
+    }
+}
