@@ -27,6 +27,7 @@ mod run;
 mod shard;
 mod slurm;
 mod status;
+mod test_method;
 mod throughput;
 mod timing;
 
@@ -69,6 +70,7 @@ enum Command {
     Merge(merge::Arguments),
     Status(status::Arguments),
     Slurm(slurm::Arguments),
+    TestMethod(test_method::Arguments),
     /// Kill the programs of a run that was killed; started by a run
     #[command(name = worker::SUBCOMMAND, hide = true)]
     Guard,
@@ -106,6 +108,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Slurm(arguments) => slurm::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
+            Command::TestMethod(arguments) => test_method::run(&arguments),
             Command::Guard => {
                 worker::stand(std::io::stdin().lock());
                 Ok(ExitCode::SUCCESS)

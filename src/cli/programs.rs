@@ -2,7 +2,7 @@
 
 use super::error::{Error, failed};
 use super::{note, progress};
-use crate::estimator::{Problem, ProgramError};
+use crate::estimator::ProgramError;
 use crate::files::{self, Kind};
 use crate::study::Experiment;
 use crate::study::file::ExperimentFile;
@@ -59,11 +59,7 @@ pub(super) fn introduced(
 /// What each program says that it is.
 fn identities(experiment: &Experiment) -> Result<Vec<(&Arc<Program>, String)>, Error> {
     let cell = &experiment.cells[0];
-    let problem = Problem {
-        shape: cell.shape(),
-        known: None,
-        process: cell.process().map(|process| (process, cell.eta)),
-    };
+    let problem = cell.problem(cell.window);
     let programs = experiment.programs.iter();
     let introduced = programs.map(|program| {
         let ready = worker::introduce(program, &problem);

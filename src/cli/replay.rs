@@ -19,6 +19,7 @@ use crate::study::{
     design_of, read_manifest, stored_alike,
 };
 use crate::text::{folded, number, shell_word, visible};
+use crate::worker::ask_once;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -219,7 +220,32 @@ pub(super) fn show(
     let stored = stored(options.folder, experiment, index, record.rows);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
     replay.stored = stored;
-    replay.print(options)
+    let code = replay.print(options)?;
+    if options.format == Format::Text {
+        messages(experiment, cell, which.trial)?;
+    }
+    Ok(code)
+}
+
+/// Prints what goes to each program for a trial alone, and what it answers.
+fn messages(experiment: &Experiment, cell: &Cell, trial: u64) -> Result<(), Error> {
+    for program in &experiment.programs {
+        let problem = cell.problem(cell.window);
+        let Some(process) = problem.process else {
+            return Ok(());
+        };
+        let (record, _) = cell.record_for_program(process, experiment.file.seed, trial);
+        let told = match ask_once(program, &problem, &[record]).map_err(failed)? {
+            Ok(answered) => format!(
+                "sent:\n{}answered:\n{}",
+                answered.messages[0], answered.messages[1]
+            ),
+            Err(wrong) => format!("sent alone, it is {wrong}\n"),
+        };
+        print(&format!("\nProgram {}, {told}", visible(&program.name)))?;
+        program.end();
+    }
+    Ok(())
 }
 
 /// The truth, as comment lines of a CSV file.

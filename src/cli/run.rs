@@ -47,7 +47,7 @@ pub(super) struct Arguments {
 #[derive(clap::Args)]
 pub(super) struct StudyArguments {
     /// Experiment file, such as experiments/window.toml, or - for standard input
-    file: PathBuf,
+    pub(super) file: PathBuf,
     /// Trials in each cell instead of the file's
     #[arg(
         long, value_name = "M", allow_negative_numbers = true,

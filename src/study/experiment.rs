@@ -10,12 +10,12 @@ use super::file::{
 use super::measure::Measure;
 use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
-use crate::data::Process;
+use crate::data::{Process, Realisation, Truth};
 use crate::estimator::{Estimator, KnownModel, Method, Output, Problem, SetupError, Shape};
 use crate::names::named_enum;
 use crate::observer::Gain;
 use crate::real::MOST_LANES;
-use crate::worker::Program;
+use crate::worker::{Program, Record, seed_of};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -154,10 +154,41 @@ impl Cell {
             None
         };
         method.prepare(Problem {
-            shape: self.shape(),
             known: known.as_ref(),
-            process: self.process().map(|process| (process, self.eta)),
+            ..self.problem(self.window)
         })
+    }
+
+    /// What a method without knowledge of the plant is prepared for, or a window of another length.
+    pub fn problem(&self, window: usize) -> Problem<'_> {
+        Problem {
+            shape: Shape {
+                order: self.order,
+                window,
+            },
+            known: None,
+            process: self.process().map(|process| (process, self.eta)),
+        }
+    }
+
+    /// A trial of a process as a program is sent it, with the plant.
+    pub fn record_for_program(
+        &self,
+        (process, eta): (&Process, f64),
+        seed: u64,
+        trial: u64,
+    ) -> (Record, Truth) {
+        let (mut drawn, window) = (Realisation::default(), self.window);
+        process.realise(seed, trial, eta, window, self.horizon, &mut drawn);
+        let cut = |signal: &[f64]| signal[..window].to_vec();
+        let record = Record {
+            trial,
+            seed: seed_of(seed, trial),
+            u: cut(&drawn.u),
+            y: cut(&drawn.y),
+            r: cut(&drawn.r),
+        };
+        (record, drawn.truth)
     }
 
     /// The memory of a record with its truth: u, y, r, u0, y0, f and n states for every sample.

@@ -9,8 +9,7 @@ use super::{Cell, Experiment};
 use crate::data::{Process, Realisation};
 use crate::estimator::{Estimator, Output, Pass, Progress, Records, SetupError, Window};
 use crate::metric::relative_error;
-use crate::signal::{Purpose, stream};
-use rand::Rng as _;
+use crate::worker::seed_of;
 
 /// Buffers to run trials of one cell: one value per worker.
 pub struct Trial<'e> {
@@ -73,7 +72,7 @@ impl Records for Others<'_> {
     }
 
     fn seed(&self, trial: u64) -> u64 {
-        stream(self.seed, trial, Purpose::Program).next_u64() >> 11
+        seed_of(self.seed, trial)
     }
 }
 

@@ -61,6 +61,15 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
     hello.asking(orders.unwrap_or(Orders::arx(order, order, 1)))
 }
 
+/// A fault in words.
+pub(super) fn fault_words(fault: &Fault) -> String {
+    match fault {
+        Fault::Timeout => "timeout: no whole answer in time".to_owned(),
+        Fault::Crashed | Fault::Stopped => "crashed: the process ended or closed a pipe".to_owned(),
+        Fault::Malformed(what) => format!("malformed: {what}"),
+    }
+}
+
 impl External {
     pub(super) fn new(program: Arc<Program>, problem: &Problem<'_>) -> Self {
         Self {
@@ -168,11 +177,7 @@ impl External {
 
     /// Writes a fault to the log.
     fn note(&self, part: &Range<usize>, fault: &Fault) {
-        let what = match fault {
-            Fault::Timeout => "no reply in time".to_owned(),
-            Fault::Crashed | Fault::Stopped => "the process ended or closed a pipe".to_owned(),
-            Fault::Malformed(what) => what.clone(),
-        };
+        let what = fault_words(fault);
         let trials = &self.batch.trials;
         let (first, last) = (trials[part.start], trials[part.end - 1]);
         let line = format!("trials {first} to {last}: {what}; the process is killed");

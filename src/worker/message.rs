@@ -171,6 +171,8 @@ pub enum Answer {
 
 /// The numbers of a reply.
 pub struct Reply {
+    /// The header's line.
+    pub header: String,
     pub layout: Layout,
     pub numbers: Vec<f64>,
 }
@@ -257,9 +259,14 @@ impl Incoming {
         }
         let numbers = self.bytes[*length..end].as_chunks::<8>().0.iter();
         let numbers = numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let header = String::from_utf8_lossy(&self.bytes[..*length]).into_owned();
         let layout = layout.clone();
         self.forget(end + 1);
-        Ok(Some(Answer::Reply(Reply { layout, numbers })))
+        Ok(Some(Answer::Reply(Reply {
+            header,
+            layout,
+            numbers,
+        })))
     }
 
     /// Forgets an answer of so many bytes. What comes after it belongs to nothing that was asked.
@@ -267,5 +274,123 @@ impl Incoming {
         self.bytes.drain(..length);
         self.bytes.shrink_to(Self::ROOM);
         (self.searched, self.header) = (0, None);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::{Pass, Window};
+
+    /// The bytes that docs/protocol.md shows after a header.
+    fn shown(header: &str) -> Vec<u8> {
+        let text = include_str!("../../docs/protocol.md");
+        let after = text.split_once(header).unwrap().1;
+        let dump = after.lines().skip_while(|line| !line.starts_with("    0"));
+        let lines = dump.take_while(|line| line.starts_with("    "));
+        let bytes = lines.flat_map(str::split_whitespace);
+        bytes
+            .map(|byte| u8::from_str_radix(byte, 16).unwrap())
+            .collect()
+    }
+
+    const BATCH: &str =
+        "{\"frame\":\"batch\",\"number\":1,\"trials\":1,\"samples\":3,\"bytes\":88}\n";
+    const REPLY: &str =
+        "{\"frame\":\"reply\",\"number\":1,\"trials\":1,\"na\":1,\"nb\":1,\"nk\":1,\"bytes\":32}\n";
+
+    fn batch() -> Batch {
+        Batch {
+            trials: vec![7],
+            seeds: vec![4503599627370497],
+            u: vec![1.0, -1.0, 1.0],
+            y: vec![0.5, 0.25, -0.125],
+            r: vec![1.0, -1.0, 1.0],
+            samples: 3,
+        }
+    }
+
+    const AWAITED: Awaited = Awaited::Reply {
+        number: 1,
+        trials: 1,
+        matrices: false,
+    };
+
+    #[test]
+    fn the_bytes_of_the_text() {
+        let frame = batch().frame(1, 0..1);
+        assert_eq!(frame, [BATCH.as_bytes(), &shown(BATCH)].concat());
+        let bytes = [REPLY.as_bytes(), &shown(REPLY)].concat();
+        // However they come.
+        for size in [1, 7, bytes.len()] {
+            let mut incoming = Incoming::default();
+            let mut answer = None;
+            for part in bytes.chunks(size) {
+                assert!(answer.is_none());
+                incoming.add(part);
+                answer = incoming.take(AWAITED).unwrap();
+            }
+            let Some(Answer::Reply(reply)) = answer else {
+                panic!("no reply");
+            };
+            reply.check().unwrap();
+            let mut pass = Pass::new(1);
+            let u = [1.0, 2.0, 3.0];
+            reply.fill(0, Window::new(&u, &u, 3), &mut pass);
+            assert_eq!(
+                (&pass.model.a[..], &pass.model.b[..]),
+                (&[1.0, -0.5][..], &[0.0, 0.25][..])
+            );
+            assert_eq!(reply.seconds(0), 0.001);
+            assert!(incoming.is_empty());
+        }
+        let ready = include_str!("../../docs/protocol.md");
+        let ready = ready
+            .lines()
+            .find(|line| line.contains("{\"frame\":\"ready\""))
+            .unwrap();
+        let ready = Ready::read(&serde_json::from_str(ready).unwrap()).unwrap();
+        assert_eq!(ready.identity(), "least squares 1.0");
+    }
+
+    /// What is wrong with an answer is told before more of it is waited for.
+    #[test]
+    fn malformed_answers() {
+        let blocks = shown(REPLY);
+        let reply = |from: &str, to: &str| {
+            assert!(REPLY.contains(from));
+            [REPLY.replace(from, to).as_bytes(), &blocks].concat()
+        };
+        let mut surplus = [REPLY.as_bytes(), &blocks].concat();
+        surplus.splice(surplus.len() - 1.., [0; 9]);
+        for (bytes, part) in [
+            (b"ok\n".to_vec(), "begins with '{'"),
+            (vec![b'{'; LONGEST_HEADER + 1], "more than 65536 bytes"),
+            (b"{\n".to_vec(), "no JSON object"),
+            (reply("reply", "ready"), "\"frame\": \"reply\""),
+            (reply("\"number\":1", "\"number\":2"), "\"number\" of"),
+            (reply("\"trials\":1", "\"trials\":1.5"), "\"trials\" of"),
+            (reply("\"na\":1", "\"na\":1001"), "0 to 1000"),
+            (reply("\"na\":1", "\"na\":-1"), "0 to 1000"),
+            (reply("\"nk\":1", "\"reasons\":[\"\"]"), "not empty"),
+            (
+                reply("\"na\":1", "\"na\":2"),
+                "\"bytes\" of \"reply\": expected 40",
+            ),
+            (
+                reply(
+                    "\"nb\":1",
+                    "\"nb\":1000,\"nf\":1000,\"nc\":1000,\"nd\":1000,\"covariance\":true",
+                ),
+                "blocks of",
+            ),
+            (reply("\"bytes\":32", "\"bytes\":33"), "expected 32"),
+            (surplus, "no line end"),
+        ] {
+            let mut incoming = Incoming::default();
+            incoming.add(&bytes);
+            let error = incoming.take(AWAITED).err().unwrap_or_default();
+            assert!(error.contains(part), "{part}: {error}");
+        }
     }
 }

@@ -12,6 +12,7 @@ mod guard;
 mod log;
 mod message;
 mod model;
+mod once;
 mod options;
 #[cfg(target_os = "linux")]
 mod process;
@@ -23,11 +24,19 @@ use elsewhere::{guard, process};
 pub use guard::{Guard, SUBCOMMAND, stand};
 pub(crate) use log::TITLE;
 pub use message::Ready;
+pub use once::{Answered, Record, ask_once};
 pub use options::{CommandOptions, Told, Workers};
 pub use program::{Permit, Program};
 
 use crate::estimator::{Method, Output, Problem, ProgramError};
+use crate::signal::{Purpose, stream};
+use rand::Rng as _;
 use std::sync::Arc;
+
+/// The seed of a trial that programs are given, below 2^53: nothing of the record can be told from it.
+pub fn seed_of(seed: u64, trial: u64) -> u64 {
+    stream(seed, trial, Purpose::Program).next_u64() >> 11
+}
 
 /// The method that a program is, with this name in the results.
 pub fn method(program: &Arc<Program>) -> Method {

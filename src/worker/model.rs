@@ -34,8 +34,8 @@ enum Form {
 }
 
 impl Form {
-    /// Numbers of a trial in each block of the model.
-    fn widths(self) -> Vec<usize> {
+    /// Each block of the model, with the numbers of a trial in it.
+    fn blocks(self) -> Vec<(&'static str, usize)> {
         match self {
             Self::Polynomials {
                 orders,
@@ -44,9 +44,15 @@ impl Form {
             } => {
                 let p = orders.parameters();
                 let covariance = if covariance { p * p } else { 0 };
-                vec![p, usize::from(variance), covariance]
+                vec![
+                    ("parameters", p),
+                    ("noise variance", usize::from(variance)),
+                    ("covariance", covariance),
+                ]
             }
-            Self::Matrices { order: n } => vec![n * n, n, n, 1, n],
+            Self::Matrices { order: n } => {
+                vec![("A", n * n), ("b", n), ("c", n), ("d", 1), ("x0", n)]
+            }
         }
     }
 }
@@ -128,8 +134,8 @@ impl Layout {
 
     /// How many numbers the blocks have.
     pub fn numbers(&self) -> usize {
-        let widths = self.form.widths();
-        self.trials * (2 + widths.iter().sum::<usize>())
+        let widths = self.form.blocks().into_iter().map(|(_, width)| width);
+        self.trials * (2 + widths.sum::<usize>())
     }
 }
 
@@ -178,11 +184,24 @@ impl Reply {
         self.numbers[self.layout.trials + place]
     }
 
+    /// Each block with its name and the numbers of a trial in it.
+    pub fn blocks(&self) -> Vec<(&'static str, Vec<f64>, usize)> {
+        let names = [("status", 1), ("seconds", 1)].into_iter();
+        let mut from = 0;
+        let all = names.chain(self.layout.form.blocks()).map(|(name, width)| {
+            let to = from + self.layout.trials * width;
+            let block = self.numbers[from..to].to_vec();
+            from = to;
+            (name, block, width)
+        });
+        all.collect()
+    }
+
     /// The row of a trial in each block of the model.
     fn rows(&self, place: usize) -> Vec<&[f64]> {
         let trials = self.layout.trials;
         let mut from = 2 * trials;
-        let rows = self.layout.form.widths().into_iter().map(|width| {
+        let rows = self.layout.form.blocks().into_iter().map(|(_, width)| {
             let row = &self.numbers[from + place * width..from + (place + 1) * width];
             from += trials * width;
             row

@@ -1,0 +1,30 @@
+% A worker in Octave or MATLAB: least squares of A(q) y = B(q) u + e.
+requests = fopen(getenv("ASOBENCH_REQUESTS"), "r", "ieee-le");
+replies = fopen(getenv("ASOBENCH_REPLIES"), "w", "ieee-le");
+while true
+    line = fgetl(requests);
+    if ~ischar(line), break; end
+    head = jsondecode(line);
+    if strcmp(head.frame, "hello")
+        hello = head;
+        fprintf(replies, "%s\n", ['{"frame":"ready","protocol":1,"name":"least squares in Octave",' ...
+            '"version":"1.0","returns":"polynomials","deterministic":true}']);
+    else
+        m = head.trials; N = head.samples; na = hello.na; nb = hello.nb; nk = hello.nk;
+        numbers = fread(requests, 2*m, "double");
+        u = fread(requests, [N, m], "double");
+        y = fread(requests, [N, m], "double");
+        r = fread(requests, [N, m], "double");
+        theta = zeros(na + nb, m);
+        k = (max(na, nb + nk - 1) + 1 : N)';
+        for i = 1:m
+            ui = u(:, i); yi = y(:, i);
+            theta(:, i) = [-yi(k - (1:na)), ui(k - nk - (0:nb-1))] \ yi(k);
+        end
+        fprintf(replies, '{"frame":"reply","number":%d,"trials":%d,"na":%d,"nb":%d,"nk":%d,"bytes":%d}\n', ...
+            head.number, m, na, nb, nk, 8 * m * (2 + na + nb));
+        fwrite(replies, [zeros(m, 1); nan(m, 1); theta(:)], "double");
+        fprintf(replies, "\n");
+    end
+    fflush(replies);
+end
