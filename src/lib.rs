@@ -86,7 +86,10 @@ pub mod observer;
 pub mod plant;
 pub mod real;
 pub mod report;
+mod run_in;
 pub mod signal;
 pub mod study;
 mod text;
 pub mod worker;
+
+pub use run_in::{RunInError, run_in};

@@ -162,7 +162,21 @@ impl Method {
         })
     }
 
-    /// The same, of models of certain orders, made for a problem with all that is known of it.
+    /// A method of your own with one output. Its name and version tell it from others, as `identity` does in
+    /// [`Self::new`].
+    pub fn single(
+        name: &str,
+        version: &str,
+        factory: impl Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync + 'static,
+    ) -> Self {
+        let output = Output {
+            estimator: name.to_owned(),
+            pass: 0,
+        };
+        Self::new(format!("{name} {version}"), vec![output], factory)
+    }
+
+    /// The same as [`Self::new`], of models of certain orders, made for a problem with all that is known of it.
     pub(crate) fn own(
         identity: Option<String>,
         outputs: Vec<Output>,

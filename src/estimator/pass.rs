@@ -39,6 +39,17 @@ pub struct Failure {
     pub pass: usize,
 }
 
+impl From<FailureKind> for Failure {
+    /// Of the estimate of a method with one pass.
+    fn from(kind: FailureKind) -> Self {
+        Self {
+            kind,
+            stage: Stage::LeastSquares,
+            pass: 0,
+        }
+    }
+}
+
 impl From<DrawFailure> for Failure {
     /// Of every pass of a trial without a record.
     fn from(failure: DrawFailure) -> Self {

@@ -5,9 +5,7 @@ use super::options::Told;
 use super::process::Fault;
 use super::program::{Lease, Program};
 use crate::data::Feedback;
-use crate::estimator::{
-    Estimator, Failure, FailureKind, Pass, Problem, ProgramError, Records, Stage, Window,
-};
+use crate::estimator::{Estimator, FailureKind, Pass, Problem, ProgramError, Records, Window};
 use crate::model::Orders;
 use serde_json::json;
 use std::ops::Range;
@@ -210,14 +208,8 @@ impl Estimator for External {
         let outcome = self.outcomes.get(self.current);
         match outcome.and_then(Option::as_ref) {
             Some(Ok((reply, place))) => reply.fill(*place, window, pass),
-            other => pass.fail(Failure {
-                kind: other.map_or(FailureKind::NotRun, |outcome| match outcome {
-                    Err(kind) => *kind,
-                    Ok(_) => FailureKind::NotRun,
-                }),
-                stage: Stage::LeastSquares,
-                pass: 0,
-            }),
+            Some(Err(kind)) => pass.fail((*kind).into()),
+            None => pass.fail(FailureKind::NotRun.into()),
         }
     }
 }

@@ -10,7 +10,7 @@ pub const PROTOCOL: u64 = 1;
 /// The most bytes of a header, its line end counted.
 pub const LONGEST_HEADER: usize = 1 << 16;
 /// The most bytes of a reply's blocks.
-pub const LARGEST_REPLY: usize = 1 << 28;
+pub const LARGEST_REPLY: usize = 1 << 27;
 /// The most characters of a worker's name, and of its version.
 const LONGEST_NAME: usize = 100;
 
@@ -379,8 +379,8 @@ mod tests {
             ),
             (
                 reply(
-                    "\"nb\":1",
-                    "\"nb\":1000,\"nf\":1000,\"nc\":1000,\"nd\":1000,\"covariance\":true",
+                    "\"na\":1,\"nb\":1",
+                    "\"na\":1000,\"nb\":1000,\"nf\":1000,\"nc\":1000,\"nd\":1000,\"covariance\":true",
                 ),
                 "blocks of",
             ),

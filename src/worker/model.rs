@@ -211,15 +211,8 @@ impl Reply {
 
     /// Takes the model of a trial into a pass, with x0 of stage 6 where the worker gives none.
     pub fn fill(&self, place: usize, window: Window<'_>, pass: &mut Pass) {
-        let fail = |pass: &mut Pass, kind, stage| {
-            pass.fail(Failure {
-                kind,
-                stage,
-                pass: 0,
-            });
-        };
         if let Some(kind) = self.failure(place) {
-            return fail(pass, kind, Stage::LeastSquares);
+            return pass.fail(kind.into());
         }
         let rows = self.rows(place);
         let made = match self.layout.form {
@@ -228,10 +221,15 @@ impl Reply {
         };
         let made = made.and_then(|(model, x0)| Ok((pass.set_model(&model, f64::NAN)?, x0)));
         match made {
-            Err(kind) => fail(pass, kind, Stage::LeastSquares),
+            Err(kind) => pass.fail(kind.into()),
             Ok(((), Some(x0))) => pass.set_initial_state(&x0),
             Ok(((), None)) if pass.a.len() > window.len() => {
-                fail(pass, FailureKind::RankDeficient, Stage::InitialState);
+                let kind = FailureKind::RankDeficient;
+                pass.fail(Failure {
+                    kind,
+                    stage: Stage::InitialState,
+                    pass: 0,
+                });
             }
             Ok(((), None)) => {
                 StateEstimate::new(pass.a.len(), StartState::Estimate).estimate(window, 0, pass);

@@ -5,6 +5,7 @@
 mod agreement;
 mod chaos;
 mod consent;
+mod kills;
 
 use asobench::study::file::ExperimentFile;
 use asobench::study::{Experiment, Row, run};
