@@ -24,10 +24,10 @@ while (!is.null(head <- line())) {
     k <- (max(na, nb + nk - 1) + 1):N
     theta <- sapply(1:m, function(i) {
       phi <- cbind(-outer(k, 1:na, function(k, j) y[k - j, i]), outer(k, 0:(nb - 1), function(k, j) u[k - nk - j, i]))
-      qr.solve(phi, y[k, i], tol = 1e-14)
+      tryCatch(c(0, qr.solve(phi, y[k, i], tol = 1e-13)), error = function(e) c(2, rep(0, na + nb)))
     })
-    blocks <- c(rep(0, m), rep(NaN, m), theta)
-    head <- sprintf('{"frame":"reply","number":%d,"trials":%d,"na":%d,"nb":%d,"nk":%d,"bytes":%d}\n',
+    blocks <- c(theta[1, ], rep(NaN, m), theta[-1, ])
+    head <- sprintf('{"frame":"reply","number":%d,"trials":%d,"na":%d,"nb":%d,"nk":%d,"reasons":["no full rank"],"bytes":%d}\n',
                     number(head, "number"), m, na, nb, nk, 8 * length(blocks))
     writeBin(c(charToRaw(head), writeBin(blocks, raw(), endian = "little"), as.raw(10)), replies)
   }

@@ -15,15 +15,20 @@ while true
         u = fread(requests, [N, m], "double");
         y = fread(requests, [N, m], "double");
         r = fread(requests, [N, m], "double");
-        theta = zeros(na + nb, m);
+        theta = zeros(na + nb, m); status = zeros(m, 1);
         k = (max(na, nb + nk - 1) + 1 : N)';
         for i = 1:m
             ui = u(:, i); yi = y(:, i);
-            theta(:, i) = [-yi(k - (1:na)), ui(k - nk - (0:nb-1))] \ yi(k);
+            phi = [reshape(-yi(k - (1:na)), [], na), reshape(ui(k - nk - (0:nb-1)), [], nb)];
+            if all(isfinite([phi(:); yi])) && rank(phi) == na + nb
+                theta(:, i) = phi \ yi(k);
+            else
+                status(i) = 2;
+            end
         end
-        fprintf(replies, '{"frame":"reply","number":%d,"trials":%d,"na":%d,"nb":%d,"nk":%d,"bytes":%d}\n', ...
+        fprintf(replies, '{"frame":"reply","number":%d,"trials":%d,"na":%d,"nb":%d,"nk":%d,"reasons":["no full rank"],"bytes":%d}\n', ...
             head.number, m, na, nb, nk, 8 * m * (2 + na + nb));
-        fwrite(replies, [zeros(m, 1); nan(m, 1); theta(:)], "double");
+        fwrite(replies, [status; nan(m, 1); theta(:)], "double");
         fprintf(replies, "\n");
     end
     fflush(replies);

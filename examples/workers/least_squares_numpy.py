@@ -18,7 +18,10 @@ def least_squares(u, y):
     columns += [u[:, first - nk - i:u.shape[1] - nk - i] for i in range(nb)]
     phi = np.stack(columns, axis=2)
     q, r = np.linalg.qr(phi)
-    return np.linalg.solve(r, np.swapaxes(q, 1, 2) @ y[:, first:, None])[:, :, 0]
+    diagonal = np.abs(np.diagonal(r, axis1=1, axis2=2))
+    full = diagonal.min(1) > 1e-13 * diagonal.max(1)
+    r[~full] = np.eye(na + nb)
+    return np.where(full, 0.0, 2.0), np.linalg.solve(r, np.swapaxes(q, 1, 2) @ y[:, first:, None])[:, :, 0]
 
 while line := requests.readline():
     head = json.loads(line)
@@ -30,7 +33,7 @@ while line := requests.readline():
     m, n = head["trials"], head["samples"]
     numbers = np.frombuffer(requests.read(head["bytes"]), dtype="<f8")
     u, y, r = numbers[2 * m:].reshape(3, m, n)
-    theta = least_squares(u, y)
-    blocks = [np.zeros(m), np.full(m, np.nan), theta]
+    status, theta = least_squares(u, y)
+    blocks = [status, np.full(m, np.nan), theta]
     answer({"frame": "reply", "number": head["number"], "trials": m, "na": hello["na"], "nb": hello["nb"],
-            "nk": hello["nk"], "bytes": sum(block.nbytes for block in blocks)}, blocks)
+            "nk": hello["nk"], "reasons": ["no full rank"], "bytes": sum(block.nbytes for block in blocks)}, blocks)

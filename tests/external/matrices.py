@@ -28,7 +28,7 @@ while line := requests.readline():
         m, samples = head["trials"], head["samples"]
         numbers = struct.unpack(f"<{m * (2 + 3 * samples)}d", requests.read(head["bytes"]))
         signal = lambda which, i: numbers[2 * m + (which * m + i) * samples:][:samples]
-        models = [matrices(scope["least_squares"](signal(0, i), signal(1, i), n, n, 1), n) for i in range(m)]
+        models = [matrices(scope["least_squares"](signal(0, i), signal(1, i), n, n, 1)[1], n) for i in range(m)]
         blocks = [0.0] * 2 * m + [x for part in range(5) for model in models for x in model[part]]
         reply = {"frame": "reply", "number": head["number"], "trials": m, "order": n, "bytes": 8 * len(blocks)}
         replies.write(json.dumps(reply).encode() + b"\n" + struct.pack(f"<{len(blocks)}d", *blocks) + b"\n")
