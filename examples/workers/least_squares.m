@@ -2,8 +2,12 @@
 requests = fopen(getenv("ASOBENCH_REQUESTS"), "r", "ieee-le");
 replies = fopen(getenv("ASOBENCH_REPLIES"), "w", "ieee-le");
 while true
-    line = fgetl(requests);
-    if ~ischar(line), break; end
+    line = '';  % not by fgetl, which waits for what comes after the line
+    while isempty(line) || line(end) ~= 10
+        byte = fread(requests, 1, "uint8");
+        if isempty(byte), exit, end
+        line(end + 1) = byte;
+    end
     head = jsondecode(line);
     if strcmp(head.frame, "hello")
         hello = head;

@@ -45,7 +45,7 @@ pub(super) fn introduced(
     if !consent.allow_commands {
         ask(&file, &experiment, path, &folder)?;
     }
-    permit(&experiment, folder)?;
+    permit(&experiment, &folder)?;
     for (program, identity) in identities(&experiment)? {
         for table in &mut file.methods {
             if table.program() == Some(&program.options) {
@@ -77,7 +77,7 @@ fn refused(error: ProgramError) -> Error {
 }
 
 /// Lets the programs of a study run in a folder.
-pub(super) fn permit(experiment: &Experiment, folder: PathBuf) -> Result<(), Error> {
+pub(super) fn permit(experiment: &Experiment, folder: &Path) -> Result<(), Error> {
     if experiment.programs.is_empty() {
         return Ok(());
     }
@@ -85,7 +85,7 @@ pub(super) fn permit(experiment: &Experiment, folder: PathBuf) -> Result<(), Err
     let guard = Arc::new(own.map_err(failed)?);
     for program in &experiment.programs {
         program.permit(Permit {
-            folder: folder.clone(),
+            folder: folder.to_owned(),
             stop: progress::stop_flag()?,
             guard: Some(Arc::clone(&guard)),
         });

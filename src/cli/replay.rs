@@ -159,7 +159,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ))
     })?;
     if arguments.consent.allow_commands {
-        programs::permit(&experiment, programs::folder_of(Path::new("-"))?)?;
+        programs::permit(&experiment, &programs::folder_of(Path::new("-"))?)?;
     } else if let Some(program) = experiment.programs.first() {
         return Err(Error::Input(format!(
             "{}: method '{}' is the program {}; expected --allow-commands, which runs it in this folder",

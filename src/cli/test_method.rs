@@ -86,7 +86,8 @@ impl Test<'_> {
             visible(&self.program.name),
             visible(ready.identity())
         ))?;
-        let checks: [(&str, &dyn Fn(&Self) -> Result<Outcome, Error>); 6] = [
+        type Check<'a, 'b> = &'b dyn Fn(&Test<'a>) -> Result<Outcome, Error>;
+        let checks: [(&str, Check<'_, '_>); 6] = [
             ("models", &Self::models),
             ("the same batch twice", &|test| {
                 test.twice(ready.deterministic)

@@ -68,7 +68,7 @@ impl Kind {
     /// The most bytes that are read, or written to be read again.
     pub const fn limit(self) -> u64 {
         match self {
-            Self::Experiment => 64 * MIB,
+            Self::Experiment | Self::Log | Self::Agreed => 64 * MIB,
             Self::Signal => 256 * MIB,
             Self::Record
             | Self::Manifest
@@ -78,7 +78,6 @@ impl Kind {
             | Self::Plan
             | Self::Run
             | Self::Script => GIB,
-            Self::Log | Self::Agreed => 64 * MIB,
             Self::Summary => 4 * GIB,
             // Never read as a whole.
             Self::States

@@ -188,7 +188,7 @@ impl<'e> TrialTable<'e> {
             .map(|output| output.estimator.clone())
             .collect();
         let passes: Vec<u32> = outputs.map(|output| output.pass as u32).collect();
-        let names = self.statuses(group);
+        let names = Self::statuses(group);
         let status = |output: &OutputRows, place: usize| {
             let name = output.failure(place).map_or("ok", |of| of.kind.name());
             names.iter().position(|known| *known == name).unwrap_or(0) as u32
@@ -222,12 +222,12 @@ impl<'e> TrialTable<'e> {
 
     /// What the column of statuses has in a group: the failures of this crate whether there are any or not, then
     /// those of programs.
-    fn statuses(&self, group: &[Part]) -> Vec<&'static str> {
+    fn statuses(group: &[Part]) -> Vec<&'static str> {
         let own = FailureKind::ALL.iter().map(|kind| kind.name());
         let mut names: Vec<&str> = std::iter::once("ok").chain(own).collect();
         let found = group.iter().flat_map(|part| {
             let outputs = part.rows.outputs().iter();
-            let failures = outputs.flat_map(|output| output.failures());
+            let failures = outputs.flat_map(OutputRows::failures);
             let within = failures.filter(|(place, _)| part.places.contains(place));
             within.map(|(_, failure)| failure.kind.name())
         });

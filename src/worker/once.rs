@@ -50,7 +50,7 @@ impl Answered {
             let numbers = of.reply.blocks().into_iter();
             let rest = numbers.filter(|(name, ..)| *name != "seconds");
             rest.flat_map(|(_, block, _)| block)
-                .map(|x| x.to_bits())
+                .map(f64::to_bits)
                 .collect()
         };
         bits(self) == bits(other)

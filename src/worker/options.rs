@@ -113,10 +113,7 @@ impl CommandOptions {
 
     /// The command as it would be typed.
     pub fn typed(&self) -> String {
-        let words = self.command.iter().map(crate::text::shell_word);
-        words
-            .map(|word| word.to_string())
-            .collect::<Vec<_>>()
-            .join(" ")
+        let words: Vec<String> = self.command.iter().map(crate::text::shell_word).collect();
+        words.join(" ")
     }
 }

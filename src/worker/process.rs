@@ -54,6 +54,8 @@ pub struct Process {
     requests: Option<File>,
     replies: File,
     incoming: Incoming,
+    /// Room for what is read at once.
+    room: Vec<u8>,
 }
 
 impl Process {
@@ -96,6 +98,7 @@ impl Process {
             requests: None,
             replies,
             incoming: Incoming::default(),
+            room: vec![0; Incoming::ROOM],
         })
     }
 
@@ -192,10 +195,9 @@ impl Process {
 
     /// Reads what there is: `Some(0)` where the other end was closed, `None` where nothing is there.
     fn read(&mut self) -> Option<usize> {
-        let mut room = [0; Incoming::ROOM];
-        match self.replies.read(&mut room) {
+        match self.replies.read(&mut self.room) {
             Ok(read) => {
-                self.incoming.add(&room[..read]);
+                self.incoming.add(&self.room[..read]);
                 Some(read)
             }
             Err(error) if is_later(&error) => None,

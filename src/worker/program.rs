@@ -12,7 +12,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 /// For a process to say that it is ready, at least.
-const STARTING: Duration = Duration::from_secs(120);
+const STARTING: Duration = Duration::from_mins(2);
 /// Attempts to start one.
 const ATTEMPTS: usize = 3;
 
@@ -194,7 +194,7 @@ impl Program {
                     ))));
                 }
                 Ok(Answer::Reply(_)) => {
-                    "it answers \"hello\" with \"reply\"".clone_into(&mut reason)
+                    "it answers \"hello\" with \"reply\"".clone_into(&mut reason);
                 }
                 Err(Fault::Malformed(what)) => {
                     reason = format!("its answer to \"hello\" is none by docs/protocol.md: {what}");
