@@ -1,4 +1,4 @@
-"""A worker that keeps the records of a cell: ``python -m asobench._capture FILE CELL``."""
+"""A worker that keeps the records of a cell; its arguments are a file and the cell's number."""
 
 import sys
 

@@ -104,7 +104,9 @@ def simulate(study, cell=0, trials=100):
         study = tomllib.loads(Path(study).read_text())
     with tempfile.TemporaryDirectory() as place:
         records = Path(place) / "records.npy"
-        command = [sys.executable, "-m", "asobench._capture", str(records), str(cell)]
+        package = str(Path(__file__).parent.parent)
+        start = f"import sys; sys.path.insert(0, {package!r}); import asobench._capture"
+        command = [sys.executable, "-c", start, str(records), str(cell)]
         method = {"name": "records", "command": command, "batch": trials}
         data = {key: study[key] for key in DATA if key in study}
         run({**data, "measures": ["e_a"], "methods": [method]}, Path(place) / "results", trials=trials, threads=1,
