@@ -117,7 +117,7 @@ fn bench_faer(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, experim
     let mut worker = Worker::new(&experiment, &experiment.cells[0]).expect("a valid cell");
     let trials = Trials::new(&experiment, &experiment.cells[0]);
     bench_trials(group, id, 1, trials, |from, trials| {
-        worker.run_into(from..from + 1, trials);
+        worker.run_into(from..from + 1, trials).expect("a trial");
     });
 }
 

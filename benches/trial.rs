@@ -17,7 +17,7 @@ fn trial(criterion: &mut Criterion) {
             b.iter(|| {
                 index += 1;
                 trials.rows.clear();
-                trial.run_into(index, &mut trials);
+                trial.run_into(index, &mut trials).expect("a trial");
                 black_box(trials.rows.len())
             });
         });

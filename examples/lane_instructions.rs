@@ -34,7 +34,7 @@ fn main() -> Result<()> {
     // Room for all rows, so that their number does not count.
     let mut trials = Trials::new(&experiment, cell);
     trials.rows.reserve(count as usize);
-    worker.run_into(0..count, &mut trials);
+    worker.run_into(0..count, &mut trials)?;
     if reproduce {
         black_box(CellTally::from_trials(&experiment, cell, &mut trials));
     }

@@ -339,7 +339,8 @@ fn whole<'e>(experiment: &Experiment, at_once: u64, mut worker: Worker<'e>) -> T
     let (mut trials, mut from) = (Trials::new(experiment, &experiment.cells[0]), 0);
     Timed::new(move || {
         trials.rows.clear();
-        worker.run_into(from..from + at_once, &mut trials);
+        let ran = worker.run_into(from..from + at_once, &mut trials);
+        ran.expect("trials");
         from += at_once;
         black_box(trials.rows.len());
     })

@@ -40,6 +40,7 @@
 //! | [`observer`] | stage 12 and its gain |
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
 //! | [`files`] | the only door to the file system |
+//! | [`worker`] | methods that are programs |
 //! | [`study`] | experiment, trial, runner, store |
 //! | [`claim`] | verdicts on the claims of an experiment file from its results |
 //! | [`report`] | claims, tables and figures from stored results |
@@ -54,7 +55,7 @@
 //! // One trial of the paper's experiment: cell C2, trial 0.
 //! let experiment = Experiment::nikolov2023(2023);
 //! let mut trial = Trial::new(&experiment, &experiment.cells[1])?;
-//! let rows = trial.run(0);
+//! let rows = trial.run(0)?;
 //! assert!(rows[4][Measure::Ea] < 1.0);
 //!
 //! // The same estimator on that record.
@@ -86,7 +87,11 @@ pub mod observer;
 pub mod plant;
 pub mod real;
 pub mod report;
+mod run_in;
 pub mod signal;
 pub mod study;
 mod text;
 pub mod theory;
+pub mod worker;
+
+pub use run_in::{RunInError, run_in};

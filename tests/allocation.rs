@@ -107,7 +107,8 @@ fn a_trial_allocates_nothing() {
             let mut trials = Trials::new(&experiment, cell);
             let mut run = |from: u64| {
                 trials.rows.clear();
-                worker.run_into(from..from + 50, &mut trials);
+                let ran = worker.run_into(from..from + 50, &mut trials);
+                ran.expect("trials");
                 assert_eq!(trials.rows.len(), 50 * outputs);
                 let width = |of: &OutputRows| of.parameters().len();
                 assert!(trials.rows.outputs().iter().all(|of| width(of) == 12));

@@ -330,7 +330,7 @@ fn a_failed_pilot_identification_fails_every_output() {
     let experiment = Experiment::new(file.unwrap()).unwrap();
     assert_eq!(experiment.outputs().len(), 5);
     let mut trial = Trial::new(&experiment, &experiment.cells[0]).unwrap();
-    let rows = trial.run(0);
+    let rows = trial.run(0).unwrap();
     assert_eq!(rows.len(), 5);
     for row in rows {
         let failure = row.failure.unwrap();

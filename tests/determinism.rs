@@ -25,10 +25,12 @@ fn rows_after(experiment: &Experiment, cell: &Cell, before: &[u64], trial: u64) 
     let by_lanes = matches!(worker, Worker::Lanes(_));
     assert_eq!(by_lanes, experiment.file.engine != Engine::Faer);
     for other in before {
-        worker.run_into(*other..other + 1, &mut Trials::new(experiment, cell));
+        let other = worker.run_into(*other..other + 1, &mut Trials::new(experiment, cell));
+        other.expect("a trial");
     }
     let mut trials = Trials::of_all_measures(experiment, cell);
-    worker.run_into(trial..trial + 1, &mut trials);
+    let ran = worker.run_into(trial..trial + 1, &mut trials);
+    ran.expect("a trial");
     trials.rows.iter().collect()
 }
 
@@ -299,7 +301,7 @@ fn arx_is_measured_as_its_structure_allows() {
     assert_eq!(labels[1..], expected);
     let mut trial = Trial::new(&experiment, &experiment.cells[0]).expect("a valid cell");
     for number in 0..20 {
-        let rows = trial.run(number);
+        let rows = trial.run(number).expect("a trial");
         let [ls, same, more, direct] = [0, 1, 2, 3].map(|i| &rows[i]);
         assert!(rows.iter().all(|row| row.failure.is_none()));
         for measure in [
@@ -344,6 +346,6 @@ fn nothing_is_carried_from_trial_to_trial() {
         Ok(Box::new(OnlyEven(0)))
     })];
     let mut trial = Trial::new(&experiment, &experiment.cells[1]).expect("a valid cell");
-    assert!(!trial.run(0)[0][Measure::Ea].is_nan());
-    assert!(trial.run(1)[0][Measure::Ea].is_nan());
+    assert!(!trial.run(0).unwrap()[0][Measure::Ea].is_nan());
+    assert!(trial.run(1).unwrap()[0][Measure::Ea].is_nan());
 }

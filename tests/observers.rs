@@ -155,7 +155,8 @@ fn summary(experiment: &Experiment, index: usize, trials: u64) -> CellSummary {
     let mut all = Trials::new(experiment, cell);
     Worker::new(experiment, cell)
         .unwrap()
-        .run_into(0..trials, &mut all);
+        .run_into(0..trials, &mut all)
+        .unwrap();
     CellSummary::new(
         experiment,
         index,
@@ -255,7 +256,7 @@ fn without_process_noise_the_steady_filter_is_the_model_alone() {
     let experiment = study(&["process_noise=0", "scored_from=start", "exclude=[]"]);
     for cell in &experiment.cells {
         let mut trial = Trial::new(&experiment, cell).unwrap();
-        let rows = trial.run(3);
+        let rows = trial.run(3).unwrap();
         let outputs = experiment.outputs();
         let rms = |label: &str| {
             let at = outputs.iter().position(|output| output.label() == label);
@@ -359,7 +360,7 @@ fn no_filter_is_a_failure_of_the_row() {
                 [[methods]]\nestimator = \"known\"\nobserver = [\"kalman\", \"kalman-varying\"]";
     let experiment = Experiment::new(ExperimentFile::parse(text).unwrap()).unwrap();
     let mut trial = Trial::new(&experiment, &experiment.cells[0]).unwrap();
-    let rows = trial.run(0);
+    let rows = trial.run(0).unwrap();
     let failure = rows[0].failure.unwrap();
     assert_eq!(failure.kind, FailureKind::NoFilter);
     assert_eq!(failure.stage, Stage::Observer);

@@ -88,7 +88,7 @@ fn quick_trials_are_the_first_trials_of_the_full_study() {
             let trials = |experiment, cell| {
                 let mut trials = Trials::of_all_measures(experiment, cell);
                 let mut worker = Worker::new(experiment, cell).unwrap();
-                worker.run_into(0..3, &mut trials);
+                worker.run_into(0..3, &mut trials).unwrap();
                 trials
             };
             let (short, long) = (trials(&quick, cell), trials(&full, same));

@@ -33,6 +33,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     print(&size(arguments, &experiment, &rule))?;
     print(&plants::plants(&experiment))?;
     memory::fits(&experiment, 0..experiment.cells.len(), 1)?;
+    if !experiment.programs.is_empty() {
+        print("time      not known: methods are programs, which `check` does not start\n")?;
+        return Ok(ExitCode::SUCCESS);
+    }
     print(&estimates(&experiment, &rule, &folder, setup)?)?;
     Ok(ExitCode::SUCCESS)
 }

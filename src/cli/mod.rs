@@ -18,6 +18,7 @@ mod methods;
 mod need;
 mod new_experiment;
 mod plan;
+mod programs;
 mod progress;
 mod replay;
 mod report;
@@ -26,14 +27,17 @@ mod run;
 mod shard;
 mod slurm;
 mod status;
+mod test_method;
 mod theory;
 mod throughput;
 mod timing;
 
 use crate::names::named_enum;
 use crate::text::{beginning, visible, visible_json, visible_lines};
+use crate::worker;
 use clap::{Parser, Subcommand};
 use error::{Error, failed};
+pub(crate) use programs::AGREED_TITLE;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -68,6 +72,10 @@ enum Command {
     Merge(merge::Arguments),
     Status(status::Arguments),
     Slurm(slurm::Arguments),
+    TestMethod(test_method::Arguments),
+    /// Kill the programs of a run that was killed; started by a run
+    #[command(name = worker::SUBCOMMAND, hide = true)]
+    Guard,
     /// Print the estimators with their options
     Methods,
     /// Print the JSON schema of experiment files, for editors
@@ -103,6 +111,11 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Report(arguments) => report::run(&arguments),
             Command::Theory(arguments) => theory::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
+            Command::TestMethod(arguments) => test_method::run(&arguments),
+            Command::Guard => {
+                worker::stand(std::io::stdin().lock());
+                Ok(ExitCode::SUCCESS)
+            }
             Command::Methods => methods::run(),
             Command::Schema => new_experiment::schema(),
         },

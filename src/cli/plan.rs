@@ -119,6 +119,10 @@ pub(super) fn plan(
 ) -> Result<Planned, Error> {
     let results = study.folder(None);
     let (experiment, rule) = study.experiment(&results)?;
+    if !experiment.programs.is_empty() {
+        let message = "methods that are programs have no shards; expected `asobench run`";
+        return Err(Error::Input(message.to_owned()));
+    }
     let (trials, missing) = wanted(&experiment, &rule, path, from)?;
     let (_, most) = rule.extent();
     let seconds = if missing.is_empty() {

@@ -4,6 +4,7 @@ mod course;
 
 use super::error::{Error, failed};
 use super::files::{check_output, write_whole};
+use super::programs::{self, Consent};
 use super::{Format, memory, note, print, print_json};
 use crate::data::{Realisation, csv};
 use crate::estimator::auxiliary::AuxiliaryModel;
@@ -18,6 +19,7 @@ use crate::study::{
     design_of, read_manifest, stored_alike,
 };
 use crate::text::{folded, number, shell_word, visible};
+use crate::worker::ask_once;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -121,6 +123,8 @@ pub(super) struct Arguments {
     /// Write that trial's k, u, y to a file for `asobench estimate`
     #[arg(long, value_name = "FILE.csv")]
     data: Option<PathBuf>,
+    #[command(flatten)]
+    consent: Consent,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
     format: Format,
@@ -154,6 +158,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.join("manifest.json").display()
         ))
     })?;
+    if arguments.consent.allow_commands {
+        programs::permit(&experiment, &programs::folder_of(Path::new("-"))?)?;
+    } else if let Some(program) = experiment.programs.first() {
+        return Err(Error::Input(format!(
+            "{}: method '{}' is the program {}; expected --allow-commands, which runs it in this folder",
+            folder.display(),
+            visible(&program.name),
+            visible(program.options.typed())
+        )));
+    }
     let command = format!(
         "asobench replay {} {}",
         shell_word(folder.display()),
@@ -184,7 +198,7 @@ pub(super) fn show(
     // The stages by faer, the rows by the engine of the study.
     memory::fits(experiment, index..index + 1, 2)?;
     let mut trial = Trial::new(experiment, cell).map_err(failed)?;
-    trial.run(which.trial);
+    trial.run(which.trial).map_err(failed)?;
     let record = trial.record();
     if let Some(path) = options.data {
         let comments = comments(cell, record.realisation, &options.command);
@@ -196,7 +210,8 @@ pub(super) fn show(
     }
     let mut trials = Trials::of_all_measures(experiment, cell);
     let mut worker = Worker::new(experiment, cell).map_err(failed)?;
-    worker.run_into(which.trial..which.trial + 1, &mut trials);
+    let ran = worker.run_into(which.trial..which.trial + 1, &mut trials);
+    ran.map_err(failed)?;
     let rows: Vec<Row> = trials.rows.iter().collect();
     let record = TrialRecord {
         rows: &rows,
@@ -205,7 +220,32 @@ pub(super) fn show(
     let stored = stored(options.folder, experiment, index, record.rows);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
     replay.stored = stored;
-    replay.print(options)
+    let code = replay.print(options)?;
+    if options.format == Format::Text {
+        messages(experiment, cell, which.trial)?;
+    }
+    Ok(code)
+}
+
+/// Prints what goes to each program for a trial alone, and what it answers.
+fn messages(experiment: &Experiment, cell: &Cell, trial: u64) -> Result<(), Error> {
+    for program in &experiment.programs {
+        let problem = cell.problem(cell.window);
+        let Some(process) = problem.process else {
+            return Ok(());
+        };
+        let (record, _) = cell.record_for_program(process, experiment.file.seed, trial);
+        let told = match ask_once(program, &problem, &[record]).map_err(failed)? {
+            Ok(answered) => format!(
+                "sent:\n{}answered:\n{}",
+                answered.messages[0], answered.messages[1]
+            ),
+            Err(wrong) => format!("sent alone, it is {wrong}\n"),
+        };
+        print(&format!("\nProgram {}, {told}", visible(&program.name)))?;
+        program.end();
+    }
+    Ok(())
 }
 
 /// The truth, as comment lines of a CSV file.

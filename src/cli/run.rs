@@ -2,6 +2,7 @@
 
 use super::error::{Error, failed};
 use super::files::cannot_write;
+use super::programs::{self, Consent};
 use super::{memory, need, note, print, progress, timing};
 use crate::claim;
 use crate::files;
@@ -35,6 +36,8 @@ pub(super) struct Arguments {
     /// Compute damaged block files again
     #[arg(long)]
     repair: bool,
+    #[command(flatten)]
+    consent: Consent,
     /// Run it even if memory or disk will not suffice by what `check` tells
     #[arg(long)]
     anyway: bool,
@@ -44,7 +47,7 @@ pub(super) struct Arguments {
 #[derive(clap::Args)]
 pub(super) struct StudyArguments {
     /// Experiment file, such as experiments/window.toml, or - for standard input
-    file: PathBuf,
+    pub(super) file: PathBuf,
     /// Trials in each cell instead of the file's
     #[arg(
         long, value_name = "M", allow_negative_numbers = true,
@@ -66,6 +69,11 @@ impl StudyArguments {
     /// The study, and how many trials it is to have. Claims that were edited ask nothing new of the
     /// run in `folder`.
     pub(super) fn experiment(&self, folder: &Path) -> Result<(Experiment, TrialRule), Error> {
+        self.of_file(self.read()?, folder)
+    }
+
+    /// The file with what the arguments change.
+    pub(super) fn read(&self) -> Result<ExperimentFile, Error> {
         let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
         let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
         let mut file = ExperimentFile::read(&self.file).map_err(|e| input(&e))?;
@@ -88,6 +96,16 @@ impl StudyArguments {
         if let Some(trials) = self.trials {
             file.trials = TrialRule::Fixed(trials);
         }
+        Ok(file)
+    }
+
+    /// The study of a file that [`Self::read`] gave.
+    pub(super) fn of_file(
+        &self,
+        file: ExperimentFile,
+        folder: &Path,
+    ) -> Result<(Experiment, TrialRule), Error> {
+        let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
         let rule = file.trials.clone();
         let there = as_stored(&file, folder);
         let experiment = there.map_or_else(|| Experiment::new(file).map_err(in_file), Ok)?;
@@ -142,7 +160,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return Err(Error::Input(message.to_owned()));
     }
     let path = arguments.study.folder(arguments.out.as_deref());
-    let (mut experiment, rule) = arguments.study.experiment(&path)?;
+    let (study, consent) = (&arguments.study, arguments.consent);
+    let (file, introduced) = programs::introduced(study.read()?, &study.file, consent)?;
+    let (mut experiment, rule) = study.of_file(file, &path)?;
+    programs::take_over(&experiment, introduced.as_ref());
     mark_added(&mut experiment.file, &path);
     let options = RunOptions {
         threads: threads(arguments.threads),
@@ -155,11 +176,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if experiment.file.timing {
         timing::check(&path).map_err(|e| cannot_write(&e))?;
     }
+    let executed = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new());
+    programs::conclude(&experiment, &path)?;
     let Executed {
         summary,
         stop,
         speed,
-    } = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new())?;
+    } = executed?;
     if let Some(speed) = speed {
         note(&speed);
     }

@@ -125,7 +125,7 @@ pub(super) fn conclude(
 }
 
 /// Stage 6 for one pass.
-pub(super) struct StateEstimate {
+pub(crate) struct StateEstimate {
     start: StartState,
     initial_state: InitialState,
     x0: Vec<f64>,
@@ -134,7 +134,7 @@ pub(super) struct StateEstimate {
 }
 
 impl StateEstimate {
-    pub(super) fn new(order: usize, start: StartState) -> Self {
+    pub(crate) fn new(order: usize, start: StartState) -> Self {
         Self {
             start,
             initial_state: InitialState::new(order),
@@ -144,7 +144,7 @@ impl StateEstimate {
     }
 
     /// Sets x0 of a pass whose a, b, h stand, or records the failure.
-    pub(super) fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
+    pub(crate) fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
         if self.start == StartState::Zero {
             pass.start_at_zero();
             return;

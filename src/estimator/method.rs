@@ -3,6 +3,7 @@
 use super::{
     Estimator, IvOptions, KnownModel, KnownOptions, LsOptions, MethodOptions, SetupError, Shape,
 };
+use crate::data::Process;
 use crate::model::Orders;
 use crate::observer::ObserverKind;
 
@@ -26,7 +27,7 @@ impl Output {
 }
 
 /// Makes an estimator with buffers for a shape.
-type Factory = dyn Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync;
+type Factory = dyn Fn(&Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync;
 
 /// What an estimator is prepared for.
 #[derive(Clone, Copy, Debug)]
@@ -35,11 +36,17 @@ pub struct Problem<'a> {
     pub shape: Shape,
     /// The model that a method with the true plant is given, where there is one for all trials.
     pub known: Option<&'a KnownModel>,
+    /// What draws the records, with the noise level eta in per cent: for a method that may be told of it.
+    pub process: Option<(&'a Process, f64)>,
 }
 
 impl From<Shape> for Problem<'_> {
     fn from(shape: Shape) -> Self {
-        Self { shape, known: None }
+        Self {
+            shape,
+            known: None,
+            process: None,
+        }
     }
 }
 
@@ -132,7 +139,10 @@ pub struct Method {
 enum Maker {
     Options(MethodOptions),
     Own {
-        identity: String,
+        /// `None` of a program, which the experiment file tells of.
+        identity: Option<String>,
+        /// The orders of its models; `None`: the setting's.
+        orders: Option<Orders>,
         factory: Box<Factory>,
     },
 }
@@ -147,8 +157,35 @@ impl Method {
         outputs: Vec<Output>,
         factory: impl Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync + 'static,
     ) -> Self {
+        Self::own(Some(identity.into()), outputs, None, move |of| {
+            factory(of.shape)
+        })
+    }
+
+    /// A method of your own with one output. Its name and version tell it from others, as `identity` does in
+    /// [`Self::new`].
+    pub fn single(
+        name: &str,
+        version: &str,
+        factory: impl Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync + 'static,
+    ) -> Self {
+        let output = Output {
+            estimator: name.to_owned(),
+            pass: 0,
+        };
+        Self::new(format!("{name} {version}"), vec![output], factory)
+    }
+
+    /// The same as [`Self::new`], of models of certain orders, made for a problem with all that is known of it.
+    pub(crate) fn own(
+        identity: Option<String>,
+        outputs: Vec<Output>,
+        orders: Option<Orders>,
+        factory: impl Fn(&Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync + 'static,
+    ) -> Self {
         let maker = Maker::Own {
-            identity: identity.into(),
+            identity,
+            orders,
             factory: Box::new(factory),
         };
         Self::from_maker(outputs, maker)
@@ -239,15 +276,17 @@ impl Method {
     ) -> Result<Box<dyn Estimator>, SetupError> {
         let problem = problem.into();
         match &self.maker {
-            Maker::Own { factory, .. } => factory(problem.shape),
+            Maker::Own { factory, .. } => factory(&problem),
             Maker::Options(options) => options.prepare(&problem),
         }
     }
 
     /// The order of the models that it makes where the setting `order` says another one.
     pub fn order(&self, setting: usize) -> usize {
-        self.options()
-            .map_or(setting, |options| options.order(setting))
+        match &self.maker {
+            Maker::Own { orders, .. } => orders.map_or(setting, Orders::order),
+            Maker::Options(options) => options.order(setting),
+        }
     }
 
     /// What it needs of a cell.
@@ -266,7 +305,7 @@ impl Method {
     /// The identity of a method of your own.
     pub fn identity(&self) -> Option<&str> {
         match &self.maker {
-            Maker::Own { identity, .. } => Some(identity),
+            Maker::Own { identity, .. } => identity.as_deref(),
             Maker::Options(_) => None,
         }
     }

@@ -6,6 +6,7 @@
 
 mod arx;
 pub mod auxiliary;
+mod failure;
 mod general_iv;
 pub mod information;
 pub mod initial_state;
@@ -33,6 +34,7 @@ mod sorted_qr;
 mod subspace;
 
 pub use arx::{Arx, ArxOptions};
+pub use failure::{FailureKind, Reason};
 pub use general_iv::{FixedModel, GeneralIv};
 pub use instrumental_variables::{
     Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions, MOST_ITERATIONS,
@@ -40,15 +42,17 @@ pub use instrumental_variables::{
 pub use iv_delayed::{IvDelayed, IvDelayedOptions};
 pub use iv4::{Iv4, Iv4Options};
 pub use known::{KnownModel, KnownOptions};
+pub(crate) use least_squares::StateEstimate;
 pub use least_squares::{LeastSquares, LsOptions, StartState};
 pub use limit::{LimitError, least_squares_limit};
 pub use method::{Method, MethodKind, Needs, OptionError, Output, Problem};
 pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
-pub use pass::{Failure, FailureKind, Pass, Progress, Stage};
+pub use pass::{Failure, Pass, Progress, Stage};
 pub use prediction_error::{ArmaxOptions, BjOptions, OeOptions, PredictionError};
 pub use reading::Reading;
 pub use reflection::{PoleReflection, Stabilise};
+pub(crate) use registry::inline_schema;
 pub use registry::{EstimatorName, MethodOptions, OptionEntry, option_keys};
 pub use regression::{Regression, Rows};
 pub use riv::{RefinedIv, RivOptions};
@@ -217,6 +221,9 @@ pub enum SetupError {
     /// A Kalman filter of coefficients that make none.
     #[error(transparent)]
     Riccati(#[from] RiccatiError),
+    /// A program does not run.
+    #[error(transparent)]
+    Program(#[from] ProgramError),
     /// A printed stage 10 without stage 3's blocks.
     #[error("stage 10 '{stage10}' exists for solver 'partitioned' only, not '{solver}'")]
     Stage10NeedsPartitioned {
@@ -225,6 +232,34 @@ pub enum SetupError {
         /// The solver.
         solver: Solver,
     },
+}
+
+/// Records of other trials of the same cell, for a method that works on many at a time.
+pub trait Records {
+    /// The window of a trial, until the next is drawn; `None` where its record cannot be drawn.
+    fn draw(&mut self, trial: u64) -> Option<Window<'_>>;
+
+    /// A number below 2^53 of a trial's own, from which nothing of the record can be told.
+    fn seed(&self, trial: u64) -> u64;
+}
+
+/// Why a program that is a method does not run.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ProgramError {
+    /// Nobody agreed to it.
+    #[error("method '{0}' is a program, and nobody agreed to run it")]
+    NotAgreed(String),
+    /// It does not start, or speaks another protocol.
+    #[error("method '{name}': {reason}")]
+    Failed {
+        /// The method.
+        name: String,
+        /// What happened.
+        reason: String,
+    },
+    /// The flag that stops the run was raised.
+    #[error("interrupted")]
+    Stopped,
 }
 
 /// Estimates (a, b, h, x0) from a window, with buffers of its own: one value per worker.
@@ -240,4 +275,13 @@ pub trait Estimator: Send {
     /// # Panics
     /// The estimators of this crate panic where the window is not of the shape that they were made for.
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]);
+
+    /// Before the record of a trial is estimated: looks at those of other trials too, where the method works on many at
+    /// a time. The models must not depend on which trials came before.
+    ///
+    /// # Errors
+    /// If a program that is the method does not run.
+    fn gather(&mut self, _trial: u64, _records: &mut dyn Records) -> Result<(), ProgramError> {
+        Ok(())
+    }
 }

@@ -1,37 +1,13 @@
 //! What one pass of an estimator leaves: the model, or the failure that stopped it.
 
+use super::failure::FailureKind;
 use super::parameters;
 use crate::data::DrawFailure;
 use crate::model::polynomial::multiply_into;
 use crate::model::{LinearModel, Orders};
-use crate::names::named_enum;
 use crate::observer::ObservedModel;
 use crate::plant::canonical::reverse_negated;
 use crate::plant::stability::is_stable;
-
-named_enum! {
-    /// Why a pass failed.
-    FailureKind, "failure" {
-        /// A value that is not finite.
-        NonFinite = "non-finite",
-        /// An exactly singular matrix: a zero row or column.
-        Singular = "singular",
-        /// A matrix that is singular to rounding (or whose pivot came out as zero): [`super::solver::condition::RANK_MULTIPLE`].
-        RankDeficient = "rank-deficient",
-        /// Continuous time: the error by step halving is above the study's limit.
-        StepTooLong = "step-too-long",
-        /// Continuous time: the trial's disturbance makes a run that is too long.
-        NotRun = "not-run",
-        /// An iteration that did not come to rest.
-        NoConvergence = "no-convergence",
-        /// A model whose predictor is not stable.
-        UnstablePredictor = "unstable-predictor",
-        /// Parameters that the record does not tell apart: psi'psi is singular to rounding.
-        NotIdentifiable = "not-identifiable",
-        /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
-        NoFilter = "no-filter",
-    }
-}
 
 /// The stage of the paper's algorithm in which something failed.
 #[derive(
@@ -63,29 +39,13 @@ pub struct Failure {
     pub pass: usize,
 }
 
-impl From<DrawFailure> for FailureKind {
-    fn from(failure: DrawFailure) -> Self {
-        match failure {
-            DrawFailure::NonFinite => Self::NonFinite,
-            DrawFailure::Singular => Self::Singular,
-            DrawFailure::RankDeficient => Self::RankDeficient,
-        }
-    }
-}
-
-impl From<FailureKind> for DrawFailure {
+impl From<FailureKind> for Failure {
+    /// Of the estimate of a method with one pass.
     fn from(kind: FailureKind) -> Self {
-        match kind {
-            // No draw has a step, and controllers have observers by pole placement only.
-            FailureKind::NonFinite
-            | FailureKind::StepTooLong
-            | FailureKind::NotRun
-            | FailureKind::NoConvergence
-            | FailureKind::UnstablePredictor
-            | FailureKind::NotIdentifiable
-            | FailureKind::NoFilter => Self::NonFinite,
-            FailureKind::Singular => Self::Singular,
-            FailureKind::RankDeficient => Self::RankDeficient,
+        Self {
+            kind,
+            stage: Stage::LeastSquares,
+            pass: 0,
         }
     }
 }

@@ -206,7 +206,8 @@ pub fn option_keys() -> &'static [String] {
     &KEYS
 }
 
-fn inline_schema<T: schemars::JsonSchema>() -> Value {
+/// A schema without references.
+pub(crate) fn inline_schema<T: schemars::JsonSchema>() -> Value {
     let settings = schemars::generate::SchemaSettings::draft2020_12();
     let settings = settings.with(|settings| settings.inline_subschemas = true);
     settings

@@ -47,6 +47,10 @@ pub enum Kind {
     Run,
     /// A job script. It is the user's from the moment it is there.
     Script,
+    /// `workers.log`: what methods that are programs printed.
+    Log,
+    /// The commands that the user agreed to.
+    Agreed,
 }
 
 impl Kind {
@@ -64,7 +68,7 @@ impl Kind {
     /// The most bytes that are read, or written to be read again.
     pub const fn limit(self) -> u64 {
         match self {
-            Self::Experiment => 64 * MIB,
+            Self::Experiment | Self::Log | Self::Agreed => 64 * MIB,
             Self::Signal => 256 * MIB,
             Self::Record
             | Self::Manifest
@@ -105,6 +109,8 @@ impl Kind {
             Self::Plan => "plan",
             Self::Run => "run",
             Self::Script => "script",
+            Self::Log => "log",
+            Self::Agreed => "agreed",
         }
     }
 
@@ -155,6 +161,8 @@ impl Kind {
                 json.starts_with("{\"title\":\"") && json.contains("\",\"hypothesis\":\"")
             }
             Self::Times => json.starts_with("{\"design\":\""),
+            Self::Log => text.starts_with(crate::worker::TITLE),
+            Self::Agreed => text.starts_with(crate::cli::AGREED_TITLE),
             Self::Block => head.starts_with(b"asobench"),
             Self::Parquet => head.starts_with(b"PAR1") && has_own_columns(file)?,
             Self::Figure => {

@@ -14,9 +14,13 @@
 )]
 
 mod kind;
+#[cfg(target_os = "linux")]
+mod pipes;
 mod staged;
 
 pub use kind::Kind;
+#[cfg(target_os = "linux")]
+pub(crate) use pipes::{Pipes, processes_with};
 pub use staged::{Staged, replace};
 pub(crate) use staged::{probe, remove_temporary};
 

@@ -36,6 +36,8 @@ pub enum Purpose {
     Disturbance = 9,
     /// Random phases of disturbances in continuous time.
     DisturbancePhase = 10,
+    /// The seeds that programs are given, so that nothing else is known to them.
+    Program = 11,
 }
 
 /// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64

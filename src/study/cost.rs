@@ -179,17 +179,21 @@ fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
 
 /// Runs trials as long as there is time; gives their number, and the median of what one of them
 /// takes.
-fn run_trials(worker: &mut Worker<'_>, cell: &Cell, to: &mut Trials) -> (u64, f64) {
+fn run_trials(
+    worker: &mut Worker<'_>,
+    cell: &Cell,
+    to: &mut Trials,
+) -> Result<(u64, f64), WorkerError> {
     let begin = Instant::now();
     let (mut count, mut times) = (0, Vec::new());
     while count == 0 || begin.elapsed() < BUDGET {
         let (next, start) = (count + worker.stride(cell), Instant::now());
-        worker.run_into(count..next, to);
+        worker.run_into(count..next, to)?;
         times.push(start.elapsed().as_secs_f64() / (next - count) as f64);
         count = next;
     }
     times.sort_by(f64::total_cmp);
-    (count, times[times.len() / 2])
+    Ok((count, times[times.len() / 2]))
 }
 
 /// Bytes of a row in trials.parquet, and seconds of writing it: what more rows take more.
@@ -220,8 +224,8 @@ fn time_cell(
     let mut found = Trials::new(experiment, cell);
     let (setup, worker) = clocked(|| Worker::new(experiment, cell));
     let mut worker = worker?;
-    worker.run_into(0..worker.stride(cell), &mut Trials::new(experiment, cell));
-    let (count, trial) = run_trials(&mut worker, cell, &mut found);
+    worker.run_into(0..worker.stride(cell), &mut Trials::new(experiment, cell))?;
+    let (count, trial) = run_trials(&mut worker, cell, &mut found)?;
     let block = block_size(experiment, index);
     let sampled = count.min(block).min(trials);
     found.rows.truncate(sampled as usize);

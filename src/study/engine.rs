@@ -102,11 +102,15 @@ impl<'e> Worker<'e> {
     }
 
     /// Runs trials and appends what is wanted of them.
-    pub fn run_into(&mut self, trials: Range<u64>, to: &mut Trials) {
+    ///
+    /// # Errors
+    /// Where a program that is a method does not run; the trials before are there then.
+    pub fn run_into(&mut self, mut trials: Range<u64>, to: &mut Trials) -> Result<(), WorkerError> {
         match self {
-            Self::Faer(trial) => trials.for_each(|index| trial.run_into(index, to)),
+            Self::Faer(trial) => trials.try_for_each(|index| trial.run_into(index, to))?,
             Self::Lanes(pack) => pack.run_into(trials, to),
             Self::Continuous(trial) => trials.for_each(|index| trial.run_into(index, to)),
         }
+        Ok(())
     }
 }

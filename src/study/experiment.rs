@@ -5,19 +5,21 @@ use super::continuous_time::ContinuousCell;
 use super::curves::Curves;
 use super::engine::Engine;
 use super::file::{
-    Axis, ExperimentFile, FileError, Key, Settings, TrialRule, Until, at_most, cells,
+    Axis, ExperimentFile, FileError, Key, MethodTable, Settings, TrialRule, Until, at_most, cells,
 };
 use super::measure::Measure;
 use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
 use super::theory::FoundTheory;
-use crate::data::Process;
+use crate::data::{Process, Realisation, Truth};
 use crate::estimator::{Estimator, KnownModel, Method, Output, Problem, SetupError, Shape};
 use crate::names::named_enum;
 use crate::observer::Gain;
 use crate::real::MOST_LANES;
+use crate::worker::{Program, Record, seed_of};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::sync::OnceLock;
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -154,9 +156,41 @@ impl Cell {
             None
         };
         method.prepare(Problem {
-            shape: self.shape(),
             known: known.as_ref(),
+            ..self.problem(self.window)
         })
+    }
+
+    /// What a method without knowledge of the plant is prepared for, or a window of another length.
+    pub fn problem(&self, window: usize) -> Problem<'_> {
+        Problem {
+            shape: Shape {
+                order: self.order,
+                window,
+            },
+            known: None,
+            process: self.process().map(|process| (process, self.eta)),
+        }
+    }
+
+    /// A trial of a process as a program is sent it, with the plant.
+    pub fn record_for_program(
+        &self,
+        (process, eta): (&Process, f64),
+        seed: u64,
+        trial: u64,
+    ) -> (Record, Truth) {
+        let (mut drawn, window) = (Realisation::default(), self.window);
+        process.realise(seed, trial, eta, window, self.horizon, &mut drawn);
+        let cut = |signal: &[f64]| signal[..window].to_vec();
+        let record = Record {
+            trial,
+            seed: seed_of(seed, trial),
+            u: cut(&drawn.u),
+            y: cut(&drawn.y),
+            r: cut(&drawn.r),
+        };
+        (record, drawn.truth)
     }
 
     /// The memory of a record with its truth: u, y, r, u0, y0, f and n states for every sample.
@@ -173,6 +207,8 @@ pub struct Experiment {
     pub cells: Vec<Cell>,
     /// What is compared, all on the same records; none in continuous time, where observers are.
     pub methods: Vec<Method>,
+    /// The methods of the file that are programs, in its order.
+    pub programs: Vec<Arc<Program>>,
     /// Pairs of outputs that are compared, as indices in [`Self::outputs`].
     pub compare: Vec<[usize; 2]>,
     /// What theory says of the cells, once it was asked for.
@@ -241,10 +277,13 @@ impl Experiment {
             })
             .collect();
         let tables = file.methods.iter().enumerate();
-        let methods: Result<Vec<Method>, FileError> = tables.map(|(i, m)| m.method(i)).collect();
+        let programs = programs(&file);
+        let method = |(i, table): (usize, &MethodTable)| table.method(i, programs[i].as_ref());
+        let methods: Result<Vec<Method>, FileError> = tables.map(method).collect();
         let mut experiment = Self {
             cells: cells?,
             methods: methods?,
+            programs: programs.into_iter().flatten().collect(),
             compare: Vec::new(),
             theories: OnceLock::new(),
             file,
@@ -282,6 +321,12 @@ impl Experiment {
     pub fn output_count(&self) -> usize {
         let of_methods: usize = self.methods.iter().map(|m| m.outputs().len()).sum();
         of_methods + self.file.observers.len()
+    }
+
+    /// How many trials follow each other in the largest batch of a program: blocks end with whole ones.
+    pub fn batch(&self) -> u64 {
+        let batches = self.programs.iter().map(|program| program.options.batch);
+        batches.max().unwrap_or(1)
     }
 
     /// How many trials a cell has where so many are asked for: all of them, or one where they would
@@ -351,6 +396,12 @@ impl Experiment {
         } = *cell;
         // Stage 7's output, and the rows of stage 6 that are solved by themselves.
         let methods = self.methods.len() * window * (order + 2) * NUMBER;
+        // The batch of a program's records, as it is drawn and as it is sent.
+        let batches = self
+            .programs
+            .iter()
+            .map(|program| program.options.batch as usize);
+        let methods = methods + batches.sum::<usize>() * window * 3 * 2 * NUMBER;
         let curve = if self.file.curves { horizon } else { 0 };
         let (samples, lanes) = match (&cell.source, engine) {
             (Source::Continuous(of), _) => return NUMBER * of.disturbance_numbers(),
@@ -578,6 +629,24 @@ pub(crate) fn design_of(file: &Value) -> Value {
         design.retain(|key, _| !WORDS.contains(&key.as_str()));
     }
     design
+}
+
+/// The programs that methods of a resolved file are.
+fn programs(file: &ExperimentFile) -> Vec<Option<Arc<Program>>> {
+    // What tells the study from others, whatever version a program says that it has.
+    let mut design = design_of(&serde_json::to_value(file).unwrap_or_default());
+    for method in design["methods"].as_array_mut().into_iter().flatten() {
+        if let Some(method) = method.as_object_mut() {
+            method.shift_remove("worker");
+        }
+    }
+    let fingerprint = format!("{:032x}", xxh3_128(design.to_string().as_bytes()));
+    let program = |table: &MethodTable| {
+        let options = table.program()?.clone();
+        let program = Program::new(table.base_name(), options, fingerprint.clone());
+        Some(Arc::new(program))
+    };
+    file.methods.iter().map(program).collect()
 }
 
 /// Checks how many points of courses are kept.

@@ -38,7 +38,8 @@ pub(super) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
         let (name, place) = (table.output_name(1), format!("methods[{i}].name"));
         method(&name, &place)?;
         let estimator = folded(&name);
-        if ["iv", "ls"].contains(&estimator.as_str()) && estimator != table.estimator().name() {
+        let other = table.program().is_some() || estimator != table.estimator().name();
+        if other && ["iv", "ls"].contains(&estimator.as_str()) {
             let message = format!("'{name}' is another estimator; expected a name of its own");
             return Err(FileError::key(&place, message));
         }

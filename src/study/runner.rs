@@ -5,7 +5,7 @@ use super::file::Store;
 use super::spent::{Spent, Watch};
 use super::tally::{CellTally, Trials};
 use super::{Curves, Engine, Experiment, Rows, Worker, WorkerError};
-use crate::estimator::Method;
+use crate::estimator::{Method, ProgramError};
 use crate::real::MOST_LANES;
 use std::convert::Infallible;
 use std::ops::Range;
@@ -340,10 +340,9 @@ impl<'a> Shared<'a> {
         let (index, taken) = *next;
         let span = self.spans.get(index)?;
         let start = span.trials.start + taken;
-        let end = span
-            .trials
-            .end
-            .min(start.saturating_add(self.block_size(span.cell)));
+        let batch = self.experiment.batch();
+        let end = start.saturating_add(self.block_size(span.cell).next_multiple_of(batch));
+        let end = span.trials.end.min(end - end % batch);
         *next = if end == span.trials.end {
             (index + 1, 0)
         } else {
@@ -379,12 +378,7 @@ impl<'a> Shared<'a> {
                         }
                         current = Some((span.cell, worker, trials));
                     }
-                    Err(error) => {
-                        // The first one is told.
-                        let _ = self.failed.set(error);
-                        self.ended.store(true, Ordering::Relaxed);
-                        return;
-                    }
+                    Err(error) => return self.fail(error),
                 }
             }
             let Some((_, worker, room)) = &mut current else {
@@ -392,31 +386,44 @@ impl<'a> Shared<'a> {
             };
             let mut from = span.trials.start;
             while from < span.trials.end && !self.stopped() {
-                let block = self.block(worker, room, span.cell, from..span.trials.end);
+                let (block, error) = self.block(worker, room, span.cell, from..span.trials.end);
                 from = block.span.trials.end;
-                if sender.send(Some(finish(block))).is_err() {
+                if block.span.len() > 0 && sender.send(Some(finish(block))).is_err() {
+                    return;
+                }
+                if let Some(error) = error {
+                    self.fail(error);
                     return;
                 }
             }
         }
     }
 
-    /// Trials of one cell, at least one, as far as time and the stop flag allow.
+    /// Ends the run. The first error is told; that of a stopped program is none.
+    fn fail(&self, error: WorkerError) {
+        if error != WorkerError::Setup(ProgramError::Stopped.into()) {
+            let _ = self.failed.set(error);
+        }
+        self.ended.store(true, Ordering::Relaxed);
+    }
+
+    /// Trials of one cell, as far as time and the stop flag allow: at least one, unless a program that is a method
+    /// does not run.
     fn block(
         &self,
         worker: &mut Worker<'_>,
         room: &mut Trials,
         cell: usize,
         trials: Range<u64>,
-    ) -> Block {
+    ) -> (Block, Option<WorkerError>) {
         let settings = &self.experiment.cells[cell];
         let begin = Instant::now();
         let goes_on = |end: u64| {
             end == trials.start || end < trials.end && !self.stopped() && begin.elapsed() < LONGEST
         };
         let (mut tally, mut end) = (CellTally::default(), trials.start);
-        let mut rows = Rows::default();
-        while goes_on(end) {
+        let (mut rows, mut error) = (Rows::default(), None);
+        while error.is_none() && goes_on(end) {
             // Rows that are not kept are tallied as soon as they are many.
             let most = match self.keep {
                 Keep::Rows => trials.end - trials.start,
@@ -428,8 +435,14 @@ impl<'a> Shared<'a> {
             let first = end;
             while end < to && (end == first || goes_on(end)) {
                 let next = to.min(end + stride);
-                worker.run_into(end..next, room);
+                error = worker.run_into(end..next, room).err();
+                if error.is_some() {
+                    break;
+                }
                 end = next;
+            }
+            if end == first {
+                break;
             }
             let mut watch = Watch::start();
             if self.keep != Keep::Nothing {
@@ -448,7 +461,7 @@ impl<'a> Shared<'a> {
             let next = Curves::new(settings.horizon);
             tally.curves = Some(std::mem::replace(curves, next));
         }
-        Block {
+        let block = Block {
             span: Span {
                 cell,
                 trials: trials.start..end,
@@ -456,7 +469,8 @@ impl<'a> Shared<'a> {
             tally,
             rows,
             spent: std::mem::take(&mut room.spent),
-        }
+        };
+        (block, error)
     }
 
     #[expect(

@@ -7,8 +7,9 @@ use super::spent::{Spent, Watch};
 use super::tally::Trials;
 use super::{Cell, Experiment};
 use crate::data::{Process, Realisation};
-use crate::estimator::{Estimator, Output, Pass, Progress, SetupError, Window};
+use crate::estimator::{Estimator, Output, Pass, Progress, Records, SetupError, Window};
 use crate::metric::relative_error;
+use crate::worker::seed_of;
 
 /// Buffers to run trials of one cell: one value per worker.
 pub struct Trial<'e> {
@@ -17,6 +18,8 @@ pub struct Trial<'e> {
     process: &'e Process,
     outputs: Vec<Output>,
     realisation: Realisation,
+    /// Records of other trials, where a method wants to see them.
+    others: Others<'e>,
     methods: Vec<MethodRun<'e>>,
     scorer: Scorer,
     /// The rows of the last trial.
@@ -45,6 +48,34 @@ pub struct TrialRecord<'a> {
     pub rows: &'a [Row],
 }
 
+/// Draws records of other trials.
+struct Others<'e> {
+    seed: u64,
+    cell: &'e Cell,
+    process: &'e Process,
+    realisation: Realisation,
+}
+
+impl Records for Others<'_> {
+    fn draw(&mut self, trial: u64) -> Option<Window<'_>> {
+        let (cell, record) = (self.cell, &mut self.realisation);
+        let Cell {
+            eta,
+            window,
+            horizon,
+            ..
+        } = *cell;
+        self.process
+            .realise(self.seed, trial, eta, window, horizon, record);
+        let drawn = record.failure.is_none();
+        drawn.then(|| Window::with_reference(&record.u, &record.y, &record.r, window))
+    }
+
+    fn seed(&self, trial: u64) -> u64 {
+        seed_of(self.seed, trial)
+    }
+}
+
 impl<'e> Trial<'e> {
     /// Buffers for a cell of an experiment.
     ///
@@ -66,6 +97,12 @@ impl<'e> Trial<'e> {
             process,
             outputs: experiment.outputs(),
             realisation: Realisation::default(),
+            others: Others {
+                seed: experiment.file.seed,
+                cell,
+                process,
+                realisation: Realisation::default(),
+            },
             methods,
             scorer: Scorer::new(experiment, cell, process)?,
             rows: Vec::new(),
@@ -74,13 +111,19 @@ impl<'e> Trial<'e> {
     }
 
     /// Runs a trial: its rows, one per output.
-    pub fn run(&mut self, trial: u64) -> &[Row] {
-        self.measure(trial, |_, _, _, _| ());
-        &self.rows
+    ///
+    /// # Errors
+    /// [`SetupError::Program`].
+    pub fn run(&mut self, trial: u64) -> Result<&[Row], SetupError> {
+        self.measure(trial, |_, _, _, _| ())?;
+        Ok(&self.rows)
     }
 
-    /// Runs a trial and appends what is wanted of it.
-    pub fn run_into(&mut self, trial: u64, to: &mut Trials) {
+    /// Runs a trial and appends what is wanted of it; nothing where there is an error.
+    ///
+    /// # Errors
+    /// [`SetupError::Program`].
+    pub fn run_into(&mut self, trial: u64, to: &mut Trials) -> Result<(), SetupError> {
         let (wanted, last) = (self.experiment.file.parameters, self.outputs.len() - 1);
         let order = self.cell.order;
         let mut parameters = std::mem::take(&mut self.parameters);
@@ -99,7 +142,8 @@ impl<'e> Trial<'e> {
             }
         });
         self.parameters = parameters;
-        to.spent += spent;
+        to.spent += spent?;
+        Ok(())
     }
 
     /// Runs a trial; `on_row` sees each row with its pass, the record and e_x(k).
@@ -107,9 +151,13 @@ impl<'e> Trial<'e> {
         &mut self,
         trial: u64,
         mut on_row: impl FnMut(&Row, &Pass, &Realisation, &[f64]),
-    ) -> Spent {
+    ) -> Result<Spent, SetupError> {
         self.rows.clear();
         let (mut spent, mut watch) = (Spent::default(), Watch::start());
+        for run in &mut self.methods {
+            run.estimator.gather(trial, &mut self.others)?;
+        }
+        spent.estimation += watch.lap();
         let (file, cell) = (&self.experiment.file, self.cell);
         let record = &mut self.realisation;
         self.process.realise(
@@ -152,7 +200,7 @@ impl<'e> Trial<'e> {
             }
             spent.measures += watch.lap();
         }
-        spent
+        Ok(spent)
     }
 
     /// What the last [`Self::run`] computed.

@@ -18,7 +18,7 @@ use polars_parquet::write::{
     fallible_streaming_iterator, to_parquet_schema,
 };
 use rayon::Scope;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::ops::Range;
@@ -188,12 +188,12 @@ impl<'e> TrialTable<'e> {
             .map(|output| output.estimator.clone())
             .collect();
         let passes: Vec<u32> = outputs.map(|output| output.pass as u32).collect();
-        let kinds = FailureKind::ALL.iter().map(|kind| kind.name().to_owned());
-        let statuses: Vec<String> = std::iter::once("ok".to_owned()).chain(kinds).collect();
-        let status = |output: &OutputRows, place: usize| match output.failure(place) {
-            None => 0,
-            Some(failure) => 1 + failure.kind as u32,
+        let names = Self::statuses(group);
+        let status = |output: &OutputRows, place: usize| {
+            let name = output.failure(place).map_or("ok", |of| of.kind.name());
+            names.iter().position(|known| *known == name).unwrap_or(0) as u32
         };
+        let statuses = names.iter().map(|name| (*name).to_owned()).collect();
         let failed_pass =
             |output: &OutputRows, place: usize| Some(output.failure(place)?.pass as u32);
         let failed_stage =
@@ -218,6 +218,22 @@ impl<'e> TrialTable<'e> {
         let measures = self.experiment.file.measures.iter();
         columns.extend(measures.map(|measure| self.measure(group, *measure)));
         Ok(columns)
+    }
+
+    /// What the column of statuses has in a group: the failures of this crate whether there are any or not, then
+    /// those of programs.
+    fn statuses(group: &[Part]) -> Vec<&'static str> {
+        let own = FailureKind::ALL.iter().map(|kind| kind.name());
+        let mut names: Vec<&str> = std::iter::once("ok").chain(own).collect();
+        let found = group.iter().flat_map(|part| {
+            let outputs = part.rows.outputs().iter();
+            let failures = outputs.flat_map(OutputRows::failures);
+            let within = failures.filter(|(place, _)| part.places.contains(place));
+            within.map(|(_, failure)| failure.kind.name())
+        });
+        let found: BTreeSet<&str> = found.filter(|name| !names.contains(name)).collect();
+        names.extend(found);
+        names
     }
 
     /// A value for every row: all outputs of the first trial, then of the next.

@@ -216,6 +216,15 @@ fn estimates(
     let orders = options.model_orders(order);
     let orders = orders.unwrap_or(Orders::arx(order, order, 1));
     let one = match options {
+        M::InstrumentalVariables(options)
+            if options.fixed_model.is_some() || orders != Orders::arx(order, order, 1) =>
+        {
+            let missing = Missing::Method("iv of other orders or with a fixed model");
+            return vec![Err(missing); method.outputs().len()];
+        }
+        M::Arx(options) if options.choose.is_some() => {
+            Err(Missing::Method("least squares of a chosen order"))
+        }
         M::InstrumentalVariables(options) => {
             return Passes::new(population, options, order).run(method.reported());
         }
@@ -227,7 +236,8 @@ fn estimates(
         M::Sriv(_) | M::Oe(_) => prediction_error::output_error(population, orders, false),
         M::Stmcb(_) => prediction_error::output_error(population, orders, true),
         M::Armax(_) => prediction_error::armax(population, orders),
-        M::Bj(_) => prediction_error::bj(population, orders),
+        // Where it rests, the gradient of `bj` is zero.
+        M::Riv(_) | M::Bj(_) => prediction_error::bj(population, orders),
         M::Moesp(_) | M::N4sid(_) => Err(Missing::Method("subspace methods")),
         M::Known(_) => Err(Missing::Method("a known plant")),
     };

@@ -8,7 +8,7 @@ use asobench::study::{CURVE_BIN_ERROR, Experiment, Measure, Plan, Row, Trial, Tr
 fn by_faer(experiment: &Experiment, count: u64) -> Trials {
     let mut trial = Trial::new(experiment, &experiment.cells[0]).expect("a valid cell");
     let mut trials = empty(experiment);
-    (0..count).for_each(|index| trial.run_into(index, &mut trials));
+    (0..count).for_each(|index| trial.run_into(index, &mut trials).unwrap());
     trials
 }
 

@@ -42,7 +42,7 @@ pub fn run(experiment: &Experiment, cell: usize, trials: u64) -> Found {
         || Worker::new(experiment, cell).unwrap(),
         |worker, index| {
             let mut single = Trials::of_all_measures(experiment, cell);
-            worker.run_into(index..index + 1, &mut single);
+            worker.run_into(index..index + 1, &mut single).unwrap();
             single
         },
     );

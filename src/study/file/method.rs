@@ -3,19 +3,25 @@
 use super::FileError;
 use super::limits::{LIST_LIMIT, at_most};
 use crate::estimator::{
-    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, option_keys,
+    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, inline_schema, option_keys,
 };
 use crate::names::UnknownName;
 use crate::observer::ObserverKind;
+use crate::worker::{self, CommandOptions, Program};
 use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value, json};
 use std::fmt;
+use std::sync::Arc;
 
 /// The keys that every method has, beside the options of its estimator.
 const COMMON: [&str; 4] = ["name", "estimator", "observer", "report"];
 
-/// A method: an estimator with its options; a list in an option, or of observers, makes one method per value.
+/// The keys of a method that is a program; `orders` are an option of estimators too.
+const OF_PROGRAM: [&str; 6] = ["command", "batch", "timeout", "workers", "told", "worker"];
+
+/// A method: an estimator with its options, or a program; a list in an option, or of observers, makes one method per
+/// value.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MethodTable {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -25,6 +31,9 @@ pub struct MethodTable {
     /// In the registry's order.
     #[serde(flatten)]
     options: Map<String, Value>,
+    /// What a method is that is a program.
+    #[serde(flatten)]
+    program: Option<CommandOptions>,
     #[serde(skip_serializing_if = "Option::is_none")]
     observer: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -41,6 +50,7 @@ impl<'de> Deserialize<'de> for MethodKey {
         let mut valid: Vec<&str> = COMMON[..2].to_vec();
         valid.extend(option_keys().iter().map(String::as_str));
         valid.extend(&COMMON[2..]);
+        valid.extend(OF_PROGRAM);
         if valid.contains(&key.as_str()) {
             return Ok(Self(key));
         }
@@ -81,7 +91,7 @@ impl<'de> Deserialize<'de> for MethodTable {
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<MethodTable, A::Error> {
                 let mut table = MethodTable::default();
-                let mut options = Map::new();
+                let (mut options, mut program) = (Map::new(), Map::new());
                 while let Some(MethodKey(key)) = map.next_key()? {
                     match key.as_str() {
                         "name" => table.name = Some(map.next_value()?),
@@ -91,11 +101,19 @@ impl<'de> Deserialize<'de> for MethodTable {
                             let OptionValue(value) = map.next_value()?;
                             table.observer = Some(value);
                         }
+                        of if OF_PROGRAM.contains(&of) => {
+                            program.insert(key, map.next_value()?);
+                        }
                         _ => {
                             let OptionValue(value) = map.next_value()?;
                             options.insert(key, value);
                         }
                     }
+                }
+                if !program.is_empty() {
+                    program.extend(options.shift_remove_entry("orders"));
+                    let read = serde_json::from_value(Value::Object(program));
+                    table.program = Some(read.map_err(de::Error::custom)?);
                 }
                 for key in option_keys() {
                     table.options.extend(options.shift_remove_entry(key));
@@ -155,7 +173,8 @@ impl schemars::JsonSchema for MethodTable {
             }
             form
         };
-        let forms: Vec<Value> = EstimatorName::ALL.iter().map(form).collect();
+        let mut forms: Vec<Value> = EstimatorName::ALL.iter().map(form).collect();
+        forms.push(program_form(&forms[0]["properties"]));
         schemars::json_schema!({
             "description": "A method: an estimator with its options; a list makes one method per value.",
             "anyOf": forms
@@ -163,10 +182,28 @@ impl schemars::JsonSchema for MethodTable {
     }
 }
 
+/// The form of a method that is a program, with some properties of those of estimators.
+fn program_form(of_estimator: &Value) -> Value {
+    let mut form = inline_schema::<CommandOptions>();
+    let mut properties = Map::from_iter([("name".to_owned(), json!({ "type": "string" }))]);
+    if let Some(Value::Object(own)) = form.get_mut("properties").map(Value::take) {
+        properties.extend(own);
+    }
+    properties.insert("observer".to_owned(), of_estimator["observer"].clone());
+    json!({
+        "description": "A method that is a program: docs/protocol.md.",
+        "type": "object",
+        "properties": properties,
+        "required": ["name", "command"],
+        "additionalProperties": false
+    })
+}
+
 impl MethodTable {
     /// One table per combination of the options' lists, every option written out; `index` is the place of
     /// this table in the file.
     pub(super) fn expand(&self, index: usize) -> Result<Vec<Self>, FileError> {
+        self.check_program(index)?;
         let mut combinations = vec![(self.base_name(), Map::new())];
         let observer = self.observer.iter().map(|value| ("observer", value));
         let options = self
@@ -215,13 +252,55 @@ impl MethodTable {
                 let observer = options.shift_remove("observer");
                 Ok(Self {
                     name: Some(name),
-                    estimator: Some(self.estimator()),
-                    options: self.parse(index, options)?.describe(),
+                    estimator: self.program.is_none().then(|| self.estimator()),
+                    options: match self.program {
+                        None => self.parse(index, options)?.describe(),
+                        Some(_) => options,
+                    },
+                    program: self.program.clone(),
                     observer,
                     report: self.report.clone(),
                 })
             })
             .collect()
+    }
+
+    /// A program has a name, and no estimator or option of one.
+    fn check_program(&self, index: usize) -> Result<(), FileError> {
+        let Some(program) = &self.program else {
+            return Ok(());
+        };
+        let wrong = |key: &str, message: &str| {
+            Err(FileError::key(&format!("methods[{index}].{key}"), message))
+        };
+        if self.name.is_none() {
+            return wrong("name", "expected a name for the method that 'command' is");
+        }
+        if self.estimator.is_some() {
+            return wrong("estimator", "stands beside 'command'; expected one of them");
+        }
+        if let Some(key) = self.options.keys().next() {
+            return wrong(
+                key,
+                "an option of estimators, which a 'command' does not have",
+            );
+        }
+        match program.check() {
+            Ok(()) => Ok(()),
+            Err((key, message)) => wrong(key, &message),
+        }
+    }
+
+    /// The program that the method is, if it is one.
+    pub fn program(&self) -> Option<&CommandOptions> {
+        self.program.as_ref()
+    }
+
+    /// Writes down what the program says that it is.
+    pub fn set_worker(&mut self, identity: String) {
+        if let Some(program) = &mut self.program {
+            program.worker = Some(identity);
+        }
     }
 
     /// An option's value as a name says it: as the option itself writes it.
@@ -235,7 +314,7 @@ impl MethodTable {
             .map_or_else(|| value.to_string(), str::to_owned)
     }
 
-    fn base_name(&self) -> String {
+    pub(in crate::study) fn base_name(&self) -> String {
         let estimator = self.estimator();
         self.name.clone().unwrap_or_else(|| estimator.to_string())
     }
@@ -256,6 +335,9 @@ impl MethodTable {
 
     /// The options of an IV method of a resolved file; `None` for another method.
     pub fn iv_options(&self) -> Option<IvOptions> {
+        if self.program.is_some() {
+            return None;
+        }
         match self.parse(0, self.options.clone()) {
             Ok(MethodOptions::InstrumentalVariables(options)) => Some(options),
             _ => None,
@@ -264,7 +346,7 @@ impl MethodTable {
 
     /// Whether its passes solve the paper's equations, stages 2 and 9.
     pub fn is_of_the_paper(&self) -> bool {
-        self.estimator().takes("solver")
+        self.program.is_none() && self.estimator().takes("solver")
     }
 
     /// Whose method it is.
@@ -275,6 +357,9 @@ impl MethodTable {
     /// What outputs of a pass are called, in a resolved file.
     pub fn output_name(&self, pass: usize) -> String {
         let name = self.base_name();
+        if self.program.is_some() {
+            return name;
+        }
         let options = self.parse(0, self.options.clone());
         let outputs = options.map_or_else(|_| Vec::new(), |options| options.outputs(&name));
         let output = outputs.into_iter().find(|output| output.pass == pass);
@@ -305,10 +390,16 @@ impl MethodTable {
         Ok(Some(observer))
     }
 
-    /// The method of a table that [`Self::expand`] made; `index` is its place.
-    pub(in crate::study) fn method(&self, index: usize) -> Result<Method, FileError> {
-        let options = self.parse(index, self.options.clone())?;
-        let mut method = Method::named(&self.base_name(), options);
+    /// The method of a table that [`Self::expand`] made; `index` is its place. `program` is what it is, if it is one.
+    pub(in crate::study) fn method(
+        &self,
+        index: usize,
+        program: Option<&Arc<Program>>,
+    ) -> Result<Method, FileError> {
+        let mut method = match program {
+            Some(program) => worker::method(program),
+            None => Method::named(&self.base_name(), self.parse(index, self.options.clone())?),
+        };
         if let Some(observer) = self.observer(index)? {
             method = method.observed_by(observer);
         }

@@ -1,0 +1,3 @@
+from ._study import main
+
+main()

@@ -1,0 +1,305 @@
+//! `asobench test-method`: whether a program keeps to docs/protocol.md and does what a method must.
+
+use super::error::{Error, failed};
+use super::print;
+use super::programs::{Consent, introduced};
+use super::run::StudyArguments;
+use crate::data::{Process, ProcessSettings};
+use crate::estimator::{FailureKind, Pass, Progress};
+use crate::model::LinearModel;
+use crate::study::Cell;
+use crate::text::visible;
+use crate::worker::{Answered, Program, Record, ask_once, introduce};
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+/// Records that models are compared on.
+const RECORDS: u64 = 16;
+/// How far models of other batch sizes may be apart.
+const ALIKE: f64 = 1e-10;
+/// How near the plant a model of a record without noise must be.
+const RECOVERED: f64 = 1e-6;
+/// Samples of impulse responses.
+const SAMPLES: usize = 50;
+
+/// Test the programs that are methods of an experiment file, on records of its first cell.
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    study: StudyArguments,
+    #[command(flatten)]
+    consent: Consent,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let study = &arguments.study;
+    let (_, experiment) = introduced(study.read()?, &study.file, arguments.consent)?;
+    let Some(experiment) = experiment else {
+        let message = "no method is a program; expected [[methods]] with 'command'";
+        return Err(Error::Input(format!("{}: {message}", study.file.display())));
+    };
+    let cell = &experiment.cells[0];
+    let process = cell.process();
+    let process = process.ok_or_else(|| failed("a study in continuous time has no records"))?;
+    let mut passed = true;
+    for program in &experiment.programs {
+        let test = Test {
+            program,
+            cell,
+            process,
+            seed: experiment.file.seed,
+        };
+        passed &= test.run()?;
+        program.end();
+    }
+    Ok(if passed {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
+}
+
+/// What a check says: what was seen, or what is wrong.
+type Outcome = Result<String, String>;
+
+struct Test<'a> {
+    program: &'a Arc<Program>,
+    cell: &'a Cell,
+    process: &'a Process,
+    seed: u64,
+}
+
+impl Test<'_> {
+    /// Prints a line for each check up to the first that fails; whether none does.
+    fn run(&self) -> Result<bool, Error> {
+        let ready =
+            introduce(self.program, &self.cell.problem(self.cell.window)).map_err(failed)?;
+        let returns = if ready.matrices {
+            "matrices"
+        } else {
+            "polynomials"
+        };
+        let same = if ready.deterministic { "" } else { "not " };
+        print(&format!(
+            "{}: {}, returns {returns}, {same}deterministic\n",
+            visible(&self.program.name),
+            visible(ready.identity())
+        ))?;
+        type Check<'a, 'b> = &'b dyn Fn(&Test<'a>) -> Result<Outcome, Error>;
+        let checks: [(&str, Check<'_, '_>); 6] = [
+            ("models", &Self::models),
+            ("the same batch twice", &|test| {
+                test.twice(ready.deterministic)
+            }),
+            ("other batch sizes", &|test| test.sizes(ready.deterministic)),
+            ("a record without noise", &Self::noise_free),
+            ("odd records", &Self::odd),
+            ("time", &Self::time),
+        ];
+        for (name, check) in checks {
+            match check(self)? {
+                Ok(seen) => print(&format!("  ok      {name}: {}\n", visible(seen)))?,
+                Err(wrong) => {
+                    print(&format!("  WRONG   {name}: {}\n", visible(wrong)))?;
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    fn records(&self, count: u64) -> Vec<Record> {
+        let of = (self.process, self.cell.eta);
+        let record = |trial| self.cell.record_for_program(of, self.seed, trial).0;
+        (0..count).map(record).collect()
+    }
+
+    fn ask(&self, records: &[Record]) -> Result<Result<Answered, String>, Error> {
+        let samples = records.first().map_or(0, |record| record.y.len());
+        ask_once(self.program, &self.cell.problem(samples), records).map_err(failed)
+    }
+
+    fn models(&self) -> Result<Outcome, Error> {
+        Ok(self.ask(&self.records(RECORDS))?.and_then(|answered| {
+            let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+            for pass in &answered.passes {
+                let name = pass
+                    .failure
+                    .map_or("with a model", |failure| failure.kind.name());
+                *counts.entry(name).or_default() += 1;
+            }
+            let found = counts.iter().map(|(name, count)| format!("{count} {name}"));
+            let found = found.collect::<Vec<_>>().join(", ");
+            let text = format!("of {RECORDS} records {found}");
+            if counts.contains_key("with a model") {
+                Ok(text)
+            } else {
+                Err(text)
+            }
+        }))
+    }
+
+    fn twice(&self, deterministic: bool) -> Result<Outcome, Error> {
+        let records = self.records(RECORDS);
+        let (first, second) = (self.ask(&records)?, self.ask(&records)?);
+        Ok(first.and_then(|first| {
+            let same = first.same_bits(&second?);
+            match (same, deterministic) {
+                (true, _) => Ok("the same bits".to_owned()),
+                (false, false) => Ok("other bits, as it says".to_owned()),
+                (false, true) => {
+                    Err("other bits, where it says that it is deterministic".to_owned())
+                }
+            }
+        }))
+    }
+
+    fn sizes(&self, deterministic: bool) -> Result<Outcome, Error> {
+        if !deterministic {
+            return Ok(Ok("not compared, since it is not deterministic".to_owned()));
+        }
+        let records = self.records(RECORDS);
+        let whole = match self.ask(&records)? {
+            Ok(whole) => whole,
+            Err(wrong) => return Ok(Err(wrong)),
+        };
+        let mut largest = 0.0_f64;
+        for size in [1, 5] {
+            for (part, expected) in records.chunks(size).zip(whole.passes.chunks(size)) {
+                let found = match self.ask(part)? {
+                    Ok(found) => found,
+                    Err(wrong) => return Ok(Err(wrong)),
+                };
+                for ((found, expected), record) in found.passes.iter().zip(expected).zip(part) {
+                    let apart = apart(found, expected);
+                    if !(apart <= ALIKE) {
+                        return Ok(Err(format!(
+                            "trial {} in a batch of {size} is {apart:.1e} from the same in one of {RECORDS}; \
+                             expected at most {ALIKE:e}",
+                            record.trial
+                        )));
+                    }
+                    largest = largest.max(apart);
+                }
+            }
+        }
+        Ok(Ok(format!(
+            "1 and 5 instead of {RECORDS}: within {largest:.1e}"
+        )))
+    }
+
+    fn noise_free(&self) -> Result<Outcome, Error> {
+        let plant_order = self.process.order();
+        let asked = self.program.options.orders;
+        if asked.map_or(self.cell.order, crate::model::Orders::order) < plant_order {
+            return Ok(Ok(
+                "not asked, since the plant has a larger order".to_owned()
+            ));
+        }
+        let process = Process::from_settings(ProcessSettings {
+            x0: vec![0.0; plant_order],
+            x0_deviation: 0.0,
+            input_noise: 0.0,
+            process_noise: 0.0,
+            ..self.process.settings().clone()
+        });
+        let of = (&process.map_err(failed)?, 0.0);
+        let (record, truth) = self.cell.record_for_program(of, self.seed, 0);
+        let plant = LinearModel::from_canonical(&truth.a, &truth.h, 1);
+        Ok(self.ask(&[record])?.and_then(|answered| {
+            let pass = &answered.passes[0];
+            if pass.progress < Progress::Parameters {
+                return Err(pass
+                    .failure
+                    .map_or("no model", |f| f.kind.name())
+                    .to_owned());
+            }
+            let response = |model: &LinearModel| {
+                let (mut impulse, mut response) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
+                impulse[0] = 1.0;
+                model.simulate(&impulse, &mut response);
+                response
+            };
+            let error = crate::metric::relative_error(&response(&plant), &response(&pass.model));
+            let text = format!("impulse response {error:.1e} from the plant's");
+            if error <= RECOVERED {
+                Ok(text)
+            } else {
+                Err(format!("{text}; expected at most {RECOVERED:e}"))
+            }
+        }))
+    }
+
+    fn odd(&self) -> Result<Outcome, Error> {
+        let plain = self.records(1).swap_remove(0);
+        let n = plain.y.len();
+        let of = |u: f64, y: f64| Record {
+            u: vec![u; n],
+            y: vec![y; n],
+            r: vec![u; n],
+            ..plain.clone()
+        };
+        let short = 3 * self.cell.order;
+        let cut = |signal: &[f64]| signal[..short.min(n)].to_vec();
+        let shortened = Record {
+            u: cut(&plain.u),
+            y: cut(&plain.y),
+            r: cut(&plain.r),
+            ..plain.clone()
+        };
+        let mut seen = Vec::new();
+        for (name, record) in [
+            ("NaN", of(f64::NAN, f64::NAN)),
+            ("constant", of(1.0, 1.0)),
+            ("zero", of(0.0, 0.0)),
+            ("short", shortened),
+            ("as before", plain.clone()),
+        ] {
+            match self.ask(&[record])? {
+                Ok(answered) => seen.push(format!("{name}: {}", word(&answered.passes[0]))),
+                Err(wrong) => return Ok(Err(format!("{name}: {wrong}"))),
+            }
+        }
+        Ok(Ok(seen.join(", ")))
+    }
+
+    fn time(&self) -> Result<Outcome, Error> {
+        let batch = self.program.options.batch;
+        let (single, whole) = (self.ask(&self.records(1))?, self.ask(&self.records(batch))?);
+        Ok(single.and_then(|single| {
+            let whole = whole?;
+            let seconds = whole.elapsed.as_secs_f64();
+            let text = format!(
+                "{:.3} ms for a record alone, {:.3} ms for each of {batch}",
+                1e3 * single.elapsed.as_secs_f64(),
+                1e3 * seconds / batch as f64
+            );
+            let timeout = self.program.options.timeout;
+            if seconds > timeout / 2.0 {
+                return Err(format!(
+                    "{text}: {seconds:.1} s for a batch, near the timeout of {timeout} s; expected a smaller 'batch'"
+                ));
+            }
+            Ok(text)
+        }))
+    }
+}
+
+/// A pass in a word.
+fn word(pass: &Pass) -> &'static str {
+    pass.failure
+        .map_or("a model", |failure| failure.kind.name())
+}
+
+/// How far two models are apart: the largest difference of a coefficient, relative where it is above 1; infinite where
+/// only one is there.
+fn apart(a: &Pass, b: &Pass) -> f64 {
+    let kind = |pass: &Pass| -> Option<FailureKind> { Some(pass.failure?.kind) };
+    if kind(a) != kind(b) || a.model.orders() != b.model.orders() {
+        return f64::INFINITY;
+    }
+    let pairs = a.model.parameters().zip(b.model.parameters());
+    let apart = pairs.map(|(a, b)| (a - b).abs() / b.abs().max(1.0));
+    apart.fold(0.0, f64::max)
+}

@@ -1,0 +1,202 @@
+//! Why an estimate failed: of this crate's estimators, and of programs that are methods ([`crate::worker`]).
+
+use crate::data::DrawFailure;
+use crate::names::UnknownName;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeSet;
+use std::str::FromStr;
+use std::sync::{Mutex, PoisonError};
+
+/// Why a pass failed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FailureKind {
+    /// A value that is not finite.
+    #[default]
+    NonFinite,
+    /// An exactly singular matrix: a zero row or column.
+    Singular,
+    /// A matrix that is singular to rounding (or whose pivot came out as zero): [`super::solver::condition::RANK_MULTIPLE`].
+    RankDeficient,
+    /// Continuous time: the error by step halving is above the study's limit.
+    StepTooLong,
+    /// Continuous time: the trial's disturbance makes a run that is too long.
+    NotRun,
+    /// An iteration that did not come to rest.
+    NoConvergence,
+    /// A model whose predictor is not stable.
+    UnstablePredictor,
+    /// Parameters that the record does not tell apart: psi'psi is singular to rounding.
+    NotIdentifiable,
+    /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
+    NoFilter,
+    /// A program says that the record is not one for it.
+    Declined,
+    /// A program did not answer in time.
+    Timeout,
+    /// A program ended, or closed its replies.
+    Crashed,
+    /// A program's reply is none by the protocol.
+    Malformed,
+    /// A program failed for a reason of its own: "external: REASON".
+    External(Reason),
+}
+
+/// The name of a failure with a program's reason, "external: REASON": one text for each in the whole process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Reason(&'static str);
+
+impl Reason {
+    /// The most characters of a reason.
+    pub const LONGEST: usize = 60;
+    const PREFIX: &str = "external: ";
+
+    /// The reason that a program gives: ASCII letters, digits, spaces and `-_.,()`; another character becomes `?`, and
+    /// what is longer than [`Self::LONGEST`] is cut.
+    pub fn new(given: &str) -> Self {
+        static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+        let plain = |c: char| c.is_ascii_alphanumeric() || " -_.,()".contains(c);
+        let text = given.trim().chars().take(Self::LONGEST);
+        let text: String = text.map(|c| if plain(c) { c } else { '?' }).collect();
+        let name = format!("{}{}", Self::PREFIX, text.trim_end());
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(name) = known.get(name.as_str()) {
+            return Self(name);
+        }
+        // Few and short: kept as long as the process, so that failures stay small values that are copied.
+        let name: &'static str = Box::leak(name.into_boxed_str());
+        known.insert(name);
+        Self(name)
+    }
+}
+
+impl FailureKind {
+    /// The failures of this crate's own estimators and observers.
+    pub const ALL: &[Self] = &[
+        Self::NonFinite,
+        Self::Singular,
+        Self::RankDeficient,
+        Self::StepTooLong,
+        Self::NotRun,
+        Self::NoConvergence,
+        Self::UnstablePredictor,
+        Self::NotIdentifiable,
+        Self::NoFilter,
+    ];
+
+    /// The failures of programs, but those with a reason.
+    pub const OF_PROGRAMS: &[Self] = &[
+        Self::Declined,
+        Self::Timeout,
+        Self::Crashed,
+        Self::Malformed,
+    ];
+
+    /// The name that every output uses.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NonFinite => "non-finite",
+            Self::Singular => "singular",
+            Self::RankDeficient => "rank-deficient",
+            Self::StepTooLong => "step-too-long",
+            Self::NotRun => "not-run",
+            Self::NoConvergence => "no-convergence",
+            Self::UnstablePredictor => "unstable-predictor",
+            Self::NotIdentifiable => "not-identifiable",
+            Self::NoFilter => "no-filter",
+            Self::Declined => "declined",
+            Self::Timeout => "timeout",
+            Self::Crashed => "crashed",
+            Self::Malformed => "malformed",
+            Self::External(Reason(name)) => name,
+        }
+    }
+}
+
+impl std::fmt::Display for FailureKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for FailureKind {
+    type Err = UnknownName;
+
+    fn from_str(given: &str) -> Result<Self, UnknownName> {
+        let known = || Self::ALL.iter().chain(Self::OF_PROGRAMS);
+        if let Some(kind) = known().find(|kind| kind.name() == given) {
+            return Ok(*kind);
+        }
+        if let Some(reason) = given.strip_prefix(Reason::PREFIX) {
+            let reason = Reason::new(reason);
+            // Only what a program's reason becomes is one.
+            if reason.0 == given {
+                return Ok(Self::External(reason));
+            }
+        }
+        let valid: Vec<&str> = known().map(|kind| kind.name()).collect();
+        Err(UnknownName::new("failure", given, &valid))
+    }
+}
+
+impl Serialize for FailureKind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for FailureKind {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        name.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+impl From<DrawFailure> for FailureKind {
+    fn from(failure: DrawFailure) -> Self {
+        match failure {
+            DrawFailure::NonFinite => Self::NonFinite,
+            DrawFailure::Singular => Self::Singular,
+            DrawFailure::RankDeficient => Self::RankDeficient,
+        }
+    }
+}
+
+impl From<FailureKind> for DrawFailure {
+    fn from(kind: FailureKind) -> Self {
+        match kind {
+            FailureKind::Singular => Self::Singular,
+            FailureKind::RankDeficient => Self::RankDeficient,
+            // No draw has a step or a program, and controllers have observers by pole placement only.
+            _ => Self::NonFinite,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_failure_reads_back() {
+        let reason = FailureKind::External(Reason::new("no minimum (3 starts)"));
+        assert_eq!(reason.name(), "external: no minimum (3 starts)");
+        let known = FailureKind::ALL.iter().chain(FailureKind::OF_PROGRAMS);
+        for kind in known.chain([&reason]) {
+            assert_eq!(kind.name().parse::<FailureKind>().unwrap(), *kind);
+        }
+        assert_eq!(
+            Reason::new("no minimum (3 starts) "),
+            Reason::new(" no minimum (3 starts)")
+        );
+        let long = Reason::new(&"\u{1b}[31m<".repeat(40));
+        assert_eq!(
+            long.0.len(),
+            Reason::PREFIX.len() + Reason::LONGEST,
+            "{}",
+            long.0
+        );
+        for wrong in ["external: \u{7}", "external:", "crash"] {
+            assert!(wrong.parse::<FailureKind>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What kills workers when the program that asks them is killed itself.
+
+use crate::files::processes_with;
+use rustix::process::{Pid, Signal, kill_process, kill_process_group};
+use std::collections::BTreeMap;
+use std::io::{BufRead, Write};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::{Mutex, PoisonError};
+
+/// The subcommand that a guard runs.
+pub const SUBCOMMAND: &str = "guard-workers";
+
+/// A process that outlives this one by a moment: once its input ends, it kills the groups that were not forgotten.
+#[derive(Debug)]
+pub struct Guard {
+    child: Child,
+    input: Mutex<Option<ChildStdin>>,
+}
+
+impl Guard {
+    /// Starts one, by the program's own file.
+    ///
+    /// # Errors
+    /// If it cannot be started.
+    pub fn start(program: &Path) -> std::io::Result<Self> {
+        let mut child = Command::new(program)
+            .arg(SUBCOMMAND)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .process_group(0)
+            .spawn()?;
+        let input = Mutex::new(child.stdin.take());
+        Ok(Self { child, input })
+    }
+
+    /// Kills a group, and the processes with this mark, if this process ends before it is forgotten.
+    pub fn watch(&self, group: Pid, mark: &Path) {
+        self.say(&format!("{} {}", group.as_raw_nonzero(), mark.display()));
+    }
+
+    /// The group is killed already.
+    pub fn forget(&self, group: Pid) {
+        self.say(&format!("{}", group.as_raw_nonzero()));
+    }
+
+    fn say(&self, line: &str) {
+        let mut input = self.input.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(input) = &mut *input {
+            // Without a guard, workers still end with their requests.
+            let _ = writeln!(input, "{line}");
+        }
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        *self.input.get_mut().unwrap_or_else(PoisonError::into_inner) = None;
+        // It ends with its input.
+        let _ = self.child.wait();
+    }
+}
+
+/// What the subcommand does: reads groups to watch, with their marks, and to forget, and kills what is left.
+pub fn stand(input: impl BufRead) {
+    let mut watched = BTreeMap::new();
+    for line in input.lines().map_while(Result::ok) {
+        let (group, mark) = line.split_once(' ').unwrap_or((&line, ""));
+        let Ok(group) = group.parse::<i32>() else {
+            continue;
+        };
+        if mark.is_empty() {
+            watched.remove(&group);
+        } else {
+            watched.insert(group, PathBuf::from(mark));
+        }
+    }
+    for (group, mark) in watched {
+        if let Some(group) = Pid::from_raw(group) {
+            kill_all(group, &mark);
+        }
+    }
+}
+
+/// Kills a process group and all processes with a mark, whatever group they are in.
+pub fn kill_all(group: Pid, mark: &Path) {
+    // Nothing more can be done where a process cannot be killed; it may have ended by itself.
+    let _ = kill_process_group(group, Signal::KILL);
+    for _ in 0..3 {
+        let mut found = processes_with(mark);
+        found.retain(|number| *number != group.as_raw_nonzero().get());
+        if found.is_empty() {
+            break;
+        }
+        for process in found.into_iter().filter_map(Pid::from_raw) {
+            let _ = kill_process(process, Signal::KILL);
+        }
+    }
+}

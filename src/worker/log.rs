@@ -1,0 +1,103 @@
+//! What workers print: the beginning and the end of it.
+
+use std::collections::VecDeque;
+use std::io::Read;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Bytes that are kept of the beginning, and of the end.
+const KEPT: usize = 1 << 16;
+
+/// How the file begins.
+pub(crate) const TITLE: &str = "# asobench: what workers printed\n";
+
+#[derive(Default)]
+struct Content {
+    first: Vec<u8>,
+    last: VecDeque<u8>,
+    left_out: u64,
+}
+
+/// What workers print, bounded in size; shared by the threads that read it.
+#[derive(Clone, Default)]
+pub struct Log(Arc<Mutex<Content>>);
+
+impl Log {
+    /// Adds what was printed.
+    pub fn add(&self, mut bytes: &[u8]) {
+        let mut content = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let room = (KEPT - content.first.len()).min(bytes.len());
+        let (first, rest) = bytes.split_at(room);
+        content.first.extend_from_slice(first);
+        bytes = rest;
+        let skipped = bytes.len().saturating_sub(KEPT);
+        content.last.extend(&bytes[skipped..]);
+        let over = content.last.len().saturating_sub(KEPT);
+        content.last.drain(..over);
+        content.left_out += (skipped + over) as u64;
+    }
+
+    /// Adds a line of the program's own.
+    pub fn note(&self, line: &str) {
+        self.add(format!("[asobench] {line}\n").as_bytes());
+    }
+
+    /// Reads all that comes, on a thread of its own, for as long as it comes.
+    pub fn drain(&self, mut from: impl Read + Send + 'static) {
+        let log = self.clone();
+        std::thread::spawn(move || {
+            let mut room = vec![0; 1 << 16];
+            while let Ok(read @ 1..) = from.read(&mut room) {
+                log.add(&room[..read]);
+            }
+        });
+    }
+
+    /// All that is kept; `None` where nothing was printed.
+    pub fn text(&self) -> Option<Vec<u8>> {
+        let content = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if content.first.is_empty() {
+            return None;
+        }
+        let mut text = [TITLE.as_bytes(), &content.first].concat();
+        if content.left_out > 0 {
+            let line = format!(
+                "\n[asobench] {} bytes are left out here\n",
+                content.left_out
+            );
+            text.extend_from_slice(line.as_bytes());
+        }
+        text.extend(&content.last);
+        Some(text)
+    }
+
+    /// The last line that was printed, such as what a crash says.
+    pub fn last_line(&self) -> Option<String> {
+        let text = self.text()?;
+        let text = String::from_utf8_lossy(&text[TITLE.len()..]).into_owned();
+        let printed = |line: &&str| !line.trim().is_empty() && !line.starts_with("[asobench]");
+        let line = text.lines().rfind(printed)?;
+        Some(line.chars().take(200).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_beginning_and_the_end_are_kept() {
+        let log = Log::default();
+        assert_eq!(log.text(), None);
+        log.add(b"first\n");
+        for _ in 0..100 {
+            log.add(&[b'x'; 10_000]);
+        }
+        log.add(b"\nlast\n");
+        let text = String::from_utf8(log.text().unwrap()).unwrap();
+        assert!(text.len() < 3 * KEPT);
+        assert!(text.starts_with(&format!("{TITLE}first\nx")) && text.ends_with("x\nlast\n"));
+        let left_out = 6 + 1_000_000 + 6 - 2 * KEPT;
+        assert!(text.contains(&format!("{left_out} bytes are left out")));
+        assert_eq!(log.last_line().unwrap(), "last");
+    }
+}

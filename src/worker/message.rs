@@ -1,0 +1,396 @@
+//! Messages between the program and a worker: docs/protocol.md.
+
+use super::model::Layout;
+use crate::model::Orders;
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// The protocol's version.
+pub const PROTOCOL: u64 = 1;
+/// The most bytes of a header, its line end counted.
+pub const LONGEST_HEADER: usize = 1 << 16;
+/// The most bytes of a reply's blocks.
+pub const LARGEST_REPLY: usize = 1 << 27;
+/// The most characters of a worker's name, and of its version.
+const LONGEST_NAME: usize = 100;
+
+/// What a worker is told of a cell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Hello {
+    pub frame: &'static str,
+    pub protocol: u64,
+    pub program: String,
+    pub method: String,
+    pub fingerprint: String,
+    pub order: usize,
+    pub na: usize,
+    pub nb: usize,
+    pub nc: usize,
+    pub nd: usize,
+    pub nf: usize,
+    pub nk: usize,
+    pub samples: usize,
+    pub sampling: f64,
+    #[serde(rename = "loop")]
+    pub feedback: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Value>,
+}
+
+impl Hello {
+    /// The line that is sent.
+    pub fn line(&self) -> String {
+        let mut line = serde_json::to_string(self).unwrap_or_default();
+        line.push('\n');
+        line
+    }
+
+    /// Sets what of a model's orders is asked for.
+    pub fn asking(mut self, orders: Orders) -> Self {
+        let Orders {
+            na,
+            nb,
+            nc,
+            nd,
+            nf,
+            nk,
+        } = orders;
+        (self.na, self.nb, self.nc) = (na, nb, nc);
+        (self.nd, self.nf, self.nk) = (nd, nf, nk);
+        self
+    }
+}
+
+/// What a worker says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ready {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// Whether its models are matrices instead of polynomials.
+    pub matrices: bool,
+    /// Whether the same batch has the same reply, bit for bit.
+    pub deterministic: bool,
+}
+
+impl Ready {
+    /// "NAME VERSION".
+    pub fn identity(&self) -> String {
+        format!("{} {}", self.name, self.version)
+    }
+
+    /// Reads the header of its answer.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(header: &Map<String, Value>) -> Result<Self, String> {
+        expect_frame(header, "ready")?;
+        let protocol = header.get("protocol").and_then(Value::as_u64);
+        if protocol != Some(PROTOCOL) {
+            return Err(format!("\"protocol\" of \"ready\": expected {PROTOCOL}"));
+        }
+        let text = |key: &str| {
+            let text = header.get(key).and_then(Value::as_str);
+            let fits = |text: &&str| {
+                (1..=LONGEST_NAME).contains(&text.chars().count())
+                    && !text.chars().any(char::is_control)
+            };
+            let text = text.filter(fits).map(str::to_owned);
+            text.ok_or_else(|| {
+                format!("\"{key}\" of \"ready\": expected a text of 1 to {LONGEST_NAME} characters")
+            })
+        };
+        let matrices = match header.get("returns").and_then(Value::as_str) {
+            Some("polynomials") => false,
+            Some("matrices") => true,
+            _ => {
+                return Err(
+                    "\"returns\" of \"ready\": expected \"polynomials\" or \"matrices\"".to_owned(),
+                );
+            }
+        };
+        let deterministic = header.get("deterministic").and_then(Value::as_bool);
+        Ok(Self {
+            name: text("name")?,
+            version: text("version")?,
+            matrices,
+            deterministic: deterministic
+                .ok_or("\"deterministic\" of \"ready\": expected true or false")?,
+        })
+    }
+}
+
+/// An error where a header is of another frame.
+fn expect_frame(header: &Map<String, Value>, name: &str) -> Result<(), String> {
+    match header.get("frame").and_then(Value::as_str) {
+        Some(found) if found == name => Ok(()),
+        _ => Err(format!("expected a header with \"frame\": \"{name}\"")),
+    }
+}
+
+/// Records on their way to a worker.
+#[derive(Default)]
+pub struct Batch {
+    pub trials: Vec<u64>,
+    pub seeds: Vec<u64>,
+    pub u: Vec<f64>,
+    pub y: Vec<f64>,
+    pub r: Vec<f64>,
+    pub samples: usize,
+}
+
+impl Batch {
+    /// The frame of some of its records.
+    pub fn frame(&self, number: u64, of: std::ops::Range<usize>) -> Vec<u8> {
+        let (count, samples) = (of.len(), self.samples);
+        let bytes = 8 * count * (2 + 3 * samples);
+        let header = format!(
+            "{{\"frame\":\"batch\",\"number\":{number},\"trials\":{count},\"samples\":{samples},\"bytes\":{bytes}}}\n"
+        );
+        let mut frame = Vec::with_capacity(header.len() + bytes);
+        frame.extend_from_slice(header.as_bytes());
+        for whole in [&self.trials, &self.seeds] {
+            let numbers = whole[of.clone()].iter();
+            frame.extend(numbers.flat_map(|number| (*number as f64).to_le_bytes()));
+        }
+        let signal = of.start * samples..of.end * samples;
+        for numbers in [&self.u, &self.y, &self.r] {
+            let numbers = numbers[signal.clone()].iter();
+            frame.extend(numbers.flat_map(|number| number.to_le_bytes()));
+        }
+        frame
+    }
+}
+
+/// What a worker answers.
+pub enum Answer {
+    Ready(Ready),
+    Reply(Reply),
+}
+
+/// The numbers of a reply.
+pub struct Reply {
+    /// The header's line.
+    pub header: String,
+    pub layout: Layout,
+    pub numbers: Vec<f64>,
+}
+
+/// What is waited for.
+#[derive(Clone, Copy)]
+pub enum Awaited {
+    Ready,
+    Reply {
+        number: u64,
+        trials: usize,
+        matrices: bool,
+    },
+}
+
+/// Bytes of a worker, as they come.
+#[derive(Default)]
+pub struct Incoming {
+    bytes: Vec<u8>,
+    /// How far no line end was found.
+    searched: usize,
+    /// The header's length and what it says, once it is there.
+    header: Option<(usize, Layout)>,
+}
+
+impl Incoming {
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// How many bytes may be read before what is there is looked at.
+    pub const ROOM: usize = 1 << 16;
+
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// The answer, once all of it is there.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn take(&mut self, awaited: Awaited) -> Result<Option<Answer>, String> {
+        if self.header.is_none() {
+            if self.bytes.first().is_some_and(|first| *first != b'{') {
+                return Err("expected a header, which begins with '{'".to_owned());
+            }
+            let searched = self.searched;
+            let found = self.bytes[searched..].iter().position(|b| *b == b'\n');
+            let length = found.map_or(self.bytes.len(), |at| searched + at + 1);
+            if length > LONGEST_HEADER {
+                return Err(format!("a header of more than {LONGEST_HEADER} bytes"));
+            }
+            if found.is_none() {
+                self.searched = length;
+                return Ok(None);
+            }
+            let header: Map<String, Value> = serde_json::from_slice(&self.bytes[..length])
+                .map_err(|error| format!("a header that is no JSON object ({error})"))?;
+            match awaited {
+                Awaited::Ready => {
+                    self.forget(length);
+                    return Ready::read(&header).map(|ready| Some(Answer::Ready(ready)));
+                }
+                Awaited::Reply {
+                    number,
+                    trials,
+                    matrices,
+                } => {
+                    expect_frame(&header, "reply")?;
+                    let layout = Layout::read(&header, number, trials, matrices)?;
+                    self.header = Some((length, layout));
+                }
+            }
+        }
+        let Some((length, layout)) = &self.header else {
+            return Ok(None);
+        };
+        let end = length + 8 * layout.numbers();
+        if self.bytes.len() <= end {
+            return Ok(None);
+        }
+        if self.bytes[end] != b'\n' {
+            return Err("more blocks than the header says: no line end after them".to_owned());
+        }
+        let numbers = self.bytes[*length..end].as_chunks::<8>().0.iter();
+        let numbers = numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let header = String::from_utf8_lossy(&self.bytes[..*length]).into_owned();
+        let layout = layout.clone();
+        self.forget(end + 1);
+        Ok(Some(Answer::Reply(Reply {
+            header,
+            layout,
+            numbers,
+        })))
+    }
+
+    /// Forgets an answer of so many bytes. What comes after it belongs to nothing that was asked.
+    fn forget(&mut self, length: usize) {
+        self.bytes.drain(..length);
+        self.bytes.shrink_to(Self::ROOM);
+        (self.searched, self.header) = (0, None);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::{Pass, Window};
+
+    /// The bytes that docs/protocol.md shows after a header.
+    fn shown(header: &str) -> Vec<u8> {
+        let text = include_str!("../../docs/protocol.md");
+        let after = text.split_once(header).unwrap().1;
+        let dump = after.lines().skip_while(|line| !line.starts_with("    0"));
+        let lines = dump.take_while(|line| line.starts_with("    "));
+        let bytes = lines.flat_map(str::split_whitespace);
+        bytes
+            .map(|byte| u8::from_str_radix(byte, 16).unwrap())
+            .collect()
+    }
+
+    const BATCH: &str =
+        "{\"frame\":\"batch\",\"number\":1,\"trials\":1,\"samples\":3,\"bytes\":88}\n";
+    const REPLY: &str =
+        "{\"frame\":\"reply\",\"number\":1,\"trials\":1,\"na\":1,\"nb\":1,\"nk\":1,\"bytes\":32}\n";
+
+    fn batch() -> Batch {
+        Batch {
+            trials: vec![7],
+            seeds: vec![4503599627370497],
+            u: vec![1.0, -1.0, 1.0],
+            y: vec![0.5, 0.25, -0.125],
+            r: vec![1.0, -1.0, 1.0],
+            samples: 3,
+        }
+    }
+
+    const AWAITED: Awaited = Awaited::Reply {
+        number: 1,
+        trials: 1,
+        matrices: false,
+    };
+
+    #[test]
+    fn the_bytes_of_the_text() {
+        let frame = batch().frame(1, 0..1);
+        assert_eq!(frame, [BATCH.as_bytes(), &shown(BATCH)].concat());
+        let bytes = [REPLY.as_bytes(), &shown(REPLY)].concat();
+        // However they come.
+        for size in [1, 7, bytes.len()] {
+            let mut incoming = Incoming::default();
+            let mut answer = None;
+            for part in bytes.chunks(size) {
+                assert!(answer.is_none());
+                incoming.add(part);
+                answer = incoming.take(AWAITED).unwrap();
+            }
+            let Some(Answer::Reply(reply)) = answer else {
+                panic!("no reply");
+            };
+            reply.check().unwrap();
+            let mut pass = Pass::new(1);
+            let u = [1.0, 2.0, 3.0];
+            reply.fill(0, Window::new(&u, &u, 3), &mut pass);
+            assert_eq!(
+                (&pass.model.a[..], &pass.model.b[..]),
+                (&[1.0, -0.5][..], &[0.0, 0.25][..])
+            );
+            assert_eq!(reply.seconds(0), 0.001);
+            assert!(incoming.is_empty());
+        }
+        let ready = include_str!("../../docs/protocol.md");
+        let ready = ready
+            .lines()
+            .find(|line| line.contains("{\"frame\":\"ready\""))
+            .unwrap();
+        let ready = Ready::read(&serde_json::from_str(ready).unwrap()).unwrap();
+        assert_eq!(ready.identity(), "least squares 1.0");
+    }
+
+    /// What is wrong with an answer is told before more of it is waited for.
+    #[test]
+    fn malformed_answers() {
+        let blocks = shown(REPLY);
+        let reply = |from: &str, to: &str| {
+            assert!(REPLY.contains(from));
+            [REPLY.replace(from, to).as_bytes(), &blocks].concat()
+        };
+        let mut surplus = [REPLY.as_bytes(), &blocks].concat();
+        surplus.splice(surplus.len() - 1.., [0; 9]);
+        for (bytes, part) in [
+            (b"ok\n".to_vec(), "begins with '{'"),
+            (vec![b'{'; LONGEST_HEADER + 1], "more than 65536 bytes"),
+            (b"{\n".to_vec(), "no JSON object"),
+            (reply("reply", "ready"), "\"frame\": \"reply\""),
+            (reply("\"number\":1", "\"number\":2"), "\"number\" of"),
+            (reply("\"trials\":1", "\"trials\":1.5"), "\"trials\" of"),
+            (reply("\"na\":1", "\"na\":1001"), "0 to 1000"),
+            (reply("\"na\":1", "\"na\":-1"), "0 to 1000"),
+            (reply("\"nk\":1", "\"reasons\":[\"\"]"), "not empty"),
+            (
+                reply("\"na\":1", "\"na\":2"),
+                "\"bytes\" of \"reply\": expected 40",
+            ),
+            (
+                reply(
+                    "\"na\":1,\"nb\":1",
+                    "\"na\":1000,\"nb\":1000,\"nf\":1000,\"nc\":1000,\"nd\":1000,\"covariance\":true",
+                ),
+                "blocks of",
+            ),
+            (reply("\"bytes\":32", "\"bytes\":33"), "expected 32"),
+            (surplus, "no line end"),
+        ] {
+            let mut incoming = Incoming::default();
+            incoming.add(&bytes);
+            let error = incoming.take(AWAITED).err().unwrap_or_default();
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Methods that are programs: the only place that starts a process. docs/protocol.md says what is sent.
+//!
+//! [`Program`] keeps the processes of a method, which the threads of a run share; [`Process`](process) is one of them,
+//! [`message`] what goes through its pipes, [`model`] what becomes of a reply, `external` the estimator that sends
+//! batches and finds the trial that a process does not survive.
+
+#[cfg(not(target_os = "linux"))]
+mod elsewhere;
+mod external;
+#[cfg(target_os = "linux")]
+mod guard;
+mod log;
+mod message;
+mod model;
+mod once;
+mod options;
+#[cfg(target_os = "linux")]
+mod process;
+mod program;
+
+#[cfg(not(target_os = "linux"))]
+use elsewhere::{guard, process};
+
+pub use guard::{Guard, SUBCOMMAND, stand};
+pub(crate) use log::TITLE;
+pub use message::Ready;
+pub use once::{Answered, Record, ask_once};
+pub use options::{CommandOptions, Told, Workers};
+pub use program::{Permit, Program};
+
+use crate::estimator::{Method, Output, Problem, ProgramError};
+use crate::signal::{Purpose, stream};
+use rand::Rng as _;
+use std::sync::Arc;
+
+/// The seed of a trial that programs are given, below 2^53: nothing of the record can be told from it.
+pub fn seed_of(seed: u64, trial: u64) -> u64 {
+    stream(seed, trial, Purpose::Program).next_u64() >> 11
+}
+
+/// The method that a program is, with this name in the results.
+pub fn method(program: &Arc<Program>) -> Method {
+    let output = Output {
+        estimator: program.name.clone(),
+        pass: 0,
+    };
+    let (shared, orders) = (Arc::clone(program), program.options.orders);
+    Method::own(None, vec![output], orders, move |problem| {
+        let external = external::External::new(Arc::clone(&shared), problem);
+        Ok(Box::new(external))
+    })
+}
+
+/// Starts a program and asks what it is, for a problem.
+///
+/// # Errors
+/// If it does not run.
+pub fn introduce(program: &Arc<Program>, problem: &Problem<'_>) -> Result<Ready, ProgramError> {
+    program.introduce(&external::hello(program, problem))
+}

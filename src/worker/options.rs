@@ -1,0 +1,119 @@
+//! The keys of a method that is a program, in an experiment file.
+
+use crate::model::Orders;
+use crate::names::named_enum;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The most records of a message.
+const LARGEST_BATCH: u64 = 1 << 16;
+/// The longest time for a message, seconds.
+const LONGEST: f64 = 1e6;
+/// The most processes.
+const MOST_WORKERS: u64 = 1024;
+
+named_enum! {
+    /// What a program may be told of a cell beside its records.
+    Told, "thing to be told" {
+        /// The noise level and the noise filter.
+        Noise = "noise",
+    }
+}
+
+/// How many processes a program has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Workers {
+    /// As many as threads ask for one.
+    #[default]
+    #[serde(with = "automatic")]
+    #[schemars(with = "String")]
+    Auto,
+    /// So many at most.
+    Most(u64),
+}
+
+/// The text "auto".
+mod automatic {
+    use serde::{Deserialize, Deserializer, Serializer, de};
+
+    pub fn serialize<S: Serializer>(serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str("auto")
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error> {
+        let expected = "workers: expected \"auto\" or a whole number";
+        match String::deserialize(deserializer)?.as_str() {
+            "auto" => Ok(()),
+            _ => Err(de::Error::custom(expected)),
+        }
+    }
+}
+
+/// A method that is a program: docs/protocol.md.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CommandOptions {
+    /// The program and its arguments; no shell is involved. It runs in the folder of the experiment file.
+    pub command: Vec<String>,
+    /// Records in a message.
+    #[serde(default = "default_batch")]
+    pub batch: u64,
+    /// Seconds for a message.
+    #[serde(default = "default_timeout")]
+    pub timeout: f64,
+    /// Processes at most, or "auto": one for each thread.
+    #[serde(default)]
+    pub workers: Workers,
+    /// What it may know of a cell beside its records.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub told: Vec<Told>,
+    /// The orders that are asked for, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orders: Option<Orders>,
+    /// The program's own name and version, as it says them; a run writes it down, and holds the program to it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub worker: Option<String>,
+}
+
+fn default_batch() -> u64 {
+    256
+}
+
+fn default_timeout() -> f64 {
+    60.0
+}
+
+impl CommandOptions {
+    /// Whether everything is within its bounds.
+    ///
+    /// # Errors
+    /// The key, and what was expected.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        let whole = |text: &String| !text.contains('\0');
+        let named = self.command.first().is_some_and(|name| !name.is_empty());
+        if !named || !self.command.iter().all(whole) {
+            let message = "expected a list of the program and its arguments, such as [\"python3\", \"mine.py\"]";
+            return Err(("command", message.to_owned()));
+        }
+        if !(1..=LARGEST_BATCH).contains(&self.batch) {
+            return Err(("batch", format!("expected 1 to {LARGEST_BATCH} records")));
+        }
+        if !(self.timeout > 0.0 && self.timeout <= LONGEST) {
+            return Err(("timeout", "expected seconds above 0".to_owned()));
+        }
+        match self.workers {
+            Workers::Most(most) if !(1..=MOST_WORKERS).contains(&most) => Err((
+                "workers",
+                format!("expected \"auto\" or 1 to {MOST_WORKERS} processes"),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The command as it would be typed.
+    pub fn typed(&self) -> String {
+        let words: Vec<String> = self.command.iter().map(crate::text::shell_word).collect();
+        words.join(" ")
+    }
+}

@@ -1,0 +1,240 @@
+//! One process of a worker: started, asked, killed with all that it started.
+
+use super::guard::{Guard, kill_all};
+use super::log::Log;
+use super::message::{Answer, Awaited, Incoming};
+use crate::files::Pipes;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
+use std::fs::File;
+use std::io::{ErrorKind, Read, Write};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Between two looks at whether the process still runs, and whether to stop.
+const LOOK: Duration = Duration::from_millis(50);
+/// Between two attempts to open the pipe that a starting process has not opened.
+const KNOCK: Duration = Duration::from_millis(2);
+/// For a process to end by itself once its requests have ended.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// None in time.
+    Timeout,
+    /// The process ended, or closed a pipe.
+    Crashed,
+    /// None by the protocol.
+    Malformed(String),
+    /// The run is to stop.
+    Stopped,
+}
+
+/// How a process is started.
+pub struct Start<'a> {
+    pub command: &'a [String],
+    pub folder: &'a Path,
+    pub guard: Option<Arc<Guard>>,
+    pub log: &'a Log,
+}
+
+/// A process of a worker, the first of a process group.
+pub struct Process {
+    child: Child,
+    group: Pid,
+    guard: Option<Arc<Guard>>,
+    /// What tells its descendants from other processes.
+    mark: PathBuf,
+    pipes: Option<Pipes>,
+    requests: Option<File>,
+    replies: File,
+    incoming: Incoming,
+    /// Room for what is read at once.
+    room: Vec<u8>,
+}
+
+impl Process {
+    /// Starts one; it has opened nothing yet.
+    ///
+    /// # Errors
+    /// Why it cannot be started.
+    pub fn start(of: &Start<'_>) -> Result<Self, String> {
+        let pipes = Pipes::new().map_err(|error| error.to_string())?;
+        let replies = pipes.open_replies().map_err(|error| error.to_string())?;
+        let (program, arguments) = of.command.split_first().ok_or("an empty command")?;
+        let mut command = Command::new(program);
+        command
+            .args(arguments)
+            .current_dir(of.folder)
+            .env("ASOBENCH_REQUESTS", pipes.requests())
+            .env("ASOBENCH_REPLIES", pipes.replies())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .process_group(0);
+        let started = command.spawn();
+        let mut child = started.map_err(|error| format!("cannot start '{program}': {error}"))?;
+        let group = Pid::from_child(&child);
+        if let Some(guard) = &of.guard {
+            guard.watch(group, pipes.folder());
+        }
+        if let Some(printed) = child.stdout.take() {
+            of.log.drain(printed);
+        }
+        if let Some(printed) = child.stderr.take() {
+            of.log.drain(printed);
+        }
+        Ok(Self {
+            child,
+            group,
+            guard: of.guard.clone(),
+            mark: pipes.folder().to_owned(),
+            pipes: Some(pipes),
+            requests: None,
+            replies,
+            incoming: Incoming::default(),
+            room: vec![0; Incoming::ROOM],
+        })
+    }
+
+    /// Whether nothing came that was not asked for.
+    pub fn is_clean(&mut self) -> bool {
+        // What came with an answer, or since; or the end.
+        self.read().is_none() && self.incoming.is_empty()
+    }
+
+    /// Sends a message and waits for the answer.
+    ///
+    /// # Errors
+    /// [`Fault`]: the process must then be killed.
+    pub fn ask(
+        &mut self,
+        message: &[u8],
+        awaited: Awaited,
+        time: Duration,
+        stop: &AtomicBool,
+    ) -> Result<Answer, Fault> {
+        let end = Instant::now() + time;
+        let mut sent = 0;
+        let mut is_gone = false;
+        loop {
+            let taken = self.incoming.take(awaited).map_err(Fault::Malformed)?;
+            match taken {
+                Some(answer) if sent == message.len() => {
+                    // Whoever answers has opened both pipes.
+                    self.pipes = None;
+                    return Ok(answer);
+                }
+                Some(_) => {
+                    let early = "an answer before the message was read to its end";
+                    return Err(Fault::Malformed(early.to_owned()));
+                }
+                None if is_gone => return Err(Fault::Crashed),
+                None => {}
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Err(Fault::Stopped);
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(Fault::Timeout);
+            }
+            let is_there = self.wait(sent < message.len(), left)?;
+            sent += self.write(&message[sent..])?;
+            let is_closed = is_there && self.read() == Some(0);
+            if is_closed || !is_there && self.has_ended() {
+                while self.read().is_some_and(|read| read > 0) {}
+                is_gone = true;
+            }
+        }
+    }
+
+    /// Waits until something can be written or read, or for [`LOOK`]; true where replies can be read, or have ended.
+    fn wait(&mut self, writes: bool, left: Duration) -> Result<bool, Fault> {
+        if self.requests.is_none() {
+            let opened = self.pipes.as_ref().map(Pipes::open_requests);
+            match opened {
+                Some(Ok(Some(requests))) => self.requests = Some(requests),
+                Some(Ok(None)) => {
+                    std::thread::sleep(KNOCK.min(left));
+                    return Ok(false);
+                }
+                _ => return Err(Fault::Crashed),
+            }
+        }
+        let mut watched = vec![PollFd::new(&self.replies, PollFlags::IN)];
+        if let Some(requests) = self.requests.as_ref().filter(|_| writes) {
+            watched.push(PollFd::new(requests, PollFlags::OUT));
+        }
+        let time = LOOK.min(left);
+        let time = Timespec {
+            tv_sec: 0,
+            tv_nsec: time.subsec_nanos().into(),
+        };
+        let ready = poll(&mut watched, Some(&time)).unwrap_or(0);
+        // No end is told before the other side was opened once.
+        Ok(ready > 0 && !watched[0].revents().is_empty())
+    }
+
+    /// Writes what the pipe takes.
+    fn write(&mut self, message: &[u8]) -> Result<usize, Fault> {
+        let Some(requests) = self.requests.as_mut().filter(|_| !message.is_empty()) else {
+            return Ok(0);
+        };
+        match requests.write(message) {
+            Ok(written) => Ok(written),
+            Err(error) if is_later(&error) => Ok(0),
+            Err(_) => Err(Fault::Crashed),
+        }
+    }
+
+    /// Reads what there is: `Some(0)` where the other end was closed, `None` where nothing is there.
+    fn read(&mut self) -> Option<usize> {
+        match self.replies.read(&mut self.room) {
+            Ok(read) => {
+                self.incoming.add(&self.room[..read]);
+                Some(read)
+            }
+            Err(error) if is_later(&error) => None,
+            Err(_) => Some(0),
+        }
+    }
+
+    /// Whether the process has ended; it stays to be waited for.
+    fn has_ended(&self) -> bool {
+        let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        !matches!(waitid(WaitId::Pid(self.group), look), Ok(None))
+    }
+}
+
+fn is_later(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+impl Process {
+    /// Ends its requests and gives it time to end by itself.
+    pub fn end(mut self) {
+        self.requests = None;
+        let begin = Instant::now();
+        while !self.has_ended() && begin.elapsed() < GRACE {
+            std::thread::sleep(KNOCK);
+        }
+    }
+}
+
+impl Drop for Process {
+    /// Kills it with all that it started, whatever group that is in.
+    fn drop(&mut self) {
+        // The group cannot be another's: its first process has not been waited for.
+        kill_all(self.group, &self.mark);
+        if let Some(guard) = &self.guard {
+            guard.forget(self.group);
+        }
+        let _ = self.child.wait();
+    }
+}

@@ -1,0 +1,331 @@
+//! A program that is a method: its processes, which the threads of a run share.
+
+use super::guard::Guard;
+use super::log::Log;
+use super::message::{Answer, Awaited, Hello, Ready};
+use super::options::{CommandOptions, Workers};
+use super::process::{Fault, Process, Start};
+use crate::estimator::ProgramError;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
+
+/// For a process to say that it is ready, at least.
+const STARTING: Duration = Duration::from_mins(2);
+/// Attempts to start one.
+const ATTEMPTS: usize = 3;
+
+/// What lets a program run.
+#[derive(Clone, Debug)]
+pub struct Permit {
+    /// The folder in which it runs.
+    pub folder: PathBuf,
+    /// Raised where the run is to stop.
+    pub stop: Arc<AtomicBool>,
+    /// What kills it when this process is killed.
+    pub guard: Option<Arc<Guard>>,
+}
+
+/// A program that is a method.
+pub struct Program {
+    /// The method's name.
+    pub name: String,
+    /// What the file says of it.
+    pub options: CommandOptions,
+    /// What tells the study from others, without the program's version.
+    pub fingerprint: String,
+    /// What its processes print.
+    pub log: Log,
+    permit: OnceLock<Permit>,
+    idle: Mutex<Idle>,
+    freed: Condvar,
+}
+
+/// Processes without work.
+#[derive(Default)]
+struct Idle {
+    processes: Vec<Greeted>,
+    /// How many are at work.
+    leased: u64,
+}
+
+/// A process that has said what it is.
+struct Greeted {
+    process: Process,
+    hello: String,
+    ready: Ready,
+    /// Messages that it has answered.
+    served: u64,
+}
+
+impl Program {
+    /// A program that nobody agreed to yet.
+    pub fn new(name: String, options: CommandOptions, fingerprint: String) -> Self {
+        Self {
+            name,
+            options,
+            fingerprint,
+            log: Log::default(),
+            permit: OnceLock::new(),
+            idle: Mutex::default(),
+            freed: Condvar::new(),
+        }
+    }
+
+    /// Lets it run from now on.
+    pub fn permit(&self, permit: Permit) {
+        // The first one stands.
+        let _ = self.permit.set(permit);
+    }
+
+    /// Whether it may run.
+    pub fn is_permitted(&self) -> bool {
+        self.permit.get().is_some()
+    }
+
+    /// What a message may take.
+    pub fn time(&self) -> Duration {
+        Duration::from_secs_f64(self.options.timeout)
+    }
+
+    /// Starts it and asks what it is.
+    ///
+    /// # Errors
+    /// If it may not run, does not start, or is another than the file says.
+    pub fn introduce(self: &Arc<Self>, hello: &Hello) -> Result<Ready, ProgramError> {
+        let lease = self.lease(&hello.line())?;
+        Ok(lease.ready().clone())
+    }
+
+    /// A process that was told of the cell: one without work, or another.
+    pub(super) fn lease(self: &Arc<Self>, hello: &str) -> Result<Lease, ProgramError> {
+        let mut idle = self.idle();
+        if let Workers::Most(most) = self.options.workers {
+            while idle.leased >= most {
+                idle = self
+                    .freed
+                    .wait(idle)
+                    .unwrap_or_else(PoisonError::into_inner);
+            }
+        }
+        idle.leased += 1;
+        let like = idle.processes.iter().position(|of| of.hello == hello);
+        let found = match like {
+            Some(at) => Some(idle.processes.swap_remove(at)),
+            None => idle.processes.pop(),
+        };
+        drop(idle);
+        let mut lease = Lease {
+            program: Arc::clone(self),
+            hello: hello.to_owned(),
+            at_work: None,
+        };
+        if let Some(mut greeted) = found
+            && greeted.process.is_clean()
+            && (greeted.hello == hello || self.greet(&mut greeted, hello)?)
+        {
+            lease.at_work = Some(greeted);
+        }
+        if lease.at_work.is_none() {
+            lease.renew()?;
+        }
+        Ok(lease)
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Idle> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn failed(&self, reason: impl Into<String>) -> ProgramError {
+        ProgramError::Failed {
+            name: self.name.clone(),
+            reason: reason.into(),
+        }
+    }
+
+    /// Tells a process that has worked already of another cell; false where it does not answer as before.
+    fn greet(&self, greeted: &mut Greeted, hello: &str) -> Result<bool, ProgramError> {
+        let permit = self.permit.get();
+        let Permit { stop, .. } = permit.ok_or(ProgramError::NotAgreed(self.name.clone()))?;
+        let asked = greeted
+            .process
+            .ask(hello.as_bytes(), Awaited::Ready, self.time(), stop);
+        match asked {
+            Ok(Answer::Ready(ready)) if ready == greeted.ready => {
+                hello.clone_into(&mut greeted.hello);
+                Ok(true)
+            }
+            Err(Fault::Stopped) => Err(ProgramError::Stopped),
+            _ => Ok(false),
+        }
+    }
+
+    /// A new process that has said what it is.
+    fn start(&self, hello: &str) -> Result<Greeted, ProgramError> {
+        let permit = self.permit.get();
+        let permit = permit.ok_or(ProgramError::NotAgreed(self.name.clone()))?;
+        let start = Start {
+            command: &self.options.command,
+            folder: &permit.folder,
+            guard: permit.guard.clone(),
+            log: &self.log,
+        };
+        let mut reason = String::new();
+        for _ in 0..ATTEMPTS {
+            let mut process = Process::start(&start).map_err(|reason| self.failed(reason))?;
+            let time = STARTING.max(self.time());
+            match process.ask(hello.as_bytes(), Awaited::Ready, time, &permit.stop) {
+                Ok(Answer::Ready(ready)) => {
+                    self.check(&ready)?;
+                    return Ok(Greeted {
+                        process,
+                        hello: hello.to_owned(),
+                        ready,
+                        served: 0,
+                    });
+                }
+                Err(Fault::Stopped) => return Err(ProgramError::Stopped),
+                Err(Fault::Timeout) => {
+                    let seconds = time.as_secs_f64();
+                    return Err(self.failed(self.with_last_line(&format!(
+                        "'{}' is not ready after {seconds} s",
+                        self.options.typed()
+                    ))));
+                }
+                Ok(Answer::Reply(_)) => {
+                    "it answers \"hello\" with \"reply\"".clone_into(&mut reason);
+                }
+                Err(Fault::Malformed(what)) => {
+                    reason = format!("its answer to \"hello\" is none by docs/protocol.md: {what}");
+                }
+                Err(Fault::Crashed) => {
+                    reason = format!("'{}' ended before it was ready", self.options.typed());
+                }
+            }
+            drop(process);
+        }
+        Err(self.failed(self.with_last_line(&reason)))
+    }
+
+    /// A reason with what was printed last.
+    fn with_last_line(&self, reason: &str) -> String {
+        let last = self.log.last_line();
+        let last = last.map_or_else(String::new, |line| {
+            format!("; it printed last: {}", crate::text::visible(line))
+        });
+        format!("{reason}{last}")
+    }
+
+    /// Whether it is the program that the file says.
+    fn check(&self, ready: &Ready) -> Result<(), ProgramError> {
+        match &self.options.worker {
+            Some(agreed) if *agreed != ready.identity() => Err(self.failed(format!(
+                "the program says that it is '{}'; expected worker = '{}'",
+                crate::text::visible(ready.identity()),
+                crate::text::visible(agreed)
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes the permit and the processes of another, and its log.
+    pub fn take_over(&self, other: &Self) {
+        if let Some(permit) = other.permit.get() {
+            self.permit(permit.clone());
+        }
+        if let Some(printed) = other.log.text() {
+            self.log.add(&printed[super::TITLE.len()..]);
+        }
+        let processes = std::mem::take(&mut other.idle().processes);
+        self.idle().processes.extend(processes);
+    }
+
+    /// Ends the processes without work, politely at first.
+    pub fn end(&self) {
+        let processes = std::mem::take(&mut self.idle().processes);
+        let threads = processes.into_iter();
+        let threads: Vec<_> = threads
+            .map(|greeted| std::thread::spawn(move || greeted.process.end()))
+            .collect();
+        for thread in threads {
+            // A thread that panicked has killed its process.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A process at work; where it is not given back it is killed.
+pub(super) struct Lease {
+    program: Arc<Program>,
+    hello: String,
+    at_work: Option<Greeted>,
+}
+
+impl Lease {
+    /// Takes a new process instead.
+    pub(super) fn renew(&mut self) -> Result<(), ProgramError> {
+        self.at_work = None;
+        self.at_work = Some(self.program.start(&self.hello)?);
+        Ok(())
+    }
+
+    fn greeted(&self) -> &Greeted {
+        self.at_work
+            .as_ref()
+            .expect("a process until it is dropped")
+    }
+
+    /// What it says of itself.
+    pub(super) fn ready(&self) -> &Ready {
+        &self.greeted().ready
+    }
+
+    /// Whether it has answered no message yet.
+    pub(super) fn is_fresh(&self) -> bool {
+        self.greeted().served == 0
+    }
+
+    /// Sends the message that `frame` makes of its number, and takes the reply.
+    pub(super) fn ask(
+        &mut self,
+        frame: impl FnOnce(u64) -> Vec<u8>,
+        trials: usize,
+    ) -> Result<super::message::Reply, Fault> {
+        let stop = &self.program.permit.get().ok_or(Fault::Stopped)?.stop;
+        let greeted = self.at_work.as_mut().ok_or(Fault::Crashed)?;
+        if !greeted.process.is_clean() {
+            let stray = "bytes that nothing asked for, or an end of its replies";
+            return Err(Fault::Malformed(stray.to_owned()));
+        }
+        let number = greeted.served + 1;
+        let awaited = Awaited::Reply {
+            number,
+            trials,
+            matrices: greeted.ready.matrices,
+        };
+        let time = self.program.time();
+        let answer = greeted.process.ask(&frame(number), awaited, time, stop)?;
+        let Answer::Reply(reply) = answer else {
+            return Err(Fault::Malformed("expected a reply".to_owned()));
+        };
+        reply.check().map_err(Fault::Malformed)?;
+        greeted.served = number;
+        Ok(reply)
+    }
+
+    /// Puts the process among those without work.
+    pub(super) fn give_back(mut self) {
+        let greeted = self.at_work.take();
+        self.program.idle().processes.extend(greeted);
+    }
+}
+
+impl Drop for Lease {
+    fn drop(&mut self) {
+        // Killed before another may start in its place.
+        self.at_work = None;
+        self.program.idle().leased -= 1;
+        self.program.freed.notify_one();
+    }
+}

@@ -1,0 +1,73 @@
+//! Methods that are programs. The workers need Python; where there is none, these tests say so and pass.
+
+#![cfg(target_os = "linux")]
+
+mod agreement;
+mod chaos;
+mod consent;
+mod kills;
+
+use asobench::study::file::ExperimentFile;
+use asobench::study::{Experiment, Row, run};
+use asobench::worker::Permit;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// The folder of this package.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Whether a command runs without complaint.
+fn runs(command: &[&str]) -> bool {
+    let status = Command::new(command[0])
+        .args(&command[1..])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    let runs = status.is_ok_and(|status| status.success());
+    if !runs {
+        eprintln!("not tested: {command:?} does not run here");
+    }
+    runs
+}
+
+/// A TOML list of texts.
+fn list(words: &[&str]) -> String {
+    format!("{words:?}")
+}
+
+/// A study whose programs may run.
+fn permitted(text: &str) -> Experiment {
+    let experiment = Experiment::new(ExperimentFile::parse(text).unwrap()).unwrap();
+    for program in &experiment.programs {
+        program.permit(Permit {
+            folder: PathBuf::from(root()),
+            stop: Arc::new(AtomicBool::new(false)),
+            guard: None,
+        });
+    }
+    experiment
+}
+
+/// All rows of a study, by cell, trial and output.
+fn rows(experiment: &Experiment, trials: u64, threads: usize) -> Vec<(usize, Row)> {
+    let mut rows = Vec::new();
+    run(
+        experiment,
+        trials,
+        threads,
+        &AtomicBool::new(false),
+        |block| {
+            rows.extend(block.rows.iter().map(|row| (block.span.cell, row)));
+            Ok::<(), std::io::Error>(())
+        },
+    )
+    .unwrap();
+    experiment.programs.iter().for_each(|program| program.end());
+    rows.sort_by_key(|(cell, row)| (*cell, row.trial, row.output));
+    rows
+}
