@@ -49,7 +49,9 @@ pub use method::{Method, MethodKind, Needs, OptionError, Output, Problem};
 pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
 pub use pass::{Failure, Pass, Progress, Stage};
-pub use prediction_error::{ArmaxOptions, BjOptions, OeOptions, PredictionError};
+pub use prediction_error::{
+    ArmaxOptions, BjOptions, InitialCondition, OeOptions, PredictionError, SearchStarts,
+};
 pub use reading::Reading;
 pub use reflection::{PoleReflection, Stabilise};
 pub(crate) use registry::inline_schema;

@@ -109,7 +109,7 @@ impl RefinedIv {
                 Rows::Prewindow,
                 window,
             )?,
-            noise: (nc + nd > 0).then(|| Descent::new(arma, window)),
+            noise: (nc + nd > 0).then(|| Descent::new(arma, 0, window)),
             model: LinearModel::zero(orders),
             theta: vec![0.0; nf + nb],
             noise_theta: vec![0.0; nd + nc],
@@ -279,7 +279,7 @@ impl Estimator for RefinedIv {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::prediction_error::PredictionError;
+    use crate::estimator::prediction_error::{InitialCondition, PredictionError};
     use crate::model::polynomial::{divide, filter};
     use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 
@@ -327,7 +327,8 @@ mod tests {
                 pass
             };
             let riv = estimate(&mut RefinedIv::new(orders, n).unwrap());
-            let bj = estimate(&mut PredictionError::new(orders, 4, n).unwrap());
+            let bj =
+                estimate(&mut PredictionError::new(orders, 4, InitialCondition::Zero, n).unwrap());
             for (riv, bj) in riv.model.parameters().zip(bj.model.parameters()) {
                 assert!((riv - bj).abs() < 1e-8, "{orders}: {riv} {bj}");
             }

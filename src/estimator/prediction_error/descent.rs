@@ -56,6 +56,13 @@ pub(in crate::estimator) struct Descent {
     e: Vec<f64>,
     /// `D/C y`, `D/(C F) u`, `D/(C F) x`, `e/C`, `w/C`: each column of psi is one of them, delayed.
     filtered: [Vec<f64>; 5],
+    /// How many numbers stand for the signals before the record; they follow the parameters in theta.
+    initial: usize,
+    /// `1/(C F)` of an impulse at k = 0, and what the initial numbers add to e.
+    impulse: Vec<f64>,
+    free: Vec<f64>,
+    /// The size of y, in whose units the initial numbers are.
+    unit: f64,
     scratch: Vec<f64>,
     psi: Reduction,
     damped: Reduction,
@@ -65,8 +72,31 @@ pub(in crate::estimator) struct Descent {
     hessian: Mat<f64>,
 }
 
+/// How many numbers the signals before the record can add to e: `P(q)/(C F)` of an impulse at k = 0, P of as many
+/// coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
+pub(in crate::estimator) fn initial_numbers(orders: Orders) -> usize {
+    let Orders {
+        na,
+        nb,
+        nc,
+        nd,
+        nf,
+        nk,
+    } = orders;
+    (nc + nf)
+        .max(nd + na + nf)
+        .max((nd + nb + nk).saturating_sub(1))
+}
+
 /// Psi's columns: a signal, how many, the first delay, a sign.
-fn blocks(signals: &[Vec<f64>; 5], orders: Orders) -> [(&[f64], usize, usize, f64); 5] {
+type Block<'a> = (&'a [f64], usize, usize, f64);
+
+fn blocks<'a>(
+    signals: &'a [Vec<f64>; 5],
+    impulse: &'a [f64],
+    orders: Orders,
+    initial: usize,
+) -> [Block<'a>; 6] {
     let Orders {
         na,
         nb,
@@ -82,6 +112,7 @@ fn blocks(signals: &[Vec<f64>; 5], orders: Orders) -> [(&[f64], usize, usize, f6
         (of_e, nc, 1, -1.0),
         (of_w, nd, 1, 1.0),
         (of_x, nf, 1, 1.0),
+        (impulse, initial, 0, 1.0),
     ]
 }
 
@@ -112,8 +143,9 @@ fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
 }
 
 impl Descent {
-    pub(in crate::estimator) fn new(orders: Orders, window: usize) -> Self {
-        let n = orders.parameters();
+    /// Buffers for windows of so many samples, with so many numbers for the signals before them.
+    pub(in crate::estimator) fn new(orders: Orders, initial: usize, window: usize) -> Self {
+        let n = orders.parameters() + initial;
         let signal = || vec![0.0; window];
         let column = || vec![0.0; n];
         Self {
@@ -126,6 +158,10 @@ impl Descent {
             w: signal(),
             e: signal(),
             filtered: [signal(), signal(), signal(), signal(), signal()],
+            initial,
+            impulse: signal(),
+            free: signal(),
+            unit: 1.0,
             scratch: Vec::new(),
             psi: Reduction::new(n, window, 1),
             damped: Reduction::new(n, 2 * n, 1),
@@ -144,7 +180,8 @@ impl Descent {
     /// `sum e(k)^2` at parameters; `None` where the predictor is not stable or something overflows.
     fn sum(&mut self, u: &[f64], y: &[f64], trial: bool) -> Option<f64> {
         let theta = if trial { &self.trial } else { &self.theta };
-        self.model.set_parameters(theta);
+        let (parameters, initial) = theta.split_at(theta.len() - self.initial);
+        self.model.set_parameters(parameters);
         let LinearModel { a, b, c, d, f, .. } = &self.model;
         if !(stable(f, &mut self.scratch) && stable(c, &mut self.scratch)) {
             return None;
@@ -157,6 +194,16 @@ impl Descent {
         }
         filter(d, &self.w, &mut self.e);
         divide(c, &mut self.e);
+        if self.initial > 0 {
+            self.impulse.fill(0.0);
+            self.impulse[0] = 1.0;
+            divide(c, &mut self.impulse);
+            divide(f, &mut self.impulse);
+            filter(initial, &self.impulse, &mut self.free);
+            for (e, free) in self.e.iter_mut().zip(&self.free) {
+                *e += free;
+            }
+        }
         let sum: f64 = self.e.iter().map(|e| e * e).sum();
         sum.is_finite().then_some(sum)
     }
@@ -165,17 +212,18 @@ impl Descent {
     fn filter_signals(&mut self, u: &[f64], y: &[f64]) {
         let LinearModel { c, d, f, .. } = &self.model;
         let [of_y, of_u, of_x, of_e, of_w] = &mut self.filtered;
-        for (to, from, with_f) in [
-            (&mut *of_y, y, false),
-            (&mut *of_u, u, true),
-            (&mut *of_x, &self.x, true),
-        ] {
+        for (to, from) in [(&mut *of_y, y), (&mut *of_u, u), (&mut *of_x, &self.x)] {
             filter(d, from, to);
             divide(c, to);
-            if with_f {
-                divide(f, to);
+        }
+        if self.initial > 0 {
+            // What the initial numbers add has C F below it too.
+            for (of_x, free) in of_x.iter_mut().zip(&self.free) {
+                *of_x -= free;
             }
         }
+        divide(f, of_u);
+        divide(f, of_x);
         for (to, from) in [(&mut *of_e, &self.e), (&mut *of_w, &self.w)] {
             to.copy_from_slice(from);
             divide(c, to);
@@ -186,7 +234,8 @@ impl Descent {
     fn gradient_of_sum(&mut self, u: &[f64], y: &[f64], to: &mut [f64]) {
         self.filter_signals(u, y);
         let mut to = to.iter_mut();
-        for (signal, count, delay, sign) in blocks(&self.filtered, self.orders) {
+        let blocks = blocks(&self.filtered, &self.impulse, self.orders, self.initial);
+        for (signal, count, delay, sign) in blocks {
             for (lag, to) in (delay..delay + count).zip(&mut to) {
                 let late = self.e.get(lag..).unwrap_or_default();
                 *to = sign * late.iter().zip(signal).map(|(e, s)| e * s).sum::<f64>();
@@ -197,7 +246,7 @@ impl Descent {
     /// R and `Q'e` of psi where [`Self::sum`] was taken last.
     fn gradient(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
         self.filter_signals(u, y);
-        let blocks = blocks(&self.filtered, self.orders);
+        let blocks = blocks(&self.filtered, &self.impulse, self.orders, self.initial);
         let e = &self.e;
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
             let rows = z.nrows();
@@ -277,7 +326,9 @@ impl Descent {
         start: &[f64],
         rest: f64,
     ) -> Found {
-        self.theta.copy_from_slice(start);
+        self.theta.fill(0.0);
+        self.theta[..start.len()].copy_from_slice(start);
+        self.unit = (y.iter().map(|y| y * y).sum::<f64>() / y.len() as f64).sqrt();
         let mut found = Found {
             sum: f64::INFINITY,
             iterations: 0,
@@ -383,7 +434,10 @@ impl Descent {
         for ((trial, theta), step) in self.trial.iter_mut().zip(&self.theta).zip(&self.step) {
             *trial = theta + step;
         }
-        let length = size(&self.step) / size(&self.trial).max(f64::MIN_POSITIVE);
+        let n = self.step.len() - self.initial;
+        let of_parameters = size(&self.step[..n]) / size(&self.trial[..n]).max(f64::MIN_POSITIVE);
+        let initial = size(&self.trial[n..]).max(self.unit);
+        let length = of_parameters.max(size(&self.step[n..]) / initial.max(f64::MIN_POSITIVE));
         // Rounding hides whether the last steps lower it.
         let allowed = if length < LAST {
             *sum * (1.0 + 1e-12)
@@ -443,6 +497,20 @@ impl Descent {
     /// `variance (psi'psi)^-1` of what was linearised last.
     pub(in crate::estimator) fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
         covariance_of_triangle(self.psi.r(), variance, &mut self.column, to);
+        // Of the parameters alone.
+        let all = self.theta.len();
+        let n = all - self.initial;
+        for i in 1..n {
+            to.copy_within(i * all..i * all + n, i * n);
+        }
+        to.truncate(n * n);
+    }
+
+    /// `sum e(k)^2` at parameters.
+    #[cfg(test)]
+    pub(super) fn sum_at(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> f64 {
+        self.theta.copy_from_slice(theta);
+        self.sum(u, y, false).unwrap()
     }
 
     /// `psi'e` at parameters, by psi's triangle and by the sum itself.

@@ -7,15 +7,27 @@ mod descent;
 mod starts;
 
 use super::known::KnownModel;
+use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, Needs, OptionError, Problem};
 use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
 use crate::model::{LinearModel, Orders};
+use crate::names::named_enum;
 pub(super) use descent::Descent;
-use descent::Found;
+use descent::{Found, initial_numbers};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use starts::SearchStarts;
 use starts::Starts;
+
+named_enum! {
+    /// What prediction error methods take the signals before the record for.
+    InitialCondition, "initial condition" {
+        /// Zero (the default).
+        Zero = "zero",
+        /// What they add to the prediction errors is fitted with the parameters.
+        Estimate = "estimate",
+    }
+}
 
 /// The relative step at which a search from a start ends, and at which the best of them does.
 const NEAR: f64 = 1e-4;
@@ -36,6 +48,8 @@ macro_rules! structure {
             /// Random starts of the search, beside those from linear methods; or truth: the true plant alone, which tells
             /// lost minima from what the method can do.
             pub starts: SearchStarts,
+            /// The signals before the record: zero, or estimate, which fits what they add to the prediction errors.
+            pub initial: InitialCondition,
         }
 
         impl Default for $options {
@@ -43,6 +57,7 @@ macro_rules! structure {
                 Self {
                     orders: None,
                     starts: SearchStarts::default(),
+                    initial: InitialCondition::default(),
                 }
             }
         }
@@ -77,11 +92,14 @@ macro_rules! structure {
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 let window = problem.shape.window;
+                let initial = self.initial;
                 let method = match self.starts {
-                    SearchStarts::Random(count) => PredictionError::new(orders, count, window)?,
+                    SearchStarts::Random(count) => {
+                        PredictionError::new(orders, count, initial, window)?
+                    }
                     SearchStarts::Truth => {
                         let truth = problem.known.ok_or(SetupError::NoKnownPlant)?;
-                        PredictionError::from_truth(orders, truth, window)?
+                        PredictionError::from_truth(orders, truth, initial, window)?
                     }
                 };
                 Ok(Box::new(method))
@@ -146,6 +164,8 @@ pub struct PredictionError {
     /// Losses of the minima that were met, each once.
     minima: Vec<f64>,
     model: LinearModel,
+    /// x0 where the signals before the record are not taken as zero.
+    state: Option<StateEstimate>,
 }
 
 impl PredictionError {
@@ -153,8 +173,14 @@ impl PredictionError {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
-    pub fn new(orders: Orders, random: usize, window: usize) -> Result<Self, SetupError> {
-        Self::with_starts(orders, Starts::new(orders, random, window)?, window)
+    pub fn new(
+        orders: Orders,
+        random: usize,
+        initial: InitialCondition,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let starts = Starts::new(orders, random, window)?;
+        Self::with_starts(orders, starts, initial, window)
     }
 
     /// The same with one start: the true plant, and a noise model of its residuals.
@@ -164,28 +190,43 @@ impl PredictionError {
     pub fn from_truth(
         orders: Orders,
         truth: &KnownModel,
+        initial: InitialCondition,
         window: usize,
     ) -> Result<Self, SetupError> {
         let starts = Starts::new(orders, 0, window)?.with_truth(truth)?;
-        Self::with_starts(orders, starts, window)
+        Self::with_starts(orders, starts, initial, window)
     }
 
-    fn with_starts(orders: Orders, starts: Starts, window: usize) -> Result<Self, SetupError> {
-        if window <= orders.parameters() {
+    fn with_starts(
+        orders: Orders,
+        starts: Starts,
+        initial: InitialCondition,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let (initial, state) = match initial {
+            InitialCondition::Zero => (0, None),
+            InitialCondition::Estimate => {
+                let state = StateEstimate::new(orders.order(), StartState::Estimate);
+                (initial_numbers(orders), Some(state))
+            }
+        };
+        let fitted = orders.parameters() + initial;
+        if window <= fitted {
             return Err(SetupError::ShortRecord {
                 orders,
                 window,
                 rows: window,
-                needed: orders.parameters() + 1,
+                needed: fitted + 1,
             });
         }
         Ok(Self {
             starts,
-            descent: Descent::new(orders, window),
+            descent: Descent::new(orders, initial, window),
             best: None,
-            theta: vec![0.0; orders.parameters()],
+            theta: vec![0.0; fitted],
             minima: Vec::new(),
             model: LinearModel::zero(orders),
+            state,
         })
     }
 
@@ -243,7 +284,8 @@ impl Estimator for PredictionError {
             pass.fail(fail(kind));
             return;
         }
-        self.model.set_parameters(&self.theta);
+        let parameters = self.model.orders().parameters();
+        self.model.set_parameters(&self.theta[..parameters]);
         let (n, d) = (y.len() as f64, self.theta.len() as f64);
         let variance = found.sum / (n - d);
         self.model.noise_variance = variance;
@@ -256,7 +298,10 @@ impl Estimator for PredictionError {
             pass.set_model(&self.model, condition)
         });
         match set {
-            Ok(()) => pass.start_at_zero(),
+            Ok(()) => match &mut self.state {
+                None => pass.start_at_zero(),
+                Some(state) => state.estimate(window, 0, pass),
+            },
             Err(kind) => pass.fail(fail(kind)),
         }
     }

@@ -125,7 +125,7 @@ fn gradients_are_exact() {
         let trial = trial as u64;
         let (u, y) = record(&model(orders, trial), trial, 0.3);
         let theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
-        let mut descent = Descent::new(orders, N);
+        let mut descent = Descent::new(orders, 0, N);
         for gradient in descent.gradients(&u, &y, &theta) {
             let size = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
             for (j, found) in gradient.iter().enumerate() {
@@ -151,7 +151,7 @@ fn every_structure_is_recovered() {
         let truth = model(orders, trial);
         let exact = orders.nc + orders.nd == 0;
         let (u, y) = record(&truth, trial, if exact { 0.0 } else { 1e-3 });
-        let mut method = PredictionError::new(orders, 4, N).unwrap();
+        let mut method = PredictionError::new(orders, 4, InitialCondition::Zero, N).unwrap();
         let mut passes = [Pass::new(1)];
         method.estimate(Window::new(&u, &y, N), &mut passes);
         let [pass] = passes;
@@ -181,7 +181,7 @@ fn armax_without_noise() {
         ..model(orders, 3)
     };
     let (u, y) = record(&truth, 3, 0.0);
-    let mut method = PredictionError::new(orders, 4, N).unwrap();
+    let mut method = PredictionError::new(orders, 4, InitialCondition::Zero, N).unwrap();
     let mut passes = [Pass::new(1)];
     method.estimate(Window::new(&u, &y, N), &mut passes);
     let [pass] = passes;
@@ -200,7 +200,7 @@ fn units_do_not_matter() {
     for (trial, orders) in structures.enumerate() {
         let (u, y) = record(&model(orders, trial as u64), trial as u64, 0.2);
         let estimate = |u: &[f64], y: &[f64]| {
-            let mut method = PredictionError::new(orders, 4, N).unwrap();
+            let mut method = PredictionError::new(orders, 4, InitialCondition::Zero, N).unwrap();
             let mut passes = [Pass::new(1)];
             method.estimate(Window::new(u, y, N), &mut passes);
             let [pass] = passes;
@@ -231,9 +231,79 @@ fn what_cannot_be_identified_is_typed() {
         ..LinearModel::zero("nb=1,nf=1".parse().unwrap())
     };
     let (u, y) = record(&truth, 1, 0.0);
-    let mut method = PredictionError::new("nb=2,nf=2".parse().unwrap(), 4, N).unwrap();
+    let mut method =
+        PredictionError::new("nb=2,nf=2".parse().unwrap(), 4, InitialCondition::Zero, N).unwrap();
     let mut passes = [Pass::new(1)];
     method.estimate(Window::new(&u, &y, N), &mut passes);
     let kind = passes[0].failure.expect("a failure").kind;
     assert_eq!(kind, crate::estimator::FailureKind::NotIdentifiable);
+}
+
+/// The gradient with initial numbers against differences of the sum in each of them.
+#[test]
+fn gradients_with_initial_numbers() {
+    for (trial, orders) in structures().into_iter().enumerate() {
+        let trial = trial as u64;
+        let (u, y) = record(&model(orders, trial), trial, 0.3);
+        let initial = descent::initial_numbers(orders);
+        let mut theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
+        theta.extend(uniform(900 + trial, initial));
+        let mut descent = Descent::new(orders, initial, N);
+        let [gradient, other] = descent.gradients(&u, &y, &theta);
+        let size = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+        for j in 0..theta.len() {
+            let h = 1e-6;
+            let mut beside = |sign: f64| {
+                let mut shifted = theta.clone();
+                shifted[j] += sign * h;
+                descent.sum_at(&u, &y, &shifted)
+            };
+            let expected = (beside(1.0) - beside(-1.0)) / (4.0 * h);
+            for found in [gradient[j], other[j]] {
+                let error = (found - expected).abs() / size;
+                assert!(error < 1e-7, "{orders} {j}: {found} {expected}");
+            }
+        }
+    }
+}
+
+/// Where only A and B are asked for, fitting what lies before the record leaves its first equations out: least squares of
+/// the complete rows. A record that does not begin at rest is recovered.
+#[test]
+fn initial_conditions_are_fitted() {
+    let orders: Orders = "na=2,nb=3,nk=2".parse().unwrap();
+    let (u, y) = record(&model(orders, 7), 7, 0.2);
+    let (u, y) = (&u[30..], &y[30..]);
+    let run = |estimator: &mut dyn Estimator, u: &[f64], y: &[f64]| {
+        let mut passes = [Pass::new(2)];
+        estimator.estimate(Window::new(u, y, y.len()), &mut passes);
+        let [pass] = passes;
+        assert_eq!(pass.failure, None);
+        pass
+    };
+    let estimate = InitialCondition::Estimate;
+    let mut method = PredictionError::new(orders, 2, estimate, y.len()).unwrap();
+    let fitted = run(&mut method, u, y);
+    let arx = crate::estimator::ArxOptions {
+        orders: Some(orders),
+        ..Default::default()
+    };
+    let shape = crate::estimator::Shape {
+        order: 2,
+        window: y.len(),
+    };
+    let complete = run(&mut *arx.prepare(&shape.into()).unwrap(), u, y);
+    for (fitted, complete) in fitted.model.parameters().zip(complete.model.parameters()) {
+        assert!((fitted - complete).abs() < 1e-9, "{fitted} {complete}");
+    }
+    let orders: Orders = "nb=2,nf=2".parse().unwrap();
+    let truth = model(orders, 8);
+    let (u, y) = record(&truth, 8, 0.0);
+    let (u, y) = (&u[30..], &y[30..]);
+    let mut method = PredictionError::new(orders, 4, estimate, y.len()).unwrap();
+    let pass = run(&mut method, u, y);
+    for (found, truth) in pass.model.parameters().zip(truth.parameters()) {
+        assert!((found - truth).abs() < 1e-9, "{found} {truth}");
+    }
+    assert!(pass.x0.iter().any(|x| x.abs() > 0.1));
 }
