@@ -37,6 +37,7 @@
 //! | [`data`] | records: simulated with their truth, or read from a file |
 //! | [`model`] | the general linear model: polynomials, realisation, difference equation |
 //! | [`estimator`] | stages 1 to 11, and the ways to solve for p |
+//! | [`theory`] | limits, asymptotic covariances and bounds of a cell |
 //! | [`observer`] | stage 12 and its gain |
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
 //! | [`files`] | the only door to the file system |

@@ -138,7 +138,7 @@ rms of its errors about the limit and the median of e_a, and the trace of N cov.
 
 /// Columns of a line, and of an output's label.
 const WIDTH: usize = 80;
-const LABEL: usize = 22;
+const LABEL: usize = 24;
 
 /// A table of 80 columns.
 fn of_cell_as_text(experiment: &Experiment, number: usize, cell: &Cell, found: &Found) -> String {
@@ -156,7 +156,10 @@ fn of_cell_as_text(experiment: &Experiment, number: usize, cell: &Cell, found: &
     }
     text.push('\n');
     match found {
-        Err(why) => text.push_str(&format!("  no theory: {why}\n")),
+        Err(why) => {
+            let line = format!("  no theory: {why}\n");
+            text.push_str(&line);
+        }
         Ok(theory) => {
             text.push_str(&row(
                 "output",

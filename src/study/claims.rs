@@ -152,10 +152,10 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         TestKind::Ratio {
             to, measure_of_to, ..
         } if TheoryReference::named(to).is_some() => {
-            if continuous || smooth(*measure_of_to).is_none() {
-                let message = format!("theory does not know '{measure_of_to}'");
-                return wrong("to", message);
-            }
+            let known = smooth(*measure_of_to).filter(|_| !continuous);
+            let unknown =
+                || FileError::key("to", format!("theory does not know '{measure_of_to}'"));
+            known.ok_or_else(unknown)?;
         }
         TestKind::Wins { to, .. } | TestKind::Ratio { to, .. } => {
             experiment.output("to", to)?;

@@ -91,18 +91,17 @@ impl Linear {
             _ => None,
         };
         let is_consistent = consistent.is_some();
-        let (theta, error) = match consistent {
-            Some((theta, error)) => (theta, error.clone()),
-            None => {
-                let right = covariance(sources, z, std::slice::from_ref(y))?;
-                let solution = factors.solve(&right);
-                let theta: Vec<f64> = (0..phi.len()).map(|i| solution[(i, 0)]).collect();
-                let mut error = y.clone();
-                for (theta, phi) in theta.iter().zip(phi) {
-                    error = error.plus(-theta, phi);
-                }
-                (theta, error)
+        let (theta, error) = if let Some((theta, error)) = consistent {
+            (theta, error.clone())
+        } else {
+            let right = covariance(sources, z, std::slice::from_ref(y))?;
+            let solution = factors.solve(&right);
+            let theta: Vec<f64> = (0..phi.len()).map(|i| solution[(i, 0)]).collect();
+            let mut error = y.clone();
+            for (theta, phi) in theta.iter().zip(phi) {
+                error = error.plus(-theta, phi);
             }
+            (theta, error)
         };
         let mut products: Vec<(Signal, Signal)> =
             z.iter().map(|z| (z.clone(), error.clone())).collect();

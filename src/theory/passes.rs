@@ -201,7 +201,7 @@ impl<'a> Passes<'a> {
             None if is_known => done.covariance.clone_from(&last.covariance),
             None => {}
             Some(slopes) if refreshed => {
-                linear.follow(slopes, &last.influence, &mut done.influence)
+                linear.follow(slopes, &last.influence, &mut done.influence);
             }
             Some(slopes) => {
                 let of_beta = slopes.subcols(n, n);

@@ -5,11 +5,12 @@ use super::Missing;
 use super::canonical::{Asymptotic, Shape};
 use super::joint_state::{covariance, long_run_covariance};
 use super::linear::{Linear, are_orthogonal, invertible, is_regular};
-use super::noise_model::NoiseModel;
+use super::noise_model::{NoiseModel, lowest_terms};
 use super::passes::{least_squares, model_instruments, regressors};
 use super::population::{Population, is_stable};
 use super::signal::Signal;
 use crate::model::Orders;
+use crate::model::polynomial::divide;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -85,23 +86,44 @@ fn output_error_gradient(
     Ok(regressors(&x, &u, shape))
 }
 
-/// The bound where A is common to plant and noise: `A y = B u + C/D e` with C/D in lowest terms, as many coefficients as
-/// the truth has. In open loop it is the other bound unless noise and plant have a pole in common.
+/// The bound where plant and noise share the poles that they have in common: `A y = B/F u + C/D e`, all in lowest terms
+/// with as many coefficients as the truth has. Under 1/A noise F, C and D are 1; without a common pole A is.
 ///
 /// # Errors
 /// [`Missing`].
 pub fn shared_bound(population: &Population) -> Result<Mat<f64>, Missing> {
     plain(population)?;
     let noise = NoiseModel::new(population)?;
-    let (c, d) = noise.equation_error(&population.alpha);
-    let n = population.plant.order();
-    let degrees = [c.len() - 1, d.len() - 1];
-    if population.feedback.is_none() && degrees == [n + noise.c.len() - 1, noise.d.len() - 1] {
+    let Population {
+        alpha, beta, y, u, ..
+    } = population;
+    let (f, d) = lowest_terms(alpha, &noise.d);
+    let (n, nf) = (alpha.len() - 1, f.len() - 1);
+    let na = n - nf;
+    if na == 0 {
         return separate_bound(population);
     }
-    let shape = Shape::new(Orders::arx(n, n, 1));
-    let psi = equation_error_gradient(population, shape, (&c, &d), &noise.innovation, degrees)?;
-    bound(population, &psi, 2 * n, noise.variance)
+    // alpha / F, without a rest.
+    let mut a = alpha.clone();
+    divide(&f, &mut a);
+    a.truncate(na + 1);
+    let c = stable(&noise.c)?;
+    let [y, u] = [y, u].map(|signal| signal.through(&d, c));
+    let u = u.through(&[1.0], stable(&f)?);
+    let mut psi = y.lags(-1.0, 1, na);
+    psi.extend(u.through(beta, &f).lags(-1.0, 1, nf));
+    psi.extend(u.lags(1.0, 1, n));
+    let counts = [c.len() - 1, d.len() - 1];
+    psi.extend(noise_gradient((c, &d), &noise.innovation, counts)?);
+    let covariance = bound(population, &psi, 2 * n, noise.variance)?;
+    // alpha = A F.
+    let at = |c: &[f64], i: usize, j: usize| i.checked_sub(j).and_then(|i| c.get(i)).copied();
+    let slopes = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j) {
+        (true, j) if j < na => at(&f, i, j).unwrap_or(0.0),
+        (true, j) if j < n => at(&a, i, j - na).unwrap_or(0.0),
+        _ => f64::from(u8::from(i == j && i >= n)),
+    });
+    Ok(&slopes * covariance * slopes.transpose())
 }
 
 /// The bound where the noise has a model of its own: `y = B/A u + C/D e`.

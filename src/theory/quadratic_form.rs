@@ -33,26 +33,42 @@ pub fn distribution(weights: &[f64], x: f64) -> f64 {
 }
 
 /// The quantile of `|L z|`, 0 < p < 1; 0 where all weights are.
+///
+/// By false position, an end that stays twice halved (the Illinois method).
 pub fn quantile(weights: &[f64], p: f64) -> f64 {
     let sum: f64 = weights.iter().sum();
     if !(sum > 0.0 && sum.is_finite()) {
         return sum;
     }
-    let scaled: Vec<f64> = weights.iter().map(|w| w / sum).collect();
-    let (mut low, mut high) = (0.0, 1.0);
-    while distribution(&scaled, high) < p {
+    let scaled = weights.iter().map(|w| w / sum);
+    let scaled: Vec<f64> = scaled.filter(|w| *w > 1e-16).collect();
+    let over = |x: f64| distribution(&scaled, x) - p;
+    let (mut low, mut high) = ((0.0, -p), (1.0, over(1.0)));
+    while high.1 < 0.0 {
         low = high;
-        high *= 2.0;
+        high = (2.0 * high.0, over(2.0 * high.0));
     }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if distribution(&scaled, middle) < p {
-            low = middle;
-        } else {
-            high = middle;
+    let (mut x, mut was_low) = (high.0, None);
+    for _ in 0..100 {
+        let next = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
+        let change = (next - x).abs();
+        x = next;
+        let value = over(x);
+        if change <= 1e-12 * x || value == 0.0 {
+            break;
         }
+        let is_low = value < 0.0;
+        let stays = if was_low == Some(is_low) { 0.5 } else { 1.0 };
+        if is_low {
+            low = (x, value);
+            high.1 *= stays;
+        } else {
+            high = (x, value);
+            low.1 *= stays;
+        }
+        was_low = Some(is_low);
     }
-    (0.5 * (low + high) * sum).sqrt()
+    (x * sum).sqrt()
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ mod frequency;
 mod references;
 
 /// A process in open loop with signs of amplitude 10.
-fn process(plant: StateSpace, noise: NoiseColour, level: LevelReading) -> Process {
+fn process(plant: &StateSpace, noise: NoiseColour, level: LevelReading) -> Process {
     let input = Input::new(InputLaw::Signs, 10.0, Sequence::default());
     Process::new(plant.clone(), vec![0.0; plant.order()], input, noise, level).unwrap()
 }

@@ -62,11 +62,11 @@ fn covariances_are_those_of_trials_with_long_windows() {
         "feedback=[\"static\", \"dynamic\"]",
     ];
     let set = [&LONG[..], &quick, &closed].concat();
-    assert_eq!(check(&cut("closed-loop", &set), 400), 6);
+    assert_eq!(check(&cut("closed-loop", &set), 250), 6);
     let measured = ["noise=white", "eta=60", "eta_of=measured"];
     let least_squares = ["methods=[{estimator = \"ls\"}]"];
     let set = [&LONG[..], &quick, &measured, &least_squares].concat();
-    assert_eq!(check(&cut("noise-level", &set), 400), 1);
+    assert_eq!(check(&cut("noise-level", &set), 250), 1);
     let methods = ["ls", "iv4", "iv-delayed", "stmcb", "sriv", "armax"];
     let methods = methods.map(|name| {
         let starts = if name == "armax" { ", starts = 0" } else { "" };
@@ -75,7 +75,7 @@ fn covariances_are_those_of_trials_with_long_windows() {
     let methods = format!("methods=[{}]", methods.join(", "));
     let others = ["plant=aastroem", "noise=white", "eta=50", methods.as_str()];
     let set = [&LONG[..], &quick, &others].concat();
-    assert_eq!(check(&cut("methods", &set), 200), 6);
+    assert_eq!(check(&cut("methods", &set), 120), 6);
 }
 
 /// The passes of the paper, by impulse responses.

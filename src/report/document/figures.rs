@@ -208,7 +208,8 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let title = format!("{}: {name}", study.title());
     let (svg, note) = sheet(&title, &format!("{name} by output. {what}"), plots)?;
     let caption = format!(
-        "{what}{note}{}{} {}",
+        "{what}{note}{}{}{} {}",
+        limits(study, measure),
         left_out(study, &outputs),
         layout.held_text(),
         quantile_note(study)
@@ -218,6 +219,16 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
         svg,
         caption,
     })
+}
+
+/// What the lines of theory are, as part of a caption.
+fn limits(study: &Study, measure: Measure) -> &'static str {
+    let outputs = study.summary.cells.iter().flat_map(|cell| &cell.outputs);
+    let mut known = outputs.filter(|output| output.theory.contains_key(&measure));
+    match known.next() {
+        Some(_) => " Theory and Cramer-Rao bounds: the medians that they give as N grows.",
+        None => "",
+    }
 }
 
 /// What theory gives as N grows: the medians under the bounds, one line where they are the same, and of the last output.
@@ -254,14 +265,10 @@ fn theory(
         let close = |(a, b): (&Point, &Point)| (a.y / b.y - 1.0).abs() < 1e-6;
         a.len() == b.len() && a.iter().zip(b).all(close)
     };
-    let lines = if agree(&shared, &separate) {
-        vec![("bound".to_owned(), shared)]
-    } else {
-        vec![
-            ("bound, shared".to_owned(), shared),
-            ("bound, separate".to_owned(), separate),
-        ]
-    };
+    let mut lines = vec![("bound, separate".to_owned(), separate)];
+    if !agree(&shared, &lines[0].1) {
+        lines.insert(0, ("bound, shared".to_owned(), shared));
+    }
     let is_new = lines.iter().all(|(_, points)| !agree(points, &own));
     let own = is_new.then(|| (format!("theory of {label}"), own));
     for (name, points) in lines.into_iter().chain(own) {

@@ -39,7 +39,7 @@ fn processes() -> Vec<Process> {
             let settings = ProcessSettings {
                 feedback,
                 input: Input::new(law, 3.0, Sequence::default()),
-                ..process(second_order(), noise.clone(), LevelReading::default())
+                ..process(&second_order(), noise.clone(), LevelReading::default())
                     .settings()
                     .clone()
             };
@@ -50,7 +50,7 @@ fn processes() -> Vec<Process> {
         process_noise: 0.4,
         input_noise: 20.0,
         ..process(
-            second_order(),
+            &second_order(),
             NoiseColour::InverseDenominator,
             LevelReading::default(),
         )
@@ -116,7 +116,7 @@ fn instruments_in_open_loop_have_the_textbook_covariance() {
             .into_iter()
             .cycle(),
     ) {
-        let process = process(second_order(), noise, LevelReading::default());
+        let process = process(&second_order(), noise, LevelReading::default());
         let population = Population::new(&process, ETA).unwrap();
         let Population {
             sources,
@@ -298,7 +298,7 @@ fn methods_and_bounds_agree_where_they_must() {
 fn the_bound_of_noise_with_a_zero_outside() {
     let filter = |c: &[f64]| NoiseColour::from(NoiseFilter::new(c, &[1.0, -0.3]).unwrap());
     let theory = |c: &[f64]| {
-        let process = process(second_order(), filter(c), LevelReading::default());
+        let process = process(&second_order(), filter(c), LevelReading::default());
         let theory = CellTheory::new(&process, ETA, 2, &[]).unwrap();
         theory.separate.unwrap().asymptotic.covariance
     };
@@ -310,7 +310,7 @@ fn the_bound_of_noise_with_a_zero_outside() {
 #[test]
 fn measures_by_differences() {
     let process = process(
-        second_order(),
+        &second_order(),
         NoiseFilter::white().into(),
         LevelReading::default(),
     );
@@ -372,7 +372,7 @@ fn cells_without_theory_say_why() {
     };
     let base = || {
         process(
-            second_order(),
+            &second_order(),
             NoiseFilter::white().into(),
             LevelReading::default(),
         )
@@ -432,7 +432,7 @@ fn the_level_in_a_window_moves_as_its_weights_say() {
             over: LevelOver::Window,
             of,
         };
-        let process = process(second_order(), NoiseFilter::white().into(), level);
+        let process = process(&second_order(), NoiseFilter::white().into(), level);
         let population = Population::new(&process, ETA).unwrap();
         let variance = |signal: &Signal| {
             let one = std::slice::from_ref(signal);
@@ -468,4 +468,58 @@ fn the_level_in_a_window_moves_as_its_weights_say() {
             if of == LevelOf::Measured { 3 } else { 2 }
         );
     }
+}
+
+/// A plant and noise with one pole in common: the model `A y = B/F u + e`, its gradient by differences of the transfer
+/// functions from u and from e to `A y - B/F u`, integrated over frequency.
+#[test]
+fn the_bound_of_one_common_pole() {
+    let (pole, other, b) = (0.8, 0.4, [1.0, 0.5]);
+    let plant = TransferFunction::from_polynomials(&[-(pole + other), pole * other], &b);
+    let filter = NoiseFilter::new(&[1.0], &[1.0, -pole]).unwrap();
+    let process = process(
+        &plant.unwrap().into(),
+        filter.into(),
+        LevelReading::default(),
+    );
+    let theory = CellTheory::new(&process, ETA, 2, &[]).unwrap();
+    let found = &theory.shared.as_ref().unwrap().asymptotic.covariance;
+    let population = Population::new(&process, ETA).unwrap();
+    let Population { sources, .. } = &population;
+    // theta = (a, f, b_1, b_2): e = A y - B/F u, with y = B0/(A0 F0) u + 1/A0 w.
+    let (a0, f0) = ([1.0, -pole], [1.0, -other]);
+    let b0 = [0.0, b[0], b[1]];
+    let a0f0 = crate::model::polynomial::multiply(&a0, &f0);
+    let error = |theta: [f64; 4]| {
+        let [a, f, b1, b2] = theta;
+        let y = Signal::new(0, &b0, &a0f0).plus(1.0, &Signal::new(NOISE, &[1.0], &a0));
+        let model = Signal::new(0, &[0.0, b1, b2], &[1.0, f]);
+        y.through(&[1.0, a], &[1.0]).plus(-1.0, &model)
+    };
+    let truth = [-pole, -other, b[0], b[1]];
+    const STEP: f64 = 1e-5;
+    let psi: Vec<Signal> = (0..4)
+        .map(|i| {
+            let at = |step: f64| {
+                let mut theta = truth;
+                theta[i] += step;
+                error(theta)
+            };
+            let slope = at(STEP).plus(-1.0, &at(-STEP));
+            Signal::default().plus(0.5 / STEP, &slope)
+        })
+        .collect();
+    let information = Mat::from_fn(4, 4, |i, j| {
+        covariance_over_frequency(sources, &psi[i], &psi[j])
+    });
+    let unit = Mat::<f64>::identity(4, 4) * sources[NOISE].variance;
+    let p = information.partial_piv_lu().solve(&unit);
+    // alpha_1 = a + f, alpha_2 = a f.
+    let mut slopes = Mat::<f64>::identity(4, 4);
+    slopes[(0, 1)] = 1.0;
+    slopes[(1, 0)] = -other;
+    slopes[(1, 1)] = -pole;
+    close(found, &(&slopes * p * slopes.transpose()), 1e-6);
+    let separate = &theory.separate.as_ref().unwrap();
+    assert!(separate.trace > theory.shared.as_ref().unwrap().trace);
 }

@@ -13,7 +13,7 @@ fn the_papers_plant() {
     };
     let plant = nikolov2023(Numerator::default());
     let cell = |noise: NoiseColour| {
-        let process = process(plant.clone(), noise, LevelReading::default());
+        let process = process(&plant, noise, LevelReading::default());
         CellTheory::new(&process, 10.018, 6, &methods()).unwrap()
     };
     let rms = |theory: &Result<Theory, Missing>| {
@@ -22,7 +22,7 @@ fn the_papers_plant() {
     };
     let trace = |theory: &Result<Theory, Missing>| theory.as_ref().unwrap().trace;
     let is = |found: f64, printed: f64| {
-        assert!((found - printed).abs() <= 5.001e-4, "{found} {printed}")
+        assert!((found - printed).abs() <= 5.001e-4, "{found} {printed}");
     };
 
     let coloured = cell(NoiseColour::InverseDenominator);
@@ -52,7 +52,7 @@ fn the_papers_plant() {
         over: LevelOver::Process,
         of: LevelOf::NoiseFree,
     };
-    let process = process(plant.clone(), NoiseFilter::white().into(), level);
+    let process = process(&plant, NoiseFilter::white().into(), level);
     let nominal = CellTheory::new(&process, 10.018, 6, &methods()).unwrap();
     is(trace(&nominal.outputs[0].1), 5.985);
 }
@@ -71,7 +71,7 @@ fn check(
     let eta = 100.0 * (lambda * noise.variance() / plant.energy().unwrap()).sqrt();
     let settings = ProcessSettings {
         input: Input::new(InputLaw::Gaussian, 1.0, Sequence::default()),
-        ..process(plant, noise.into(), LevelReading::default())
+        ..process(&plant, noise.into(), LevelReading::default())
             .settings()
             .clone()
     };
