@@ -43,7 +43,7 @@ pub(super) fn introduced(
         experiment.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
     let folder = folder_of(path)?;
     if !consent.allow_commands {
-        ask(&file, &experiment, path, &folder)?;
+        ask(&experiment, path, &folder)?;
     }
     permit(&experiment, &folder)?;
     for (program, identity) in identities(&experiment)? {
@@ -104,19 +104,20 @@ pub(super) fn take_over(experiment: &Experiment, introduced: Option<&Experiment>
 }
 
 /// Ends the programs and writes what they printed beside the results.
-pub(super) fn conclude(experiment: &Experiment, folder: &Path) -> Result<(), Error> {
+pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     let mut text = Vec::new();
     for program in &experiment.programs {
         program.end();
         text.extend(program.log.text().unwrap_or_default());
     }
     if text.is_empty() || !files::is_there(folder) {
-        return Ok(());
+        return;
     }
     let path = folder.join(LOG);
-    files::replace(&path, Kind::Log, &text).map_err(failed)?;
-    note(&format!("what programs printed: {}", path.display()));
-    Ok(())
+    match files::replace(&path, Kind::Log, &text) {
+        Ok(()) => note(&format!("what programs printed: {}", path.display())),
+        Err(error) => note(&format!("warning: what programs printed is lost: {error}")),
+    }
 }
 
 /// The folder of an experiment file, in which its programs run; the current one for standard input.
@@ -130,13 +131,14 @@ pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
 }
 
 /// Asks on a terminal, once for each content of a file in a folder.
-fn ask(
-    file: &ExperimentFile,
-    experiment: &Experiment,
-    path: &Path,
-    folder: &Path,
-) -> Result<(), Error> {
-    let content = serde_json::to_string(file).map_err(failed)?;
+fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error> {
+    // As it stands there, whatever flags change of it; the commands are those that will run.
+    let file = if path == Path::new("-") {
+        experiment.file.clone()
+    } else {
+        ExperimentFile::read(path).map_err(|error| Error::Input(error.to_string()))?
+    };
+    let content = serde_json::to_string(&file).map_err(failed)?;
     let commands: Vec<&[String]> = experiment
         .programs
         .iter()

@@ -177,7 +177,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         timing::check(&path).map_err(|e| cannot_write(&e))?;
     }
     let executed = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new());
-    programs::conclude(&experiment, &path)?;
+    programs::conclude(&experiment, &path);
     let Executed {
         summary,
         stop,

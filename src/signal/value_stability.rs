@@ -84,6 +84,15 @@ fn words() {
                 0x9dde_9321_3bae_bd55,
             ],
         ),
+        (
+            Purpose::Program,
+            [
+                0x44f5_ad68_0be7_212c,
+                0xbab9_6cf7_bb33_4e8d,
+                0xc37c_7796_b63a_c3fc,
+                0x45fa_54aa_48b1_538d,
+            ],
+        ),
     ] {
         let mut words = stream(2023, 7, purpose);
         assert_eq!([(); 4].map(|()| words.next_u64()), expected, "{purpose:?}");

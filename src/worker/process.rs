@@ -22,6 +22,9 @@ const KNOCK: Duration = Duration::from_millis(2);
 /// For a process to end by itself once its requests have ended.
 const GRACE: Duration = Duration::from_secs(2);
 
+/// How many threads linear algebra takes, in OpenMP, OpenBLAS and MKL.
+const THREADS: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
+
 /// Why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
@@ -77,6 +80,12 @@ impl Process {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .process_group(0);
+        // A process for each thread of the run: more threads of each would only wait for each other.
+        for name in THREADS {
+            if std::env::var_os(name).is_none() {
+                command.env(name, "1");
+            }
+        }
         let started = command.spawn();
         let mut child = started.map_err(|error| format!("cannot start '{program}': {error}"))?;
         let group = Pid::from_child(&child);

@@ -16,7 +16,7 @@ use super::read;
 
 /// Sections that hold no results: numbers there are formulas, settings, limits, and times of one
 /// machine that the commands beside them print. `*` is a whole page.
-const WITHOUT_RESULTS: [(&str, &str); 19] = [
+const WITHOUT_RESULTS: [(&str, &str); 20] = [
     ("README.md", "asobench"),
     ("README.md", "Four doors"),
     ("README.md", "Where to read on"),
@@ -30,6 +30,7 @@ const WITHOUT_RESULTS: [(&str, &str); 19] = [
     ("docs/methods.md", "Ways to solve for p, in time and digits"),
     ("docs/observers.md", "*"),
     ("docs/performance.md", "*"),
+    ("docs/protocol.md", "*"),
     ("docs/records.md", "*"),
     ("docs/reproduce.md", "One trial again"),
     ("docs/same-bits.md", "*"),
