@@ -59,14 +59,10 @@ struct Others<'e> {
 impl Records for Others<'_> {
     fn draw(&mut self, trial: u64) -> Option<Window<'_>> {
         let (cell, record) = (self.cell, &mut self.realisation);
-        let Cell {
-            eta,
-            window,
-            horizon,
-            ..
-        } = *cell;
+        let Cell { eta, window, .. } = *cell;
+        // A longer record begins with the same samples.
         self.process
-            .realise(self.seed, trial, eta, window, horizon, record);
+            .realise(self.seed, trial, eta, window, window, record);
         let drawn = record.failure.is_none();
         drawn.then(|| Window::with_reference(&record.u, &record.y, &record.r, window))
     }
