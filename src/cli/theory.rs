@@ -28,18 +28,18 @@ const QUANTILES: [(&str, f64); 3] = [("0.1", 0.1), ("0.5", 0.5), ("0.9", 0.9)];
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = arguments.study.folder(None);
     let (experiment, _) = arguments.study.experiment(&folder)?;
-    let theories = experiment.theories();
-    let cells = experiment.cells.iter().zip(theories);
+    let cells = experiment.cells.iter().enumerate();
     match arguments.format {
         Format::Json => {
             let cells: Vec<Value> = cells
-                .map(|(cell, found)| of_cell_as_json(&experiment, cell, found))
+                .map(|(number, cell)| of_cell_as_json(&experiment, cell, experiment.theory(number)))
                 .collect();
             print_json(&json!({ "cells": cells }))?;
         }
         Format::Text => {
             print(HEAD)?;
-            for (number, (cell, found)) in cells.enumerate() {
+            for (number, cell) in cells {
+                let found = experiment.theory(number);
                 print(&of_cell_as_text(&experiment, number, cell, found))?;
             }
         }

@@ -10,7 +10,7 @@ use super::file::{
 use super::measure::Measure;
 use super::names::{check_labels, check_names};
 use super::observers::CellObserver;
-use super::theory::FoundTheory;
+use super::theory::Theories;
 use crate::data::{Process, Realisation, Truth};
 use crate::estimator::{Estimator, KnownModel, Method, Output, Problem, SetupError, Shape};
 use crate::names::named_enum;
@@ -211,8 +211,8 @@ pub struct Experiment {
     pub programs: Vec<Arc<Program>>,
     /// Pairs of outputs that are compared, as indices in [`Self::outputs`].
     pub compare: Vec<[usize; 2]>,
-    /// What theory says of the cells, once it was asked for.
-    pub(super) theories: OnceLock<Vec<FoundTheory>>,
+    /// What theory says of the cells, as far as it was asked for.
+    pub(super) theories: OnceLock<Theories>,
 }
 
 /// The most outputs of all methods, passes counted.

@@ -9,7 +9,7 @@ use super::file::{
 };
 use super::measure::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
-use super::theory::{TheorySummary, beside};
+use super::theory::{TheorySummary, beside, smooth};
 use crate::estimator::Output;
 use crate::metric::{
     BoundVerdict, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope,
@@ -185,7 +185,11 @@ impl CellSummary {
         let mut summaries: Vec<OutputSummary> = all
             .map(|(output, tally)| OutputSummary::new(experiment, output, cell.order, tally))
             .collect();
-        if let Ok(theory) = &experiment.theories()[index] {
+        let is_known = file
+            .measures
+            .iter()
+            .any(|measure| smooth(*measure).is_some());
+        if let Some(Ok(theory)) = is_known.then(|| experiment.theory(index)) {
             for (summary, (_, of_output)) in summaries.iter_mut().zip(&theory.outputs) {
                 summary.theory = beside(theory, of_output, cell.window, &summary.measures);
             }

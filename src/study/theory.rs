@@ -1,40 +1,62 @@
 //! What theory says of an experiment's cells.
 
-use super::{Cell, Experiment, Measure, Source};
+use super::{Cell, Experiment, Measure};
 use crate::metric::Statistics;
 use crate::names::named_enum;
 use crate::theory::{CellTheory, Figure, Missing, NoTheory, SmoothMeasure, Theory};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
-use std::sync::Arc;
+use std::sync::OnceLock;
 
 /// What theory says of a cell, or why there is none.
-pub type FoundTheory = Result<Arc<CellTheory>, NoTheory>;
+pub type FoundTheory = Result<CellTheory, NoTheory>;
+
+/// The theories of all cells, each found when it is first asked for; cells that differ in nothing that it depends on, such
+/// as the window, share one.
+pub(super) struct Theories {
+    /// Of every cell the index of its theory.
+    place: Vec<usize>,
+    /// The first cell of each, and what was found.
+    found: Vec<(usize, OnceLock<FoundTheory>)>,
+}
+
+impl Theories {
+    fn new(cells: &[Cell]) -> Self {
+        let mut known: HashMap<String, usize> = HashMap::new();
+        let mut found = Vec::new();
+        let place = cells.iter().enumerate().map(|(index, cell)| {
+            let key = cell.process().map_or_else(String::new, |process| {
+                let mut of_process = process.describe();
+                // Where a record starts is forgotten.
+                of_process["x0"].take();
+                of_process["x0_deviation"].take();
+                format!("{of_process} {} {}", cell.eta, cell.order)
+            });
+            *known.entry(key).or_insert_with(|| {
+                found.push((index, OnceLock::new()));
+                found.len() - 1
+            })
+        });
+        Self {
+            place: place.collect(),
+            found,
+        }
+    }
+}
 
 impl Experiment {
-    /// What theory says of every cell as N grows, for every output: computed once for cells that differ in nothing that
-    /// it depends on, such as the window.
-    pub fn theories(&self) -> &[FoundTheory] {
-        self.theories.get_or_init(|| self.find_theories())
-    }
-
-    fn find_theories(&self) -> Vec<FoundTheory> {
-        let mut known: HashMap<String, FoundTheory> = HashMap::new();
-        let of_cell = |cell: &Cell| {
-            let Source::Record(process) = &cell.source else {
-                return Err(NoTheory::ContinuousTime);
-            };
-            let mut of_process = process.describe();
-            // Where a record starts is forgotten.
-            of_process["x0"].take();
-            of_process["x0_deviation"].take();
-            let key = format!("{of_process} {} {}", cell.eta, cell.order);
-            let found = known.entry(key).or_insert_with(|| {
-                CellTheory::new(process, cell.eta, cell.order, &self.methods).map(Arc::new)
-            });
-            found.clone()
-        };
-        self.cells.iter().map(of_cell).collect()
+    /// What theory says of a cell as N grows, for every output.
+    ///
+    /// # Panics
+    /// If there is no such cell.
+    pub fn theory(&self, cell: usize) -> &FoundTheory {
+        let all = self.theories.get_or_init(|| Theories::new(&self.cells));
+        let (first, found) = &all.found[all.place[cell]];
+        found.get_or_init(|| {
+            let cell = &self.cells[*first];
+            let process = cell.process().ok_or(NoTheory::ContinuousTime)?;
+            CellTheory::new(process, cell.eta, cell.order, &self.methods)
+        })
     }
 }
 

@@ -21,10 +21,9 @@ fn truth(cell: &Cell) -> Vec<f64> {
 /// `N z'P^-1 z`, z the error about the limit, has the mean of chi-squared with as many degrees as parameters: within four
 /// standard errors, for every output that has theory. Returns how many have.
 fn check(experiment: &Experiment, trials: u64) -> usize {
-    let theories = experiment.theories();
     let mut checked = 0;
-    for (index, theory) in theories.iter().enumerate() {
-        let cell = &experiment.cells[index];
+    for (index, cell) in experiment.cells.iter().enumerate() {
+        let theory = experiment.theory(index);
         let found = run(experiment, index, trials);
         let truth = truth(cell);
         for (number, (label, theory)) in theory.as_ref().unwrap().outputs.iter().enumerate() {
@@ -84,7 +83,7 @@ fn passes_have_the_covariances_of_this_folders_theory() {
     for colour in ["ar", "white", "ma", "arma", "strong"] {
         let noise = format!("noise={colour}");
         let experiment = cut("noise-colour", &[&noise, "eta=10", "window=98"]);
-        let theory = experiment.theories()[0].as_ref().unwrap();
+        let theory = experiment.theory(0).as_ref().unwrap();
         let other = open(colour, 10.0);
         let passes = other.iterated(1);
         let last = theory.outputs.last().unwrap().1.as_ref().unwrap();
