@@ -9,6 +9,9 @@ use crate::study::file::Key;
 use crate::study::{Better, CellSummary, Measure, TheoryReference, measure};
 use crate::text::number;
 
+/// Outputs beside which marks of theory can still be told.
+const MOST_MARKS: usize = 4;
+
 /// A picture with the name of its file.
 #[derive(Clone, Debug)]
 pub(super) struct Drawn {
@@ -209,7 +212,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let (svg, note) = sheet(&title, &format!("{name} by output. {what}"), plots)?;
     let caption = format!(
         "{what}{note}{}{}{} {}",
-        limits(study, measure),
+        limits(study, &layout, measure),
         left_out(study, &outputs),
         layout.held_text(),
         quantile_note(study)
@@ -222,13 +225,21 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
 }
 
 /// What the lines of theory are, as part of a caption.
-fn limits(study: &Study, measure: Measure) -> &'static str {
+fn limits(study: &Study, layout: &Layout, measure: Measure) -> &'static str {
+    if is_crowded(study, layout) {
+        return "";
+    }
     let outputs = study.summary.cells.iter().flat_map(|cell| &cell.outputs);
     let mut known = outputs.filter(|output| output.theory.contains_key(&measure));
     match known.next() {
         Some(_) => " Theory and Cramer-Rao bounds: the medians that they give as N grows.",
         None => "",
     }
+}
+
+/// Whether marks of theory would hide among those of many outputs: beside names on the axis there are no lines.
+fn is_crowded(study: &Study, layout: &Layout) -> bool {
+    layout.has_names && lead_outputs(study).len() > MOST_MARKS
 }
 
 /// What theory gives as N grows: the medians under the bounds, one line where they are the same, and of the last output.
@@ -239,12 +250,13 @@ fn theory(
     cells: &[&CellSummary],
     mut plot: Plot,
 ) -> Plot {
-    let Some((_, label)) = lead_outputs(study).pop() else {
+    let outputs = lead_outputs(study);
+    let Some((_, label)) = outputs.last().filter(|_| !is_crowded(study, layout)) else {
         return plot;
     };
     let points = |reference: TheoryReference| -> Vec<Point> {
         let point = |cell: &&CellSummary| {
-            let theory = study.output(cell, &label)?.theory.get(&measure)?;
+            let theory = study.output(cell, label)?.theory.get(&measure)?;
             let error = theory.reference(reference)?;
             Some(Point::new(layout.at(study, cell), error.median))
         };
