@@ -41,7 +41,9 @@ fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
 fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<f64>) {
     let u = normal(trial, Purpose::Input, n);
     let mut e = normal(trial, Purpose::Plant, n);
-    e.iter_mut().for_each(|e| *e *= sd);
+    for e in &mut e {
+        *e *= sd;
+    }
     let (mut y, mut v) = (vec![0.0; n], vec![0.0; n]);
     truth.simulate(&u, &mut y);
     filter(&truth.c, &e, &mut v);

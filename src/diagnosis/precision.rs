@@ -79,7 +79,7 @@ fn pole_error(model: &LinearModel, pole: c64) -> PoleError {
     for i in (1..=n).rev() {
         real[first + i - 1] = power.re;
         imaginary[first + i - 1] = if pole.im == 0.0 { 0.0 } else { power.im };
-        power = power * pole;
+        power *= pole;
     }
     let (re, im) = (
         product(model, &real, &real),

@@ -267,7 +267,9 @@ mod tests {
         let mut y = vec![0.0; n];
         let model = FixedModel::new(vec![0.0, 1.0, 0.5], vec![1.0, -1.5, 0.7]).unwrap();
         model.run(&u, &mut y);
-        y.iter_mut().for_each(|y| *y += 0.3 * uniform());
+        for y in &mut y {
+            *y += 0.3 * uniform();
+        }
         let passes = |orders| {
             let options = IvOptions {
                 orders,

@@ -66,7 +66,7 @@ impl MethodKind for Iv4Options {
             Whitening::YuleWalker
         } else {
             let equations = Regression::new(Orders::arx(lags, 0, 1), rows, residuals);
-            Whitening::LeastSquares(equations.map_err(|_| {
+            let equations = equations.map_err(|_| {
                 // The residuals' autoregression looks back as far as it has coefficients.
                 SetupError::ShortRecord {
                     orders,
@@ -74,7 +74,8 @@ impl MethodKind for Iv4Options {
                     rows: residuals,
                     needed: 2 * lags,
                 }
-            })?)
+            })?;
+            Whitening::LeastSquares(Box::new(equations))
         };
         Ok(Box::new(Iv4 {
             instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, length)?,
@@ -95,7 +96,7 @@ impl MethodKind for Iv4Options {
 
 /// How the autoregression of the residuals is found.
 enum Whitening {
-    LeastSquares(Regression),
+    LeastSquares(Box<Regression>),
     /// From the covariances of the residuals less their mean, sums divided by their number.
     YuleWalker,
 }

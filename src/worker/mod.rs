@@ -1,7 +1,7 @@
 //! Methods that are programs: the only place that starts a process. docs/protocol.md says what is sent.
 //!
-//! [`Program`] keeps the processes of a method, which the threads of a run share; [`Process`](process) is one of them,
-//! [`message`] what goes through its pipes, [`model`] what becomes of a reply, `external` the estimator that sends
+//! [`Program`] keeps the processes of a method, which the threads of a run share; `process` is one of them,
+//! `message` what goes through its pipes, `model` what becomes of a reply, `external` the estimator that sends
 //! batches and finds the trial that a process does not survive.
 
 #[cfg(not(target_os = "linux"))]
