@@ -252,6 +252,9 @@ fn orders(arguments: &Arguments) -> Result<Orders, Error> {
             scan::check_estimators(&names, &["ls", "iv"])?;
             scan::refuse("--plot", arguments.plot.is_some())?;
             scan::refuse("--states", arguments.states.is_some())?;
+            if let Some(flag) = options.first() {
+                scan::refuse(&flag, true)?;
+            }
             return Ok(Orders::arx(order.last, order.last, delay.last));
         }
         let delay = delay.map_or(1, |delay| delay.last);

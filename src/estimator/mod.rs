@@ -204,8 +204,8 @@ pub enum SetupError {
     ReferenceNeedsModel(Drive),
     /// The estimator `known` where there is no such plant.
     #[error(
-        "estimator 'known' needs one plant for all trials, of the setting's order, in open loop with an exactly \
-         measured input"
+        "the true plant (estimator 'known', starts = \"truth\") is known in studies with one plant for all trials, of the \
+         setting's order, in open loop with an exactly measured input"
     )]
     NoKnownPlant,
     /// A search from the true plant whose structure does not hold it.

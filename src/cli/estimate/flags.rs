@@ -15,19 +15,53 @@ struct Flag {
     schema: Value,
 }
 
+/// The names that a value may be; none where it is no name.
+fn values(schema: &Value) -> Vec<String> {
+    let names = schema["enum"].as_array().into_iter().flatten();
+    names.filter_map(Value::as_str).map(str::to_owned).collect()
+}
+
 /// The option `gain` is the command's own flag, which the observer of every estimator takes.
 static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
     let flag = |key: &'static str| {
         let takers = EstimatorName::ALL.iter().filter(|name| name.takes(key));
         let takers: Vec<EstimatorName> = takers.copied().collect();
-        let mut options = takers.iter().flat_map(|estimator| estimator.options());
+        let entry = |estimator: EstimatorName| {
+            let mut options = estimator.options().into_iter();
+            options.find(|option| option.key == key)
+        };
         let OptionEntry {
             about,
             default,
-            schema,
+            mut schema,
             ..
-        } = options.find(|option| option.key == key)?;
-        let names: Vec<&str> = takers.iter().map(|name| name.name()).collect();
+        } = entry(*takers.first()?)?;
+        // Estimators with other values of a key say themselves what it is for them.
+        let (mut names, mut other_names, mut others) = (Vec::new(), Vec::new(), String::new());
+        for name in &takers {
+            let other = entry(*name)?;
+            let new: Vec<Value> = values(&other.schema)
+                .into_iter()
+                .filter(|value| !values(&schema).contains(value))
+                .map(Value::from)
+                .collect();
+            if new.is_empty() && other.about != others {
+                names.push(name.name());
+            } else {
+                other_names.push(name.name());
+                others.clone_from(&other.about);
+                if let Some(valid) = schema["enum"].as_array_mut() {
+                    valid.extend(new);
+                }
+            }
+        }
+        let others = match others.trim_end_matches('.') {
+            "" => String::new(),
+            others => {
+                let words: Vec<&str> = others.split_whitespace().collect();
+                format!("; {}: {}", other_names.join(", "), words.join(" "))
+            }
+        };
         let default = match default {
             Value::Null => String::new(),
             Value::String(text) => format!(" [default: {text}]"),
@@ -37,7 +71,7 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
             key,
             long: key.replace('_', "-"),
             help: format!(
-                "{}: {}{default}",
+                "{}: {}{others}{default}",
                 names.join(", "),
                 about.trim_end_matches('.')
             ),
@@ -119,6 +153,14 @@ impl clap::FromArgMatches for OptionFlags {
 }
 
 impl OptionFlags {
+    /// One that was given; none where none was.
+    pub(super) fn first(&self) -> Option<String> {
+        self.0
+            .keys()
+            .next()
+            .map(|key| format!("--{}", key.replace('_', "-")))
+    }
+
     /// Whether an option was given.
     pub(super) fn has(&self, key: &str) -> bool {
         self.0.contains_key(key)
