@@ -6,6 +6,7 @@
 
 mod arx;
 pub mod auxiliary;
+mod covariance;
 mod failure;
 mod general_iv;
 pub mod information;
@@ -34,6 +35,7 @@ mod sorted_qr;
 mod subspace;
 
 pub use arx::{Arx, ArxOptions};
+pub use covariance::Covariance;
 pub use failure::{FailureKind, Reason};
 pub use general_iv::{FixedModel, GeneralIv};
 pub use instrumental_variables::{
