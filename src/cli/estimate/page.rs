@@ -120,9 +120,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
     ]);
     section.heading("Residuals");
     match &last.residuals {
-        None => section.paragraph(
-            "Not tested: there are fewer than 4, or they are all zero, or the model's predictor is unstable.",
-        ),
+        None => section.paragraph(&format!("{}.", words::capitalised(words::NOT_TESTED))),
         Some(residuals) => {
             section.list(&words::residual_tests(residuals));
             section.figure(

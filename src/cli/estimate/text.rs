@@ -126,8 +126,12 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
         let note = if pass.unstable { " (unstable)" } else { "" };
         writeln!(text, "  {:<18} {radius:.6}{note}", "spectral radius")?;
     }
-    if let Some(residuals) = &report.residuals {
-        write_residuals(text, residuals)?;
+    match &report.residuals {
+        Some(residuals) => write_residuals(text, residuals)?,
+        None if pass.progress >= Progress::Parameters => {
+            writeln!(text, "  {:<18} {}", "residuals", words::NOT_TESTED)?;
+        }
+        None => {}
     }
     if pass.condition.is_finite() {
         writeln!(

@@ -44,6 +44,10 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
     names.collect()
 }
 
+/// Why there are no residual tests.
+pub(super) const NOT_TESTED: &str =
+    "not tested: fewer than 4, or all zero, or the predictor is unstable";
+
 /// The verdict of each residual test, with its p-value.
 pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
     let verdict = |test: Whiteness, good: &str, bad: &str| {
