@@ -466,7 +466,7 @@ fn a_page_about_a_record() {
     ];
     let output = asobench(&arguments);
     let (text, message) = (stdout(&output), stderr(&output));
-    assert_eq!((output.status.code(), message.as_str()), (Some(0), ""));
+    assert_eq!(output.status.code(), Some(0), "{message}");
     assert!(
         text.lines().all(|line| line.chars().count() <= 80),
         "{text}"

@@ -177,8 +177,8 @@ fn parameters(report: &PassReport) -> Table {
             CellText::text(name),
             number(theta, DIGITS),
             number(error, ERROR_DIGITS),
-            number(theta - Z_95 * error, ERROR_DIGITS + 1),
-            number(theta + Z_95 * error, ERROR_DIGITS + 1),
+            number(theta - Z_95 * error, DIGITS),
+            number(theta + Z_95 * error, DIGITS),
         ]);
     }
     table
