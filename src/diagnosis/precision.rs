@@ -12,7 +12,7 @@ pub struct Precision {
     pub poles: Vec<Root>,
     /// Each zero of B without its delay, largest modulus first.
     pub zeros: Vec<Root>,
-    /// Poles with zeros that the record cannot tell from them, the most probable pair first.
+    /// Poles with zeros that the record cannot tell from them, the closest pair first.
     pub cancellations: Vec<Cancellation>,
     /// `B(1)/(A(1) F(1))`.
     pub static_gain: f64,

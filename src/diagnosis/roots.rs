@@ -76,6 +76,11 @@ impl Root {
 }
 
 impl Cancellation {
+    /// `|pole - zero|`.
+    pub fn distance(&self) -> f64 {
+        (self.pole - self.zero).norm()
+    }
+
     /// The orders without the pair, or without both conjugate pairs.
     pub fn orders_without(&self, mut orders: Orders) -> Orders {
         let count = if self.pole.im == 0.0 { 1 } else { 2 };
@@ -90,7 +95,7 @@ impl Cancellation {
     }
 }
 
-/// Poles and zeros of a model, and those that may cancel, the most probable first.
+/// Poles and zeros of a model, and those that may cancel, the closest first.
 pub(super) struct Roots {
     pub(super) poles: Vec<Root>,
     pub(super) zeros: Vec<Root>,
@@ -316,7 +321,7 @@ fn cancellations(
             }
         }
     }
-    pairs.sort_by(|a, b| b.p_value.total_cmp(&a.p_value));
+    pairs.sort_by(|a, b| a.distance().total_cmp(&b.distance()));
     // Each pole and each zero once.
     let mut kept: Vec<Cancellation> = Vec::new();
     for pair in pairs {

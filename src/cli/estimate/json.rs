@@ -75,7 +75,7 @@ fn cancellation(pair: &Cancellation, model: &LinearModel) -> Value {
     json!({
         "pole": { "re": pole.re, "im": pole.im },
         "zero": { "re": zero.re, "im": zero.im },
-        "distance": (pole - zero).norm(),
+        "distance": pair.distance(),
         "p_value": pair.p_value,
         "orders": pair.orders_without(model.orders()),
     })

@@ -32,7 +32,8 @@ pub(super) fn render(report: &Report) -> String {
         section.figure(
             &pictures::outputs(report),
             "Above: the measured output, and that of each model under u alone, from its x0. Below: what \
-             each model's prediction from the samples before misses.",
+             each model's prediction from the samples before misses. An unstable model ends where it \
+             leaves the axes.",
         );
     });
     page.section("responses", "Step and frequency response", |section| {
@@ -44,7 +45,7 @@ pub(super) fn render(report: &Report) -> String {
         section.figure(
             &pictures::steps(report),
             "Step response of B/(A F) from rest, with 95 % bands of each sample by the derivatives of \
-             the response (delta method).",
+             the response (delta method). An unstable model has no band, and ends where it leaves the axes.",
         );
         section.figure(
             &pictures::bode(report),

@@ -65,9 +65,9 @@ pub(super) fn outputs(report: &Report) -> String {
             errors = errors.series(series.slot(i + 1));
         }
     }
-    // An unstable model must not hide the record.
     let measured = ends(&mut report.record.y.iter().copied());
     outputs.y = framed(outputs.y, measured, &outputs.series);
+    cut_unstable(&mut outputs, report);
     if let Some(((low, high), worst)) = measured.zip(worst(&errors.series))
         && worst > high - low
     {
@@ -77,6 +77,23 @@ pub(super) fn outputs(report: &Report) -> String {
     let description = "Above: the measured output and that of each model under u alone, from x0. Below: what each \
                        model's prediction from the samples before misses.";
     small_multiples(&title, description, &[outputs, errors], 1, SHARED_TIME)
+}
+
+/// Leaves unstable models out from where they leave the axes, so that they hide nothing.
+fn cut_unstable(plot: &mut Plot, report: &Report) {
+    let Some((low, high)) = plot.y.range else {
+        return;
+    };
+    let estimates = report.estimates.iter();
+    for estimate in estimates.filter(|estimate| estimate.last().pass.unstable) {
+        let series = plot.series.iter_mut();
+        for series in series.filter(|series| series.label == estimate.name.name()) {
+            let points = series.points.iter();
+            let inside = points.take_while(|point| (low..=high).contains(&point.y));
+            let inside = inside.count();
+            series.points.truncate(inside);
+        }
+    }
 }
 
 fn points(first: usize, values: &[f64]) -> Vec<Point> {
@@ -119,15 +136,19 @@ fn worst(series: &[Series]) -> Option<f64> {
     points.map(|point| point.y.abs()).reduce(f64::max)
 }
 
-/// Step responses of all models, with bands; the axis holds the stable ones.
+/// Step responses of all models, stable ones with bands; the axis holds these.
 pub(super) fn steps(report: &Report) -> String {
     let samples = settling(report);
     let (mut series, mut stable) = (Vec::new(), Vec::new());
     for (slot, estimate, model) in models(report) {
+        let unstable = estimate.last().pass.unstable;
         let points = step_response(model, samples).into_iter().enumerate();
-        let points = points.map(|(k, point)| Point::uncertain(k as f64, point.value, point.se));
+        let points = points.map(|(k, point)| {
+            let se = if unstable { f64::NAN } else { point.se };
+            Point::uncertain(k as f64, point.value, se)
+        });
         let points: Vec<Point> = points.collect();
-        if !estimate.last().pass.unstable {
+        if !unstable {
             stable.extend(points.iter().map(|point| point.y));
         }
         series.push(banded(estimate, points).slot(slot));
@@ -137,6 +158,7 @@ pub(super) fn steps(report: &Report) -> String {
     let axis = framed(axis, held.or_else(|| ends(&mut values(&series))), &series);
     let mut plot = Plot::new("Step response", PlotAxis::linear("k, samples"), axis);
     plot.series = series;
+    cut_unstable(&mut plot, report);
     plot.svg()
 }
 

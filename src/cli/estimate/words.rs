@@ -100,7 +100,7 @@ fn complex(z: c64) -> String {
     format!("{} +- {}i", rounded(z.re, 4), rounded(z.im.abs(), 4))
 }
 
-/// The pole and the zero that may cancel with the greatest chance, and the orders without them.
+/// The closest pole and zero that may cancel, and the orders without them.
 pub(super) fn cancellation(model: &LinearModel, precision: &Precision) -> Option<String> {
     let first: &Cancellation = precision.cancellations.first()?;
     let (poles, zeros) = if first.pole.im == 0.0 {
