@@ -406,6 +406,10 @@ impl Scale {
     pub(super) fn for_test(test: &ClaimTest) -> Self {
         match test.kind {
             TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. } => Self::Share,
+            TestKind::Value {
+                statistic: Statistic::Coverage,
+                ..
+            } => Self::Share,
             TestKind::Slope(_)
             | TestKind::Value {
                 what: ValueOf::Parameter(_) | ValueOf::Parameters,
@@ -481,8 +485,18 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
                     measure.label()
                 )
             }
-            ValueOf::Parameter(name) => bias(name, output),
-            ValueOf::Parameters => bias(coefficient.unwrap_or("every coefficient"), output),
+            of_coefficients => {
+                let name = match of_coefficients {
+                    ValueOf::Parameter(name) => name,
+                    _ => coefficient.unwrap_or("every coefficient"),
+                };
+                match statistic {
+                    Statistic::Coverage => {
+                        format!("the coverage of the 95 % intervals of {name} of {output}")
+                    }
+                    _ => bias(name, output),
+                }
+            }
         },
         TestKind::Ratio {
             measure,
@@ -551,6 +565,7 @@ fn statistic_name(statistic: Statistic) -> &'static str {
         Statistic::Q25 => "the lower quartile of",
         Statistic::Q75 => "the upper quartile of",
         Statistic::Q95 => "the 95 % quantile of",
+        Statistic::Coverage => "the coverage of",
         Statistic::Median | Statistic::PairedMedian | Statistic::Bias => "the median",
     }
 }

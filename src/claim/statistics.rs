@@ -7,7 +7,7 @@
 
 use super::known::{Freedom, Known};
 use crate::metric::{
-    Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, SlopeOf, Statistics, Worse,
+    Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, Share, SlopeOf, Statistics, Worse,
 };
 use crate::study::file::{
     BoundTable, ClaimStatistic, ClaimTest, Outcome, SlopeTable, TestKind, ValueOf,
@@ -207,14 +207,16 @@ fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing>
             what: ValueOf::Measure(measure),
             statistic,
         } => value(cell, output, *measure, *statistic).map(|number| vec![number]),
-        TestKind::Value {
-            what: ValueOf::Parameter(name),
-            ..
-        } => biases(cell, output, Some(name)),
-        TestKind::Value {
-            what: ValueOf::Parameters,
-            ..
-        } => biases(cell, output, None),
+        TestKind::Value { what, statistic } => {
+            let name = match what {
+                ValueOf::Parameter(name) => Some(name),
+                _ => None,
+            };
+            match statistic {
+                ClaimStatistic::Coverage => coverages(cell, output, name),
+                _ => biases(cell, output, name),
+            }
+        }
         TestKind::Ratio {
             measure,
             to,
@@ -565,6 +567,34 @@ fn over_theory(
     let error = if cell.deterministic { 0.0 } else { median.mcse };
     let ratio = (median.value / theory.median, error / theory.median);
     Ok(known(ratio, Freedom::of_quantile(0.5, cell.trials), true)?.into())
+}
+
+/// The shares of 95 % intervals that hold the truth, of one coefficient or of all that have a standard error.
+fn coverages(
+    cell: &CellSummary,
+    output: &OutputSummary,
+    name: Option<&String>,
+) -> Result<Vec<Number>, Missing> {
+    let named = output.coverage.iter();
+    let wanted = named.filter(|(parameter, _)| name.is_none_or(|name| name == parameter));
+    let shares: Result<Vec<Number>, Missing> = wanted
+        .map(|(parameter, coverage)| {
+            let Share { count, total, .. } = coverage.covered;
+            Ok(Number {
+                name: Some(parameter.clone()),
+                kept: kept(total, cell.trials),
+                known: count_of(count, total)?,
+            })
+        })
+        .collect();
+    let shares = shares?;
+    if shares.is_empty() {
+        return Err(format!(
+            "no coefficient of '{}' has a standard error; a run keeps them where coverage = true",
+            output.label()
+        ));
+    }
+    Ok(shares)
 }
 
 /// The mean signed error over its standard deviation, delta = m / s, of one coefficient or of all:

@@ -7,7 +7,8 @@ use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
 use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::{
-    EstimatorName, Failure, FailureKind, Method, Pass, Progress, SetupError, Shape, Stage, Window,
+    EstimatorName, Failure, FailureKind, Method, Pass, Problem, Progress, SetupError, Shape, Stage,
+    Window,
 };
 use crate::files::{self, Kind};
 use crate::metric::{Fit, FitModel, fit};
@@ -396,7 +397,10 @@ fn estimate(
     };
     let described = options.describe();
     let method = Method::named(name.name(), options);
-    let prepared = method.prepare(shape);
+    let prepared = method.prepare(Problem {
+        covariance: true,
+        ..shape.into()
+    });
     let mut estimator = prepared.map_err(|error| bad(error.to_string()))?;
     let mut passes = vec![Pass::new(order); method.passes()];
     let window = Window::new(samples.u, samples.y, samples.window);

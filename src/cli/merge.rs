@@ -3,7 +3,7 @@
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;
 use super::run::{mark_added, results, threads};
-use super::{note, print, progress};
+use super::{note, print_with_verdicts, progress};
 use crate::claim;
 use crate::study::Summary;
 use crate::study::cluster::{Collection, MergeOptions, Merged, ShardPlan, merge};
@@ -73,7 +73,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                     word(&out)
                 ));
             }
-            print(&results(&out, &summary)?)?;
+            let (text, verdicts) = results(&out, &summary)?;
+            print_with_verdicts(&text, &verdicts)?;
             Ok(ExitCode::SUCCESS)
         }
         Merged::Missing(status) => {

@@ -8,6 +8,8 @@
 
 mod check;
 mod cluster;
+mod colour;
+mod completions;
 mod equation;
 mod error;
 mod estimate;
@@ -20,6 +22,7 @@ mod new_experiment;
 mod plan;
 mod programs;
 mod progress;
+mod reference;
 mod replay;
 mod report;
 mod reproduce;
@@ -32,6 +35,7 @@ mod theory;
 mod throughput;
 mod timing;
 
+use crate::lanes::Isa;
 use crate::names::named_enum;
 use crate::text::{beginning, visible, visible_json, visible_lines};
 use crate::worker;
@@ -40,12 +44,13 @@ use error::{Error, failed};
 pub(crate) use programs::AGREED_TITLE;
 use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::LazyLock;
 
 /// Monte-Carlo benchmarks of estimators and adaptive state observers.
 #[derive(Parser)]
 #[command(
     name = "asobench",
-    version,
+    version = VERSION.as_str(),
     arg_required_else_help = true,
     max_term_width = 80,
     after_help = "Exit codes: 0 done, 1 the run failed, 2 bad input, 75 trials are missing: run \
@@ -79,8 +84,8 @@ enum Command {
     Guard,
     /// Print the estimators with their options
     Methods,
-    /// Print the JSON schema of experiment files, for editors
-    Schema,
+    Schema(reference::Arguments),
+    Completions(completions::Arguments),
 }
 
 named_enum! {
@@ -119,7 +124,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 Ok(ExitCode::SUCCESS)
             }
             Command::Methods => methods::run(),
-            Command::Schema => new_experiment::schema(),
+            Command::Schema(arguments) => reference::run(&arguments),
+            Command::Completions(arguments) => completions::run(&arguments),
         },
         Err(error) => error::usage(&error),
     };
@@ -132,11 +138,28 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
+/// The version, the source's revision, and the instructions that lanes of this machine have.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let revision = option_env!("ASOBENCH_GIT_REVISION").unwrap_or("no git revision");
+    let short = revision.get(..10).filter(|_| !revision.contains(' '));
+    let isa = Isa::best();
+    format!(
+        "{} ({}, {isa})",
+        env!("CARGO_PKG_VERSION"),
+        short.unwrap_or(revision)
+    )
+});
+
 /// Prints lines to standard output. With [`print_json`] and [`note`] the only place that prints:
 /// nothing unseen passes, whoever wrote it; a text of others inside of a line is [`visible`] before
 /// it comes here, so that it ends none.
 fn print(text: &str) -> Result<(), Error> {
     write_out(&visible_lines(text))
+}
+
+/// Prints lines that end with the verdicts on claims, these in colour where that is wanted.
+fn print_with_verdicts(text: &str, verdicts: &str) -> Result<(), Error> {
+    write_out(&(visible_lines(text) + &colour::verdicts(&visible_lines(verdicts))))
 }
 
 /// Prints JSON to standard output.

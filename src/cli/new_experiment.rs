@@ -1,9 +1,9 @@
-//! `asobench new` and `asobench schema`: a commented experiment file, and what editors need.
+//! `asobench new`: a commented experiment file.
 
 use super::error::Error;
-use super::{note, print_json};
+use super::note;
 use crate::files;
-use crate::study::file::{Key, Scalar, schema as json_schema};
+use crate::study::file::{Key, Scalar};
 use crate::text::shell_word;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -14,6 +14,9 @@ use std::process::ExitCode;
 pub(super) struct Arguments {
     /// The study's name, or the file's path
     name: PathBuf,
+    /// A study of observers in continuous time
+    #[arg(long)]
+    continuous: bool,
 }
 
 const HEAD: &str = r#"# An experiment of asobench: `asobench check THIS_FILE`, then `asobench run THIS_FILE`.
@@ -90,14 +93,89 @@ iterations = 4
 trials = 50
 "#;
 
-fn content() -> String {
-    let mut text = HEAD.to_owned();
-    let given = |key: &Key| HEAD.contains(&format!("\n{key} = "));
+const CONTINUOUS_HEAD: &str = r#"# An experiment of asobench in continuous time: `asobench check THIS_FILE`, then `asobench run THIS_FILE`.
+title = "My study"
+question = "What do I want to know?"
+hypothesis = "What do I expect?"
+seed = 1
+trials = 200
+measures = ["rms_x", "e_theta_rms", "t_settle", "step_error"]
+# Pairs of observers that are compared on the same trials.
+compare = [["proposed", "gradient"], ["proposed", "luenberger"]]
+
+# x' = A x + B u, y = C'x + disturbance, from t = 0 to `until`; this table makes it a study in continuous time.
+[continuous]
+until = 20                   # seconds
+scored_from = 8              # root mean squares are taken from this time on, seconds
+# input = 1                  # u, a constant from t = 0 on
+# filters = [1]              # n - 1 poles a of the filters a / (p + a) that extend regression (9)
+error_limit = 1e-2           # a trial whose error by step halving is larger has failed
+# trace_every = 0.02         # keeps the course of the first trial, for figures
+
+# One value each, or a list, which makes an axis of the grid, or a range such as { logspace = [0.1, 100, 13] }.
+[settings]
+disturbance = ["sine", "white"]
+level = [0.1, 0.3]
+phase = "random"
+noise_hold = 0.05
+step = 0.025
+# Every other setting with its default:
+"#;
+
+const CONTINUOUS_TAIL: &str = r#"
+# Observers, all run on the same trials.
+[[observers]]
+observer = "luenberger"      # full order
+gain = [2, 3.2]              # L; or poles = "-1+2i,-1-2i", or bandwidth = 2
+
+[[observers]]
+observer = "gradient"        # GPEBO with the gradient estimator
+gains = [1]                  # adaptation gains, one for each component of theta, or one for all
+
+[[observers]]
+observer = "proposed"        # GPEBO with DREM and the expansion of exp(delta)
+gains = [1e11, 1e13]
+
+# [[observers]]
+# observer = "kalman-bucy"
+# measurement = 0.01         # intensity of the measurement noise that it assumes
+# prior = 4                  # variance of every component of theta at t = 0
+
+# A claim with the test that decides it: share, value, ratio, cells or slope; below, above, between or within.
+# [[claims]]
+# id = "B1"
+# text = "The proposed observer is more exact than the gradient's."
+# test = { ratio = "rms_x", of = "proposed", to = "gradient", below = 1 }
+
+# A plant of your own; set plant = "mine".
+# [continuous_plants.mine]
+# a = [[0, 1], [-1, -0.2]]
+# b = [0, 1]
+# c = [1, 0]
+# x0 = [1, 0]
+
+# A disturbance of your own; set disturbance = "mine".
+# [signals.mine]
+# waves = [{ wave = "sine", amplitude = 0.5, frequency = 0.7 }, { wave = "white", amplitude = 0.1 }]
+
+# A run of a minute or less: `asobench run --quick`.
+[quick]
+trials = 20
+"#;
+
+fn content(continuous: bool) -> String {
+    let (head, tail) = if continuous {
+        (CONTINUOUS_HEAD, CONTINUOUS_TAIL)
+    } else {
+        (HEAD, TAIL)
+    };
+    let mut text = head.to_owned();
+    let given = |key: &Key| head.contains(&format!("\n{key} = "));
     for key in Key::ALL
         .iter()
-        .filter(|key| key.is_of(false) && !given(key))
+        .filter(|key| key.is_of(continuous) && !given(key))
     {
-        let value = match key.default() {
+        let value = match key.default_of(continuous) {
             None => {
                 // Two lines that cannot both stand.
                 let _ = writeln!(text, "# Instead of window: {key} = 20 ({})", key.about());
@@ -114,7 +192,7 @@ fn content() -> String {
             key.about()
         );
     }
-    text + TAIL
+    text + tail
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -133,18 +211,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.display()
         )));
     }
-    let written = files::create(&path, content().as_bytes());
+    let written = files::create(&path, content(arguments.continuous).as_bytes());
     written.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
     note(&format!(
         "wrote {}; next: asobench check {}",
         path.display(),
         shell_word(path.display())
     ));
-    Ok(ExitCode::SUCCESS)
-}
-
-pub(super) fn schema() -> Result<ExitCode, Error> {
-    print_json(&json_schema())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -156,13 +229,13 @@ mod tests {
     #[test]
     fn the_template_is_a_valid_experiment() {
         let experiment =
-            Experiment::new(ExperimentFile::parse(&super::content()).unwrap()).unwrap();
+            Experiment::new(ExperimentFile::parse(&super::content(false)).unwrap()).unwrap();
         assert_eq!(
             (experiment.cells.len(), experiment.outputs().len()),
             (12, 5)
         );
         // What is commented out is valid too.
-        let uncommented: String = super::content()
+        let uncommented: String = super::content(false)
             .lines()
             .filter(|line| !line.starts_with("# trials") && !line.starts_with("# zip"))
             .map(|line| {
@@ -178,7 +251,7 @@ mod tests {
         let file = ExperimentFile::parse(&uncommented);
         assert!(file.is_ok(), "{file:?}\n{uncommented}");
         // Each setting by itself makes a valid experiment: it clashes with none that is given.
-        let content = super::content();
+        let content = super::content(false);
         let (_, settings) = content.split_once("with its default:\n").unwrap();
         let settings = settings.lines().take_while(|line| !line.is_empty());
         let mut seen = 0;
@@ -191,5 +264,31 @@ mod tests {
         // Three are given, and l is instead of one.
         let all = Key::ALL.iter().filter(|key| key.is_of(false)).count();
         assert_eq!(seen, all - 4);
+    }
+
+    #[test]
+    fn the_continuous_template_is_a_valid_experiment() {
+        let content = super::content(true);
+        let experiment = Experiment::new(ExperimentFile::parse(&content).unwrap()).unwrap();
+        assert_eq!((experiment.cells.len(), experiment.outputs().len()), (4, 3));
+        let (_, settings) = content.split_once("with its default:\n").unwrap();
+        for line in settings.lines().take_while(|line| !line.is_empty()) {
+            let changed = content.replacen(line, line.strip_prefix("# ").unwrap(), 1);
+            let experiment = ExperimentFile::parse(&changed).and_then(Experiment::new);
+            assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
+        }
+        // Own plant, own disturbance, the fourth observer and the claim.
+        let uncommented: String = content
+            .lines()
+            .map(|line| {
+                let code = line.strip_prefix("# ").filter(|code| {
+                    let key = code.split(" = ").next().unwrap_or_default();
+                    code.starts_with('[') || code.contains(" = ") && !key.contains(' ')
+                });
+                code.unwrap_or(line).to_owned() + "\n"
+            })
+            .collect();
+        let file = ExperimentFile::parse(&uncommented);
+        assert!(file.is_ok(), "{file:?}\n{uncommented}");
     }
 }

@@ -1,16 +1,14 @@
 //! `asobench report`: pages, figures, tables and verdicts from stored results; nothing is run.
 
-#![allow(clippy::format_push_string, reason = "a few lines")]
-
 use super::error::{Error, failed};
 use super::files::cannot_write;
-use super::{print, progress};
+use super::{print, print_with_verdicts, progress};
 use crate::files;
 use crate::report::{Study, prepare_report, report, terminal, write_report};
 use crate::study::file::ExperimentFile;
 use crate::text::{alike, folded, visible};
-use std::path::PathBuf;
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
 
 /// Make a report of results: report.html, figures, tables, and the verdict on every claim of their
 /// files.
@@ -25,6 +23,9 @@ pub(super) struct Arguments {
     /// Judge the claims of this experiment file instead of those stored with the results
     #[arg(long, value_name = "FILE")]
     claims: Option<PathBuf>,
+    /// Show the page in the browser
+    #[arg(long)]
+    open: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -79,16 +80,39 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         }
     })?;
     drop(steps);
-    let mut text = String::new();
-    for study in &studies {
-        text.push_str(&terminal::verdicts(study));
-    }
+    let verdicts: String = studies.iter().map(terminal::verdicts).collect();
+    print_with_verdicts("", &verdicts)?;
     let page = out.join("report.html");
-    text.push_str(&format!(
+    print(&format!(
         "{} files; the page is {}\n",
         files.len(),
         visible(page.display())
-    ));
-    print(&text)?;
+    ))?;
+    if arguments.open {
+        open(&page)?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Shows a page by the program that the system has for it.
+fn open(page: &Path) -> Result<(), Error> {
+    let program = if cfg!(target_os = "macos") {
+        "open"
+    } else if cfg!(windows) {
+        "explorer"
+    } else {
+        "xdg-open"
+    };
+    let told = |why: &dyn std::fmt::Display| failed(format!("--open: {program}: {why}"));
+    let mut command = Command::new(program);
+    let quiet = command
+        .arg(page)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    let status = quiet.status().map_err(|error| told(&error))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(told(&status))
+    }
 }

@@ -3,7 +3,7 @@
 use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::programs::{self, Consent};
-use super::{memory, need, note, print, progress, timing};
+use super::{memory, need, note, print_with_verdicts, progress, timing};
 use crate::claim;
 use crate::files;
 use crate::report::{Study, terminal};
@@ -12,7 +12,8 @@ use crate::study::{
     BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
     RunOptions, Summary, read_manifest, stored_design,
 };
-use crate::text::visible;
+use crate::text::{alike, visible};
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -24,6 +25,9 @@ use std::sync::atomic::AtomicBool;
 pub(super) struct Arguments {
     #[command(flatten)]
     study: StudyArguments,
+    /// Further experiment files, run one after the other
+    #[arg(value_name = "FILE")]
+    more: Vec<PathBuf>,
     /// Folder of the results [default: results/NAME of NAME.toml]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -44,7 +48,7 @@ pub(super) struct Arguments {
 }
 
 /// Which study.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub(super) struct StudyArguments {
     /// Experiment file, such as experiments/window.toml, or - for standard input
     pub(super) file: PathBuf,
@@ -156,12 +160,47 @@ pub(super) fn mark_added(file: &mut ExperimentFile, folder: &Path) {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    if arguments.out.is_none() && arguments.study.name() == "-" {
+    let study = &arguments.study;
+    if arguments.more.is_empty() {
+        return run_one(arguments, study);
+    }
+    if arguments.out.is_some() {
+        let message = "--out: one folder for several files; expected one experiment file beside it";
+        return Err(Error::Input(message.to_owned()));
+    }
+    let more = arguments.more.iter().map(|file| StudyArguments {
+        file: file.clone(),
+        ..study.clone()
+    });
+    let studies: Vec<StudyArguments> = iter::once(study.clone()).chain(more).collect();
+    let folders: Vec<PathBuf> = studies.iter().map(|study| study.folder(None)).collect();
+    let names: Vec<String> = folders
+        .iter()
+        .map(|folder| folder.display().to_string())
+        .collect();
+    if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
+        let message = format!("two of these files have the results {folder}; expected other names");
+        return Err(Error::Input(message));
+    }
+    // What is wrong with any file is told before the first one runs.
+    for (study, folder) in studies.iter().zip(&folders) {
+        study.experiment(folder)?;
+    }
+    for study in &studies {
+        note(&format!("{}:", study.file.display()));
+        run_one(arguments, study)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Runs one of the files.
+fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Error> {
+    if arguments.out.is_none() && study.name() == "-" {
         let message = "--out: expected a folder where the experiment comes from standard input";
         return Err(Error::Input(message.to_owned()));
     }
-    let path = arguments.study.folder(arguments.out.as_deref());
-    let (study, consent) = (&arguments.study, arguments.consent);
+    let path = study.folder(arguments.out.as_deref());
+    let consent = arguments.consent;
     let (file, introduced) = programs::introduced(study.read()?, &study.file, consent)?;
     let (mut experiment, rule) = study.of_file(file, &path)?;
     programs::take_over(&experiment, introduced.as_ref());
@@ -198,12 +237,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         note("measuring times, one thread");
         timing::measure(&experiment, &path, &stop)?;
     }
-    print(&results(&path, &summary)?)?;
+    let (text, verdicts) = results(&path, &summary)?;
+    print_with_verdicts(&text, &verdicts)?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// What was computed, and what came out of it.
-pub(super) fn results(path: &Path, summary: &Summary) -> Result<String, Error> {
+/// What was computed, and what came out of it: the verdicts apart.
+pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String), Error> {
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
     let outputs = summary.cells.iter().flat_map(|cell| &cell.outputs);
@@ -216,12 +256,13 @@ pub(super) fn results(path: &Path, summary: &Summary) -> Result<String, Error> {
     let study = Study::read(path).map_err(failed)?;
     let verdicts = terminal::verdicts(&study);
     let gap = if verdicts.is_empty() { "" } else { "\n" };
-    Ok(format!(
+    let text = format!(
         "{cells} cells, {trials} trials, {failures} estimates failed (typed in summary.json)\n\
-         {fallbacks}results in {}\n\n{}{gap}{verdicts}",
+         {fallbacks}results in {}\n\n{}{gap}",
         visible(path.display()),
         terminal::overview(&study)
-    ))
+    );
+    Ok((text, verdicts))
 }
 
 /// The number of threads.

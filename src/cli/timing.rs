@@ -66,7 +66,9 @@ pub(super) fn measure(
             if table.program().is_some() {
                 continue;
             }
-            let mut estimator = cell.prepare(method).map_err(failed)?;
+            let mut estimator = cell
+                .prepare(method, experiment.file.coverage)
+                .map_err(failed)?;
             let mut passes = vec![Pass::new(cell.order); method.passes()];
             let mut seconds = Vec::new();
             for trial in 0..RECORDS {

@@ -1,5 +1,6 @@
 //! Least squares for any orders: `A(q) y = B(q) u + e`.
 
+use super::covariance::Covariance;
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, OptionError, Problem};
 use super::order_choice::{Criterion, OrderComparison};
@@ -26,6 +27,9 @@ pub struct ArxOptions {
     pub reading: Option<Reading>,
     /// Chooses n = na = nb, from 1 to the na = nb of `orders`, by a criterion: aic, aicc, bic, fpe.
     pub choose: Option<Criterion>,
+    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+    /// instruments), robust.
+    pub covariance: Option<Covariance>,
 }
 
 impl ArxOptions {
@@ -80,6 +84,7 @@ impl MethodKind for ArxOptions {
                 regression: Regression::with_ridge(orders, rows, ridge, window)?,
                 model: LinearModel::zero(orders),
                 ridge: ridge > 0.0,
+                covariance: self.covariance.unwrap_or_default(),
             })
         };
         let (orders, choice) = match self.choose {
@@ -100,7 +105,8 @@ impl MethodKind for ArxOptions {
     }
 }
 
-/// `theta = argmin sum (y(k) - phi(k)' theta)^2`, its covariance `s^2 (Phi'Phi)^-1`, `s^2 = RSS / (rows - parameters)`,
+/// `theta = argmin sum (y(k) - phi(k)' theta)^2`, its covariance `s^2 (Phi'Phi)^-1`, `s^2 = RSS / (rows - parameters)` (of
+/// white errors),
 /// and x0 (stage 6). The loss is RSS / N.
 pub struct Arx {
     /// Of each order that may be chosen.
@@ -114,13 +120,12 @@ struct Fit {
     regression: Regression,
     model: LinearModel,
     ridge: bool,
+    covariance: Covariance,
 }
 
 impl Fit {
     fn find(&mut self, u: &[f64], y: &[f64], pass: &mut Pass) -> Result<(), FailureKind> {
-        let Self {
-            regression, model, ..
-        } = self;
+        let (regression, model) = (&mut self.regression, &mut self.model);
         let mut condition = f64::NAN;
         regression.solve(u, y, &mut condition)?;
         let parameters = regression.theta().len();
@@ -132,7 +137,7 @@ impl Fit {
             let variance = sum / (rows - parameters) as f64;
             model.noise_variance = variance;
             if !self.ridge {
-                regression.covariance(variance, &mut model.covariance);
+                regression.covariance(self.covariance, variance, &mut model.covariance);
             }
         }
         pass.loss = sum / y.len() as f64;

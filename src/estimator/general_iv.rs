@@ -2,6 +2,7 @@
 //! the output of the model before, or of one fixed model.
 
 use super::auxiliary::AuxiliaryModel;
+use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::least_squares::{StartState, StateEstimate};
 use super::reading::{R_SYSID_RIDGE, Reading};
@@ -127,6 +128,7 @@ pub(super) struct GeneralOptions {
     pub(super) reading: Option<Reading>,
     pub(super) fixed_model: Option<FixedModel>,
     pub(super) initial_state: StartState,
+    pub(super) covariance: Covariance,
 }
 
 /// Pass 0: least squares. Pass i: `theta = (Z'Phi)^-1 Z'y`, Z being Phi with x instead of y, x the output of pass i-1's
@@ -136,6 +138,7 @@ pub struct GeneralIv {
     instruments: InstrumentalRegression,
     fixed: Option<FixedModel>,
     auxiliary: AuxiliaryModel,
+    covariance: Covariance,
     from_rest: bool,
     rest: Vec<f64>,
     model: LinearModel,
@@ -159,6 +162,7 @@ impl GeneralIv {
             instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?,
             fixed: options.fixed_model,
             auxiliary: AuxiliaryModel::new(n, window, Drive::Model, Gain::DeadBeat),
+            covariance: options.covariance,
             from_rest: rows != Rows::Complete,
             rest: vec![0.0; n],
             model: LinearModel::zero(orders),
@@ -200,29 +204,44 @@ impl GeneralIv {
             None => {
                 let solved = self.regression.solve(u, y, &mut condition);
                 solved.map_err(at(Stage::LeastSquares))?;
-                self.model.set_parameters(self.regression.theta());
+                let theta = self.regression.theta();
+                self.model.set_parameters(theta);
+                if let Some(freedom) = freedom(self.regression.rows(), theta.len()) {
+                    let variance = self.regression.residual_sum() / freedom;
+                    self.model.noise_variance = variance;
+                    let covariance = &mut self.model.covariance;
+                    self.regression
+                        .covariance(self.covariance, variance, covariance);
+                }
                 Stage::LeastSquares
             }
             Some(previous) => {
                 let simulated = self.simulate(window, previous);
                 simulated.map_err(at(Stage::AuxiliaryModel))?;
                 let x = &self.auxiliary.yhat;
-                let solved = self.instruments.solve(Signals { u, y, x }, &mut condition);
+                let solved = self
+                    .instruments
+                    .solve(Signals::new(u, y, x), &mut condition);
                 solved.map_err(at(Stage::Instruments))?;
                 let theta = self.instruments.theta();
                 self.model.set_parameters(theta);
-                if self.instruments.rows() > theta.len() {
-                    let freedom = (self.instruments.rows() - theta.len()) as f64;
+                if let Some(freedom) = freedom(self.instruments.rows(), theta.len()) {
                     let variance = self.instruments.residual_sum() / freedom;
                     self.model.noise_variance = variance;
                     let covariance = &mut self.model.covariance;
-                    self.instruments.covariance(variance, covariance);
+                    self.instruments
+                        .covariance(self.covariance, variance, covariance);
                 }
                 Stage::Instruments
             }
         };
         pass.set_model(&self.model, condition).map_err(at(stage))
     }
+}
+
+/// Rows beyond the parameters, if there are any.
+pub(super) fn freedom(rows: usize, parameters: usize) -> Option<f64> {
+    (rows > parameters).then(|| (rows - parameters) as f64)
 }
 
 impl Estimator for GeneralIv {

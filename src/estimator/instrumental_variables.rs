@@ -2,8 +2,12 @@
 
 use super::arx::ArxOptions;
 use super::auxiliary::AuxiliaryModel;
-use super::general_iv::{FixedModel, GeneralIv, GeneralOptions};
-use super::least_squares::{StartState, StateEstimate, conclude, iteration_zero};
+use super::covariance::Covariance;
+use super::general_iv::{FixedModel, GeneralIv, GeneralOptions, freedom};
+use super::instruments::{InstrumentalRegression, Instruments as InstrumentsOf, Signals};
+use super::least_squares::{
+    LeastSquaresErrors, StartState, StateEstimate, conclude, iteration_zero,
+};
 use super::method::{MethodKind, Needs, OptionError, Output, Problem};
 use super::reading::Reading;
 use super::reflection::{PoleReflection, Stabilise};
@@ -83,6 +87,9 @@ pub struct IvOptions {
     pub reading: Option<Reading>,
     /// A fixed model x = B/F u for the instruments, such as B=0,1;F=1,-0.5: one pass.
     pub fixed_model: Option<FixedModel>,
+    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+    /// instruments), robust.
+    pub covariance: Option<Covariance>,
 }
 
 impl Default for IvOptions {
@@ -101,6 +108,7 @@ impl Default for IvOptions {
             rows: None,
             reading: None,
             fixed_model: None,
+            covariance: None,
         }
     }
 }
@@ -118,6 +126,7 @@ impl IvOptions {
             reading: self.reading,
             fixed_model: self.fixed_model.clone(),
             initial_state: self.initial_state,
+            covariance: self.covariance.unwrap_or_default(),
         })
     }
 
@@ -201,12 +210,20 @@ impl MethodKind for IvOptions {
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         match self.general(problem.shape.order) {
             Some(general) => Ok(Box::new(GeneralIv::new(general, problem.shape.window)?)),
-            None => Ok(Box::new(InstrumentalVariables::new(problem.shape, self)?)),
+            None => {
+                let mut paper = InstrumentalVariables::new(problem.shape, self)?;
+                if problem.covariance {
+                    let kind = self.covariance.unwrap_or_default();
+                    paper.errors = Some(InstrumentalErrors::new(problem.shape, kind)?);
+                }
+                Ok(Box::new(paper))
+            }
         }
     }
 
     fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
-        // `_`: any number of passes; the gain is of a drive that lanes do not have.
+        // `_`: any number of passes; the gain is of a drive that lanes do not have; where standard errors are wanted, no
+        // lanes run.
         let Self {
             iterations: _,
             solver,
@@ -221,6 +238,7 @@ impl MethodKind for IvOptions {
             rows,
             reading,
             fixed_model,
+            covariance: _,
         } = self;
         let partitioned = matches!(solver, Solver::Partitioned);
         let corrected = matches!(stage10, Stage10::Corrected);
@@ -264,6 +282,42 @@ pub struct InstrumentalVariables {
     model: AuxiliaryModel,
     source: InstrumentSource,
     reflection: Option<PoleReflection>,
+    /// Where standard errors are wanted.
+    errors: Option<InstrumentalErrors>,
+}
+
+/// The covariance of every pass.
+struct InstrumentalErrors {
+    first: LeastSquaresErrors,
+    instruments: InstrumentalRegression,
+}
+
+impl InstrumentalErrors {
+    fn new(shape: Shape, kind: Covariance) -> Result<Self, SetupError> {
+        let orders = Orders::arx(shape.order, shape.order, 1);
+        let signal = InstrumentsOf::Signal;
+        Ok(Self {
+            first: LeastSquaresErrors::new(shape, kind)?,
+            instruments: InstrumentalRegression::new(orders, signal, Rows::Complete, shape.window)?,
+        })
+    }
+
+    /// That of an IV pass with these instruments.
+    fn set(&mut self, window: Window<'_>, instruments: Instruments<'_>, pass: &mut Pass) {
+        let (regression, mut unused) = (&mut self.instruments, f64::NAN);
+        let signals = Signals {
+            v: instruments.input,
+            ..Signals::new(window.u, window.y, instruments.output)
+        };
+        let solved = regression.solve(signals, &mut unused);
+        let freedom = freedom(regression.rows(), regression.theta().len());
+        let Some(freedom) = freedom.filter(|_| solved.is_ok()) else {
+            return;
+        };
+        let variance = regression.residual_sum() / freedom;
+        pass.model.noise_variance = variance;
+        regression.covariance(self.first.kind, variance, &mut pass.model.covariance);
+    }
 }
 
 impl InstrumentalVariables {
@@ -291,6 +345,7 @@ impl InstrumentalVariables {
             ),
             source: options.instruments,
             reflection: reflect.then(|| PoleReflection::new(shape.order)),
+            errors: None,
         })
     }
 
@@ -345,6 +400,9 @@ impl InstrumentalVariables {
         if !conclude(solved, &self.solution, Stage::Instruments, number, pass) {
             return;
         }
+        if let Some(errors) = &mut self.errors {
+            errors.set(window, instruments, pass);
+        }
         match self.auxiliary {
             Auxiliary::Refresh => self.state.estimate(window, number, pass),
             Auxiliary::Frozen => pass.set_initial_state(&first.x0),
@@ -366,6 +424,9 @@ impl Estimator for InstrumentalVariables {
         };
         let (solution, state) = (&mut self.solution, &mut self.state);
         iteration_zero(&mut *self.solver, solution, state, window, first);
+        if let Some(errors) = &mut self.errors {
+            errors.first.set(window, first);
+        }
         for number in 1..passes.len() {
             let (done, rest) = passes.split_at_mut(number);
             let (first, previous, pass) = (&done[0], &done[number - 1], &mut rest[0]);

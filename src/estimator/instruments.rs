@@ -3,7 +3,8 @@
 //! With as many instruments as parameters it is `(Z'Phi)^-1 Z'y`, with more two-stage least squares. Neither `Z'Z` nor
 //! `Z'Phi` is formed.
 
-use super::regression::{Lagged, Rows, covariance_of_triangle};
+use super::covariance::{Covariance, Influence};
+use super::regression::{Lagged, Rows, covariance_of_triangle, solve_normal, solve_transposed};
 use super::solver::Reduction;
 use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::{FailureKind, SetupError};
@@ -53,20 +54,31 @@ pub struct Signals<'a> {
     pub y: &'a [f64],
     /// What takes the output's place in the instruments; not looked at for delayed inputs.
     pub x: &'a [f64],
+    /// What takes the input's place in the instruments; the input itself where absent.
+    pub v: Option<&'a [f64]>,
+}
+
+impl<'a> Signals<'a> {
+    /// With the input itself among the instruments.
+    pub fn new(u: &'a [f64], y: &'a [f64], x: &'a [f64]) -> Self {
+        Self { u, y, x, v: None }
+    }
 }
 
 /// Buffers for records of one length.
 pub struct InstrumentalRegression {
     lagged: Lagged,
     instruments: Instruments,
-    /// What takes the output's place, between zeros.
+    /// What takes the output's and the input's place, between zeros.
     x: Vec<f64>,
+    v: Vec<f64>,
     /// `Z = Q R` with Phi and y as companions, then `Q'Phi` with `Q'y`.
     outer: Reduction,
     inner: Reduction,
     equilibration: Equilibration,
     scratch: Vec<f64>,
     theta: Vec<f64>,
+    influence: Influence,
 }
 
 impl InstrumentalRegression {
@@ -86,12 +98,14 @@ impl InstrumentalRegression {
         Ok(Self {
             instruments,
             x: vec![0.0; lagged.y.len()],
+            v: vec![0.0; lagged.y.len()],
             outer: Reduction::new(wide, lagged.count, width + 1),
             lagged,
             inner: Reduction::new(width, wide, 1),
             equilibration: Equilibration::new(wide, wide),
             scratch: vec![0.0; wide],
             theta: vec![0.0; width],
+            influence: Influence::default(),
         })
     }
 
@@ -118,7 +132,8 @@ impl InstrumentalRegression {
         if instruments == Instruments::Signal {
             self.x[self.lagged.record()].copy_from_slice(signals.x);
         }
-        let (Lagged { orders, u, y, .. }, x) = (&self.lagged, &self.x);
+        self.v[self.lagged.record()].copy_from_slice(signals.v.unwrap_or(signals.u));
+        let (Lagged { orders, u, y, .. }, x, v) = (&self.lagged, &self.x, &self.v);
         let (Orders { na, nb, nk, .. }, start) = (*orders, self.lagged.start());
         let more = instruments.count(*orders);
         let put = |mut to: MatMut<'_, f64>, column: usize, from: &[f64], sign: f64| {
@@ -133,7 +148,7 @@ impl InstrumentalRegression {
                 match instruments {
                     Instruments::Signal => put(z.rb_mut(), i, &x[lagged(i + 1)], -1.0),
                     Instruments::DelayedInputs { .. } => {
-                        put(z.rb_mut(), i, &u[lagged(nk + nb + i)], 1.0);
+                        put(z.rb_mut(), i, &v[lagged(nk + nb + i)], 1.0);
                     }
                 }
             }
@@ -141,9 +156,8 @@ impl InstrumentalRegression {
                 put(right.rb_mut(), i, &y[lagged(i + 1)], -1.0);
             }
             for i in 0..nb {
-                let range = lagged(nk + i);
-                put(z.rb_mut(), more + i, &u[range.clone()], 1.0);
-                put(right.rb_mut(), na + i, &u[range], 1.0);
+                put(z.rb_mut(), more + i, &v[lagged(nk + i)], 1.0);
+                put(right.rb_mut(), na + i, &u[lagged(nk + i)], 1.0);
             }
             put(right.rb_mut(), na + nb, &y[lagged(0)], 1.0);
         };
@@ -188,14 +202,62 @@ impl InstrumentalRegression {
         self.lagged.residual_sum(&self.theta)
     }
 
-    /// `variance (Phi'Q Q'Phi)^-1` of what was solved last, row by row; with as many instruments as parameters
-    /// `variance (Z'Phi)^-1 Z'Z (Phi'Z)^-1`.
-    pub fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
-        covariance_of_triangle(self.inner.r(), variance, &mut self.scratch, to);
+    /// The covariance of what was solved last, row by row: `variance (Phi'Q Q'Phi)^-1` where equation errors are white (with
+    /// as many instruments as parameters `variance (Z'Phi)^-1 Z'Z (Phi'Z)^-1`), else by what each row adds to theta,
+    /// `(Phi'Q Q'Phi)^-1 Phi'Q q(k)`, `q(k)` the row of Q.
+    pub fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
+        let inner = self.inner.r();
+        if kind == Covariance::White {
+            covariance_of_triangle(inner, variance, &mut self.scratch, to);
+            return;
+        }
+        let (lagged, theta, outer, top) =
+            (&self.lagged, &self.theta, self.outer.r(), self.outer.top());
+        self.influence.clear();
+        for k in lagged.rows() {
+            row_of_instruments(
+                lagged,
+                self.instruments,
+                [&self.x, &self.v],
+                k,
+                &mut self.scratch,
+            );
+            solve_transposed(outer, &mut self.scratch);
+            let q = &self.scratch;
+            self.influence
+                .push(theta.len(), lagged.residual(theta, k), |row| {
+                    for (j, psi) in row.iter_mut().enumerate() {
+                        *psi = q.iter().enumerate().map(|(i, q)| top[(i, j)] * q).sum();
+                    }
+                    solve_normal(inner, row);
+                });
+        }
+        self.influence.covariance(kind, to);
     }
 
     /// `variance (Z'Z)^-1` of what was solved last, row by row.
     pub fn covariance_of_instruments(&mut self, variance: f64, to: &mut Vec<f64>) {
         covariance_of_triangle(self.outer.r(), variance, &mut self.scratch, to);
+    }
+}
+
+/// z(k).
+fn row_of_instruments(
+    lagged: &Lagged,
+    instruments: Instruments,
+    [x, v]: [&[f64]; 2],
+    k: usize,
+    to: &mut [f64],
+) {
+    let Orders { nb, nk, .. } = lagged.orders;
+    let (more, of_input) = to.split_at_mut(instruments.count(lagged.orders));
+    for (i, to) in more.iter_mut().enumerate() {
+        *to = match instruments {
+            Instruments::Signal => -x[k - 1 - i],
+            Instruments::DelayedInputs { .. } => v[k - nk - nb - i],
+        };
+    }
+    for (i, to) in of_input.iter_mut().enumerate() {
+        *to = v[k - nk - i];
     }
 }

@@ -2,6 +2,7 @@
 //! `1/(A L)` of white noise.
 
 use super::arx::ArxOptions;
+use super::covariance::{Covariance, durbin_step};
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, OptionError, Problem};
@@ -129,20 +130,7 @@ fn yule_walker(w: &[f64], l: &mut [f64]) -> Result<(), FailureKind> {
     l.fill(0.0);
     l[0] = 1.0;
     for lag in 1..l.len() {
-        if variance <= 0.0 || !variance.is_finite() {
-            return Err(FailureKind::Singular);
-        }
-        let sum: f64 = (0..lag).map(|i| l[i] * covariance(lag - i)).sum();
-        let reflection = -sum / variance;
-        // l_i + k l_(lag - i), both ends at once.
-        for i in 0..=lag / 2 {
-            let (low, high) = (l[i], l[lag - i]);
-            l[i] = reflection.mul_add(high, low);
-            if i != lag - i {
-                l[lag - i] = reflection.mul_add(low, high);
-            }
-        }
-        variance *= 1.0 - reflection * reflection;
+        durbin_step(l, lag, &mut variance, covariance)?;
     }
     Ok(())
 }
@@ -185,7 +173,7 @@ impl Iv4 {
         self.model.set_parameters(self.regression.theta());
         self.model.simulate(&u[..record], &mut x[..record]);
         x[record..].fill(0.0);
-        let signals = Signals { u, y, x };
+        let signals = Signals::new(u, y, x);
         self.instruments.solve(signals, condition).map_err(at(iv))?;
         self.model.set_parameters(self.instruments.theta());
         self.model.residuals(u, y, w, x);
@@ -200,7 +188,7 @@ impl Iv4 {
             filter(&self.prefilter, from, to);
         }
         let [u, y, x] = &self.filtered;
-        let signals = Signals { u, y, x };
+        let signals = Signals::new(u, y, x);
         self.instruments.solve(signals, condition).map_err(at(iv))?;
         let theta = self.instruments.theta();
         self.model.set_parameters(theta);
@@ -208,7 +196,7 @@ impl Iv4 {
         let variance = self.instruments.residual_sum() / freedom as f64;
         self.model.noise_variance = variance;
         self.instruments
-            .covariance(variance, &mut self.model.covariance);
+            .covariance(Covariance::White, variance, &mut self.model.covariance);
         Ok(())
     }
 }

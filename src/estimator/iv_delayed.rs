@@ -1,6 +1,7 @@
 //! Delayed inputs as instruments: two-stage least squares.
 
 use super::arx::ArxOptions;
+use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, OptionError, Problem};
@@ -22,6 +23,9 @@ pub struct IvDelayedOptions {
     pub rows: Rows,
     /// The initial state: estimate (stage 6 for the model found), or zero.
     pub initial_state: StartState,
+    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+    /// instruments), robust.
+    pub covariance: Option<Covariance>,
 }
 
 impl Default for IvDelayedOptions {
@@ -31,6 +35,7 @@ impl Default for IvDelayedOptions {
             extra: 5,
             rows: Rows::default(),
             initial_state: StartState::default(),
+            covariance: None,
         }
     }
 }
@@ -63,6 +68,7 @@ impl MethodKind for IvDelayedOptions {
         let window = problem.shape.window;
         Ok(Box::new(IvDelayed {
             regression: InstrumentalRegression::new(orders, instruments, self.rows, window)?,
+            covariance: self.covariance.unwrap_or_default(),
             model: LinearModel::zero(orders),
             state: StateEstimate::new(orders.order(), self.initial_state),
         }))
@@ -73,6 +79,7 @@ impl MethodKind for IvDelayedOptions {
 /// `s^2 (Phi' P_Z Phi)^-1` with `s^2 = RSS / rows`.
 pub struct IvDelayed {
     regression: InstrumentalRegression,
+    covariance: Covariance,
     model: LinearModel,
     state: StateEstimate,
 }
@@ -83,19 +90,18 @@ impl Estimator for IvDelayed {
             return;
         };
         let mut condition = f64::NAN;
-        let signals = Signals {
-            u: window.u,
-            y: window.y,
-            x: &[],
-        };
+        let signals = Signals::new(window.u, window.y, &[]);
         let solved = self.regression.solve(signals, &mut condition);
         let solved = solved.and_then(|()| {
             let Self {
-                regression, model, ..
+                regression,
+                model,
+                covariance,
+                ..
             } = self;
             model.set_parameters(regression.theta());
             model.noise_variance = regression.residual_sum() / regression.rows() as f64;
-            regression.covariance(model.noise_variance, &mut model.covariance);
+            regression.covariance(*covariance, model.noise_variance, &mut model.covariance);
             pass.set_model(model, condition)
         });
         match solved {

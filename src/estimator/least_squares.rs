@@ -1,11 +1,15 @@
 //! Least squares: iteration 0 of the algorithm, stages 1 to 6.
 
+use super::covariance::Covariance;
+use super::general_iv::freedom;
 use super::initial_state::InitialState;
 use super::method::{MethodKind, Problem};
+use super::regression::{Regression, Rows};
 use super::solver::{Solution, SolveLeastSquares};
 use super::{
     Estimator, Failure, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window,
 };
+use crate::model::Orders;
 use crate::names::named_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,12 +32,20 @@ pub struct LsOptions {
     pub solver: Solver,
     /// Stage 6: estimate, or zero.
     pub initial_state: StartState,
+    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+    /// regressors), robust.
+    pub covariance: Option<Covariance>,
 }
 
 impl MethodKind for LsOptions {
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let estimator = LeastSquares::new(problem.shape, self.solver)?;
-        Ok(Box::new(estimator.with_start(self.initial_state)))
+        let mut estimator = estimator.with_start(self.initial_state);
+        if problem.covariance {
+            let kind = self.covariance.unwrap_or_default();
+            estimator.errors = Some(LeastSquaresErrors::new(problem.shape, kind)?);
+        }
+        Ok(Box::new(estimator))
     }
 
     /// Least squares is IV without iterations.
@@ -41,10 +53,12 @@ impl MethodKind for LsOptions {
         let Self {
             solver,
             initial_state,
+            covariance,
         } = *self;
         IvOptions {
             solver,
             initial_state,
+            covariance,
             ..IvOptions::default()
         }
         .in_lanes()
@@ -56,6 +70,38 @@ pub struct LeastSquares {
     solver: Box<dyn SolveLeastSquares>,
     solution: Solution,
     state: StateEstimate,
+    /// Where standard errors are wanted.
+    errors: Option<LeastSquaresErrors>,
+}
+
+/// The covariance of least squares in the paper's form.
+pub(super) struct LeastSquaresErrors {
+    pub(super) kind: Covariance,
+    regression: Regression,
+}
+
+impl LeastSquaresErrors {
+    pub(super) fn new(shape: Shape, kind: Covariance) -> Result<Self, SetupError> {
+        let orders = Orders::arx(shape.order, shape.order, 1);
+        Ok(Self {
+            kind,
+            regression: Regression::new(orders, Rows::Complete, shape.window)?,
+        })
+    }
+
+    /// Sets it, with the variance of the equation errors; nothing where the estimate failed.
+    pub(super) fn set(&mut self, window: Window<'_>, pass: &mut Pass) {
+        let (regression, mut unused) = (&mut self.regression, f64::NAN);
+        pass.model.covariance.clear();
+        let solved = regression.solve(window.u, window.y, &mut unused);
+        let freedom = freedom(regression.rows(), regression.theta().len());
+        let Some(freedom) = freedom.filter(|_| solved.is_ok()) else {
+            return;
+        };
+        let variance = regression.residual_sum() / freedom;
+        pass.model.noise_variance = variance;
+        regression.covariance(self.kind, variance, &mut pass.model.covariance);
+    }
 }
 
 impl LeastSquares {
@@ -68,6 +114,7 @@ impl LeastSquares {
             solver: solver.least_squares(shape)?,
             solution: Solution::new(shape.order),
             state: StateEstimate::new(shape.order, StartState::default()),
+            errors: None,
         })
     }
 
@@ -87,6 +134,9 @@ impl Estimator for LeastSquares {
         pass.clear();
         let (solution, state) = (&mut self.solution, &mut self.state);
         iteration_zero(&mut *self.solver, solution, state, window, pass);
+        if let Some(errors) = &mut self.errors {
+            errors.set(window, pass);
+        }
     }
 }
 

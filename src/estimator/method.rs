@@ -38,6 +38,8 @@ pub struct Problem<'a> {
     pub known: Option<&'a KnownModel>,
     /// What draws the records, with the noise level eta in per cent: for a method that may be told of it.
     pub process: Option<(&'a Process, f64)>,
+    /// Whether standard errors are wanted of methods that can do without.
+    pub covariance: bool,
 }
 
 impl From<Shape> for Problem<'_> {
@@ -46,6 +48,7 @@ impl From<Shape> for Problem<'_> {
             shape,
             known: None,
             process: None,
+            covariance: false,
         }
     }
 }

@@ -7,6 +7,7 @@
 mod arx;
 mod autoregression;
 pub mod auxiliary;
+mod covariance;
 mod failure;
 mod general_iv;
 pub mod information;
@@ -36,6 +37,7 @@ mod subspace;
 
 pub use arx::{Arx, ArxOptions};
 pub use autoregression::autoregression;
+pub use covariance::Covariance;
 pub use failure::{FailureKind, Reason};
 pub use general_iv::{FixedModel, GeneralIv};
 pub use instrumental_variables::{

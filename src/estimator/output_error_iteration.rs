@@ -169,11 +169,7 @@ impl OutputErrorIteration {
                 Some(refined) => {
                     // B/F u, and that over F.
                     self.model.simulate(&self.u, &mut self.x);
-                    let signals = Signals {
-                        u: &self.u,
-                        y: &self.y,
-                        x: &self.x,
-                    };
+                    let signals = Signals::new(&self.u, &self.y, &self.x);
                     refined.solve(signals, condition)?;
                 }
             }

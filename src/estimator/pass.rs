@@ -148,6 +148,8 @@ impl Pass {
         for vector in [&mut self.a, &mut self.b, &mut self.h, &mut self.x0] {
             vector.fill(f64::NAN);
         }
+        self.model.noise_variance = f64::NAN;
+        self.model.covariance.clear();
         self.loss = f64::NAN;
         self.iterations = None;
         self.minima = None;

@@ -2,6 +2,7 @@
 //!
 //! `phi(k) = (-y(k-1) ... -y(k-na), u(k-nk) ... u(k-nk-nb+1))`, `theta = (a_1 ... a_na, b_1 ... b_nb)`.
 
+use super::covariance::{Covariance, Influence};
 use super::solver::Reduction;
 use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::{FailureKind, SetupError};
@@ -96,17 +97,35 @@ impl Lagged {
         self.y[record].copy_from_slice(y);
     }
 
-    /// `sum (y(k) - phi(k)' theta)^2` over the rows.
-    pub(super) fn residual_sum(&self, theta: &[f64]) -> f64 {
+    /// Where the k of each row stands.
+    pub(super) fn rows(&self) -> Range<usize> {
+        self.start()..self.start() + self.count
+    }
+
+    /// `y(k) - phi(k)' theta`.
+    pub(super) fn residual(&self, theta: &[f64], k: usize) -> f64 {
         let (u, y, Orders { na, nk, .. }) = (&self.u, &self.y, self.orders);
         let (a, b) = theta.split_at(na);
-        let residual = |k: usize| -> f64 {
-            let of_y = a.iter().enumerate().map(|(i, a)| a * y[k - 1 - i]);
-            let of_u = b.iter().enumerate().map(|(i, b)| b * u[k - nk - i]);
-            y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
-        };
-        let rows = self.start()..self.start() + self.count;
-        rows.map(|k| residual(k).powi(2)).sum()
+        let of_y = a.iter().enumerate().map(|(i, a)| a * y[k - 1 - i]);
+        let of_u = b.iter().enumerate().map(|(i, b)| b * u[k - nk - i]);
+        y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
+    }
+
+    /// `sum (y(k) - phi(k)' theta)^2` over the rows.
+    pub(super) fn residual_sum(&self, theta: &[f64]) -> f64 {
+        self.rows().map(|k| self.residual(theta, k).powi(2)).sum()
+    }
+
+    /// phi(k).
+    fn regressors(&self, k: usize, to: &mut [f64]) {
+        let Orders { na, nk, .. } = self.orders;
+        let (of_y, of_u) = to.split_at_mut(na);
+        for (i, to) in of_y.iter_mut().enumerate() {
+            *to = -self.y[k - 1 - i];
+        }
+        for (i, to) in of_u.iter_mut().enumerate() {
+            *to = self.u[k - nk - i];
+        }
     }
 }
 
@@ -119,6 +138,7 @@ pub struct Regression {
     equilibration: Equilibration,
     scratch: Vec<f64>,
     theta: Vec<f64>,
+    influence: Influence,
 }
 
 impl Regression {
@@ -149,6 +169,7 @@ impl Regression {
             equilibration: Equilibration::new(width, width),
             scratch: vec![0.0; width],
             theta: vec![0.0; width],
+            influence: Influence::default(),
         })
     }
 
@@ -222,15 +243,47 @@ impl Regression {
         self.lagged.residual_sum(&self.theta)
     }
 
-    /// `variance (Phi'Phi)^-1` of what was solved last, row by row.
-    pub fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
-        covariance_of_triangle(self.reduction.r(), variance, &mut self.scratch, to);
+    /// The covariance of what was solved last, row by row: `variance (Phi'Phi)^-1` where equation errors are white, else by
+    /// what each row adds to theta, `(Phi'Phi)^-1 phi(k)`.
+    pub fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
+        let r = self.reduction.r();
+        if kind == Covariance::White {
+            covariance_of_triangle(r, variance, &mut self.scratch, to);
+            return;
+        }
+        let (lagged, theta) = (&self.lagged, &self.theta);
+        self.influence.clear();
+        for k in lagged.rows() {
+            self.influence
+                .push(theta.len(), lagged.residual(theta, k), |row| {
+                    lagged.regressors(k, row);
+                    solve_normal(r, row);
+                });
+        }
+        self.influence.covariance(kind, to);
     }
 }
 
 /// Rows that a ridge adds.
 fn ridge_rows(ridge: f64, width: usize) -> usize {
     if ridge > 0.0 { width } else { 0 }
+}
+
+/// `x = (R'R)^-1 x`.
+pub(super) fn solve_normal(r: MatRef<'_, f64>, x: &mut [f64]) {
+    solve_transposed(r, x);
+    for i in (0..x.len()).rev() {
+        let sum: f64 = (i + 1..x.len()).map(|j| r[(i, j)] * x[j]).sum();
+        x[i] = (x[i] - sum) / r[(i, i)];
+    }
+}
+
+/// `x = R^-T x`.
+pub(super) fn solve_transposed(r: MatRef<'_, f64>, x: &mut [f64]) {
+    for i in 0..x.len() {
+        let sum: f64 = (0..i).map(|j| r[(j, i)] * x[j]).sum();
+        x[i] = (x[i] - sum) / r[(i, i)];
+    }
 }
 
 /// `variance (R'R)^-1`, row by row; `scratch` is room for a column.

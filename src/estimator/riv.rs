@@ -2,6 +2,7 @@
 //!
 //! Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7.
 
+use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::method::{MethodKind, OptionError, Problem};
 use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, REST, stable};
@@ -157,7 +158,7 @@ impl RefinedIv {
         }
         self.model.simulate(&self.u, &mut self.x);
         let (u, y, x) = (&self.u, &self.y, &self.x);
-        self.instruments.solve(Signals { u, y, x }, condition)?;
+        self.instruments.solve(Signals::new(u, y, x), condition)?;
         Ok(self.take())
     }
 
@@ -217,7 +218,7 @@ impl RefinedIv {
         put_block(&self.block, nf + nb, place, total, &mut covariance);
         if let Some(noise) = &mut self.noise {
             noise.condition(&self.silence, &self.w, &self.noise_theta)?;
-            noise.covariance(variance, &mut self.block);
+            noise.covariance(Covariance::White, variance, &mut self.block);
             let place = |i: usize| if i < nd { nb + nc + i } else { nb + i - nd };
             put_block(&self.block, nd + nc, place, total, &mut covariance);
         }

@@ -24,6 +24,7 @@
 //! a rate over cells. They hold exact sums ([`ExactSum`]) and counts in fixed bins ([`Sketch`]), so
 //! that merging in any order or grouping gives the same bits.
 
+mod coverage;
 mod double_double;
 mod error;
 mod estimate;
@@ -39,6 +40,7 @@ mod slope;
 mod statistics;
 pub(crate) mod tails;
 
+pub use coverage::Coverage;
 pub use error::{StateError, relative_error, relative_error_as_printed};
 pub(crate) use estimate::ascend;
 pub use estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, Z};

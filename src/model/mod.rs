@@ -140,6 +140,30 @@ impl LinearModel {
         (!self.covariance.is_empty()).then(diagonal)
     }
 
+    /// Appends the standard errors of the part that u drives in the paper's form, `a_1 ... a_n, h_1 ... h_n`. NaN are those of
+    /// coefficients that are not estimated, of poles where A and F both have some, and of h where u acts on y at once;
+    /// all of them where there is no covariance.
+    pub fn canonical_standard_errors(&self, n: usize, to: &mut Vec<f64>) {
+        let orders = self.orders();
+        let all = orders.parameters();
+        let (poles, first) = match (orders.na, orders.nf) {
+            (poles, 0) => (poles, 0),
+            (0, poles) => (poles, all - poles),
+            _ => (0, 0),
+        };
+        let error = |parameter: Option<usize>| {
+            let parameter = parameter.filter(|_| self.covariance.len() == all * all);
+            parameter.map_or(f64::NAN, |i| self.covariance[i * all + i].sqrt())
+        };
+        // a_i is minus the coefficient of q^-(n+1-i), h_i that of q^-i.
+        to.extend((1..=n).map(|i| error((n + 1 - i <= poles).then(|| first + n - i))));
+        let of_input = orders.nk.max(1)..orders.nk + orders.nb;
+        let delayed = orders.nk > 0;
+        let h =
+            |i: usize| error((delayed && of_input.contains(&i)).then(|| orders.na + i - orders.nk));
+        to.extend((1..=n).map(h));
+    }
+
     /// `B/(A F) u`, all signals zero before k = 0.
     ///
     /// # Panics

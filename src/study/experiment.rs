@@ -146,11 +146,15 @@ impl Cell {
         Ok(KnownModel::new(plant, &process.settings().x0))
     }
 
-    /// A method's estimator for this cell.
+    /// A method's estimator for this cell; whether standard errors are wanted.
     ///
     /// # Errors
     /// If the method cannot serve it.
-    pub fn prepare(&self, method: &Method) -> Result<Box<dyn Estimator>, SetupError> {
+    pub fn prepare(
+        &self,
+        method: &Method,
+        covariance: bool,
+    ) -> Result<Box<dyn Estimator>, SetupError> {
         let known = if method.needs().plant {
             Some(self.known_model()?)
         } else {
@@ -158,6 +162,7 @@ impl Cell {
         };
         method.prepare(Problem {
             known: known.as_ref(),
+            covariance,
             ..self.problem(self.window)
         })
     }
@@ -171,6 +176,7 @@ impl Cell {
             },
             known: None,
             process: self.process().map(|process| (process, self.eta)),
+            covariance: false,
         }
     }
 

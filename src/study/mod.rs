@@ -6,6 +6,7 @@ mod build;
 mod campaign;
 mod claims;
 pub mod cluster;
+mod coefficients;
 mod compute;
 mod continuous_time;
 mod cost;

@@ -5,7 +5,7 @@
 
 use super::curves::Curves;
 use super::file::Store;
-use super::{Cell, Engine, Experiment, block_size};
+use super::{Cell, Engine, Experiment, block_size, coefficients};
 use crate::metric::{
     JACKKNIFE_GROUPS, Jackknife, Paired, PairedStatistics, Sample, Statistics, expected_bins,
 };
@@ -103,11 +103,7 @@ impl<'e> Counts<'e> {
     }
 
     fn parameters(&self, cell: &Cell) -> f64 {
-        if self.experiment.file.parameters {
-            2.0 * cell.order as f64
-        } else {
-            0.0
-        }
+        coefficients::columns(&self.experiment.file, cell.order) as f64
     }
 
     /// Trials of a whole block.

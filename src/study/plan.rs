@@ -129,6 +129,9 @@ pub(super) fn covered<'e>(
     if let Some(measure) = asked.iter().find(|measure| !measure.is_in_lanes()) {
         return Err(format!("the measure {measure}"));
     }
+    if experiment.file.coverage {
+        return Err("standard errors of the coefficients (coverage = true)".to_owned());
+    }
     for method in &experiment.methods {
         if method.observer().is_some() {
             return Err("observers of a method's own".to_owned());

@@ -3,7 +3,7 @@
 
 use super::measure::Measure;
 use super::row::Row;
-use super::{Cell, Experiment};
+use super::{Cell, Experiment, coefficients};
 use crate::estimator::Failure;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -25,8 +25,7 @@ pub struct OutputRows {
     failures: Vec<(usize, Failure)>,
     /// Each measure of [`Rows::measures`], NaN where undefined.
     values: Vec<Vec<f64>>,
-    /// Signed errors of a_1 ... a_n, h_1 ... h_n, NaN where undefined; no column where they are not
-    /// wanted.
+    /// What is wanted of each coefficient ([`coefficients`]), NaN where undefined.
     parameters: Vec<Vec<f64>>,
 }
 
@@ -114,7 +113,7 @@ impl OutputRows {
         &self.values
     }
 
-    /// Signed errors of a_1 ... a_n, h_1 ... h_n; none where they are not wanted.
+    /// What is wanted of each coefficient ([`coefficients`]).
     pub fn parameters(&self) -> &[Vec<f64>] {
         &self.parameters
     }
@@ -138,11 +137,7 @@ impl Rows {
     }
 
     fn with(measures: Vec<Measure>, experiment: &Experiment, cell: &Cell) -> Self {
-        let width = if experiment.file.parameters {
-            2 * cell.order
-        } else {
-            0
-        };
+        let width = coefficients::columns(&experiment.file, cell.order);
         let output = OutputRows {
             values: vec![Vec::new(); measures.len()],
             parameters: vec![Vec::new(); width],
@@ -194,7 +189,7 @@ impl Rows {
         (&self.measures, &mut self.outputs)
     }
 
-    /// Appends the row of an output of the next trial, its signed errors too where they are wanted.
+    /// Appends the row of an output of the next trial, with what is wanted of each coefficient.
     pub(super) fn push(&mut self, row: &Row, parameters: &[f64]) {
         let (measures, outputs) = self.next(row.trial);
         let output = &mut outputs[row.output];
@@ -223,7 +218,7 @@ impl Rows {
         row
     }
 
-    /// Signed errors of a_1 ... a_n, h_1 ... h_n of one row; none where they are not wanted.
+    /// What is wanted of each coefficient of one row ([`coefficients`]).
     ///
     /// # Panics
     /// If there is no such trial or output.

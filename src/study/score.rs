@@ -249,23 +249,3 @@ impl Scorer {
         Ok(())
     }
 }
-
-/// Appends the signed errors of a_1 ... a_n, h_1 ... h_n, n of the cell: NaN where there is no estimate or the orders
-/// differ.
-pub(super) fn append_parameter_errors(
-    n: usize,
-    pass: &Pass,
-    record: &Realisation,
-    to: &mut Vec<f64>,
-) {
-    let truth = &record.truth;
-    if pass.progress < Progress::Parameters || truth.a.len() != n || pass.a.len() != n {
-        to.resize(to.len() + 2 * n, f64::NAN);
-        return;
-    }
-    let errors = |found: &[f64], truth: &[f64], to: &mut Vec<f64>| {
-        to.extend(found.iter().zip(truth).map(|(found, truth)| found - truth));
-    };
-    errors(&pass.a, &truth.a, to);
-    errors(&pass.h, &truth.h, to);
-}

@@ -1,6 +1,7 @@
 //! Everything that a report shows, made of tallies; what summary.json holds.
 
 use super::build::LARGEST_COUNT;
+use super::coefficients;
 use super::continuous_time::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
@@ -12,8 +13,8 @@ use super::tally::{CellTally, Outcomes, OutputTally};
 use super::theory::{TheorySummary, beside, smooth};
 use crate::estimator::Output;
 use crate::metric::{
-    BoundVerdict, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope,
-    Statistics, Worse, slope_of_statistics, verdict,
+    BoundVerdict, Coverage, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share,
+    Slope, Statistics, slope_of_statistics, verdict,
 };
 use crate::plant::ORDER_LIMIT;
 use serde::{Deserialize, Serialize, Serializer};
@@ -39,6 +40,9 @@ pub struct OutputSummary {
     /// Statistics of the signed errors of a_1 ... a_n, h_1 ... h_n: bias (mean), SD, RMSE.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<(String, Statistics)>,
+    /// What the 95 % intervals of the coefficients do, of those that have a standard error.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coverage: Vec<(String, Coverage)>,
     /// What theory says of the measures that it knows: not where the cell has none.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub theory: BTreeMap<Measure, TheorySummary>,
@@ -50,15 +54,6 @@ impl OutputSummary {
             trials, unstable, ..
         } = tally.outcomes;
         let measures = experiment.file.measures.iter().copied();
-        let name = |i: usize| {
-            let (letter, i) = if i < order {
-                ('a', i)
-            } else {
-                ('h', i - order)
-            };
-            format!("{letter}_{}", i + 1)
-        };
-        let parameters = tally.parameters.iter().enumerate();
         Self {
             estimator: output.estimator.clone(),
             pass: output.pass,
@@ -77,9 +72,8 @@ impl OutputSummary {
                     (measure, statistics)
                 })
                 .collect(),
-            parameters: parameters
-                .map(|(i, sample)| (name(i), sample.statistics(Worse::Larger)))
-                .collect(),
+            parameters: coefficients::errors(tally, order),
+            coverage: coefficients::coverage(tally, order),
             theory: BTreeMap::new(),
         }
     }
@@ -243,6 +237,11 @@ impl CellSummary {
                 && output.unstable.is_of(trials)
                 && output.unstable.count == output.outcomes.unstable
                 && [0, 2 * n].contains(&output.parameters.len())
+                && output.coverage.len() <= 2 * n
+                && output
+                    .coverage
+                    .iter()
+                    .all(|(_, coverage)| coverage.is_of(trials))
                 && output
                     .measures
                     .values()

@@ -9,7 +9,7 @@ use super::measure::Measure;
 use super::rows::{Flags, OutputRows, Rows};
 use super::spent::Spent;
 use super::summary::CellSeries;
-use super::{Cell, Experiment};
+use super::{Cell, Experiment, coefficients};
 use crate::estimator::FailureKind;
 use crate::metric::{JACKKNIFE_GROUPS, Paired, Sample};
 use serde::{Deserialize, Serialize};
@@ -73,8 +73,7 @@ pub struct OutputTally {
     pub outcomes: Outcomes,
     /// Every measure, in the order of the file.
     pub samples: Vec<Sample>,
-    /// Signed errors of a_1 ... a_n, h_1 ... h_n; empty where they are not wanted or the orders
-    /// differ.
+    /// What is wanted of each coefficient ([`coefficients`]).
     pub parameters: Vec<Sample>,
     /// Trials that meet each bound, in the order of the file.
     pub met: Vec<u64>,
@@ -255,7 +254,7 @@ impl CellTally {
     ) -> Result<(), &'static str> {
         let file = &experiment.file;
         let (measures, outputs) = (file.measures.len(), experiment.output_count());
-        let parameters = if file.parameters { 2 * cell.order } else { 0 };
+        let parameters = coefficients::columns(file, cell.order);
         let count = trials.end - trials.start;
         let passes: u64 = experiment
             .methods

@@ -2,10 +2,10 @@
 
 use super::measure::Measure;
 use super::row::Row;
-use super::score::{self, Scorer};
+use super::score::Scorer;
 use super::spent::{Spent, Watch};
 use super::tally::Trials;
-use super::{Cell, Experiment};
+use super::{Cell, Experiment, coefficients};
 use crate::data::{Process, Realisation};
 use crate::estimator::{Estimator, Output, Pass, Progress, Records, SetupError, Window};
 use crate::metric::relative_error;
@@ -24,7 +24,7 @@ pub struct Trial<'e> {
     scorer: Scorer,
     /// The rows of the last trial.
     rows: Vec<Row>,
-    /// Room for the signed errors of a row.
+    /// Room for what is wanted of each coefficient of a row.
     parameters: Vec<f64>,
 }
 
@@ -82,7 +82,7 @@ impl<'e> Trial<'e> {
         let mut methods = Vec::new();
         for method in &experiment.methods {
             methods.push(MethodRun {
-                estimator: cell.prepare(method)?,
+                estimator: cell.prepare(method, experiment.file.coverage)?,
                 passes: vec![Pass::new(cell.order); method.passes()],
                 reported: method.reported(),
             });
@@ -120,13 +120,13 @@ impl<'e> Trial<'e> {
     /// # Errors
     /// [`SetupError::Program`].
     pub fn run_into(&mut self, trial: u64, to: &mut Trials) -> Result<(), SetupError> {
-        let (wanted, last) = (self.experiment.file.parameters, self.outputs.len() - 1);
-        let order = self.cell.order;
+        let (order, last) = (self.cell.order, self.outputs.len() - 1);
+        let columns = coefficients::columns(&self.experiment.file, order);
         let mut parameters = std::mem::take(&mut self.parameters);
         let spent = self.measure(trial, |row, pass, record, curve| {
-            if wanted {
-                parameters.clear();
-                score::append_parameter_errors(order, pass, record, &mut parameters);
+            parameters.clear();
+            if columns > 0 {
+                coefficients::append(columns, order, pass, record, &mut parameters);
             }
             to.rows.push(row, &parameters);
             if let Some(curves) = &mut to.curves {

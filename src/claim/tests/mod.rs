@@ -28,6 +28,7 @@ fn output(label: &str, trials: u64) -> OutputSummary {
         unstable: Share::new(0, trials),
         measures: BTreeMap::from([(Measure::Ea, ones(trials))]),
         parameters: Vec::new(),
+        coverage: Vec::new(),
         theory: BTreeMap::new(),
     }
 }

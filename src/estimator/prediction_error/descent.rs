@@ -1,8 +1,9 @@
 //! One search: Levenberg and Marquardt's steps from a start to the minimum that it leads to.
 
 use crate::estimator::FailureKind;
+use crate::estimator::covariance::{Covariance, Influence};
 use crate::estimator::output_error_iteration::stable;
-use crate::estimator::regression::covariance_of_triangle;
+use crate::estimator::regression::{covariance_of_triangle, solve_normal};
 use crate::estimator::solver::Reduction;
 use crate::estimator::solver::condition::{
     Equilibration, check_rank_of_columns, triangular_condition,
@@ -70,6 +71,7 @@ pub(in crate::estimator) struct Descent {
     column: Vec<f64>,
     beside: Vec<f64>,
     hessian: Mat<f64>,
+    influence: Influence,
 }
 
 /// How many numbers the signals before the record can add to e: `P(q)/(C F)` of an impulse at k = 0, P of as many
@@ -169,6 +171,7 @@ impl Descent {
             column: column(),
             beside: column(),
             hessian: Mat::zeros(n, n),
+            influence: Influence::default(),
         }
     }
 
@@ -494,9 +497,32 @@ impl Descent {
         Ok(condition)
     }
 
-    /// `variance (psi'psi)^-1` of what was linearised last.
-    pub(in crate::estimator) fn covariance(&mut self, variance: f64, to: &mut Vec<f64>) {
-        covariance_of_triangle(self.psi.r(), variance, &mut self.column, to);
+    /// The covariance of what was linearised last: `variance (psi'psi)^-1` where prediction errors are white, else by what
+    /// each sample adds to theta, `-(psi'psi)^-1 psi(k) e(k)`.
+    pub(in crate::estimator) fn covariance(
+        &mut self,
+        kind: Covariance,
+        variance: f64,
+        to: &mut Vec<f64>,
+    ) {
+        let r = self.psi.r();
+        if kind == Covariance::White {
+            covariance_of_triangle(r, variance, &mut self.column, to);
+        } else {
+            let all = blocks(&self.filtered, &self.impulse, self.orders, self.initial);
+            self.influence.clear();
+            for (k, e) in self.e.iter().enumerate() {
+                self.influence.push(self.theta.len(), *e, |row| {
+                    let delayed = all.iter().flat_map(|(signal, count, delay, sign)| {
+                        let value = move |lag| if k < lag { 0.0 } else { sign * signal[k - lag] };
+                        (*delay..delay + count).map(value)
+                    });
+                    row.iter_mut().zip(delayed).for_each(|(psi, x)| *psi = x);
+                    solve_normal(r, row);
+                });
+            }
+            self.influence.covariance(kind, to);
+        }
         // Of the parameters alone.
         let all = self.theta.len();
         let n = all - self.initial;

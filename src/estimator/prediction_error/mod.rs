@@ -6,6 +6,7 @@
 mod descent;
 mod starts;
 
+use super::covariance::Covariance;
 use super::known::KnownModel;
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, Needs, OptionError, Problem};
@@ -50,6 +51,8 @@ macro_rules! structure {
             pub starts: SearchStarts,
             /// The signals before the record: zero, or estimate, which fits what they add to the prediction errors.
             pub initial: InitialCondition,
+            /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
+            pub covariance: Option<Covariance>,
         }
 
         impl Default for $options {
@@ -58,6 +61,7 @@ macro_rules! structure {
                     orders: None,
                     starts: SearchStarts::default(),
                     initial: InitialCondition::default(),
+                    covariance: None,
                 }
             }
         }
@@ -93,7 +97,7 @@ macro_rules! structure {
                 let orders = self.orders(problem.shape.order);
                 let window = problem.shape.window;
                 let initial = self.initial;
-                let method = match self.starts {
+                let mut method = match self.starts {
                     SearchStarts::Random(count) => {
                         PredictionError::new(orders, count, initial, window)?
                     }
@@ -102,6 +106,7 @@ macro_rules! structure {
                         PredictionError::from_truth(orders, truth, initial, window)?
                     }
                 };
+                method.covariance = self.covariance.unwrap_or_default();
                 Ok(Box::new(method))
             }
         }
@@ -154,7 +159,7 @@ structure!(
 );
 
 /// Searches the minimum from every start and takes the lowest; its covariance is `s^2 (psi'psi)^-1`,
-/// `s^2 = N V / (N - parameters)`.
+/// `s^2 = N V / (N - parameters)` (of white errors).
 pub struct PredictionError {
     starts: Starts,
     descent: Descent,
@@ -164,6 +169,7 @@ pub struct PredictionError {
     /// Losses of the minima that were met, each once.
     minima: Vec<f64>,
     model: LinearModel,
+    covariance: Covariance,
     /// x0 where the signals before the record are not taken as zero.
     state: Option<StateEstimate>,
 }
@@ -226,6 +232,7 @@ impl PredictionError {
             theta: vec![0.0; fitted],
             minima: Vec::new(),
             model: LinearModel::zero(orders),
+            covariance: Covariance::White,
             state,
         })
     }
@@ -292,7 +299,7 @@ impl Estimator for PredictionError {
         let condition = self.descent.condition(u, y, &self.theta);
         let set = condition.and_then(|condition| {
             self.descent
-                .covariance(variance, &mut self.model.covariance);
+                .covariance(self.covariance, variance, &mut self.model.covariance);
             pass.loss = found.sum / n;
             pass.minima = Some(self.minima.len());
             pass.set_model(&self.model, condition)

@@ -44,6 +44,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
             .then(|| super::bound_shares::shares(study))
             .flatten(),
         first.and_then(|measure| ratios(study, measure)),
+        super::coefficient_coverage::coverage(study),
         super::coefficient_bias::coefficients(study),
         super::state_error::curves(study),
     ];

@@ -4,6 +4,7 @@ mod answer;
 mod bound_grid;
 mod bound_shares;
 mod coefficient_bias;
+mod coefficient_coverage;
 mod courses;
 mod extremes;
 mod figures;
@@ -250,6 +251,11 @@ fn numbers(
             "overview",
             "Medians, RMSE, failures",
             Some(tables::overview(study)),
+        ),
+        (
+            "coverage",
+            "Coverage of the 95 % intervals",
+            tables::coverage(study),
         ),
         ("slopes", "Slopes", tables::slopes(study)),
         ("bounds", "Bounds", tables::bounds(study)),

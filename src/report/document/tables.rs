@@ -206,6 +206,50 @@ fn brief(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
 
+/// What the 95 % intervals of the coefficients do.
+pub(super) fn coverage(study: &Study) -> Option<LongTable> {
+    let keys = study.varying();
+    let mut all = columns(study, &keys);
+    all.extend(["output", "coefficient"].map(Column::text));
+    for (name, unit) in [
+        ("covered", "%"),
+        ("covered without bias", "%"),
+        ("bias", ""),
+        ("SD of the estimates", ""),
+        ("standard error printed", ""),
+        ("its relative error", "%"),
+        ("intervals", "trials"),
+    ] {
+        all.push(Column::number(name, unit));
+    }
+    let mut table = LongTable::new(
+        "Of the 95 % intervals that a method prints, how many hold the truth; how many hold the mean of its estimates; and \
+        its standard error (root of the mean square) over the standard deviation of the estimates, less 1. Trials without an \
+        interval are left out: the last column says how many there are.",
+        all,
+        "covered",
+    );
+    for cell in &study.summary.cells {
+        let settings = settings(cell, &keys);
+        for output in &cell.outputs {
+            for (name, coverage) in &output.coverage {
+                let mut row = settings.clone();
+                row.extend([CellText::text(output.label()), CellText::text(name)]);
+                row.extend([coverage.covered, coverage.bias_eliminated].map(percent));
+                let moments = [coverage.bias, coverage.empirical_se, coverage.model_se];
+                row.extend(moments.map(|e| CellText::number(uncertain(e.value, e.mcse), e.value)));
+                let relative = coverage.relative_error;
+                let [value, mcse] = [relative.value, relative.mcse].map(|x| tidy(100.0 * x));
+                row.push(CellText::number(uncertain(value, mcse), value));
+                let count = coverage.covered.total;
+                row.push(CellText::number(count.to_string(), count as f64));
+                table.row(row);
+            }
+        }
+    }
+    (table.count() > 0).then_some(table)
+}
+
 /// Comparisons on the same trials.
 pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
     let keys = study.varying();

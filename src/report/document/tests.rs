@@ -34,6 +34,7 @@ pub(in crate::report) fn study(toml: &str) -> Study {
                 .map(|measure| (*measure, statistics))
                 .collect(),
             parameters: Vec::new(),
+            coverage: Vec::new(),
             theory: Default::default(),
         };
         cell.outputs = experiment.outputs().iter().map(output).collect();

@@ -45,6 +45,8 @@ named_enum! {
         Q95 = "q95",
         /// Of a coefficient: the mean of its signed error over the error's standard deviation.
         Bias = "bias",
+        /// Of a coefficient: the share of trials whose 95 % interval holds the truth, of those with a standard error.
+        Coverage = "coverage",
     }
 }
 
@@ -210,7 +212,7 @@ pub struct TestTable {
     /// `to`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<String>,
-    /// A statistic of a measure of `of`, or the bias of "parameters" (every coefficient), "a_1",
+    /// A statistic of a measure of `of`, or the bias or coverage of "parameters" (every coefficient), "a_1",
     /// "h_2", ...
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
@@ -237,7 +239,8 @@ pub struct TestTable {
     /// ratio: the measure of `to` where it is another one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measure_of_to: Option<Measure>,
-    /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; ratio: "paired-median"
+    /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; of a coefficient "bias" (default),
+    /// "coverage"; ratio: "paired-median"
     /// (default; of theory "median"), "median" (of two medians), "rms"; slope: "median" (default), "rms".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub statistic: Option<ClaimStatistic>,
@@ -327,6 +330,9 @@ pub struct Needs {
     /// The signed errors of every coefficient.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub parameters: bool,
+    /// Their standard errors and 95 % intervals.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub coverage: bool,
     /// Pairs of outputs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub compare: Vec<[String; 2]>,
@@ -378,8 +384,9 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.compare, &file.compare, [output(), to.clone()]);
             }
-            TestKind::Value { what, .. } => match what {
+            TestKind::Value { what, statistic } => match what {
                 ValueOf::Measure(measure) => push(&mut self.measures, &file.measures, *measure),
+                _ if *statistic == ClaimStatistic::Coverage => self.coverage |= !file.coverage,
                 ValueOf::Parameters | ValueOf::Parameter(_) => self.parameters |= !file.parameters,
             },
             TestKind::Ratio {
@@ -460,6 +467,7 @@ impl ExperimentFile {
         extend(&mut self.bounds, &needs.bounds);
         extend(&mut self.slopes, &needs.slopes);
         self.parameters |= needs.parameters;
+        self.coverage |= needs.coverage;
         self.timing |= needs.timing;
         self.needed = Some(needs).filter(|needs| !needs.is_empty());
     }

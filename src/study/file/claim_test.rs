@@ -278,7 +278,7 @@ impl TestTable {
     }
 
     fn value_kind(&self, value: &str) -> Result<TestKind, FileError> {
-        use Statistic::{Bias, Mean, Median, Q05, Q25, Q75, Q95, Rms};
+        use Statistic::{Bias, Coverage, Mean, Median, Q05, Q25, Q75, Q95, Rms};
         let what = match value {
             "parameters" => ValueOf::Parameters,
             _ if is_coefficient(value) => ValueOf::Parameter(value.to_owned()),
@@ -286,7 +286,7 @@ impl TestTable {
         };
         let statistic = match what {
             ValueOf::Measure(_) => self.statistic_of(&[Median, Mean, Rms, Q05, Q25, Q75, Q95])?,
-            _ => self.statistic_of(&[Bias])?,
+            _ => self.statistic_of(&[Bias, Coverage])?,
         };
         Ok(TestKind::Value { what, statistic })
     }

@@ -80,6 +80,10 @@ pub struct ExperimentFile {
     pub measures: Vec<Measure>,
     /// Whether the signed error of every coefficient of a and h is summarised too: bias, SD, RMSE.
     pub parameters: bool,
+    /// Whether standard errors of every coefficient are computed, and how often their 95 % intervals hold the truth;
+    /// with it comes what `parameters` gives.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub coverage: bool,
     /// Whether quantiles of e_x(k) for every k are kept, for the first and the last output.
     pub curves: bool,
     /// Whether the methods' times are measured after the run; stored apart, under timing/.
@@ -147,6 +151,7 @@ impl Default for ExperimentFile {
                 Measure::Condition,
             ],
             parameters: false,
+            coverage: false,
             curves: false,
             timing: false,
             settings: BTreeMap::new(),
@@ -247,6 +252,7 @@ impl ExperimentFile {
             ("noises", continuous && !self.noises.is_empty()),
             ("feedbacks", continuous && !self.feedbacks.is_empty()),
             ("parameters", continuous && self.parameters),
+            ("coverage", continuous && self.coverage),
             ("curves", continuous && self.curves),
             ("timing", continuous && self.timing),
             (

@@ -1,7 +1,7 @@
 //! The methods that suit a case: each with the orders that hold its model, where its structure can.
 
 use super::{Arguments, Case};
-use crate::estimator::{EstimatorName, Method, MethodOptions, Shape};
+use crate::estimator::{EstimatorName, Method, MethodOptions, Pass, Problem, Shape, Window};
 use crate::model::{LinearModel, Orders};
 use serde_json::{Map, Value, json};
 
@@ -14,6 +14,8 @@ pub(super) struct Chosen {
     pub(super) pass: Option<usize>,
     /// As results call its output.
     pub(super) label: String,
+    /// Whether it had standard errors of the record's coefficients.
+    pub(super) errors: bool,
 }
 
 /// Those that suit the case, the one that made the model first; and those that do not, with the reason.
@@ -117,11 +119,20 @@ fn chosen(case: &Case, name: EstimatorName, options: Map<String, Value>) -> Resu
         .parse(options.clone())
         .map_err(|error| error.to_string())?;
     let method = Method::named(name.name(), parsed);
+    let (record, order) = (&case.report.record, case.plant.order());
     let shape = Shape {
-        order: case.plant.order(),
+        order,
         window: case.report.window,
     };
-    method.prepare(shape).map_err(|error| error.to_string())?;
+    let problem = Problem {
+        covariance: true,
+        ..shape.into()
+    };
+    let mut estimator = method.prepare(problem).map_err(|error| error.to_string())?;
+    let mut passes = vec![Pass::new(order); method.passes()];
+    let window = Window::new(&record.u, &record.y, shape.window);
+    estimator.estimate(window, &mut passes);
+    let errors = passes.last().and_then(|pass| pass.model.standard_errors());
     let several = method.outputs().len() > 1;
     let last = method.outputs().last().ok_or("no output")?;
     Ok(Chosen {
@@ -129,5 +140,6 @@ fn chosen(case: &Case, name: EstimatorName, options: Map<String, Value>) -> Resu
         options,
         pass: several.then_some(last.pass),
         label: last.label(),
+        errors: errors.is_some(),
     })
 }

@@ -1,0 +1,201 @@
+//! `asobench schema`: what every key of an experiment file means, for editors and as a page.
+
+use super::error::Error;
+use super::{print, print_json};
+use crate::study::Measure;
+use crate::study::file::{Key, schema};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::process::ExitCode;
+
+/// Print the JSON schema of experiment files, for editors
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Print docs/reference.md instead: every key with its type, default and meaning
+    #[arg(long)]
+    markdown: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if arguments.markdown {
+        print(&page(&schema()))?;
+    } else {
+        print_json(&schema())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+const HEAD: &str = "\
+# Every key of an experiment file
+
+`asobench schema --markdown` prints this page, `asobench schema` the same for editors. [studies.md](studies.md) is the guide; \
+the options of the estimators are in [methods.md](methods.md).
+
+`q^-1` delays by one sample. \"Null\" stands for a key that is not given.
+";
+
+/// Tables of the schema that stand under a key of the file, with the words that lead to them.
+fn page(schema: &Value) -> String {
+    let mut text = HEAD.to_owned();
+    section(&mut text, "The file", &schema["properties"], &[]);
+    for (title, continuous) in [("Settings", false), ("Settings in continuous time", true)] {
+        settings(&mut text, title, continuous);
+    }
+    for (title, continuous) in [("Measures", false), ("Measures in continuous time", true)] {
+        measures(&mut text, title, continuous);
+    }
+    let definitions = schema["$defs"].as_object().into_iter().flatten();
+    for (name, definition) in definitions {
+        let properties = &definition["properties"];
+        // What `run` writes, and no user.
+        if properties.is_object() && name != "Needs" && name != "SeriesTable" {
+            let required: Vec<&str> = definition["required"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .filter_map(Value::as_str)
+                .collect();
+            section(&mut text, &title(name), properties, &required);
+            if let Some(about) = definition["description"].as_str() {
+                let place = text.rfind("| key |").unwrap_or(text.len());
+                text.insert_str(place, &format!("{}\n\n", cell(about)));
+            }
+        }
+    }
+    text
+}
+
+/// "ClaimTable" as "Claim".
+fn title(name: &str) -> String {
+    let mut words = String::new();
+    for (i, letter) in name.trim_end_matches("Table").char_indices() {
+        if i > 0 && letter.is_uppercase() {
+            words.push(' ');
+        }
+        words.push(if i > 0 {
+            letter.to_ascii_lowercase()
+        } else {
+            letter
+        });
+    }
+    words
+}
+
+/// A table of keys.
+fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]) {
+    // Writing to a string does not fail.
+    let _ = write!(
+        text,
+        "\n## {title}\n\n| key | type | default | meaning |\n|---|---|---|---|\n"
+    );
+    for (key, of) in properties.as_object().into_iter().flatten() {
+        let default = match of.get("default") {
+            _ if required.contains(&key.as_str()) => "must be given".to_owned(),
+            None | Some(Value::Null) => String::new(),
+            Some(value) => format!("`{value}`"),
+        };
+        let about = cell(of["description"].as_str().unwrap_or_default());
+        let _ = writeln!(
+            text,
+            "| `{key}` | {} | {} | {about} |",
+            kind(of),
+            cell(&default)
+        );
+    }
+}
+
+fn settings(text: &mut String, title: &str, continuous: bool) {
+    let _ = write!(
+        text,
+        "\n## {title}\n\nA number or a text each; a list, or a range such as `{{ linspace = [0, 1, 5] }}`, makes an axis of the \
+         grid.\n\n| key | default | meaning |\n|---|---|---|\n"
+    );
+    for key in Key::ALL.iter().filter(|key| key.is_of(continuous)) {
+        let default = key.default_of(continuous);
+        let default = default.map_or_else(String::new, |value| {
+            format!("`{}`", serde_json::json!(value))
+        });
+        let _ = writeln!(text, "| `{key}` | {default} | {} |", cell(key.about()));
+    }
+}
+
+fn measures(text: &mut String, title: &str, continuous: bool) {
+    let _ = write!(
+        text,
+        "\n## {title}\n\n| measure | unit | meaning |\n|---|---|---|\n"
+    );
+    for measure in Measure::ALL
+        .iter()
+        .filter(|measure| measure.is_of(continuous))
+    {
+        let _ = writeln!(
+            text,
+            "| `{measure}` | {} | {} |",
+            measure.unit(),
+            cell(measure.about())
+        );
+    }
+}
+
+/// A schema's type in words.
+fn kind(of: &Value) -> String {
+    if let Some(path) = of["$ref"].as_str() {
+        let name = path.rsplit('/').next().unwrap_or_default();
+        return match name {
+            "Axis" => "value, list or range".to_owned(),
+            "Scalar" => "number or text".to_owned(),
+            "Key" => "setting".to_owned(),
+            _ => title(name).to_lowercase(),
+        };
+    }
+    if let Some(value) = of.get("const") {
+        return format!("`{value}`");
+    }
+    if let Some(choices) = of["anyOf"].as_array().or_else(|| of["oneOf"].as_array()) {
+        let kinds: Vec<String> = choices
+            .iter()
+            .map(kind)
+            .filter(|kind| kind != "null")
+            .collect();
+        return kinds.join(" or ");
+    }
+    let name = |name: &str| match name {
+        "string" => "text".to_owned(),
+        "integer" => "whole number".to_owned(),
+        "boolean" => "true or false".to_owned(),
+        "array" => format!("list of {}", plural(&kind(&of["items"]))),
+        "object" => match of.get("additionalProperties") {
+            Some(of @ Value::Object(_)) => format!("tables by name: {}", kind(of)),
+            _ => "table".to_owned(),
+        },
+        other => other.to_owned(),
+    };
+    match &of["type"] {
+        Value::String(of) => name(of),
+        Value::Array(all) => {
+            let all = all
+                .iter()
+                .filter_map(Value::as_str)
+                .filter(|name| *name != "null");
+            all.map(name).collect::<Vec<_>>().join(" or ")
+        }
+        _ => "any".to_owned(),
+    }
+}
+
+fn plural(kind: &str) -> String {
+    match kind {
+        "any" => "values".to_owned(),
+        "text" | "number" | "whole number" | "table" | "claim" | "setting" | "measure"
+        | "method" | "observer" | "slope" | "bound" | "wave" => format!("{kind}s"),
+        kind => kind.to_owned(),
+    }
+}
+
+/// Without line ends and with bars that end no cell.
+fn cell(text: &str) -> String {
+    text.split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .replace('|', "\\|")
+}

@@ -1,0 +1,361 @@
+//! The covariance of an estimate from what each equation adds to its error,
+//! `theta_hat - theta = sum over k of psi(k) v(k)`, whatever the correlation of the equation errors v.
+
+use super::FailureKind;
+use crate::names::named_enum;
+
+named_enum! {
+    /// What the covariance of the parameters assumes of the equation errors v.
+    Covariance, "covariance" {
+        /// They are white (the default).
+        White = "white",
+        /// They are coloured and independent of the instruments: `v = e / D(q)`, D an autoregression of the residuals by
+        /// Yule and Walker, its order by AIC.
+        Coloured = "coloured",
+        /// Nothing: sums over lags with Bartlett's weights (Newey and West 1987).
+        Robust = "robust",
+    }
+}
+
+/// The rows psi(k) with the residuals v(k) of an estimate.
+#[derive(Default)]
+pub(super) struct Influence {
+    /// Row by row, one number for each parameter.
+    rows: Vec<f64>,
+    residuals: Vec<f64>,
+    /// `D = 1 + d_1 q^-1 + ...` of growing orders, and the best.
+    d: Vec<f64>,
+    best: Vec<f64>,
+}
+
+impl Influence {
+    /// No rows; the room stays.
+    pub(super) fn clear(&mut self) {
+        self.rows.clear();
+        self.residuals.clear();
+    }
+
+    /// Appends psi(k), whose numbers `row` sets in zeros, and v(k).
+    pub(super) fn push(&mut self, width: usize, residual: f64, row: impl FnOnce(&mut [f64])) {
+        let begin = self.rows.len();
+        self.rows.resize(begin + width, 0.0);
+        row(&mut self.rows[begin..]);
+        self.residuals.push(residual);
+    }
+
+    /// The covariance, row by row. All kinds carry the factor M / (M - d) for M rows and d parameters.
+    ///
+    /// - white: `s^2 sum psi psi'`, `s^2 = sum v^2 / M`;
+    /// - coloured: `lambda sum psi_D psi_D'`, `psi_D(k) = psi(k+0) + h_1 psi(k+1) + ...` with `1/D = 1 + h_1 q^-1 + ...`,
+    ///   over all k where it is not 0 (Soderstrom and Stoica 1989, section 8.2);
+    /// - robust: `S_0 + sum_(t=1)^L (1 - t/(L+1)) (S_t + S_t')`, `S_t = sum psi(k) v(k) v(k-t) psi(k-t)'`,
+    ///   `L = floor(4 (M/100)^(2/9))`.
+    pub(super) fn covariance(&mut self, kind: Covariance, to: &mut Vec<f64>) {
+        let rows = self.residuals.len();
+        let width = self.rows.len() / rows.max(1);
+        to.clear();
+        to.resize(width * width, 0.0);
+        let scale = match kind {
+            Covariance::White => {
+                for row in self.rows.chunks_exact(width) {
+                    add_product(to, 1.0, row, row);
+                }
+                square_sum(&self.residuals) / rows as f64
+            }
+            Covariance::Coloured => {
+                let variance = self.autoregression();
+                self.add_filtered(width, to);
+                variance
+            }
+            Covariance::Robust => {
+                for (row, v) in self.rows.chunks_exact_mut(width).zip(&self.residuals) {
+                    row.iter_mut().for_each(|psi| *psi *= v);
+                }
+                let lags = (4.0 * (rows as f64 / 100.0).powf(2.0 / 9.0)) as usize;
+                let row = |k: usize| &self.rows[k * width..(k + 1) * width];
+                for lag in 0..=lags.min(rows - 1) {
+                    let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
+                    for k in lag..rows {
+                        add_product(to, weight, row(k), row(k - lag));
+                        if lag > 0 {
+                            add_product(to, weight, row(k - lag), row(k));
+                        }
+                    }
+                }
+                1.0
+            }
+        };
+        let scale = scale * rows as f64 / (rows as f64 - width as f64);
+        to.iter_mut().for_each(|x| *x *= scale);
+    }
+
+    /// D of the residuals into [`Self::best`], of the order up to `10 log10 M` (and M/4) with the least
+    /// `M ln(variance) + 2 order`; the variance of `D v`.
+    fn autoregression(&mut self) -> f64 {
+        let v = &self.residuals;
+        let rows = v.len() as f64;
+        let most = ((10.0 * rows.log10()) as usize).min(v.len() / 4);
+        let covariance = |lag: usize| -> f64 {
+            let pairs = v[lag..].iter().zip(v);
+            pairs.map(|(late, early)| late * early).sum::<f64>() / rows
+        };
+        self.d.clear();
+        self.d.push(1.0);
+        self.best.clone_from(&self.d);
+        let mut variance = covariance(0);
+        let (mut of_best, mut least) = (variance, rows * variance.ln());
+        for order in 1..=most {
+            self.d.push(0.0);
+            if durbin_step(&mut self.d, order, &mut variance, covariance).is_err() {
+                break;
+            }
+            let criterion = rows * variance.ln() + 2.0 * order as f64;
+            if criterion < least {
+                (of_best, least) = (variance, criterion);
+                self.best.clone_from(&self.d);
+            }
+        }
+        of_best
+    }
+
+    /// Adds the sum of `psi_D psi_D'`; psi becomes psi_D: `psi_D(k) = psi(k) - d_1 psi_D(k+1) - ...`, from the end.
+    fn add_filtered(&mut self, width: usize, to: &mut [f64]) {
+        const NEGLIGIBLE: f64 = 1e-24;
+        let (d, rows) = (&self.best[1..], &mut self.rows);
+        let count = rows.len() / width;
+        for k in (0..count).rev() {
+            let (before, after) = rows.split_at_mut((k + 1) * width);
+            let row = &mut before[k * width..];
+            for (d, later) in d.iter().zip(after.chunks_exact(width)) {
+                row.iter_mut().zip(later).for_each(|(x, y)| *x -= d * y);
+            }
+            add_product(to, 1.0, row, row);
+        }
+        // What e from before the first row adds: the recursion runs on, without new rows, until it has died away.
+        if d.is_empty() {
+            return;
+        }
+        let mut recent: Vec<f64> = rows[..d.len() * width].to_vec();
+        let limit = NEGLIGIBLE * square_sum(&recent);
+        for _ in 0..count {
+            let mut row = vec![0.0; width];
+            for (d, later) in d.iter().zip(recent.chunks_exact(width)) {
+                row.iter_mut().zip(later).for_each(|(x, y)| *x -= d * y);
+            }
+            add_product(to, 1.0, &row, &row);
+            recent.rotate_right(width);
+            recent[..width].copy_from_slice(&row);
+            if square_sum(&recent) <= limit {
+                break;
+            }
+        }
+    }
+}
+
+/// One step of Levinson and Durbin's recursion: `l = 1 + l_1 q^-1 + ... + l_lag q^-lag` from the order before, and the
+/// variance of `l w`.
+///
+/// # Errors
+/// [`FailureKind::Singular`] where there is no variance left.
+pub(super) fn durbin_step(
+    l: &mut [f64],
+    lag: usize,
+    variance: &mut f64,
+    covariance: impl Fn(usize) -> f64,
+) -> Result<(), FailureKind> {
+    if *variance <= 0.0 || !variance.is_finite() {
+        return Err(FailureKind::Singular);
+    }
+    let sum: f64 = (0..lag).map(|i| l[i] * covariance(lag - i)).sum();
+    let reflection = -sum / *variance;
+    // l_i + k l_(lag - i), both ends at once.
+    for i in 0..=lag / 2 {
+        let (low, high) = (l[i], l[lag - i]);
+        l[i] = reflection.mul_add(high, low);
+        if i != lag - i {
+            l[lag - i] = reflection.mul_add(low, high);
+        }
+    }
+    *variance *= 1.0 - reflection * reflection;
+    Ok(())
+}
+
+/// Adds `weight x y'`, row by row.
+fn add_product(to: &mut [f64], weight: f64, x: &[f64], y: &[f64]) {
+    for (row, x) in to.chunks_exact_mut(y.len()).zip(x) {
+        let x = weight * x;
+        row.iter_mut().zip(y).for_each(|(to, y)| *to += x * y);
+    }
+}
+
+fn square_sum(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::{
+        ArxOptions, IvDelayedOptions, IvOptions, LsOptions, MethodKind, OeOptions, Pass, Problem,
+        Shape, Window,
+    };
+    use crate::model::Orders;
+
+    const N: usize = 200;
+
+    /// A record that another program can make: `v = e / (1 - 0.8 q^-1)`,
+    /// `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2) + 0.3 v(k)`.
+    fn record() -> [Vec<f64>; 2] {
+        let mut u = vec![0.0; N];
+        let (mut v, mut y) = (u.clone(), u.clone());
+        for k in 0..N {
+            let square = (k * k) as f64;
+            u[k] = (0.37 * square).sin();
+            let past = |x: &[f64], lag: usize| k.checked_sub(lag).map_or(0.0, |k| x[k]);
+            v[k] = (1.9 * square + k as f64).cos() + 0.8 * past(&v, 1);
+            y[k] = 1.5 * past(&y, 1) - 0.7 * past(&y, 2)
+                + past(&u, 1)
+                + 0.5 * past(&u, 2)
+                + 0.3 * v[k];
+        }
+        [u, y]
+    }
+
+    fn passes(options: &dyn MethodKind, count: usize) -> Vec<Pass> {
+        let [u, y] = record();
+        let shape = Shape {
+            order: 2,
+            window: N,
+        };
+        let problem = Problem {
+            covariance: true,
+            ..shape.into()
+        };
+        let mut passes = vec![Pass::new(2); count];
+        let mut estimator = options.prepare(&problem).unwrap();
+        estimator.estimate(Window::new(&u, &y, N), &mut passes);
+        passes
+    }
+
+    fn errors(options: &dyn MethodKind) -> Vec<f64> {
+        passes(options, 1)[0].model.standard_errors().unwrap()
+    }
+
+    fn check(found: &[f64], expected: &[f64]) {
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        }
+    }
+
+    /// Robust: statsmodels 0.14, `OLS(...).fit(cov_type="HAC", cov_kwds={"maxlags": 4, "use_correction": True})`; coloured:
+    /// `psi' R psi M/(M-4)` with R the Toeplitz matrix of `arma_acovf` of its `yule_walker` of order 1, which AIC takes.
+    #[test]
+    fn least_squares_against_statsmodels() {
+        let arx = |kind| ArxOptions {
+            covariance: Some(kind),
+            ..ArxOptions::default()
+        };
+        let robust = [
+            0.0183707304118283,
+            0.02052830984083,
+            0.0280277457916401,
+            0.0324995936331327,
+        ];
+        check(&errors(&arx(Covariance::Robust)), &robust);
+        let coloured = [
+            0.0210296326737988,
+            0.0220495160979496,
+            0.0305745741041869,
+            0.031252280386613,
+        ];
+        check(&errors(&arx(Covariance::Coloured)), &coloured);
+        // The paper's form is the same regression.
+        let ls = LsOptions {
+            covariance: Some(Covariance::Robust),
+            ..LsOptions::default()
+        };
+        check(&errors(&ls), &robust);
+    }
+
+    /// The same by numpy with the regressors' projection on nine delayed inputs in place of psi's regressors.
+    #[test]
+    fn two_stage_least_squares_against_numpy() {
+        let of = |kind| IvDelayedOptions {
+            covariance: Some(kind),
+            ..IvDelayedOptions::default()
+        };
+        let robust = [
+            0.0227517697167617,
+            0.0239345712807164,
+            0.0283218720291425,
+            0.030668672046655,
+        ];
+        check(&errors(&of(Covariance::Robust)), &robust);
+        let coloured = [
+            0.021743752763367,
+            0.0237063648586335,
+            0.0313897282537495,
+            0.0295440892258291,
+        ];
+        check(&errors(&of(Covariance::Coloured)), &coloured);
+    }
+
+    /// The paper's passes have the covariances of the general form, which other code finds.
+    #[test]
+    fn passes_of_the_paper_as_in_the_general_form() {
+        for kind in [Covariance::White, Covariance::Coloured, Covariance::Robust] {
+            let paper = IvOptions {
+                covariance: Some(kind),
+                ..IvOptions::default()
+            };
+            let general = IvOptions {
+                orders: Some(Orders::arx(2, 2, 1)),
+                ..paper.clone()
+            };
+            for (paper, general) in passes(&paper, 5).iter().zip(passes(&general, 5)) {
+                let [paper, general] =
+                    [&paper.model, &general.model].map(|of| of.standard_errors().unwrap());
+                check(&paper, &general);
+            }
+        }
+    }
+
+    /// Where the filter is 1 the sums are those of white errors; and what is not asked for is not computed.
+    #[test]
+    fn of_white_errors_all_are_near() {
+        let [u, _] = record();
+        let mut y = vec![0.0; N];
+        for k in 1..N {
+            let white = (1.9 * (k * k) as f64).cos();
+            y[k] = u[k - 1] + 0.5 * white;
+        }
+        let of = |kind| {
+            let options = OeOptions {
+                orders: Some("nb=1,nk=1".parse().unwrap()),
+                covariance: Some(kind),
+                ..OeOptions::default()
+            };
+            let mut passes = [Pass::new(1)];
+            let shape = Shape {
+                order: 1,
+                window: N,
+            };
+            let mut estimator = options.prepare(&shape.into()).unwrap();
+            estimator.estimate(Window::new(&u, &y, N), &mut passes);
+            passes[0].model.standard_errors().unwrap()[0]
+        };
+        let white = of(Covariance::White);
+        for kind in [Covariance::Coloured, Covariance::Robust] {
+            assert!((of(kind) / white - 1.0).abs() < 0.2, "{kind}");
+        }
+        let shape = Shape {
+            order: 2,
+            window: N,
+        };
+        let mut passes = [Pass::new(2)];
+        let mut ls = LsOptions::default().prepare(&shape.into()).unwrap();
+        ls.estimate(Window::new(&u, &y, N), &mut passes);
+        assert_eq!(passes[0].model.standard_errors(), None);
+    }
+}
