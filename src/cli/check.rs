@@ -35,6 +35,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     memory::fits(&experiment, 0..experiment.cells.len(), 1)?;
     if !experiment.programs.is_empty() {
         print("time      not known: methods are programs, which `check` does not start\n")?;
+        let (_, most) = rule.extent();
+        if let batch @ 2.. = experiment.batch()
+            && most % batch != 0
+        {
+            print(&format!(
+                "          batches are whole: they estimate {} trials of a cell\n",
+                most.next_multiple_of(batch)
+            ))?;
+        }
         return Ok(ExitCode::SUCCESS);
     }
     print(&estimates(&experiment, &rule, &folder, setup)?)?;

@@ -10,9 +10,14 @@ use std::process::ExitCode;
 const COLUMNS: usize = 34;
 const WIDTH: usize = 80;
 
+/// What else a method can be.
+const PROGRAMS: &str = "instead of estimator, a program of your own in any language, with a name: \
+    docs/protocol.md; asobench test-method FILE tests it";
+
 pub(super) fn run() -> Result<ExitCode, Error> {
     let texts: Vec<String> = EstimatorName::ALL.iter().copied().map(described).collect();
-    print(&texts.join("\n"))?;
+    let programs = filled("command: ", PROGRAMS, 2);
+    print(&format!("{}\n{programs}", texts.join("\n")))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -59,6 +59,12 @@ iterations = 4
 # initial_state = "estimate" # or "zero"
 # report = [0, 4]            # only these passes
 
+# A program of your own in any language: docs/protocol.md; `asobench test-method THIS_FILE` tests it.
+# [[methods]]
+# name = "mine"
+# command = ["python3", "mine.py"]
+# batch = 256                # records in a message
+
 # [[slopes]]
 # measure = "e_a"
 # over = "window"

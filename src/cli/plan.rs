@@ -3,6 +3,7 @@
 use super::cluster::{self, folders, parse_time, refused, word};
 use super::error::{Error, failed};
 use super::need::duration;
+use super::programs::{self, Consent};
 use super::run::{StudyArguments, threads};
 use super::{note, print, progress};
 use crate::claim;
@@ -34,6 +35,8 @@ pub(super) struct Arguments {
     /// Folders with blocks that need not be computed again [default: NAME-shards beside the plan]
     #[arg(long, value_name = "DIR", num_args = 1..)]
     from: Vec<PathBuf>,
+    #[command(flatten)]
+    consent: Consent,
 }
 
 /// How many shards.
@@ -63,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         None => PathBuf::from(format!("{name}.plan.json")),
     };
     let planned = plan(
-        &arguments.study,
+        (&arguments.study, arguments.consent),
         &arguments.size,
         usize::from(arguments.threads),
         &path,
@@ -72,9 +75,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let count = planned.plan.shards.len();
     let out = word(&Path::new("results").join(name));
     let plan = word(&path);
+    let allow = planned.allow;
     let shard = match count {
         0 => String::new(),
-        _ => format!("each shard: asobench shard {plan} I/{count}, I = 1 to {count}\n"),
+        _ => format!("each shard: asobench shard {plan} I/{count}{allow}, I = 1 to {count}\n"),
     };
     let text = planned.text(&path);
     let text = format!("{text}{shard}then: asobench merge {plan} --out {out}\n");
@@ -87,6 +91,8 @@ pub(super) struct Planned {
     pub(super) plan: ShardPlan,
     /// Trials that are missing.
     missing: u64,
+    /// " --allow-commands" where methods are programs: what each shard needs.
+    pub(super) allow: &'static str,
 }
 
 impl Planned {
@@ -111,18 +117,16 @@ impl Planned {
 
 /// Plans what is missing of a study, and writes the plan.
 pub(super) fn plan(
-    study: &StudyArguments,
+    (study, consent): (&StudyArguments, Consent),
     size: &SizeArguments,
     threads_of_shard: usize,
     path: &Path,
     from: &[PathBuf],
 ) -> Result<Planned, Error> {
     let results = study.folder(None);
-    let (experiment, rule) = study.experiment(&results)?;
-    if !experiment.programs.is_empty() {
-        let message = "methods that are programs have no shards; expected `asobench run`";
-        return Err(Error::Input(message.to_owned()));
-    }
+    let (file, introduced) = programs::introduced(study.read()?, &study.file, consent)?;
+    let (experiment, rule) = study.of_file(file, &results)?;
+    programs::take_over(&experiment, introduced.as_ref());
     let (trials, missing) = wanted(&experiment, &rule, path, from)?;
     let (_, most) = rule.extent();
     let seconds = if missing.is_empty() {
@@ -131,6 +135,7 @@ pub(super) fn plan(
         let cost = Cost::measure(&experiment, most).map_err(failed)?;
         cost.seconds_of_cells()
     };
+    experiment.programs.iter().for_each(|program| program.end());
     let of_span = missing
         .iter()
         .map(|span| (span.trials.end - span.trials.start, span.cell));
@@ -149,7 +154,15 @@ pub(super) fn plan(
         .iter()
         .map(|span| span.trials.end - span.trials.start);
     let missing = missing.sum();
-    Ok(Planned { plan, missing })
+    let allow = match &experiment.programs[..] {
+        [] => "",
+        _ => " --allow-commands",
+    };
+    Ok(Planned {
+        plan,
+        missing,
+        allow,
+    })
 }
 
 /// The trials of each cell, and those that are missing.

@@ -4,8 +4,8 @@ use super::error::{Error, failed};
 use super::{note, progress};
 use crate::estimator::ProgramError;
 use crate::files::{self, Kind};
-use crate::study::Experiment;
 use crate::study::file::ExperimentFile;
+use crate::study::{Experiment, stored_design};
 use crate::text::visible;
 use crate::worker::{self, Guard, Permit, Program};
 use serde_json::{Value, json};
@@ -20,6 +20,8 @@ const AGREED: &str = "agreed-commands";
 pub(crate) const AGREED_TITLE: &str = "# asobench: commands that were agreed to\n";
 /// What workers printed, beside the results.
 const LOG: &str = "workers.log";
+/// Lines of it that are shown where something went wrong.
+const LINES: usize = 10;
 
 /// Whether programs may run.
 #[derive(Clone, Copy, clap::Args)]
@@ -27,6 +29,17 @@ pub(super) struct Consent {
     /// Run the programs that are methods of the file without asking
     #[arg(long)]
     pub(super) allow_commands: bool,
+}
+
+impl Consent {
+    /// The flag as it was given, behind a blank.
+    pub(super) fn flag(self) -> &'static str {
+        if self.allow_commands {
+            " --allow-commands"
+        } else {
+            ""
+        }
+    }
 }
 
 /// A study whose programs may run, each of which has said what it is: so that its version is part of the design.
@@ -63,9 +76,53 @@ fn identities(experiment: &Experiment) -> Result<Vec<(&Arc<Program>, String)>, E
     let programs = experiment.programs.iter();
     let introduced = programs.map(|program| {
         let ready = worker::introduce(program, &problem);
+        let ready = ready.inspect_err(|_| printed(program, 0).iter().for_each(|line| note(line)));
         Ok((program, ready.map_err(refused)?.identity()))
     });
     introduced.collect()
+}
+
+/// The last lines that a program printed since there were so many bytes, such as what a crash says.
+pub(super) fn printed(program: &Program, since: u64) -> Vec<String> {
+    let lines = program.log.last_lines(since, LINES).into_iter();
+    lines.map(|line| format!("| {}", visible(line))).collect()
+}
+
+/// Refuses results in a folder that another version of a program made.
+pub(super) fn same_versions(experiment: &Experiment, folder: &Path) -> Result<(), Error> {
+    let stored = stored_design(folder).unwrap_or_default();
+    let now = experiment.design();
+    let worker =
+        |design: &Value, i: usize| Some(design["methods"][i]["worker"].as_str()?.to_owned());
+    for (i, table) in experiment.file.methods.iter().enumerate() {
+        if let (Some(before), Some(now)) = (worker(&stored, i), worker(&now, i))
+            && before != now
+        {
+            return Err(Error::Input(format!(
+                "{}: method '{}' says that it is '{}', the results are of '{}'; choose another folder",
+                folder.display(),
+                visible(table.output_name(0)),
+                visible(now),
+                visible(before)
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The first method whose program says that it is not deterministic.
+pub(super) fn not_deterministic(experiment: &Experiment) -> Result<Option<String>, Error> {
+    let cell = &experiment.cells[0];
+    let problem = cell.problem(cell.window);
+    for program in &experiment.programs {
+        if !worker::introduce(program, &problem)
+            .map_err(refused)?
+            .deterministic
+        {
+            return Ok(Some(program.name.clone()));
+        }
+    }
+    Ok(None)
 }
 
 /// A program that is not what the file says is bad input; so is one that does not start.
@@ -91,6 +148,25 @@ pub(super) fn permit(experiment: &Experiment, folder: &Path) -> Result<(), Error
         });
     }
     Ok(())
+}
+
+/// Lets the programs of a stored study run in the current folder, where the user allows it: what is stored does not say
+/// where its file was.
+pub(super) fn permit_here(
+    experiment: &Experiment,
+    stored: &Path,
+    consent: Consent,
+) -> Result<(), Error> {
+    match experiment.programs.first() {
+        None => Ok(()),
+        Some(_) if consent.allow_commands => permit(experiment, &folder_of(Path::new("-"))?),
+        Some(program) => Err(Error::Input(format!(
+            "{}: method '{}' is the program {}; expected --allow-commands, which runs it in this folder",
+            stored.display(),
+            visible(&program.name),
+            visible(program.options.typed())
+        ))),
+    }
 }
 
 /// Has the study go on with the processes of the same one, whose programs were introduced.

@@ -158,16 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.join("manifest.json").display()
         ))
     })?;
-    if arguments.consent.allow_commands {
-        programs::permit(&experiment, &programs::folder_of(Path::new("-"))?)?;
-    } else if let Some(program) = experiment.programs.first() {
-        return Err(Error::Input(format!(
-            "{}: method '{}' is the program {}; expected --allow-commands, which runs it in this folder",
-            folder.display(),
-            visible(&program.name),
-            visible(program.options.typed())
-        )));
-    }
+    programs::permit_here(&experiment, folder, arguments.consent)?;
     let command = format!(
         "asobench replay {} {}",
         shell_word(folder.display()),
@@ -220,6 +211,7 @@ pub(super) fn show(
     let stored = stored(options.folder, experiment, index, record.rows);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
     replay.stored = stored;
+    replay.may_differ = programs::not_deterministic(experiment)?;
     let code = replay.print(options)?;
     if options.format == Format::Text {
         messages(experiment, cell, which.trial)?;
@@ -300,6 +292,8 @@ struct Replay<'a> {
     seed: u64,
     /// Whether the rows equal the stored ones; unknown at first.
     stored: Option<bool>,
+    /// A method that is not the same each time, by its own word.
+    may_differ: Option<String>,
     stages: Vec<Stage>,
     rows: Vec<(Output, &'a Row)>,
 }
@@ -335,6 +329,7 @@ impl<'a> Replay<'a> {
             trial,
             seed: experiment.file.seed,
             stored: None,
+            may_differ: None,
             stages,
             rows: record.rows.iter().map(|row| (output(row), row)).collect(),
         }
@@ -408,6 +403,10 @@ impl<'a> Replay<'a> {
             Some(false) => "These rows DIFFER from those stored in",
         };
         writeln!(text, "\n{equal} {}.", visible(folder.display())).map_err(failed)?;
+        if let (Some(false), Some(method)) = (self.stored, &self.may_differ) {
+            let line = format!("Those of '{method}' may: it says that it is not deterministic.");
+            writeln!(text, "{}", visible(line)).map_err(failed)?;
+        }
         for (title, vectors) in &self.stages {
             writeln!(text, "\n{}", visible(title)).map_err(failed)?;
             for (name, values) in vectors {

@@ -12,12 +12,16 @@ use crate::study::{
     BlockError, Campaign, CampaignError, Engine, Event, Experiment, FolderError, RunError,
     RunOptions, Summary, read_manifest, stored_design,
 };
-use crate::text::{alike, visible};
+use crate::text::{alike, visible, wrap};
+use std::collections::BTreeMap;
 use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+/// Columns of a line.
+const WIDTH: usize = 80;
 
 /// Run an experiment file. A run that was stopped or killed resumes with the same command; more
 /// --trials extend it.
@@ -204,6 +208,7 @@ fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Er
     let (file, introduced) = programs::introduced(study.read()?, &study.file, consent)?;
     let (mut experiment, rule) = study.of_file(file, &path)?;
     programs::take_over(&experiment, introduced.as_ref());
+    programs::same_versions(&experiment, &path)?;
     mark_added(&mut experiment.file, &path);
     let options = RunOptions {
         threads: threads(arguments.threads),
@@ -235,6 +240,12 @@ fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Er
         ));
     } else if experiment.file.timing {
         note("measuring times, one thread");
+        for program in &experiment.programs {
+            let name = visible(&program.name);
+            note(&format!(
+                "{name} is a program, and not timed here; asobench test-method times it"
+            ));
+        }
         timing::measure(&experiment, &path, &stop)?;
     }
     let (text, verdicts) = results(&path, &summary)?;
@@ -246,8 +257,6 @@ fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Er
 pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String), Error> {
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
-    let outputs = summary.cells.iter().flat_map(|cell| &cell.outputs);
-    let failures: u64 = outputs.map(|output| output.outcomes.failed()).sum();
     let fallbacks: u64 = summary.cells.iter().map(|cell| cell.fallbacks).sum();
     let fallbacks = match fallbacks {
         0 => String::new(),
@@ -256,13 +265,42 @@ pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String)
     let study = Study::read(path).map_err(failed)?;
     let verdicts = terminal::verdicts(&study);
     let gap = if verdicts.is_empty() { "" } else { "\n" };
+    let done = format!("{cells} cells, {trials} trials, {}", failures(summary));
     let text = format!(
-        "{cells} cells, {trials} trials, {failures} estimates failed (typed in summary.json)\n\
-         {fallbacks}results in {}\n\n{}{gap}",
+        "{}{fallbacks}results in {}\n\n{}{gap}",
+        wrap(&done, WIDTH, "  "),
         visible(path.display()),
         terminal::overview(&study)
     );
     Ok((text, verdicts))
+}
+
+/// How many estimates failed, by output and kind.
+fn failures(summary: &Summary) -> String {
+    let mut by_output: Vec<(String, BTreeMap<&str, u64>)> = Vec::new();
+    for output in summary.cells.iter().flat_map(|cell| &cell.outputs) {
+        let label = output.label();
+        let at = by_output.iter().position(|(known, _)| *known == label);
+        let at = at.unwrap_or_else(|| {
+            by_output.push((label, BTreeMap::new()));
+            by_output.len() - 1
+        });
+        for (kind, count) in &output.outcomes.failures {
+            *by_output[at].1.entry(kind).or_default() += count;
+        }
+    }
+    let all: u64 = by_output.iter().flat_map(|(_, kinds)| kinds.values()).sum();
+    let mut text = format!("{all} estimates failed");
+    let failed = by_output.iter().filter(|(_, kinds)| !kinds.is_empty());
+    for (i, (label, kinds)) in failed.enumerate() {
+        let kinds: Vec<String> = kinds
+            .iter()
+            .map(|(kind, count)| format!("{kind} {count}"))
+            .collect();
+        text += if i == 0 { ": " } else { "; " };
+        text += &format!("{}: {}", visible(label), kinds.join(", "));
+    }
+    text
 }
 
 /// The number of threads.

@@ -2,6 +2,7 @@
 
 use super::cluster::{parse_time, refused, word};
 use super::error::Error;
+use super::programs::{self, Consent};
 use super::run::threads;
 use super::{memory, note, print, progress};
 use crate::study::RunError;
@@ -37,12 +38,15 @@ pub(super) struct Arguments {
     /// Trials in a block, the unit of work and of storage [default: half a second of work]
     #[arg(long, value_name = "B", value_parser = clap::value_parser!(u64).range(1..))]
     block: Option<u64>,
+    #[command(flatten)]
+    consent: Consent,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = &arguments.plan;
     let (plan, experiment) = ShardPlan::read(path).map_err(refused)?;
     let index = index(arguments.shard.as_deref(), plan.shards.len(), path)?;
+    programs::permit_here(&experiment, path, arguments.consent)?;
     let options = ShardOptions {
         threads: allocated(arguments.threads),
         block: arguments.block,
@@ -68,6 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         note,
     );
     display.clear();
+    programs::conclude(&experiment, &shard_folder(&folder, index));
     let total = plan.shards.len();
     let number = index + 1;
     match done {
@@ -85,8 +90,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Err(ClusterError::Run(RunError::Interrupted { .. })) => {
             let out = arguments.out.as_ref();
             let out = out.map_or_else(String::new, |out| format!(" --out {}", word(out)));
+            let allow = arguments.consent.flag();
             Err(Error::Again(format!(
-                "stopped, run again: asobench shard {} {number}/{total}{out}",
+                "stopped, run again: asobench shard {} {number}/{total}{out}{allow}",
                 word(path)
             )))
         }

@@ -3,6 +3,7 @@
 use super::cluster::{parse_time, script_of, slurm_time, word};
 use super::error::{Error, failed};
 use super::plan::{SizeArguments, plan};
+use super::programs::{Consent, folder_of};
 use super::run::StudyArguments;
 use super::{note, print};
 use crate::files::{self, Kind};
@@ -36,6 +37,8 @@ pub(super) struct Arguments {
     /// options, a list of more options of sbatch, such as "--constraint=avx512"; flags come first
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    consent: Consent,
 }
 
 /// What a job asks of Slurm.
@@ -135,6 +138,9 @@ struct Places {
     folder: PathBuf,
     plan: PathBuf,
     name: String,
+    /// What goes to the folder of the experiment file, where programs run.
+    at: String,
+    allow: &'static str,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -157,12 +163,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         shards: arguments.size.shards,
     };
     let cpus = job.cpus_per_task.unwrap_or(1);
-    let planned = plan(&arguments.study, &size, usize::from(cpus), &path, &[])?;
+    let study = (&arguments.study, arguments.consent);
+    let planned = plan(study, &size, usize::from(cpus), &path, &[])?;
+    let at = match planned.allow {
+        "" => String::new(),
+        _ => format!("cd {} && ", word(&folder_of(&arguments.study.file)?)),
+    };
     let places = Places {
         program: word(&std::env::current_exe().map_err(failed)?),
         folder: std::path::absolute(&work).map_err(failed)?,
         plan: std::path::absolute(&path).map_err(failed)?,
         name,
+        at,
+        allow: planned.allow,
     };
     let out = std::path::absolute(arguments.study.folder(arguments.out.as_deref()));
     let merge_script = work.join(format!("{}-merge.sbatch", places.name));
@@ -207,6 +220,8 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
         folder,
         plan,
         name,
+        at,
+        allow,
     } = places;
     // What is under way is finished, and written: a block takes about five seconds at most, unless
     // one trial does.
@@ -230,7 +245,7 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
          {lines}\n\
          # The number of the shard is SLURM_ARRAY_TASK_ID, the number of threads \
          SLURM_CPUS_PER_TASK.\n\
-         {program} shard {plan}{limit}\n\
+         {at}{program} shard {plan}{limit}{allow}\n\
          code=$?\n\
          \n\
          # 75: stopped before its end. What is finished is stored, so the task goes back into the \
@@ -253,6 +268,7 @@ fn merge_script_of(places: &Places, job: &Job, out: &Path) -> String {
         folder,
         plan,
         name,
+        ..
     } = places;
     format!(
         "#!/bin/bash\n\

@@ -2,17 +2,18 @@
 
 use super::error::{Error, failed};
 use super::print;
-use super::programs::{Consent, introduced};
+use super::programs::{self, Consent, introduced};
 use super::run::StudyArguments;
 use crate::data::{Process, ProcessSettings};
-use crate::estimator::{FailureKind, Pass, Progress};
+use crate::estimator::{Pass, Progress};
 use crate::model::LinearModel;
 use crate::study::Cell;
-use crate::text::visible;
+use crate::text::{visible, wrap};
 use crate::worker::{Answered, Program, Record, ask_once, introduce};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Records that models are compared on.
 const RECORDS: u64 = 16;
@@ -22,6 +23,12 @@ const ALIKE: f64 = 1e-10;
 const RECOVERED: f64 = 1e-6;
 /// Samples of impulse responses.
 const SAMPLES: usize = 50;
+/// Columns of a line, and what begins those that continue one.
+const WIDTH: usize = 80;
+const INDENT: &str = "          ";
+/// How often a message is timed, unless that takes longer than [`TIMING`].
+const REPETITIONS: usize = 5;
+const TIMING: Duration = Duration::from_secs(5);
 
 /// Test the programs that are methods of an experiment file, on records of its first cell.
 #[derive(clap::Args)]
@@ -60,8 +67,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     })
 }
 
+/// What was seen.
+enum Seen {
+    /// As it must be.
+    Fine(String),
+    /// As it may be, and worth knowing.
+    Note(String),
+}
+
 /// What a check says: what was seen, or what is wrong.
-type Outcome = Result<String, String>;
+type Outcome = Result<Seen, String>;
 
 struct Test<'a> {
     program: &'a Arc<Program>,
@@ -71,7 +86,7 @@ struct Test<'a> {
 }
 
 impl Test<'_> {
-    /// Prints a line for each check up to the first that fails; whether none does.
+    /// Prints a line for each check; whether nothing is wrong.
     fn run(&self) -> Result<bool, Error> {
         let ready =
             introduce(self.program, &self.cell.problem(self.cell.window)).map_err(failed)?;
@@ -97,16 +112,28 @@ impl Test<'_> {
             ("odd records", &Self::odd),
             ("time", &Self::time),
         ];
+        let mut passed = true;
+        let mut told = Vec::new();
         for (name, check) in checks {
-            match check(self)? {
-                Ok(seen) => print(&format!("  ok      {name}: {}\n", visible(seen)))?,
-                Err(wrong) => {
-                    print(&format!("  WRONG   {name}: {}\n", visible(wrong)))?;
-                    return Ok(false);
+            let before = self.program.log.length();
+            let (word, text) = match check(self)? {
+                Ok(Seen::Fine(seen)) => ("ok", seen),
+                Ok(Seen::Note(seen)) => ("note", seen),
+                Err(wrong) => ("WRONG", wrong),
+            };
+            let line = format!("  {word:<7} {name}: {}", visible(text));
+            print(&wrap(&line, WIDTH, INDENT))?;
+            if word == "WRONG" {
+                passed = false;
+                let printed = programs::printed(self.program, before);
+                if printed != told {
+                    let lines = printed.iter().map(|line| format!("{INDENT}{line}\n"));
+                    print(&lines.collect::<String>())?;
+                    told = printed;
                 }
             }
         }
-        Ok(true)
+        Ok(passed)
     }
 
     fn records(&self, count: u64) -> Vec<Record> {
@@ -124,40 +151,40 @@ impl Test<'_> {
         Ok(self.ask(&self.records(RECORDS))?.and_then(|answered| {
             let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
             for pass in &answered.passes {
-                let name = pass
-                    .failure
-                    .map_or("with a model", |failure| failure.kind.name());
-                *counts.entry(name).or_default() += 1;
+                *counts.entry(word(pass)).or_default() += 1;
             }
             let found = counts.iter().map(|(name, count)| format!("{count} {name}"));
             let found = found.collect::<Vec<_>>().join(", ");
             let text = format!("of {RECORDS} records {found}");
-            if counts.contains_key("with a model") {
-                Ok(text)
-            } else {
-                Err(text)
+            match (counts.contains_key(MODEL), counts.len()) {
+                (false, _) => Err(format!("{text}; expected a model of one at least")),
+                (true, 1) => Ok(Seen::Fine(text)),
+                (true, _) => Ok(Seen::Note(text)),
             }
         }))
     }
 
     fn twice(&self, deterministic: bool) -> Result<Outcome, Error> {
         let records = self.records(RECORDS);
-        let (first, second) = (self.ask(&records)?, self.ask(&records)?);
-        Ok(first.and_then(|first| {
-            let same = first.same_bits(&second?);
-            match (same, deterministic) {
-                (true, _) => Ok("the same bits".to_owned()),
-                (false, false) => Ok("other bits, as it says".to_owned()),
+        let first = match self.ask(&records)? {
+            Ok(first) => first,
+            Err(wrong) => return Ok(Err(wrong)),
+        };
+        Ok(self
+            .ask(&records)?
+            .and_then(|second| match (first.same_bits(&second), deterministic) {
+                (true, _) => Ok(Seen::Fine("the same bits".to_owned())),
+                (false, false) => Ok(Seen::Fine("other bits, as it says".to_owned())),
                 (false, true) => {
                     Err("other bits, where it says that it is deterministic".to_owned())
                 }
-            }
-        }))
+            }))
     }
 
     fn sizes(&self, deterministic: bool) -> Result<Outcome, Error> {
         if !deterministic {
-            return Ok(Ok("not compared, since it is not deterministic".to_owned()));
+            let text = "not compared, since it is not deterministic";
+            return Ok(Ok(Seen::Note(text.to_owned())));
         }
         let records = self.records(RECORDS);
         let whole = match self.ask(&records)? {
@@ -172,30 +199,36 @@ impl Test<'_> {
                     Err(wrong) => return Ok(Err(wrong)),
                 };
                 for ((found, expected), record) in found.passes.iter().zip(expected).zip(part) {
-                    let apart = apart(found, expected);
+                    let trial = record.trial;
+                    let Some(apart) = apart(found, expected) else {
+                        return Ok(Err(format!(
+                            "trial {trial} in a batch of {size}: {}; in one of {RECORDS}: {}; expected the same \
+                             status and orders",
+                            word(found),
+                            word(expected)
+                        )));
+                    };
                     if !(apart <= ALIKE) {
                         return Ok(Err(format!(
-                            "trial {} in a batch of {size} is {apart:.1e} from the same in one of {RECORDS}; \
-                             expected at most {ALIKE:e}",
-                            record.trial
+                            "trial {trial} in a batch of {size} is {apart:.1e} from the same in one of {RECORDS}; \
+                             expected at most {ALIKE:e}"
                         )));
                     }
                     largest = largest.max(apart);
                 }
             }
         }
-        Ok(Ok(format!(
+        Ok(Ok(Seen::Fine(format!(
             "1 and 5 instead of {RECORDS}: within {largest:.1e}"
-        )))
+        ))))
     }
 
     fn noise_free(&self) -> Result<Outcome, Error> {
         let plant_order = self.process.order();
         let asked = self.program.options.orders;
         if asked.map_or(self.cell.order, crate::model::Orders::order) < plant_order {
-            return Ok(Ok(
-                "not asked, since the plant has a larger order".to_owned()
-            ));
+            let text = "not asked, since the plant has a larger order";
+            return Ok(Ok(Seen::Note(text.to_owned())));
         }
         let process = Process::from_settings(ProcessSettings {
             x0: vec![0.0; plant_order],
@@ -205,30 +238,24 @@ impl Test<'_> {
             ..self.process.settings().clone()
         });
         let of = (&process.map_err(failed)?, 0.0);
-        let (record, truth) = self.cell.record_for_program(of, self.seed, 0);
-        let plant = LinearModel::from_canonical(&truth.a, &truth.h, 1);
-        Ok(self.ask(&[record])?.and_then(|answered| {
-            let pass = &answered.passes[0];
-            if pass.progress < Progress::Parameters {
-                return Err(pass
-                    .failure
-                    .map_or("no model", |f| f.kind.name())
-                    .to_owned());
-            }
-            let response = |model: &LinearModel| {
-                let (mut impulse, mut response) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
-                impulse[0] = 1.0;
-                model.simulate(&impulse, &mut response);
-                response
+        let mut first = "";
+        for trial in 0..RECORDS {
+            let (record, truth) = self.cell.record_for_program(of, self.seed, trial);
+            let answered = match self.ask(&[record])? {
+                Ok(answered) => answered,
+                Err(wrong) => return Ok(Err(wrong)),
             };
-            let error = crate::metric::relative_error(&response(&plant), &response(&pass.model));
-            let text = format!("impulse response {error:.1e} from the plant's");
-            if error <= RECOVERED {
-                Ok(text)
-            } else {
-                Err(format!("{text}; expected at most {RECOVERED:e}"))
+            let pass = &answered.passes[0];
+            if pass.progress >= Progress::Parameters {
+                let plant = LinearModel::from_canonical(&truth.a, &truth.h, 1);
+                return Ok(recovered(&plant, &pass.model, trial));
             }
-        }))
+            if trial == 0 {
+                first = word(pass);
+            }
+        }
+        let text = format!("trial 0 {first}, no model of trials 0 to {}", RECORDS - 1);
+        Ok(Ok(Seen::Note(text)))
     }
 
     fn odd(&self) -> Result<Outcome, Error> {
@@ -248,7 +275,7 @@ impl Test<'_> {
             r: cut(&plain.r),
             ..plain.clone()
         };
-        let mut seen = Vec::new();
+        let (mut seen, mut fine) = (Vec::new(), true);
         for (name, record) in [
             ("NaN", of(f64::NAN, f64::NAN)),
             ("constant", of(1.0, 1.0)),
@@ -256,23 +283,46 @@ impl Test<'_> {
             ("short", shortened),
             ("as before", plain.clone()),
         ] {
-            match self.ask(&[record])? {
-                Ok(answered) => seen.push(format!("{name}: {}", word(&answered.passes[0]))),
-                Err(wrong) => return Ok(Err(format!("{name}: {wrong}"))),
+            let asked = self.ask(&[record])?;
+            fine &= asked.is_ok();
+            let what = asked.map_or_else(
+                |wrong| wrong,
+                |answered| word(&answered.passes[0]).to_owned(),
+            );
+            seen.push(format!("{name}: {what}"));
+        }
+        let seen = seen.join(", ");
+        Ok(if fine {
+            Ok(Seen::Fine(seen))
+        } else {
+            Err(seen)
+        })
+    }
+
+    /// The median time of a message with so many records, seconds.
+    fn seconds(&self, count: u64) -> Result<Result<f64, String>, Error> {
+        let (records, begin) = (self.records(count), Instant::now());
+        let mut seconds = Vec::new();
+        while seconds.len() < REPETITIONS && (seconds.is_empty() || begin.elapsed() < TIMING) {
+            match self.ask(&records)? {
+                Ok(answered) => seconds.push(answered.elapsed.as_secs_f64()),
+                Err(wrong) => return Ok(Err(wrong)),
             }
         }
-        Ok(Ok(seen.join(", ")))
+        seconds.sort_by(f64::total_cmp);
+        Ok(Ok(seconds[seconds.len() / 2]))
     }
 
     fn time(&self) -> Result<Outcome, Error> {
         let batch = self.program.options.batch;
-        let (single, whole) = (self.ask(&self.records(1))?, self.ask(&self.records(batch))?);
-        Ok(single.and_then(|single| {
-            let whole = whole?;
-            let seconds = whole.elapsed.as_secs_f64();
+        let single = match self.seconds(1)? {
+            Ok(single) => single,
+            Err(wrong) => return Ok(Err(wrong)),
+        };
+        Ok(self.seconds(batch)?.and_then(|seconds| {
             let text = format!(
                 "{:.3} ms for a record alone, {:.3} ms for each of {batch}",
-                1e3 * single.elapsed.as_secs_f64(),
+                1e3 * single,
                 1e3 * seconds / batch as f64
             );
             let timeout = self.program.options.timeout;
@@ -281,25 +331,47 @@ impl Test<'_> {
                     "{text}: {seconds:.1} s for a batch, near the timeout of {timeout} s; expected a smaller 'batch'"
                 ));
             }
-            Ok(text)
+            Ok(Seen::Fine(text))
         }))
     }
 }
 
-/// A pass in a word.
-fn word(pass: &Pass) -> &'static str {
-    pass.failure
-        .map_or("a model", |failure| failure.kind.name())
+/// How near a model is to the plant that made the record of a trial without noise.
+fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
+    let response = |model: &LinearModel| {
+        let (mut impulse, mut response) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
+        impulse[0] = 1.0;
+        model.simulate(&impulse, &mut response);
+        response
+    };
+    let error = crate::metric::relative_error(&response(plant), &response(model));
+    let text = format!("impulse response {error:.1e} from the plant's");
+    if !(error <= RECOVERED) {
+        return Err(format!("{text}; expected at most {RECOVERED:e}"));
+    }
+    Ok(match trial {
+        0 => Seen::Fine(text),
+        later => Seen::Note(format!(
+            "{text}, of trial {later}: no model of those before it"
+        )),
+    })
 }
 
-/// How far two models are apart: the largest difference of a coefficient, relative where it is above 1; infinite where
-/// only one is there.
-fn apart(a: &Pass, b: &Pass) -> f64 {
-    let kind = |pass: &Pass| -> Option<FailureKind> { Some(pass.failure?.kind) };
-    if kind(a) != kind(b) || a.model.orders() != b.model.orders() {
-        return f64::INFINITY;
+/// A pass that has not failed.
+const MODEL: &str = "with a model";
+
+/// A pass in a word.
+fn word(pass: &Pass) -> &'static str {
+    pass.failure.map_or(MODEL, |failure| failure.kind.name())
+}
+
+/// How far two models are apart: the largest difference of a coefficient, relative where it is above 1; `None` where
+/// they cannot be compared.
+fn apart(a: &Pass, b: &Pass) -> Option<f64> {
+    if word(a) != word(b) || a.model.orders() != b.model.orders() {
+        return None;
     }
     let pairs = a.model.parameters().zip(b.model.parameters());
     let apart = pairs.map(|(a, b)| (a - b).abs() / b.abs().max(1.0));
-    apart.fold(0.0, f64::max)
+    Some(apart.fold(0.0, f64::max))
 }

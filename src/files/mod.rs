@@ -20,7 +20,7 @@ mod staged;
 
 pub use kind::Kind;
 #[cfg(target_os = "linux")]
-pub(crate) use pipes::{Pipes, processes_with};
+pub(crate) use pipes::{Mark, Pipes};
 pub use staged::{Staged, replace};
 pub(crate) use staged::{probe, remove_temporary};
 

@@ -1,11 +1,12 @@
 //! Named pipes in a folder of their own, through which a program and its worker talk.
 
 use super::PathError;
-use rustix::fs::{CWD, Mode, OFlags, mkfifoat};
+use rustix::fs::{CWD, Mode, OFlags, fstat, mkfifoat};
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
+use std::os::fd::AsFd;
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -43,9 +44,13 @@ impl Pipes {
         }
     }
 
-    /// What no other process has in its surroundings.
-    pub fn folder(&self) -> &Path {
-        &self.folder
+    /// What tells the processes of these pipes from others; `printed` are ends of the pipes that they print to.
+    pub fn mark(&self, printed: &[impl AsFd]) -> Mark {
+        let number = |end| Some(format!("pipe:[{}]", fstat(end).ok()?.st_ino));
+        Mark {
+            folder: self.folder.clone(),
+            printed: printed.iter().filter_map(number).collect(),
+        }
     }
 
     /// The pipe to the worker.
@@ -95,18 +100,65 @@ impl Drop for Pipes {
     }
 }
 
-/// The processes with this text in their surroundings, whatever group they are in.
-pub fn processes_with(text: &Path) -> Vec<i32> {
-    let text = text.as_os_str().as_bytes();
-    let Ok(entries) = fs::read_dir("/proc") else {
-        return Vec::new();
-    };
-    let numbers = entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
-    let has = |number: &i32| {
-        let surroundings = fs::read(format!("/proc/{number}/environ")).unwrap_or_default();
+/// What a worker hands to every process that it starts, whatever group or session that is in: the folder of its pipes
+/// in the surroundings, and open files to write to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mark {
+    folder: PathBuf,
+    printed: Vec<String>,
+}
+
+impl std::fmt::Display for Mark {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.printed.join(","), self.folder.display())
+    }
+}
+
+impl Mark {
+    /// Reads what [`Display`](std::fmt::Display) writes.
+    pub fn read(text: &str) -> Option<Self> {
+        let (printed, folder) = text.split_once(' ')?;
+        Some(Self {
+            folder: PathBuf::from(folder),
+            printed: printed.split(',').map(str::to_owned).collect(),
+        })
+    }
+
+    /// The processes that have it.
+    pub fn processes(&self) -> Vec<i32> {
+        let Ok(entries) = fs::read_dir("/proc") else {
+            return Vec::new();
+        };
+        let numbers = entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+        let has = |number: &i32| {
+            let of = PathBuf::from(format!("/proc/{number}"));
+            self.is_around(&of) || self.is_open(&of)
+        };
+        numbers.filter(has).collect()
+    }
+
+    fn is_around(&self, process: &Path) -> bool {
+        let surroundings = fs::read(process.join("environ")).unwrap_or_default();
+        let text = self.folder.as_os_str().as_bytes();
         surroundings
             .windows(text.len() + 1)
             .any(|part| part.starts_with(text) && part.ends_with(b"/"))
-    };
-    numbers.filter(has).collect()
+    }
+
+    /// Whether a process may write to one of the pipes to this one: this one, and a child that it is starting, may not.
+    fn is_open(&self, process: &Path) -> bool {
+        let Ok(open) = fs::read_dir(process.join("fd")) else {
+            return false;
+        };
+        let replies = self.folder.join("replies");
+        open.flatten().any(|file| {
+            let link = fs::read_link(file.path()).unwrap_or_default();
+            // Once it is removed, its name is followed by " (deleted)".
+            let name = link.as_os_str().as_bytes();
+            let is_own = name.starts_with(replies.as_os_str().as_bytes())
+                || self.printed.iter().any(|pipe| name == pipe.as_bytes());
+            let writes = |of: fs::Metadata| of.permissions().mode() & 0o200 != 0;
+            is_own && file.metadata().is_ok_and(writes)
+        })
+    }
 }

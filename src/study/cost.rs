@@ -181,13 +181,13 @@ fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
 /// takes.
 fn run_trials(
     worker: &mut Worker<'_>,
-    cell: &Cell,
+    stride: u64,
     to: &mut Trials,
 ) -> Result<(u64, f64), WorkerError> {
     let begin = Instant::now();
     let (mut count, mut times) = (0, Vec::new());
     while count == 0 || begin.elapsed() < BUDGET {
-        let (next, start) = (count + worker.stride(cell), Instant::now());
+        let (next, start) = (count + stride, Instant::now());
         worker.run_into(count..next, to)?;
         times.push(start.elapsed().as_secs_f64() / (next - count) as f64);
         count = next;
@@ -224,8 +224,10 @@ fn time_cell(
     let mut found = Trials::new(experiment, cell);
     let (setup, worker) = clocked(|| Worker::new(experiment, cell));
     let mut worker = worker?;
-    worker.run_into(0..worker.stride(cell), &mut Trials::new(experiment, cell))?;
-    let (count, trial) = run_trials(&mut worker, cell, &mut found)?;
+    // A program estimates whole batches, and the last one is still there.
+    let stride = worker.stride(cell).max(experiment.batch());
+    worker.run_into(stride..2 * stride, &mut Trials::new(experiment, cell))?;
+    let (count, trial) = run_trials(&mut worker, stride, &mut found)?;
     let block = block_size(experiment, index);
     let sampled = count.min(block).min(trials);
     found.rows.truncate(sampled as usize);

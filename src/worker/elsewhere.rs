@@ -39,8 +39,8 @@ pub mod process {
     /// Why there is no answer.
     #[derive(Clone, Debug, PartialEq, Eq)]
     pub enum Fault {
-        /// None in time.
-        Timeout,
+        /// None in time, and what came instead.
+        Timeout(String),
         /// The process ended, or closed a pipe.
         Crashed,
         /// None by the protocol.

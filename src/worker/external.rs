@@ -62,7 +62,7 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
 /// A fault in words.
 pub(super) fn fault_words(fault: &Fault) -> String {
     match fault {
-        Fault::Timeout => "timeout: no whole answer in time".to_owned(),
+        Fault::Timeout(came) => format!("timeout: {came}"),
         Fault::Crashed | Fault::Stopped => "crashed: the process ended or closed a pipe".to_owned(),
         Fault::Malformed(what) => format!("malformed: {what}"),
     }
@@ -161,7 +161,7 @@ impl External {
             };
             self.note(part, &fault);
             let kind = match fault {
-                Fault::Timeout => FailureKind::Timeout,
+                Fault::Timeout(_) => FailureKind::Timeout,
                 Fault::Crashed | Fault::Stopped => FailureKind::Crashed,
                 Fault::Malformed(_) => FailureKind::Malformed,
             };

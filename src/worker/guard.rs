@@ -1,11 +1,11 @@
 //! What kills workers when the program that asks them is killed itself.
 
-use crate::files::processes_with;
+use crate::files::Mark;
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write};
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
@@ -37,8 +37,8 @@ impl Guard {
     }
 
     /// Kills a group, and the processes with this mark, if this process ends before it is forgotten.
-    pub fn watch(&self, group: Pid, mark: &Path) {
-        self.say(&format!("{} {}", group.as_raw_nonzero(), mark.display()));
+    pub fn watch(&self, group: Pid, mark: &Mark) {
+        self.say(&format!("{} {mark}", group.as_raw_nonzero()));
     }
 
     /// The group is killed already.
@@ -71,11 +71,10 @@ pub fn stand(input: impl BufRead) {
         let Ok(group) = group.parse::<i32>() else {
             continue;
         };
-        if mark.is_empty() {
-            watched.remove(&group);
-        } else {
-            watched.insert(group, PathBuf::from(mark));
-        }
+        match Mark::read(mark) {
+            None => watched.remove(&group),
+            Some(mark) => watched.insert(group, mark),
+        };
     }
     for (group, mark) in watched {
         if let Some(group) = Pid::from_raw(group) {
@@ -85,11 +84,11 @@ pub fn stand(input: impl BufRead) {
 }
 
 /// Kills a process group and all processes with a mark, whatever group they are in.
-pub fn kill_all(group: Pid, mark: &Path) {
+pub fn kill_all(group: Pid, mark: &Mark) {
     // Nothing more can be done where a process cannot be killed; it may have ended by itself.
     let _ = kill_process_group(group, Signal::KILL);
     for _ in 0..3 {
-        let mut found = processes_with(mark);
+        let mut found = mark.processes();
         found.retain(|number| *number != group.as_raw_nonzero().get());
         if found.is_empty() {
             break;

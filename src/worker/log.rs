@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::io::Read;
+use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Bytes that are kept of the beginning, and of the end.
@@ -41,15 +42,18 @@ impl Log {
         self.add(format!("[asobench] {line}\n").as_bytes());
     }
 
-    /// Reads all that comes, on a thread of its own, for as long as it comes.
-    pub fn drain(&self, mut from: impl Read + Send + 'static) {
+    /// Reads all that comes, on a thread of its own, for as long as it comes. What is given back hangs up at the end.
+    pub fn drain(&self, mut from: impl Read + Send + 'static) -> Receiver<()> {
+        let (end, ended) = channel();
         let log = self.clone();
         std::thread::spawn(move || {
             let mut room = vec![0; 1 << 16];
             while let Ok(read @ 1..) = from.read(&mut room) {
                 log.add(&room[..read]);
             }
+            drop(end);
         });
+        ended
     }
 
     /// All that is kept; `None` where nothing was printed.
@@ -70,13 +74,21 @@ impl Log {
         Some(text)
     }
 
-    /// The last line that was printed, such as what a crash says.
-    pub fn last_line(&self) -> Option<String> {
-        let text = self.text()?;
-        let text = String::from_utf8_lossy(&text[TITLE.len()..]).into_owned();
+    /// How many bytes were added.
+    pub fn length(&self) -> u64 {
+        let content = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        (content.first.len() + content.last.len()) as u64 + content.left_out
+    }
+
+    /// The last lines that were printed since there were so many bytes, such as what a crash says.
+    pub fn last_lines(&self, since: u64, most: usize) -> Vec<String> {
+        let (new, text) = (self.length() - since, self.text().unwrap_or_default());
+        let from = text.len().saturating_sub(new as usize).max(TITLE.len());
+        let text = String::from_utf8_lossy(text.get(from..).unwrap_or_default());
         let printed = |line: &&str| !line.trim().is_empty() && !line.starts_with("[asobench]");
-        let line = text.lines().rfind(printed)?;
-        Some(line.chars().take(200).collect())
+        let lines = text.lines().filter(printed);
+        let mut lines: Vec<String> = lines.map(|line| line.chars().take(200).collect()).collect();
+        lines.split_off(lines.len().saturating_sub(most))
     }
 }
 
@@ -98,6 +110,11 @@ mod tests {
         assert!(text.starts_with(&format!("{TITLE}first\nx")) && text.ends_with("x\nlast\n"));
         let left_out = 6 + 1_000_000 + 6 - 2 * KEPT;
         assert!(text.contains(&format!("{left_out} bytes are left out")));
-        assert_eq!(log.last_line().unwrap(), "last");
+        assert_eq!(log.last_lines(0, 1), ["last"]);
+        assert_eq!(Log::default().last_lines(0, 1), [""; 0]);
+        let length = log.length();
+        assert_eq!(length, 6 + 1_000_000 + 6);
+        log.add(b"one\ntwo\n");
+        assert_eq!(log.last_lines(length, 10), ["one", "two"]);
     }
 }

@@ -255,7 +255,10 @@ impl Incoming {
             return Ok(None);
         }
         if self.bytes[end] != b'\n' {
-            return Err("more blocks than the header says: no line end after them".to_owned());
+            return Err(
+                "expected a line end after the blocks, which have as many bytes as \"bytes\" says"
+                    .to_owned(),
+            );
         }
         let numbers = self.bytes[*length..end].as_chunks::<8>().0.iter();
         let numbers = numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect();
@@ -267,6 +270,24 @@ impl Incoming {
             layout,
             numbers,
         })))
+    }
+
+    /// What came of an answer that is not whole.
+    pub fn came(&self) -> String {
+        let count = self.bytes.len();
+        match &self.header {
+            None if count == 0 => "nothing came".to_owned(),
+            None => format!("{count} bytes came, without the line end of a header"),
+            Some((length, layout)) => {
+                let (came, all) = (count - length, 8 * layout.numbers() + 1);
+                let hint = if came + 1 == all {
+                    ": is the line end after the blocks missing, or not flushed?"
+                } else {
+                    ""
+                };
+                format!("the header and {came} of {all} bytes came{hint}")
+            }
+        }
     }
 
     /// Forgets an answer of so many bytes. What comes after it belongs to nothing that was asked.
@@ -344,6 +365,16 @@ mod tests {
             assert_eq!(reply.seconds(0), 0.001);
             assert!(incoming.is_empty());
         }
+        // Without its line end it is not whole, and that is told.
+        let mut incoming = Incoming::default();
+        assert_eq!(incoming.came(), "nothing came");
+        incoming.add(&bytes[..bytes.len() - 1]);
+        assert!(incoming.take(AWAITED).unwrap().is_none());
+        assert!(
+            incoming
+                .came()
+                .starts_with("the header and 32 of 33 bytes came: is the line end")
+        );
         let ready = include_str!("../../docs/protocol.md");
         let ready = ready
             .lines()
@@ -385,7 +416,7 @@ mod tests {
                 "blocks of",
             ),
             (reply("\"bytes\":32", "\"bytes\":33"), "expected 32"),
-            (surplus, "no line end"),
+            (surplus, "expected a line end"),
         ] {
             let mut incoming = Incoming::default();
             incoming.add(&bytes);

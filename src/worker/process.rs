@@ -3,16 +3,18 @@
 use super::guard::{Guard, kill_all};
 use super::log::Log;
 use super::message::{Answer, Awaited, Incoming};
-use crate::files::Pipes;
+use crate::files::{Mark, Pipes};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
+use std::os::fd::AsFd;
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 /// Between two looks at whether the process still runs, and whether to stop.
@@ -21,6 +23,8 @@ const LOOK: Duration = Duration::from_millis(50);
 const KNOCK: Duration = Duration::from_millis(2);
 /// For a process to end by itself once its requests have ended.
 const GRACE: Duration = Duration::from_secs(2);
+/// For what a killed process printed to be read to its end.
+const SETTLE: Duration = Duration::from_millis(200);
 
 /// How many threads linear algebra takes, in OpenMP, OpenBLAS and MKL.
 const THREADS: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
@@ -28,8 +32,8 @@ const THREADS: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 /// Why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// None in time.
-    Timeout,
+    /// None in time, and what came instead.
+    Timeout(String),
     /// The process ended, or closed a pipe.
     Crashed,
     /// None by the protocol.
@@ -52,7 +56,9 @@ pub struct Process {
     group: Pid,
     guard: Option<Arc<Guard>>,
     /// What tells its descendants from other processes.
-    mark: PathBuf,
+    mark: Mark,
+    /// Each hangs up when what was printed there was read to its end.
+    printed: Vec<Receiver<()>>,
     pipes: Option<Pipes>,
     requests: Option<File>,
     replies: File,
@@ -89,20 +95,22 @@ impl Process {
         let started = command.spawn();
         let mut child = started.map_err(|error| format!("cannot start '{program}': {error}"))?;
         let group = Pid::from_child(&child);
+        let (out, err) = (child.stdout.take(), child.stderr.take());
+        let ends = [out.as_ref().map(AsFd::as_fd), err.as_ref().map(AsFd::as_fd)];
+        let mark = pipes.mark(&ends.into_iter().flatten().collect::<Vec<_>>());
         if let Some(guard) = &of.guard {
-            guard.watch(group, pipes.folder());
+            guard.watch(group, &mark);
         }
-        if let Some(printed) = child.stdout.take() {
-            of.log.drain(printed);
-        }
-        if let Some(printed) = child.stderr.take() {
-            of.log.drain(printed);
-        }
+        let printed = [
+            out.map(|out| of.log.drain(out)),
+            err.map(|err| of.log.drain(err)),
+        ];
         Ok(Self {
             child,
             group,
             guard: of.guard.clone(),
-            mark: pipes.folder().to_owned(),
+            mark,
+            printed: printed.into_iter().flatten().collect(),
             pipes: Some(pipes),
             requests: None,
             replies,
@@ -151,7 +159,7 @@ impl Process {
             }
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                return Err(Fault::Timeout);
+                return Err(Fault::Timeout(self.came(sent, message.len())));
             }
             let is_there = self.wait(sent < message.len(), left)?;
             sent += self.write(&message[sent..])?;
@@ -160,6 +168,17 @@ impl Process {
                 while self.read().is_some_and(|read| read > 0) {}
                 is_gone = true;
             }
+        }
+    }
+
+    /// What came until now of an answer to a message.
+    fn came(&self, sent: usize, message: usize) -> String {
+        if self.requests.is_none() {
+            "it has not opened its requests".to_owned()
+        } else if sent < message {
+            format!("it has not read the {message} bytes of the message")
+        } else {
+            self.incoming.came()
         }
     }
 
@@ -245,5 +264,8 @@ impl Drop for Process {
             guard.forget(self.group);
         }
         let _ = self.child.wait();
+        for printed in &self.printed {
+            let _ = printed.recv_timeout(SETTLE);
+        }
     }
 }

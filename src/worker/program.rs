@@ -186,12 +186,12 @@ impl Program {
                     });
                 }
                 Err(Fault::Stopped) => return Err(ProgramError::Stopped),
-                Err(Fault::Timeout) => {
+                Err(Fault::Timeout(came)) => {
                     let seconds = time.as_secs_f64();
-                    return Err(self.failed(self.with_last_line(&format!(
-                        "'{}' is not ready after {seconds} s",
+                    return Err(self.failed(format!(
+                        "'{}' is not ready after {seconds} s: {came}",
                         self.options.typed()
-                    ))));
+                    )));
                 }
                 Ok(Answer::Reply(_)) => {
                     "it answers \"hello\" with \"reply\"".clone_into(&mut reason);
@@ -205,16 +205,7 @@ impl Program {
             }
             drop(process);
         }
-        Err(self.failed(self.with_last_line(&reason)))
-    }
-
-    /// A reason with what was printed last.
-    fn with_last_line(&self, reason: &str) -> String {
-        let last = self.log.last_line();
-        let last = last.map_or_else(String::new, |line| {
-            format!("; it printed last: {}", crate::text::visible(line))
-        });
-        format!("{reason}{last}")
+        Err(self.failed(reason))
     }
 
     /// Whether it is the program that the file says.

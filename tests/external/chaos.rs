@@ -3,49 +3,55 @@
 use super::{list, permitted, root, rows, runs};
 use asobench::estimator::FailureKind;
 use asobench::worker::seed_of;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Of so many seeds each wrong thing has one.
 const PERIOD: u64 = 96;
 const TRIALS: u64 = 192;
 
+/// How many things it does, wrong or odd.
+const KINDS: u64 = 40;
+/// Of ten thousand trials each of them has about ten.
+pub const LONG_PERIOD: u64 = 997;
+
 /// What the worker's text says of a seed, as docs/protocol.md types it.
-fn expected(seed: u64) -> &'static str {
-    match seed % PERIOD {
-        1 | 5 | 15 => "timeout",
-        2 | 4 | 16 | 17 => "crashed",
+fn expected(seed: u64, period: u64) -> &'static str {
+    match seed % period {
+        1 | 5 | 15 | 24 | 25 | 38 => "timeout",
+        2 | 4 | 16 | 17 | 28 => "crashed",
         6 => "non-finite",
-        7 | 8 | 13 | 20..=23 => "malformed",
+        7 | 8 | 13 | 20..=23 | 31 | 33 | 36 | 37 => "malformed",
         10 => "declined",
         11 => "external: no luck? ?b?",
         _ => "ok",
     }
 }
 
-fn study(file: &str) -> String {
+/// A study of the worker, with seconds for a message; calm where the period is 0.
+pub fn study(file: &Path, period: u64, timeout: u64) -> String {
     let worker = root().join("tests/external/chaos.py");
     let command = list(&[
         "python3",
         &worker.display().to_string(),
-        &PERIOD.to_string(),
-        file,
+        &period.to_string(),
+        &file.display().to_string(),
     ]);
     format!(
         "seed = 5\nmeasures = [\"e_a\"]\n[settings]\neta = 10\nwindow = 18\n[[methods]]\nname = \"chaos\"\n\
-         timeout = 1\nbatch = 16\ncommand = {command}\n"
+         timeout = {timeout}\nbatch = 16\ncommand = {command}\n"
     )
 }
 
-/// Whether a process still runs: a zombie, which only waits for its parent, does not.
+/// Whether a process of the worker still runs: its number may be another's by now. A zombie has no command.
 fn is_alive(process: &str) -> bool {
-    let status = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    let state = status.rsplit(')').next().unwrap_or_default().trim();
-    !state.is_empty() && !state.starts_with('Z')
+    let command = std::fs::read_to_string(format!("/proc/{process}/cmdline")).unwrap_or_default();
+    command.contains("chaos.py") || command == "sleep\01000\0"
 }
 
 /// Waits a moment for all processes of the worker to be gone.
-fn all_gone(file: &std::path::Path) {
+pub fn all_gone(file: &Path) {
     let numbers = std::fs::read_to_string(file).unwrap();
     assert!(numbers.lines().count() > 20);
     let begin = Instant::now();
@@ -69,7 +75,7 @@ fn exactly_the_guilty_trials_are_typed() {
     }
     let place = tempfile::tempdir().unwrap();
     let processes = place.path().join("processes");
-    let experiment = permitted(&study(&processes.display().to_string()));
+    let experiment = permitted(&study(&processes, PERIOD, 1));
     let found = rows(&experiment, TRIALS, 8);
     assert_eq!(found.len() as u64, TRIALS);
     let mut counts: BTreeMap<&str, u64> = BTreeMap::new();
@@ -77,7 +83,7 @@ fn exactly_the_guilty_trials_are_typed() {
         let seed = seed_of(5, row.trial);
         assert_eq!(
             row.status(),
-            expected(seed),
+            expected(seed, PERIOD),
             "trial {} {}",
             row.trial,
             seed % PERIOD
@@ -93,11 +99,48 @@ fn exactly_the_guilty_trials_are_typed() {
     let log = experiment.programs[0].log.text().unwrap();
     assert!(log.len() < 1 << 18, "{}", log.len());
     // Any trial alone, in its batch again.
-    let again = permitted(&study(&processes.display().to_string()));
+    let again = permitted(&study(&processes, PERIOD, 1));
     let few = rows(&again, 20, 1);
     assert!(
         few.iter()
             .zip(&found)
             .all(|((_, a), (_, b))| a.same_bits(b))
     );
+}
+
+/// Exactly the guilty ones of ten thousand trials are typed, all others have the numbers of a run without faults.
+#[test]
+#[ignore = "takes minutes: cargo test --release --test external -- --ignored"]
+fn of_ten_thousand_trials_the_others_are_undisturbed() {
+    const TRIALS: u64 = 10_000;
+    let place = tempfile::tempdir().unwrap();
+    let processes = place.path().join("processes");
+    let of = |period, threads| {
+        let experiment = permitted(&study(&processes, period, 5));
+        rows(&experiment, TRIALS, threads)
+    };
+    let (calm, found) = (of(0, 2), of(LONG_PERIOD, 16));
+    assert_eq!(
+        (calm.len(), found.len()),
+        (TRIALS as usize, TRIALS as usize)
+    );
+    let mut seen = BTreeSet::new();
+    for ((_, calm), (_, found)) in calm.iter().zip(&found) {
+        let seed = seed_of(5, found.trial);
+        let (kind, expected) = (seed % LONG_PERIOD, expected(seed, LONG_PERIOD));
+        seen.extend((kind < KINDS).then_some(kind));
+        assert_eq!(
+            found.status(),
+            expected,
+            "trial {}, kind {kind}",
+            found.trial
+        );
+        assert!(
+            expected != "ok" || found.same_bits(calm),
+            "trial {}",
+            found.trial
+        );
+    }
+    assert_eq!(seen.len() as u64, KINDS, "{seen:?}");
+    all_gone(&processes);
 }

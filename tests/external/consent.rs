@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 /// A worker that leaves a file where it runs.
 const WORKER: &str = "open('started', 'w')\nexec(open(__import__('sys').argv[1]).read())\n";
 
-fn asobench(folder: &Path, arguments: &[&str]) -> Output {
+pub fn asobench(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_asobench"))
         .args(arguments)
         .current_dir(folder)
@@ -17,7 +17,7 @@ fn asobench(folder: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 

@@ -6,6 +6,8 @@ mod agreement;
 mod chaos;
 mod consent;
 mod kills;
+mod shards;
+mod test_method;
 
 use asobench::study::file::ExperimentFile;
 use asobench::study::{Experiment, Row, run};

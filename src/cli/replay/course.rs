@@ -32,6 +32,7 @@ pub(super) fn show(
         trial,
         seed: experiment.file.seed,
         stored: stored(options.folder, experiment, index, &rows),
+        may_differ: None,
         stages: trials
             .traces
             .as_ref()

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""What a method that is a program costs beside the same loop alone: a table by the records in a message.
+
+    cargo build --release
+    benches/peers/worker_overhead.py
+
+Three columns of microseconds for each trial of W98's least squares, in turn in every round, medians of the rounds:
+
+- loop: `least_squares` of examples/workers/least_squares_numpy.py on arrays that are there, so many records at a time;
+- worker: `asobench run --threads 1` with that worker: drawing records, sending, estimating, scoring, storing;
+- empty: the same with a worker that answers at once, always the same model.
+
+Of a run the time is that of 3 M trials less that of M, over 2 M: what starts once is not in it. `ratio` is the median over
+the rounds of worker / loop. The columns `CPU` are processor time, of all processes together, which other load of the
+machine hardly changes. Needs NumPy.
+"""
+
+import argparse
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+
+import numpy as np  # noqa: E402 (reads the variables above)
+
+ROOT = Path(__file__).resolve().parents[2]
+WORKER = ROOT / "examples/workers/least_squares_numpy.py"
+ORDER, SAMPLES = 6, 98
+BATCHES = (1, 16, 64, 256, 1024)
+
+EMPTY = """
+import os, json
+requests = open(os.environ["ASOBENCH_REQUESTS"], "rb")
+replies = open(os.environ["ASOBENCH_REPLIES"], "wb")
+ready = {"frame": "ready", "protocol": 1, "name": "empty", "version": "1", "returns": "polynomials", "deterministic": True}
+while line := requests.readline():
+    head = json.loads(line)
+    if head["frame"] == "hello":
+        p = head["na"] + head["nb"]
+        replies.write(json.dumps(ready).encode() + b"\\n")
+    else:
+        m = head["trials"]
+        requests.read(head["bytes"])
+        reply = {"frame": "reply", "number": head["number"], "trials": m, "na": p // 2, "nb": p // 2,
+                 "bytes": 8 * m * (2 + p)}
+        replies.write(json.dumps(reply).encode() + b"\\n" + bytes(reply["bytes"]) + b"\\n")
+    replies.flush()
+"""
+
+STUDY = """
+measures = ["e_a", "e_b", "e_x_max"]
+[settings]
+window = {samples}
+eta = 10.018
+horizon = 400
+[[methods]]
+name = "worker"
+batch = {batch}
+command = {command}
+"""
+
+
+def clocks():
+    """Wall time, and processor time of this process and of all that it waited for."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return np.array([time.perf_counter(), sum(of.ru_utime + of.ru_stime for of in used)])
+
+
+def loop(estimate, u, y, batch, trials):
+    """Seconds of a trial by the loop alone."""
+    begin = clocks()
+    for first in range(0, trials, batch):
+        estimate(u[first : first + batch], y[first : first + batch])
+    return (clocks() - begin) / trials
+
+
+def run(program, folder, worker, batch, trials):
+    """Seconds of a trial by `asobench run`."""
+    study = folder / "study.toml"
+    study.write_text(STUDY.format(samples=SAMPLES, batch=batch, command=[sys.executable, str(worker)]))
+
+    def seconds(count):
+        out = tempfile.mkdtemp(dir=folder)
+        command = [program, "run", str(study), "--allow-commands", "--threads", "1", "--trials", str(count), "--out", out]
+        begin = clocks()
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            sys.exit(f"asobench failed: {done.stderr.strip()}")
+        return clocks() - begin
+
+    return (seconds(3 * trials) - seconds(trials)) / (2 * trials)
+
+
+def least_squares():
+    """The worker's function, without the worker."""
+    source = WORKER.read_text()
+    scope = {"np": np, "hello": {"na": ORDER, "nb": ORDER, "nk": 1}}
+    exec(source[source.index("def least_squares") : source.index("while line")], scope)  # noqa: S102 (our own file)
+    return scope["least_squares"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--asobench", default=str(ROOT / "target/release/asobench"), help="the program")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--trials", type=int, default=16384, help="M, a multiple of 1024; fewer where messages are short")
+    given = parser.parse_args()
+    if given.trials < 1024 or given.trials % 1024 or given.rounds < 1:
+        parser.error("--trials: expected a multiple of 1024; --rounds: at least 1")
+    estimate = least_squares()
+    random = np.random.default_rng(1)
+    u = random.choice([-10.0, 10.0], (given.trials, SAMPLES))
+    y = random.standard_normal((given.trials, SAMPLES))
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        empty = folder / "empty.py"
+        empty.write_text(EMPTY)
+        found = {batch: [] for batch in BATCHES}
+        loads = []
+        for _ in range(given.rounds):
+            for batch in BATCHES:
+                loads.append(os.getloadavg()[0])
+                trials = min(given.trials, 2048 * batch)
+                found[batch].append([
+                    loop(estimate, u, y, batch, trials),
+                    run(given.asobench, folder, WORKER, batch, trials),
+                    run(given.asobench, folder, empty, batch, trials),
+                ])
+    print(f"W98 least squares, µs for each trial, medians of {given.rounds} rounds; load {min(loads):.1f} to {max(loads):.1f}\n")
+    print("| batch | loop | worker | ratio | empty | loop CPU | worker CPU | ratio CPU | empty CPU |")
+    print("|--:|--:|--:|--:|--:|--:|--:|--:|--:|")
+    for batch, rounds in found.items():
+        cells = []
+        for clock in range(2):
+            loops, workers, empties = ([1e6 * of[tool][clock] for of in rounds] for tool in range(3))
+            ratio = statistics.median(b / a for a, b in zip(loops, workers))
+            medians = [statistics.median(of) for of in (loops, workers, empties)]
+            cells += [f"{medians[0]:.0f}", f"{medians[1]:.0f}", f"{ratio:.2f}", f"{medians[2]:.0f}"]
+        print(f"| {batch} | " + " | ".join(cells) + " |")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,82 @@
+//! `asobench test-method`: what the protocol allows passes, what is wrong is told with what the program printed.
+
+use super::consent::{asobench, text};
+use super::{root, runs};
+
+/// What `test-method` prints of the worker of examples/workers with something after a part of it, and its exit code.
+fn tested(after: &str, more: &str) -> Option<(String, i32)> {
+    if !runs(&["python3", "-c", "1"]) {
+        return None;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let path = root().join("examples/workers/least_squares.py");
+    let source = std::fs::read_to_string(path).unwrap();
+    assert!(source.contains(after));
+    let source = source.replace(after, &format!("{after}{more}"));
+    std::fs::write(place.path().join("worker.py"), source).unwrap();
+    let study = "[settings]\nwindow = 40\neta = 10\n[[methods]]\nname = \"mine\"\nbatch = 32\ntimeout = 20\n\
+                 command = [\"python3\", \"worker.py\"]\n";
+    std::fs::write(place.path().join("study.toml"), study).unwrap();
+    let arguments = ["test-method", "study.toml", "--allow-commands"];
+    let output = asobench(place.path(), &arguments);
+    let code = output.status.code().unwrap();
+    Some((text(&output.stdout) + &text(&output.stderr), code))
+}
+
+const FOUND: &str =
+    "        found = [least_squares(signal(0, i), signal(1, i), na, nb, nk) for i in range(m)]\n";
+
+#[test]
+fn a_record_that_is_declined_is_a_note() {
+    let more = "        found = [(1.0, p[1]) if numbers[i] % 3 == 0 else p for i, p in enumerate(found)]\n";
+    let Some((text, code)) = tested(FOUND, more) else {
+        return;
+    };
+    assert_eq!(code, 0, "{text}");
+    assert!(
+        text.contains("note    models: of 16 records 6 declined, 10 with a model"),
+        "{text}"
+    );
+    let noise_free = text
+        .lines()
+        .find(|line| line.contains("without noise"))
+        .unwrap();
+    assert!(
+        noise_free.contains("note") && noise_free.contains("of trial 1"),
+        "{text}"
+    );
+    assert!(
+        !text.contains("WRONG") && text.contains("ok      time"),
+        "{text}"
+    );
+}
+
+#[test]
+fn after_what_is_wrong_comes_what_was_printed_and_the_other_checks() {
+    let more = "        assert y_is_fine(signal(1, 0))\n";
+    let Some((text, code)) = tested(FOUND, more) else {
+        return;
+    };
+    assert_eq!(code, 1, "{text}");
+    for part in [
+        "WRONG   models: crashed",
+        "| NameError: name 'y_is_fine' is not defined",
+        "worker.py\", line",
+        "WRONG   odd records: NaN: crashed",
+        "WRONG   time",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
+fn a_program_that_does_not_start_shows_its_error() {
+    let Some((text, code)) = tested("import", " import") else {
+        return;
+    };
+    assert_eq!(code, 2, "{text}");
+    assert!(
+        text.contains("| SyntaxError") && text.contains("worker.py\", line"),
+        "{text}"
+    );
+}
