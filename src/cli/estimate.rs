@@ -29,6 +29,7 @@ mod json;
 mod page;
 mod pictures;
 mod scan;
+pub(super) mod study_from;
 mod text;
 mod words;
 
@@ -39,20 +40,8 @@ mod words;
                         poles:0.2,0.1+0.3i,0.1-0.3i)"
 )]
 pub(super) struct Arguments {
-    /// CSV file with a header line, or - for standard input: columns u, y and perhaps k; lines beginning with # are
-    /// comments
-    #[arg(value_name = "FILE.csv")]
-    file: PathBuf,
-    /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares ARX
-    /// models of these orders
-    #[arg(long, value_name = "n", allow_negative_numbers = true)]
-    order: Option<Span>,
-    /// Delay nk of the input, samples, or a range, beside --order [default: 1]
-    #[arg(long, value_name = "nk", allow_negative_numbers = true)]
-    delay: Option<Span>,
-    /// Samples used for estimation, from the first [default: all]; the rest validates
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
-    window: Option<usize>,
+    #[command(flatten)]
+    record: RecordArguments,
     /// Estimators, separated by commas; `asobench methods` prints them
     #[arg(
         long,
@@ -61,9 +50,6 @@ pub(super) struct Arguments {
         default_value = "ls,iv"
     )]
     estimator: Vec<EstimatorName>,
-    /// Subtract from u and y, fitted on the window: none, mean, linear
-    #[arg(long, value_name = "WHAT", default_value_t)]
-    detrend: Detrend,
     /// The observer's gain: dead-beat, scaled:RHO, poles:LIST
     #[arg(long, value_name = "GAIN", default_value_t)]
     gain: Gain,
@@ -81,6 +67,28 @@ pub(super) struct Arguments {
     format: Format,
     #[command(flatten, next_help_heading = "Options of the estimators")]
     options: OptionFlags,
+}
+
+/// A record, and the orders of its models.
+#[derive(Clone, clap::Args)]
+struct RecordArguments {
+    /// CSV file with a header line, or - for standard input: columns u, y and perhaps k; lines beginning with # are
+    /// comments
+    #[arg(value_name = "FILE.csv")]
+    file: PathBuf,
+    /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares ARX
+    /// models of these orders
+    #[arg(long, value_name = "n", allow_negative_numbers = true)]
+    order: Option<Span>,
+    /// Delay nk of the input, samples, or a range, beside --order [default: 1]
+    #[arg(long, value_name = "nk", allow_negative_numbers = true)]
+    delay: Option<Span>,
+    /// Samples used for estimation, from the first [default: all]; the rest validates
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
+    window: Option<usize>,
+    /// Subtract from u and y, fitted on the window: none, mean, linear
+    #[arg(long, value_name = "WHAT", default_value_t)]
+    detrend: Detrend,
 }
 
 fn whole(text: &str) -> Result<usize, String> {
@@ -259,8 +267,8 @@ fn write_drawings(
 
 /// The orders and delays of a table of models; `None` where one model is asked for.
 fn ranges(arguments: &Arguments) -> Option<(Span, Span)> {
-    let order = arguments.order?;
-    let delay = arguments.delay.unwrap_or(Span { first: 1, last: 1 });
+    let order = arguments.record.order?;
+    let delay = arguments.record.delay.unwrap_or(Span { first: 1, last: 1 });
     (order.is_range() || delay.is_range()).then_some((order, delay))
 }
 
@@ -268,8 +276,7 @@ fn ranges(arguments: &Arguments) -> Option<(Span, Span)> {
 fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     let bad = |message: String| Err(Error::Input(message));
     let Arguments {
-        order,
-        delay,
+        record: RecordArguments { order, delay, .. },
         estimator,
         options,
         ..
@@ -322,9 +329,9 @@ fn orders(arguments: &Arguments) -> Result<Orders, Error> {
 
 /// Reads, checks and detrends the record.
 fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
-    let path = arguments.file.display();
+    let path = arguments.record.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
-    let file = files::open_named(&arguments.file, Kind::Record);
+    let file = files::open_named(&arguments.record.file, Kind::Record);
     let file = file.map_err(|error| bad(error.to_string()))?;
     let mut record = csv::read(file).map_err(|error| bad(error.to_string()))?;
     let rows = record.y.len();
@@ -346,7 +353,7 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
         let error = SetupError::LargeOrder(orders.order());
         return Err(Error::Input(format!("--order: {error}")));
     }
-    let window = arguments.window.unwrap_or(rows);
+    let window = arguments.record.window.unwrap_or(rows);
     if window > rows {
         return Err(Error::Input(format!(
             "--window: {window} is more than the {rows} samples of {path}"
@@ -369,21 +376,21 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     for ((name, values), trend) in signals.into_iter().zip(&mut trends) {
         let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let before = largest(&values[..window]);
-        *trend = Trend::fit(arguments.detrend, &values[..window]);
+        *trend = Trend::fit(arguments.record.detrend, &values[..window]);
         trend.subtract(values);
         if largest(&values[..window]) <= 64.0 * f64::EPSILON * before {
             return Err(bad(format!(
                 "column {name} is nothing but its {} trend over the window; nothing is left to identify from",
-                arguments.detrend
+                arguments.record.detrend
             )));
         }
     }
     Ok(Report {
-        file: arguments.file.clone(),
+        file: arguments.record.file.clone(),
         record,
         window,
         orders,
-        detrend: arguments.detrend,
+        detrend: arguments.record.detrend,
         trends,
         gain: arguments.gain.clone(),
         estimates: Vec::new(),

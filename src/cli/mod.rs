@@ -71,6 +71,7 @@ enum Command {
     Report(report::Arguments),
     Theory(theory::Arguments),
     Estimate(estimate::Arguments),
+    StudyFrom(estimate::study_from::Arguments),
     Throughput(throughput::Arguments),
     Plan(plan::Arguments),
     Shard(shard::Arguments),
@@ -116,6 +117,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Report(arguments) => report::run(&arguments),
             Command::Theory(arguments) => theory::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
+            Command::StudyFrom(arguments) => estimate::study_from::run(&arguments),
             Command::TestMethod(arguments) => test_method::run(&arguments),
             Command::Guard => {
                 worker::stand(std::io::stdin().lock());

@@ -92,6 +92,7 @@ impl StudyArguments {
         for assignment in &self.set {
             file = file
                 .set(assignment)
+                .and_then(|file| file.with_samples(&self.file))
                 .map_err(|e| Error::Input(format!("--set {e}")))?;
         }
         if let Some(engine) = self.engine {

@@ -59,13 +59,21 @@ pub enum RecordError {
         /// Cells in the header.
         expected: usize,
     },
+    /// A column that was asked for is missing.
+    #[error("line {line}: no column '{column}'; expected a header line with it")]
+    NoColumn {
+        /// The header's line.
+        line: u64,
+        /// The column's name.
+        column: String,
+    },
     /// A cell that is no finite number.
     #[error("line {line}, column {column}: '{text}' is not a finite number")]
     Cell {
         /// The line.
         line: u64,
         /// The column's name.
-        column: &'static str,
+        column: String,
         /// The cell.
         text: String,
     },
@@ -136,13 +144,18 @@ impl Columns {
         let Some(position) = self.positions[name] else {
             return Ok(None);
         };
-        let number = row[position].parse().ok().filter(|x: &f64| x.is_finite());
-        number.map(Some).ok_or_else(|| RecordError::Cell {
-            line,
-            column: NAMES[name],
-            text: beginning(row[position], 40),
-        })
+        finite(row[position], line, NAMES[name]).map(Some)
     }
+}
+
+/// The finite number of a cell.
+fn finite(cell: &str, line: u64, column: &str) -> Result<f64, RecordError> {
+    let number = cell.parse().ok().filter(|x: &f64| x.is_finite());
+    number.ok_or_else(|| RecordError::Cell {
+        line,
+        column: column.to_owned(),
+        text: beginning(cell, 40),
+    })
 }
 
 /// Lines that are neither blank nor comments, with their numbers.
@@ -238,17 +251,68 @@ pub fn read(from: impl Read) -> Result<Record, RecordError> {
     Ok(record)
 }
 
+/// Reads one column of a table with a header line, whatever other columns it has.
+///
+/// # Errors
+/// [`RecordError`], with line and column.
+pub fn read_column(from: impl Read, name: &str) -> Result<Vec<f64>, RecordError> {
+    let mut lines = Lines::new(from);
+    let no_column = |line| RecordError::NoColumn {
+        line,
+        column: name.to_owned(),
+    };
+    let (line, text) = lines.next()?.ok_or_else(|| no_column(1))?;
+    let header: Vec<&str> = text.split(',').map(unquote).collect();
+    let mut places = (0..header.len()).filter(|place| header[*place] == name);
+    let place = places.next().ok_or_else(|| no_column(line))?;
+    let expected = header.len();
+    let mut samples = Vec::new();
+    while let Some((line, text)) = lines.next()? {
+        let found = text.split(',').count();
+        let cell = text.split(',').nth(place).filter(|_| found == expected);
+        let cell = cell.ok_or(RecordError::RowLength {
+            line,
+            found,
+            expected,
+        })?;
+        samples.push(finite(unquote(cell), line, name)?);
+    }
+    if samples.is_empty() {
+        return Err(RecordError::NoSamples);
+    }
+    Ok(samples)
+}
+
 /// Writes a record with all digits, after `comments`, one line each.
 ///
 /// # Errors
 /// If the writer fails.
-pub fn write(mut to: impl Write, comments: &[String], u: &[f64], y: &[f64]) -> std::io::Result<()> {
+pub fn write(to: impl Write, comments: &[String], u: &[f64], y: &[f64]) -> std::io::Result<()> {
+    write_columns(to, comments, &[("u", u), ("y", y)])
+}
+
+/// Writes columns of one length with their names, after a column k.
+///
+/// # Errors
+/// If the writer fails.
+pub fn write_columns(
+    mut to: impl Write,
+    comments: &[String],
+    columns: &[(&str, &[f64])],
+) -> std::io::Result<()> {
     for text in comments {
         writeln!(to, "{}", comment(text))?;
     }
-    writeln!(to, "{}", line(NAMES.map(Cell::Text)))?;
-    for (k, (u, y)) in u.iter().zip(y).enumerate() {
-        writeln!(to, "{}", line([k as f64, *u, *y].map(Cell::Number)))?;
+    let names = columns.iter().map(|(name, _)| Cell::Text(name));
+    writeln!(
+        to,
+        "{}",
+        line(std::iter::once(Cell::Text("k")).chain(names))
+    )?;
+    for k in 0..columns.first().map_or(0, |(_, column)| column.len()) {
+        let numbers = columns.iter().map(|(_, column)| column[k]);
+        let numbers = std::iter::once(k as f64).chain(numbers);
+        writeln!(to, "{}", line(numbers.map(Cell::Number)))?;
     }
     to.flush()
 }
@@ -364,6 +428,31 @@ mod tests {
         assert_eq!((record.u, record.y), (vec![2.0, 4.0], vec![1.0, 3.0]));
         let record = read("\u{feff}u,y\n1,2\n".as_bytes()).unwrap();
         assert_eq!(record.y, [2.0]);
+    }
+
+    #[test]
+    fn one_column_of_any_table() {
+        let table = "# a\nt, in ,out\n0,1,x\n\n1,-2.5,y\n";
+        let column = |name: &str| read_column(table.as_bytes(), name);
+        assert_eq!(column("in").unwrap(), [1.0, -2.5]);
+        for (text, message) in [
+            ("", "line 1: no column 'u'; expected a header line with it"),
+            (
+                "1,2\n",
+                "line 1: no column 'u'; expected a header line with it",
+            ),
+            ("y,u\n", "no samples after the header"),
+            ("y,u\n1\n", "line 2: 1 cells where the header has 2"),
+            (
+                "y,u\n1,nan\n",
+                "line 2, column u: 'nan' is not a finite number",
+            ),
+        ] {
+            assert_eq!(
+                read_column(text.as_bytes(), "u").unwrap_err().to_string(),
+                message
+            );
+        }
     }
 
     #[test]

@@ -88,7 +88,7 @@ pub enum ProcessError {
     DisturbedLoop(&'static str, f64),
     /// A reading of eta that only an open loop has.
     #[error(
-        "with feedback eta is read as 'exact' of the 'noise-free' output, not '{over}' of '{of}'"
+        "with feedback eta is read as 'exact' of the 'noise-free' output, or as 'absolute', not '{over}' of '{of}'"
     )]
     LevelWithFeedback {
         /// Realisation or process.
@@ -96,16 +96,48 @@ pub enum ProcessError {
         /// Noise-free or measured output.
         of: LevelOf,
     },
+    /// A reading of eta that means nothing.
+    #[error(
+        "eta over \"{over}\" is not of an output; expected eta_of = \"noise-free\", not '{of}'"
+    )]
+    LevelOfNothing {
+        /// Over nothing.
+        over: LevelOver,
+        /// An output.
+        of: LevelOf,
+    },
+    /// Nominal variances of an input that is no random process.
+    #[error(
+        "given samples of the input have no process variance, over which eta could be '{0}'; expected 'exact' or 'absolute'"
+    )]
+    LevelOfSamples(LevelOver),
     /// A controller without samples before it, over which the noise level could be set.
     #[error("a controller needs at least 2 samples in open loop before it, not {0}")]
     Pilot(usize),
 }
 
 impl ProcessSettings {
-    fn drive(&self) -> Drive {
+    fn drive(&self) -> Drive<'_> {
         Drive {
-            amplitude: self.input.amplitude(),
+            input: &self.input,
             process_noise: self.process_noise,
+        }
+    }
+
+    fn check_level(&self, closed: bool) -> Result<(), ProcessError> {
+        let LevelReading { over, of } = self.level;
+        match over {
+            LevelOver::Nothing if of != LevelOf::NoiseFree => {
+                Err(ProcessError::LevelOfNothing { over, of })
+            }
+            LevelOver::Nothing => Ok(()),
+            _ if closed && self.level != LevelReading::default() => {
+                Err(ProcessError::LevelWithFeedback { over, of })
+            }
+            LevelOver::Process if matches!(self.input, Input::Samples(_)) => {
+                Err(ProcessError::LevelOfSamples(over))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -170,10 +202,7 @@ impl Process {
             return Err(ProcessError::InputNoise(percent, amplitude));
         }
         settings.check_disturbances(closed)?;
-        if closed && settings.level != LevelReading::default() {
-            let LevelReading { over, of } = settings.level;
-            return Err(ProcessError::LevelWithFeedback { over, of });
-        }
+        settings.check_level(closed)?;
         if let Feedback::Controlled(law) = &settings.feedback
             && law.pilot() < 2
         {
@@ -189,7 +218,7 @@ impl Process {
             return None;
         };
         let level = self.settings.level;
-        let common = level.over == LevelOver::Process;
+        let common = level.over != LevelOver::Window;
         common.then(|| level.scale(eta, &[], &[], resolved.variances))
     }
 
@@ -209,17 +238,17 @@ impl Process {
     }
 
     /// Whether all trials are the same at a noise level eta (per cent): a loop around a fixed plant
-    /// that nothing drives but its initial state. In open loop the input is random.
+    /// that nothing drives but its initial state, or a plant with a given input.
     pub fn is_deterministic(&self, eta: f64) -> bool {
         let settings = &self.settings;
         let spreads = [
-            settings.input.amplitude(),
             settings.x0_deviation,
             settings.process_noise,
             settings.input_noise,
             eta,
         ];
-        matches!(settings.plant, PlantSource::Fixed(_)) && spreads == [0.0; 5]
+        let fixed = matches!(settings.plant, PlantSource::Fixed(_)) && settings.input.is_fixed();
+        fixed && spreads == [0.0; 4]
     }
 
     /// Draws trial `trial` of `seed` for K = `horizon` samples, with noise level `eta` (per cent) in the
@@ -409,7 +438,7 @@ impl Process {
         let mut described = json!({
             "plant": plant.describe(),
             "x0": x0,
-            "input": { "law": input.law(), "amplitude": input.amplitude(), "sequence": input.sequence() },
+            "input": input.describe(),
             "noise": noise.describe(self.plants.noise()),
             "eta": { "over": level.over, "of": level.of },
             "input_noise": input_noise,

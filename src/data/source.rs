@@ -1,8 +1,9 @@
 //! Where a trial's plant and the colour of its noise come from.
 
 use super::{DrawFailure, ProcessError};
+use crate::model::polynomial::multiply;
 use crate::plant::{ORDER_LIMIT, StateSpace, random_stable};
-use crate::signal::{NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};
+use crate::signal::{Input, NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};
 use serde_json::{Value, json};
 use std::borrow::Cow;
 
@@ -58,7 +59,14 @@ pub enum NoiseColour {
 impl NoiseColour {
     /// Every setting, for a manifest; the coefficients too where they are known.
     pub(super) fn describe(&self, filter: Option<&NoiseFilter>) -> Value {
-        let coefficients = |filter: &NoiseFilter| json!({ "numerator": filter.numerator(), "denominator": filter.denominator() });
+        let coefficients = |filter: &NoiseFilter| {
+            let mut described =
+                json!({ "numerator": filter.numerator(), "denominator": filter.denominator() });
+            if !filter.is_gaussian() {
+                described["drive"] = json!("drawn from given numbers");
+            }
+            described
+        };
         match (self, filter) {
             (Self::Filter(filter), _) => coefficients(filter),
             (Self::InverseDenominator, None) => json!({ "colour": self.to_string() }),
@@ -127,9 +135,8 @@ impl std::fmt::Display for NoiseColour {
 
 /// What drives the plant in open loop.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Drive {
-    /// Standard deviation of the input.
-    pub(super) amplitude: f64,
+pub(super) struct Drive<'a> {
+    pub(super) input: &'a Input,
     /// Standard deviation of every component of the process noise.
     pub(super) process_noise: f64,
 }
@@ -144,17 +151,21 @@ pub(super) struct Resolved {
 }
 
 impl Resolved {
-    fn new(plant: StateSpace, noise: &NoiseColour, drive: Drive) -> Result<Self, NoiseFilterError> {
+    fn new(
+        plant: StateSpace,
+        noise: &NoiseColour,
+        drive: Drive<'_>,
+    ) -> Result<Self, NoiseFilterError> {
         let noise = match noise {
             NoiseColour::InverseDenominator => NoiseFilter::new(&[1.0], &plant.denominator())?,
             NoiseColour::Filter(filter) => filter.clone(),
         };
         let Drive {
-            amplitude,
+            input,
             process_noise,
         } = drive;
-        let energy = plant.energy().unwrap_or(f64::NAN);
-        let mut output = amplitude * amplitude * energy;
+        let mut output =
+            input.amplitude().powi(2) * input_energy(&plant, input).unwrap_or(f64::NAN);
         if process_noise > 0.0 {
             let energy = plant.disturbance_energy().unwrap_or(f64::NAN);
             output += process_noise * process_noise * energy;
@@ -171,6 +182,20 @@ impl Resolved {
     }
 }
 
+/// The variance of the output where the input's is 1; `None` where there is none.
+fn input_energy(plant: &StateSpace, input: &Input) -> Option<f64> {
+    match input {
+        Input::Signs(_) | Input::Gaussian { .. } => plant.energy(),
+        Input::Filtered { filter, .. } => {
+            let numerator = multiply(filter.numerator(), &plant.h());
+            let denominator = multiply(&filter.denominator(), &plant.denominator());
+            let both = NoiseFilter::new(&numerator, &denominator).ok()?;
+            Some(both.variance() / filter.variance())
+        }
+        Input::Samples(_) => None,
+    }
+}
+
 /// The plants of a process, checked.
 #[derive(Clone, Debug)]
 pub(super) enum Plants {
@@ -182,7 +207,7 @@ impl Plants {
     pub(super) fn new(
         source: &PlantSource,
         noise: &NoiseColour,
-        drive: Drive,
+        drive: Drive<'_>,
     ) -> Result<Self, ProcessError> {
         match *source {
             PlantSource::Fixed(ref plant) => {
@@ -212,7 +237,7 @@ impl Plants {
         &self,
         (seed, trial): (u64, u64),
         noise: &NoiseColour,
-        drive: Drive,
+        drive: Drive<'_>,
     ) -> Result<Cow<'_, Resolved>, DrawFailure> {
         match *self {
             Self::Fixed(ref resolved) => Ok(Cow::Borrowed(resolved)),

@@ -81,6 +81,13 @@ impl Whiteness {
             passed: p_value >= LEVEL,
         }
     }
+
+    /// Of covariances that have mean zero and the standard deviation `unit`: the largest, by Bonferroni.
+    fn largest(covariances: &[f64], unit: f64) -> Self {
+        let largest = covariances.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+        let (single, count) = (2.0 * normal_above(largest / unit), covariances.len());
+        Self::new(count, (single * count as f64).min(1.0))
+    }
 }
 
 impl Residuals {
@@ -126,14 +133,9 @@ impl Residuals {
             .saturating_sub(orders.na + orders.nc + orders.nd)
             .max(1);
         let outside = |values: &[f64]| values.iter().filter(|r| r.abs() > bound).count();
-        let free = |range: Range<usize>| {
-            let largest = crosscovariances[range.clone()].iter();
-            let largest = largest.fold(0.0_f64, |m, r| m.max(r.abs()));
-            // A sum cut at 25 lags need not be positive.
-            let unit = cross_variance.max(f64::EPSILON * scale * scale).sqrt() / m.sqrt();
-            let single = 2.0 * normal_above(largest / unit);
-            Whiteness::new(range.len(), (single * range.len() as f64).min(1.0))
-        };
+        // A sum cut at 25 lags need not be positive.
+        let unit = (cross_variance.max(f64::EPSILON * scale * scale) / m).sqrt();
+        let free = |range: Range<usize>| Whiteness::largest(&crosscovariances[range], unit);
         Some(Self {
             rows,
             rss: variance * m,
@@ -154,6 +156,19 @@ impl Residuals {
             box_pierce,
             ljung_box,
         })
+    }
+
+    /// The chance of what was seen, or more, where no feedback led y to u: of correlations with u(k) ... u(k + 5), where a
+    /// feedback acts first, or with all of its future, whichever is less likely, times two for two tests. The plant must
+    /// not have a direct term.
+    pub fn feedback_p_value(&self) -> f64 {
+        const NEAR: usize = 5;
+        let lags = self.lags();
+        let scale = self.autocovariances[0] * self.input_variance;
+        let unit = (self.cross_variance.max(f64::EPSILON * scale) / self.rows as f64).sqrt();
+        let near = &self.crosscovariances[lags.saturating_sub(NEAR)..=lags];
+        let near = Whiteness::largest(near, unit).p_value;
+        (2.0 * near.min(self.free_of_future_input.p_value)).min(1.0)
     }
 
     /// The largest lag.

@@ -5,6 +5,7 @@
 //! method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11); [`KnownModel`] is the true plant in their place.
 
 mod arx;
+mod autoregression;
 pub mod auxiliary;
 mod covariance;
 mod failure;
@@ -35,6 +36,7 @@ mod sorted_qr;
 mod subspace;
 
 pub use arx::{Arx, ArxOptions};
+pub use autoregression::autoregression;
 pub use covariance::Covariance;
 pub use failure::{FailureKind, Reason};
 pub use general_iv::{FixedModel, GeneralIv};

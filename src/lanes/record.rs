@@ -39,17 +39,24 @@ impl<R: Real> Streams<R> {
     }
 
     /// [`Input::fill`].
-    pub(super) fn fill(self, input: Input, u: &mut [R]) {
+    pub(super) fn fill(self, input: &Input, u: &mut [R]) {
         R::run(
             #[inline(always)]
             || match input {
-                Input::Signs(signs) => self.fill_signs(signs, u),
+                Input::Signs(signs) => self.fill_signs(*signs, u),
                 Input::Gaussian { amplitude } => {
                     Normals::new(self).fill(u);
                     for u in u {
-                        *u = *u * R::splat(amplitude);
+                        *u = *u * R::splat(*amplitude);
                     }
                 }
+                Input::Samples(samples) => {
+                    for (u, sample) in u.iter_mut().zip(samples.iter().cycle()) {
+                        *u = R::splat(*sample);
+                    }
+                }
+                // Not covered by a plan: no number instead of a wrong one.
+                Input::Filtered { .. } => u.fill(R::splat(f64::NAN)),
             },
         );
     }
@@ -221,7 +228,7 @@ impl<R: Real, const N: usize> Record<R, N> {
             streams(Purpose::NoiseDrive),
         );
         let v = &mut self.v[..];
-        input.fill(source.settings.input, &mut self.u);
+        input.fill(&source.settings.input, &mut self.u);
         R::run(
             #[inline(always)]
             || {
@@ -346,9 +353,9 @@ mod tests {
         colours
     }
 
-    fn levels() -> [LevelReading; 4] {
+    fn levels() -> [LevelReading; 5] {
         from_fn(|i| LevelReading {
-            over: [LevelOver::Window, LevelOver::Process][i / 2],
+            over: [LevelOver::Window, LevelOver::Process, LevelOver::Nothing][i / 2],
             of: [LevelOf::NoiseFree, LevelOf::Measured][i % 2],
         })
     }
@@ -413,10 +420,13 @@ mod tests {
                     signs(Sequence::Independent),
                     signs(Sequence::Periodic127),
                     Input::Gaussian { amplitude: 0.3 },
+                    Input::Samples([3.0, -1.0, 0.5, 0.0, 7.0].into()),
                 ];
+                let given = |input: &Input| matches!(input, Input::Samples(_));
                 for (input, level) in inputs
                     .into_iter()
-                    .flat_map(|input| levels().map(|level| (input, level)))
+                    .flat_map(|input| levels().map(|level| (input.clone(), level)))
+                    .filter(|(input, level)| !given(input) || level.over != LevelOver::Process)
                 {
                     let (plant, x0) = (plant.clone(), x0.clone());
                     let process = Process::new(plant, x0, input, colour.clone(), level);

@@ -41,7 +41,7 @@ impl<R: Real, const N: usize> Responses<R, N> {
     /// Draws a trial's fresh input in each lane, and simulates the plant under it.
     pub(crate) fn draw(&mut self, source: &RecordSource<'_>, trials: &[u64; MOST_LANES]) {
         let fresh = Streams::<R>::new(source.seed, trials, Purpose::FreshInput);
-        fresh.fill(source.settings.input, self.response.input());
+        fresh.fill(&source.settings.input, self.response.input());
         R::run(
             #[inline(always)]
             || {

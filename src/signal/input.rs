@@ -1,10 +1,13 @@
-//! Input sequences, all of mean zero and of the amplitude as standard deviation.
+//! Input sequences. Those that are drawn have mean zero and the amplitude as standard deviation.
 
 use super::arithmetic::with_fma;
+use super::noise::NoiseFilter;
 use super::normal::fill_standard_normal;
 use super::stream::Stream;
 use crate::names::named_enum;
 use rand::Rng;
+use serde_json::{Value, json};
+use std::sync::Arc;
 
 /// Random signs of an amplitude: u(k) = +amplitude or -amplitude, each with probability 1/2.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +54,7 @@ impl RandomSigns {
 }
 
 /// The external input of a process.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Input {
     /// Random signs.
     Signs(RandomSigns),
@@ -60,10 +63,19 @@ pub enum Input {
         /// Their standard deviation, in units of u.
         amplitude: f64,
     },
+    /// White Gaussian numbers through a filter, scaled to the amplitude; stationary from the first sample.
+    Filtered {
+        /// The filter.
+        filter: NoiseFilter,
+        /// The standard deviation of what comes out, in units of u.
+        amplitude: f64,
+    },
+    /// The same samples in every trial, from the first again after the last.
+    Samples(Arc<[f64]>),
 }
 
 named_enum! {
-    /// The law of an input's samples.
+    /// The law of an input's samples, where no table or file says it.
     InputLaw, "input" {
         /// [`Input::Signs`] (the default).
         Signs = "signs",
@@ -84,34 +96,55 @@ impl Input {
         }
     }
 
-    /// The law's name.
-    pub const fn law(&self) -> InputLaw {
+    /// Every setting, for a manifest.
+    pub fn describe(&self) -> Value {
+        let law = |law: InputLaw, sequence: Option<Sequence>| json!({ "law": law, "amplitude": self.amplitude(), "sequence": sequence });
         match self {
-            Self::Signs(_) => InputLaw::Signs,
-            Self::Gaussian { .. } => InputLaw::Gaussian,
+            Self::Signs(signs) => law(InputLaw::Signs, Some(signs.sequence)),
+            Self::Gaussian { .. } => law(InputLaw::Gaussian, None),
+            Self::Filtered { filter, amplitude } => json!({
+                "amplitude": amplitude,
+                "numerator": filter.numerator(),
+                "denominator": filter.denominator(),
+            }),
+            Self::Samples(samples) => json!({ "samples": samples[..] }),
         }
     }
 
-    /// Whether signs repeat; `None` for other laws, which are always fresh.
-    pub const fn sequence(&self) -> Option<Sequence> {
-        match self {
-            Self::Signs(signs) => Some(signs.sequence),
-            Self::Gaussian { .. } => None,
-        }
+    /// Whether every trial has the same samples.
+    pub fn is_fixed(&self) -> bool {
+        matches!(self, Self::Samples(_)) || self.amplitude() == 0.0
     }
 
-    /// The standard deviation, in units of u.
-    pub const fn amplitude(&self) -> f64 {
-        match *self {
-            Self::Signs(RandomSigns { amplitude, .. }) | Self::Gaussian { amplitude } => amplitude,
+    /// The standard deviation, in units of u; of given samples their root mean square.
+    pub fn amplitude(&self) -> f64 {
+        match self {
+            Self::Signs(RandomSigns { amplitude, .. })
+            | Self::Gaussian { amplitude }
+            | Self::Filtered { amplitude, .. } => *amplitude,
+            Self::Samples(samples) => {
+                let squares: f64 = samples.iter().map(|u| u * u).sum();
+                (squares / samples.len() as f64).sqrt()
+            }
         }
     }
 
     /// Fills `u` from the stream. A longer `u` extends a shorter one.
     pub fn fill(&self, stream: &mut Stream, u: &mut [f64]) {
-        match *self {
+        match self {
             Self::Signs(signs) => signs.fill(stream, u),
-            Self::Gaussian { amplitude } => fill_white(stream, amplitude, u),
+            Self::Gaussian { amplitude } => fill_white(stream, *amplitude, u),
+            Self::Filtered { filter, amplitude } => {
+                filter.fill_from_one(stream, u);
+                let scale = amplitude / filter.variance().sqrt();
+                u.iter_mut().for_each(|u| *u *= scale);
+            }
+            Self::Samples(samples) => {
+                let samples = samples.iter().cycle();
+                u.iter_mut()
+                    .zip(samples)
+                    .for_each(|(u, sample)| *u = *sample);
+            }
         }
     }
 }
@@ -151,6 +184,48 @@ mod tests {
         let mut short = vec![0.0; 77];
         input.fill(&mut stream(1, 0, Purpose::Input), &mut short);
         assert_eq!(short, u[..77]);
+    }
+
+    /// Variance and lag-1 covariance over trials of an AR(1) input, its first sample among them, within 4.5 standard errors
+    /// of amplitude^2 and amplitude^2 (-d).
+    #[test]
+    fn filtered_input_has_amplitude_and_spectrum_from_its_first_sample() {
+        const TRIALS: u64 = 40_000;
+        let filter = NoiseFilter::new(&[3.0], &[1.0, -0.8]).unwrap();
+        let input = Input::Filtered {
+            filter,
+            amplitude: 2.0,
+        };
+        let draw = |trial: u64, u: &mut [f64]| input.fill(&mut stream(1, trial, Purpose::Input), u);
+        let mut sums = [0.0; 4];
+        for trial in 0..TRIALS {
+            let mut u = [0.0; 12];
+            draw(trial, &mut u);
+            let products = [u[0] * u[0], u[0] * u[1], u[10] * u[10], u[10] * u[11]];
+            sums.iter_mut().zip(products).for_each(|(s, x)| *s += x);
+        }
+        for (sum, expected) in sums.iter().zip([4.0, 3.2, 4.0, 3.2]) {
+            let error = 4.0 * (2.0 / TRIALS as f64).sqrt();
+            assert!(
+                (sum / TRIALS as f64 - expected).abs() < 4.5 * error,
+                "{sums:?}"
+            );
+        }
+        let (mut short, mut long) = ([0.0; 33], [0.0; 70]);
+        draw(3, &mut short);
+        draw(3, &mut long);
+        assert_eq!(short, long[..33]);
+    }
+
+    #[test]
+    fn given_samples_are_the_same_in_every_trial_and_begin_again() {
+        let input = Input::Samples([1.0, -2.0, 2.0].into());
+        for trial in 0..3 {
+            let mut u = [0.0; 5];
+            input.fill(&mut stream(1, trial, Purpose::Input), &mut u);
+            assert_eq!(u, [1.0, -2.0, 2.0, 1.0, -2.0]);
+        }
+        assert!(input.is_fixed() && input.amplitude() == 3.0_f64.sqrt());
     }
 
     fn signs(sequence: Sequence, count: usize) -> Vec<f64> {

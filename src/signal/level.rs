@@ -13,6 +13,8 @@ named_enum! {
         /// The stationary processes: eta holds on average over trials. The output's is that under
         /// independent signs.
         Process = "nominal",
+        /// Nothing: eta/100 is the standard deviation of the white noise before its filter, in units of y.
+        Nothing = "absolute",
     }
 }
 
@@ -60,6 +62,7 @@ impl LevelReading {
         }
         let e = R::splat(eta / 100.0);
         let (output, noise, cross) = match self.over {
+            LevelOver::Nothing => return e,
             LevelOver::Window => {
                 let cross = match self.of {
                     LevelOf::NoiseFree => R::zero(),

@@ -4,14 +4,15 @@ use super::continuous_time::continuous_cell;
 use super::curves::{CURVES_LIMIT, Curves};
 use super::experiment::{Cell, ScoredFrom, Source};
 use super::file::{
-    AUTOMATIC, ExperimentFile, FeedbackTable, FileError, Key, PlantTable, Scalar, Settings,
+    AUTOMATIC, ExperimentFile, FeedbackTable, FileError, Key, NoiseTable, PlantTable, Scalar,
+    Settings,
 };
 use super::state_feedback::StateFeedback;
 use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings};
 use crate::estimator::{SetupError, Shape, Solver};
 use crate::observer::Gain;
 use crate::plant::{ORDER_LIMIT, nikolov2023};
-use crate::signal::{Input, LevelOf, LevelReading, NoiseFilter};
+use crate::signal::{Input, InputLaw, LevelOf, LevelReading, NoiseFilter};
 use crate::text::number;
 
 /// Plants that need no table.
@@ -66,7 +67,13 @@ impl Build<'_> {
             };
             FileError::key(key.name(), error.to_string())
         })?;
-        let horizon = self.count_or(Key::Horizon, 400.max(window + 200))?;
+        let process = self.process(plant)?;
+        let most = self.given_samples(&process, window)?;
+        let horizon = self.count_or(Key::Horizon, most.unwrap_or(400.max(window + 200)))?;
+        if let Some(most) = most.filter(|most| *most < horizon) {
+            let message = format!("K = {horizon} samples; the input has {most}");
+            return Err(FileError::key("horizon", message));
+        }
         if horizon < window {
             let message = format!(
                 "the record of K = {horizon} samples is shorter than the window N = {window}"
@@ -89,7 +96,7 @@ impl Build<'_> {
         gain.check(order)
             .map_err(|e| FileError::key("gain", e.to_string()))?;
         let cell = Cell {
-            source: Source::Record(Box::new(self.process(plant)?)),
+            source: Source::Record(Box::new(process)),
             claim: self.text(Key::Claim),
             eta,
             order,
@@ -116,10 +123,20 @@ impl Build<'_> {
             Some(reference) => reference,
             None => self.number(Key::Amplitude)?,
         };
+        let input = self.input(amplitude)?;
+        if let (Input::Samples(_), Some(reference)) = (&input, reference) {
+            let place = format!("feedbacks.{}.reference", self.text(Key::Feedback));
+            let message = format!(
+                "{}; the reference is the input '{}', as it is",
+                number(reference),
+                self.text(Key::Input)
+            );
+            return Err(FileError::key(&place, message));
+        }
         let settings = ProcessSettings {
             x0,
             x0_deviation: self.number_or_default(Key::X0Deviation)?,
-            input: Input::new(self.name(Key::Input)?, amplitude, self.name(Key::Sequence)?),
+            input,
             noise: self.noise()?,
             level: LevelReading {
                 over: self.name(Key::EtaOver)?,
@@ -131,6 +148,52 @@ impl Build<'_> {
             plant,
         };
         Process::from_settings(settings).map_err(|e| FileError::key("settings", e.to_string()))
+    }
+
+    /// How many samples a record may have where the input is given sample by sample; `None` where there is no end of them.
+    fn given_samples(&self, process: &Process, window: usize) -> Result<Option<usize>, FileError> {
+        let Input::Samples(samples) = process.input() else {
+            return Ok(None);
+        };
+        let most = samples
+            .len()
+            .saturating_sub(process.settings().feedback.pilot());
+        if window > most {
+            let key = if self.settings.contains_key(&Key::L) {
+                Key::L
+            } else {
+                Key::Window
+            };
+            let message = format!(
+                "N = {window} samples; the input '{}' has {most}",
+                self.text(Key::Input)
+            );
+            return Err(FileError::key(key.name(), message));
+        }
+        Ok(Some(most))
+    }
+
+    fn input(&self, amplitude: f64) -> Result<Input, FileError> {
+        let (key, name) = (Key::Input.name(), self.text(Key::Input));
+        if let Some(samples) = self.file.column(key, &name) {
+            return Ok(Input::Samples(samples?.into()));
+        }
+        if let Ok(law) = name.parse() {
+            return Ok(Input::new(law, amplitude, self.name(Key::Sequence)?));
+        }
+        let laws = InputLaw::ALL.iter().map(|law| law.name());
+        let known: Vec<&str> = laws
+            .chain(self.file.noises.keys().map(String::as_str))
+            .collect();
+        let table = self.file.noises.get(&name);
+        let table = table.ok_or_else(|| unknown(Key::Input, &name, &known))?;
+        if table.residuals.is_some() {
+            let message =
+                format!("noise '{name}' is drawn from residuals; expected one that is Gaussian");
+            return Err(FileError::key(key, message));
+        }
+        let filter = filter(&name, table)?;
+        Ok(Input::Filtered { filter, amplitude })
     }
 
     fn plant(&self) -> Result<PlantSource, FileError> {
@@ -197,11 +260,17 @@ impl Build<'_> {
                 let known: Vec<&str> = NOISES.into_iter().chain(known).collect();
                 let table = self.file.noises.get(&name);
                 let table = table.ok_or_else(|| unknown(Key::Noise, &name, &known))?;
-                let (numerator, denominator) = table.filter();
-                let filter = NoiseFilter::new(numerator, denominator);
-                let filter =
-                    filter.map_err(|e| FileError::key(&format!("noises.{name}"), e.to_string()));
-                Ok(filter?.into())
+                let white = filter(&name, table)?;
+                let Some(column) = &table.residuals else {
+                    return Ok(white.into());
+                };
+                let place = format!("noises.{name}.residuals");
+                let wrong = |message: String| FileError::key(&place, message);
+                let residuals = self.file.column(&place, column);
+                let residuals = residuals
+                    .ok_or_else(|| wrong(format!("'{column}'; expected \"file:PATH#COLUMN\"")))??;
+                let drawn = white.drawn_from(residuals);
+                Ok(drawn.map_err(|e| wrong(e.to_string()))?.into())
             }
         }
     }
@@ -314,6 +383,13 @@ impl Build<'_> {
         text.parse()
             .map_err(|e: T::Err| FileError::key(key.name(), e.to_string()))
     }
+}
+
+/// The filter of a table of `[noises]`.
+fn filter(name: &str, table: &NoiseTable) -> Result<NoiseFilter, FileError> {
+    let (numerator, denominator) = table.filter();
+    let filter = NoiseFilter::new(numerator, denominator);
+    filter.map_err(|e| FileError::key(&format!("noises.{name}"), e.to_string()))
 }
 
 /// Checks that a measure of the state has a sample to be taken of.

@@ -16,6 +16,7 @@ use crate::estimator::{Estimator, KnownModel, Method, Output, Problem, SetupErro
 use crate::names::named_enum;
 use crate::observer::Gain;
 use crate::real::MOST_LANES;
+use crate::signal::Input;
 use crate::worker::{Program, Record, seed_of};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -542,6 +543,19 @@ impl Experiment {
                 if given.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
                     let message = "no cell has plant = \"random\", so it means nothing; expected a random plant or \
                                    no such key";
+                    return Err(FileError::key(key.name(), message));
+                }
+            }
+        }
+        let given = |cell: &Cell| {
+            let process = cell.process();
+            process.is_some_and(|process| matches!(process.input(), Input::Samples(_)))
+        };
+        if !self.cells.is_empty() && self.cells.iter().all(given) {
+            for key in [Key::Amplitude, Key::Sequence] {
+                let axis = self.file.settings.get(&key);
+                if axis.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
+                    let message = "the input is a file's in every cell, so it means nothing; expected no such key";
                     return Err(FileError::key(key.name(), message));
                 }
             }

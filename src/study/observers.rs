@@ -78,7 +78,7 @@ fn known_filter(
     let known = process.open_loop();
     let (plant, noise, variances) = known.ok_or(SetupError::NoKnownPlant)?;
     let deviation = settings.level.scale(cell.eta, &[], &[], variances);
-    if settings.level.over != LevelOver::Process || !(deviation > 0.0) {
+    if settings.level.over == LevelOver::Window || !(deviation > 0.0) {
         return Err(SetupError::NoKnownNoise(kind.clone()));
     }
     let of_variance = |variance: f64| Mat::from_fn(n, n, |i, j| variance * f64::from(i == j));

@@ -2,14 +2,14 @@
 
 use super::pack::{Pack, PackTrial};
 use super::{Cell, Experiment, Measure, ObserverStart, ScoredFrom};
-use crate::data::{Feedback, PlantSource, Process, ProcessSettings, Truth};
+use crate::data::{Feedback, NoiseColour, PlantSource, Process, ProcessSettings, Truth};
 use crate::estimator::IvOptions;
 use crate::lanes::record::RecordSource;
 use crate::lanes::score::Wanted;
 use crate::lanes::{Call, Isa, LARGEST_ORDER};
 use crate::plant::StateSpace;
 use crate::real::Real;
-use crate::signal::{NoiseFilter, ProcessVariances};
+use crate::signal::{Input, NoiseFilter, ProcessVariances};
 
 /// The longest record of a pack: all lanes of it take 256 MiB.
 const LONGEST_HORIZON: usize = 1 << 20;
@@ -152,14 +152,24 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
         plant,
         x0: _,
         x0_deviation,
-        input: _,
-        noise: _,
+        input,
+        noise,
         level: _,
         input_noise,
         process_noise,
         feedback,
     } = settings;
+    let input = matches!(
+        input,
+        Input::Signs(_) | Input::Gaussian { .. } | Input::Samples(_)
+    );
+    let gaussian = match noise {
+        NoiseColour::InverseDenominator => true,
+        NoiseColour::Filter(filter) => filter.is_gaussian(),
+    };
     let has = [
+        (input, "an input through a filter"),
+        (gaussian, "noise that is drawn from given numbers"),
         (matches!(feedback, Feedback::None), "feedback"),
         (matches!(plant, PlantSource::Fixed(_)), "random plants"),
         (*input_noise == 0.0, "input noise"),

@@ -79,7 +79,7 @@ impl Scorer {
                 .collect(),
             observers: observers?,
             poles: PoleFinder::new(cell.order),
-            input: *process.input(),
+            input: process.input().clone(),
             response: Response::new(RESPONSE_SAMPLES),
             x: vec![0.0; largest],
             wanted: Wanted {

@@ -56,6 +56,15 @@ pub enum NoTheory {
     /// A periodic input.
     #[error("the input repeats itself: every trial has a limit of its own")]
     PeriodicInput,
+    /// Given samples.
+    #[error("the input is given sample by sample: it is no stationary process")]
+    GivenInput,
+    /// An input that is not white.
+    #[error("the input is not white, which is not covered")]
+    FilteredInput,
+    /// Noise that is drawn from given numbers.
+    #[error("the noise is drawn from given numbers, which is not covered")]
+    DrawnNoise,
     /// A controller that identifies first.
     #[error("state feedback is made of an estimate: the record is not stationary")]
     Controlled,

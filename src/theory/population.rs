@@ -7,7 +7,7 @@ use crate::data::{Feedback, NoiseColour, PlantSource, Process};
 use crate::model::polynomial::multiply;
 use crate::plant::StateSpace;
 use crate::plant::stability::StepDown;
-use crate::signal::{InputLaw, LevelOf, LevelOver, Sequence};
+use crate::signal::{Input, LevelOf, LevelOver, Sequence};
 
 /// The source of the reference, which is the input in open loop.
 pub const REFERENCE: usize = 0;
@@ -58,9 +58,16 @@ impl Population {
         let PlantSource::Fixed(plant) = &settings.plant else {
             return Err(NoTheory::RandomPlant);
         };
-        if settings.input.sequence() == Some(Sequence::Periodic127) {
-            return Err(NoTheory::PeriodicInput);
-        }
+        // The fourth cumulant over the squared variance.
+        let excess = match &settings.input {
+            Input::Signs(signs) => match signs.sequence {
+                Sequence::Independent => -2.0,
+                Sequence::Periodic127 => return Err(NoTheory::PeriodicInput),
+            },
+            Input::Gaussian { .. } => 0.0,
+            Input::Filtered { .. } => return Err(NoTheory::FilteredInput),
+            Input::Samples(_) => return Err(NoTheory::GivenInput),
+        };
         let feedback = match &settings.feedback {
             Feedback::None => None,
             Feedback::Output(law) => Some((law.numerator().to_vec(), law.denominator())),
@@ -74,11 +81,10 @@ impl Population {
         let beta = [&[0.0], plant.h().as_slice()].concat();
         let noise = match &settings.noise {
             NoiseColour::InverseDenominator => (vec![1.0], alpha.clone()),
+            NoiseColour::Filter(filter) if !filter.is_gaussian() => {
+                return Err(NoTheory::DrawnNoise);
+            }
             NoiseColour::Filter(filter) => (filter.numerator().to_vec(), filter.denominator()),
-        };
-        let excess = match settings.input.law() {
-            InputLaw::Signs => -2.0,
-            InputLaw::Gaussian => 0.0,
         };
         let gaussian = |deviation: f64| Source {
             variance: deviation * deviation,
@@ -223,6 +229,8 @@ impl Population {
         };
         let square = if eta == 0.0 {
             0.0
+        } else if level.over == LevelOver::Nothing {
+            e2
         } else {
             share * output / noise
         };

@@ -14,6 +14,7 @@ mod identity;
 mod kills;
 mod meaning;
 mod needs;
+mod own_case;
 mod verdicts;
 
 use common::{PROGRAM, copy, stderr};

@@ -55,7 +55,7 @@ impl Call for Models<'_> {
 /// Of one model by code for one.
 fn alone(
     plant: &StateSpace,
-    input: Input,
+    input: &Input,
     trial: u64,
     [a, b]: &[Vec<f64>; 2],
     samples: usize,
@@ -117,6 +117,7 @@ fn a_lane_has_the_bits_of_its_model_alone() {
             Input::new(InputLaw::Signs, 10.0, Sequence::Independent),
             Input::new(InputLaw::Signs, 0.5, Sequence::Periodic127),
             Input::new(InputLaw::Gaussian, 3.0, Sequence::default()),
+            Input::Samples([3.0, -1.0, 0.5, 0.0, 7.0].into()),
         ]
         .into_iter()
         .enumerate()
@@ -124,7 +125,7 @@ fn a_lane_has_the_bits_of_its_model_alone() {
         {
             let level = LevelReading::default();
             let (noise, x0) = (NoiseFilter::white(), vec![1.0; order]);
-            let process = Process::new(plant.clone(), x0, input, noise, level);
+            let process = Process::new(plant.clone(), x0, input.clone(), noise, level);
             let process = process.expect("a valid process");
             let (_, noise, variances) = process.open_loop().expect("an open loop");
             let source = RecordSource {
@@ -148,7 +149,7 @@ fn a_lane_has_the_bits_of_its_model_alone() {
                     },
                 );
                 for (lane, found) in found.iter().enumerate() {
-                    let expected = alone(&plant, input, trials[lane], &models[lane], samples);
+                    let expected = alone(&plant, &input, trials[lane], &models[lane], samples);
                     let expected = if lane + 1 == MOST_LANES {
                         [f64::NAN; 2]
                     } else {

@@ -165,7 +165,9 @@ named_table! {
             left_out: true,
             ..DISCRETE
         },
-        /// "signs" (random, +-amplitude) or "gaussian" (of that standard deviation)
+        /// "signs" (random, +-amplitude), "gaussian" (of that standard deviation), a name in
+        /// `[noises]` (Gaussian through that filter, of that standard deviation), or
+        /// "file:PATH#COLUMN" (the same samples in every trial; column u where none is named)
         Input = "input": Entry {
             default: Text("signs"),
             ..DISCRETE
@@ -211,7 +213,8 @@ named_table! {
             left_out: true,
             ..DISCRETE
         },
-        /// reading E7: "exact" (in the window) or "nominal" (of the processes)
+        /// reading E7: "exact" (in the window) or "nominal" (of the processes); or "absolute": eta/100
+        /// is the standard deviation of the white noise before its filter, in units of y
         EtaOver = "eta_over": Entry {
             default: Text("exact"),
             words: Template("{} eta"),

@@ -3,6 +3,7 @@
 mod axis;
 mod claim;
 mod claim_test;
+mod columns;
 mod continuous_tables;
 mod grid;
 mod key;
@@ -97,6 +98,9 @@ pub struct ExperimentFile {
     pub plants: BTreeMap<String, PlantTable>,
     /// Noise filters by name.
     pub noises: BTreeMap<String, NoiseTable>,
+    /// In a resolved file: the columns of CSV files that `input` and the noises name, by these names.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub columns: BTreeMap<String, Vec<f64>>,
     /// Feedbacks by name.
     pub feedbacks: BTreeMap<String, FeedbackTable>,
     /// Makes it a study of observers in continuous time.
@@ -155,6 +159,7 @@ impl Default for ExperimentFile {
             exclude: Vec::new(),
             plants: BTreeMap::new(),
             noises: BTreeMap::new(),
+            columns: BTreeMap::new(),
             feedbacks: BTreeMap::new(),
             continuous: None,
             continuous_plants: BTreeMap::new(),
@@ -304,6 +309,7 @@ impl ExperimentFile {
             let default = key.default().map(Axis::One);
             !(key.is_left_out() && Some(&*axis) == default.as_ref())
         });
+        self.drop_columns();
         for (name, noise) in &mut self.noises {
             let resolved = std::mem::take(noise).resolve();
             let wrong = |message: String| FileError::key(&format!("noises.{name}"), message);

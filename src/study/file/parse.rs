@@ -112,9 +112,14 @@ impl ExperimentFile {
         })
     }
 
-    /// Takes the samples of the files that disturbances name, which stand beside the experiment file.
-    fn with_samples(mut self, path: &Path) -> Result<Self, FileError> {
+    /// Takes the samples of the files that disturbances, inputs and noises name and that were not yet read, which stand
+    /// relative to the folder of the experiment file `path`.
+    ///
+    /// # Errors
+    /// If one cannot be read.
+    pub fn with_samples(mut self, path: &Path) -> Result<Self, FileError> {
         let folder = path.parent().unwrap_or(Path::new(""));
+        self.read_columns(folder)?;
         for (name, signal) in &mut self.signals {
             signal.read_files(folder, &format!("signals.{name}"))?;
         }

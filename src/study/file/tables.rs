@@ -110,7 +110,7 @@ fn monic(name: &str, given: Option<&[f64]>) -> Result<Vec<f64>, String> {
     }
 }
 
-/// A noise filter of white Gaussian noise: the polynomials `C/D`, or numerator and denominator.
+/// A noise filter of white noise: the polynomials `C/D`, or numerator and denominator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseTable {
@@ -126,6 +126,10 @@ pub struct NoiseTable {
     /// `1, d_1 ... d_p`; 1 where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denominator: Option<Vec<f64>>,
+    /// The white noise is drawn with replacement from a column of a CSV file, "file:PATH#COLUMN", its mean subtracted and
+    /// its variance made 1; Gaussian where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residuals: Option<String>,
 }
 
 impl NoiseTable {
@@ -136,6 +140,7 @@ impl NoiseTable {
             autoregression: d,
             numerator,
             denominator,
+            residuals,
         } = self;
         let polynomials = c.is_some() || d.is_some();
         let (numerator, denominator) = match (polynomials, numerator, denominator) {
@@ -153,6 +158,7 @@ impl NoiseTable {
         Ok(Self {
             numerator: Some(numerator),
             denominator: Some(denominator),
+            residuals,
             ..Self::default()
         })
     }

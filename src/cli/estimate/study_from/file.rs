@@ -1,0 +1,295 @@
+//! The experiment file of a case, with comments.
+
+use super::methods::{Chosen, Methods};
+use super::{Arguments, Case, Places, noise_filter};
+use crate::signal::arithmetic::variance;
+use crate::text::{beginning, number, rounded, visible};
+use std::fmt::{self, Write};
+
+/// The file's text.
+pub(super) fn text(
+    case: &Case,
+    arguments: &Arguments,
+    methods: &Methods,
+    places: &Places,
+) -> String {
+    let mut text = String::new();
+    let written = write(&mut text, case, arguments, methods, places);
+    written.expect("writing to a string does not fail");
+    text
+}
+
+/// What the input of the trials is.
+pub(super) fn input_in_words(case: &Case) -> String {
+    let (name, n) = (case.input.0, case.report.window);
+    match &case.spectrum {
+        None => format!("Every trial has the record's own {name}, {n} samples."),
+        Some(filter) => format!(
+            "{name} is drawn anew in every trial: Gaussian, with the spectrum of the record's {name} about its mean, an \
+             autoregression of order {}.",
+            filter.denominator().len() - 1
+        ),
+    }
+}
+
+/// What the noise of the trials is.
+pub(super) fn noise_in_words(case: &Case) -> &'static str {
+    if case.drawn.is_some() {
+        "Noise is drawn with replacement from the record's residuals."
+    } else {
+        "Noise is Gaussian, of the estimated variance."
+    }
+}
+
+/// Whether the trials are in closed loop, and how that is known.
+pub(super) fn loop_in_words(case: &Case, open: bool) -> String {
+    match (&case.feedback, case.residuals.as_ref().filter(|_| !open)) {
+        (Some(_), _) => "The loop is closed by the feedback that was given.".to_owned(),
+        (None, Some(residuals)) => format!(
+            "The loop is open: u does not follow the residuals, as a strong feedback would show (p = {}).",
+            rounded(residuals.feedback_p_value(), 2)
+        ),
+        (None, None) => "The loop is open, as was said.".to_owned(),
+    }
+}
+
+/// Why the trials may be unlike the record.
+pub(super) fn doubts(case: &Case) -> Vec<String> {
+    let Some(residuals) = &case.residuals else {
+        return Vec::new();
+    };
+    let tests = [
+        (
+            residuals.white,
+            "the residuals are not white: the noise of the trials is not that of the record",
+        ),
+        (
+            residuals.free_of_past_input,
+            "the residuals hold past input: the plant of the trials is not that of the record",
+        ),
+    ];
+    let failed = tests.into_iter().filter(|(test, _)| !test.passed);
+    failed
+        .map(|(test, doubt)| format!("{doubt} (p = {:.2e}); expected other orders", test.p_value))
+        .collect()
+}
+
+/// A TOML string, which JSON's is where nothing is unseen.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn list(numbers: &[f64]) -> String {
+    let numbers: Vec<String> = numbers.iter().copied().map(number).collect();
+    format!("[{}]", numbers.join(", "))
+}
+
+fn write(
+    text: &mut String,
+    case: &Case,
+    arguments: &Arguments,
+    methods: &Methods,
+    places: &Places,
+) -> fmt::Result {
+    let record = visible(beginning(&Places::name(&case.report.file), 100));
+    let (name, n) = (arguments.estimator, case.report.window);
+    writeln!(
+        text,
+        "# A study of the record {record}: {n} samples, detrend {}. Its plant and noise are those that {name} estimated:",
+        case.report.detrend
+    )?;
+    let equation = case.model.equation().rounded(6).to_string();
+    for line in equation.lines() {
+        writeln!(text, "#     {line}")?;
+    }
+    writeln!(
+        text,
+        "# {}\n# {}",
+        input_in_words(case),
+        noise_in_words(case)
+    )?;
+    writeln!(text, "# {}", loop_in_words(case, arguments.open_loop))?;
+    for doubt in doubts(case) {
+        writeln!(text, "# WARNING: {doubt}")?;
+    }
+    for reason in &methods.left_out {
+        writeln!(text, "# Left out: {reason}")?;
+    }
+    writeln!(
+        text,
+        "# `asobench run` answers for a plant like this one: how far each method is off (medians of errors; in the report bias and\n\
+         # spread of every coefficient), whether its bias matters beside its spread, and whether its standard errors can be\n\
+         # trusted (claims)."
+    )?;
+    let samples = match case.spectrum {
+        None => {
+            "# How many samples for a wanted accuracy? The spread falls with the square root of N for an input like this one:\n\
+                 # half of it takes four times the samples. `--input spectrum` runs N, 2N and 4N."
+        }
+        Some(_) => {
+            "# How many samples for a wanted accuracy? Compare the windows N, 2N and 4N: the claim 'samples' tells whether errors\n\
+                    # fall with the square root of N."
+        }
+    };
+    writeln!(text, "{samples}")?;
+    writeln!(text, "title = {}", quoted(&format!("A study of {record}")))?;
+    writeln!(
+        text,
+        "question = \"How exact are the methods for a plant like that of the record?\""
+    )?;
+    writeln!(
+        text,
+        "hypothesis = \"A method whose structure holds plant and noise has no bias that matters.\""
+    )?;
+    writeln!(
+        text,
+        "seed = 1\ntrials = 400\nmeasures = [\"e_a\", \"e_b\", \"e_g\", \"fit_fresh\"]\ncoverage = true"
+    )?;
+    write_settings(text, case, places)?;
+    write_tables(text, case, places)?;
+    for method in &methods.chosen {
+        writeln!(text, "\n[[methods]]\nestimator = \"{}\"", method.name)?;
+        for (key, value) in &method.options {
+            // Texts and numbers are the same in both notations.
+            writeln!(text, "{key} = {value}")?;
+        }
+        if let Some(pass) = method.pass {
+            writeln!(text, "report = [{pass}]")?;
+        }
+    }
+    write_claims(text, case, methods)?;
+    writeln!(text, "\n[quick]\ntrials = 50")
+}
+
+fn write_settings(text: &mut String, case: &Case, places: &Places) -> fmt::Result {
+    let n = case.report.window;
+    writeln!(
+        text,
+        "\n[settings]\nplant = \"record\"\nnoise = \"record\"\n# As estimated.\nx0 = \"plant\""
+    )?;
+    if case.feedback.is_some() {
+        writeln!(text, "# u = r - K(q) y\nfeedback = \"record\"")?;
+    }
+    let column = |path, column| quoted(&format!("file:{}#{column}", Places::name(path)));
+    match &case.spectrum {
+        None => writeln!(
+            text,
+            "input = {}\nwindow = {n}",
+            column(&places.record, case.input.0)
+        )?,
+        Some(_) => {
+            let amplitude = variance(&case.input.1).sqrt();
+            writeln!(
+                text,
+                "input = \"spectrum\"\namplitude = {}\nwindow = [{n}, {}, {}]",
+                number(amplitude),
+                2 * n,
+                4 * n
+            )?;
+        }
+    }
+    writeln!(
+        text,
+        "# eta/100 is the standard deviation of e: 100 sqrt(lambda), lambda = {} as estimated.\neta_over = \"absolute\"\neta = {}",
+        rounded(case.model.noise_variance, 6),
+        number(case.eta())
+    )
+}
+
+fn write_tables(text: &mut String, case: &Case, places: &Places) -> fmt::Result {
+    let model = &case.model;
+    writeln!(text, "\n# A(q) y = B(q)/F(q) u + noise\n[plants.record]")?;
+    for (name, polynomial) in [("A", &model.a), ("F", &model.f)] {
+        if polynomial.len() > 1 {
+            writeln!(text, "{name} = {}", list(polynomial))?;
+        }
+    }
+    writeln!(text, "B = {}\nx0 = {}", list(&model.b), list(&case.x0))?;
+    writeln!(
+        text,
+        "\n# The noise on y is C/D of this table: that of the model over its A, too.\n[noises.record]"
+    )?;
+    if let Some(filter) = noise_filter(model) {
+        writeln!(
+            text,
+            "C = {}\nD = {}",
+            list(filter.numerator()),
+            list(&filter.denominator())
+        )?;
+    }
+    if case.drawn.is_some() {
+        let column = format!("file:{}#e", Places::name(&places.residuals));
+        writeln!(
+            text,
+            "# Centred and scaled to the estimated variance, which divides by N less the parameters.\nresiduals = {}",
+            quoted(&column)
+        )?;
+    }
+    if let Some(filter) = &case.spectrum {
+        writeln!(
+            text,
+            "\n# The spectrum of {}.\n[noises.spectrum]\nD = {}",
+            case.input.0,
+            list(&filter.denominator())
+        )?;
+    }
+    if let Some(law) = &case.feedback {
+        writeln!(
+            text,
+            "\n[feedbacks.record]\nnumerator = {}\ndenominator = {}",
+            list(law.numerator()),
+            list(&law.denominator())
+        )?;
+    }
+    Ok(())
+}
+
+fn write_claims(text: &mut String, case: &Case, methods: &Methods) -> fmt::Result {
+    const BIAS: &str = "statistic = \"bias\", between = [-0.25, 0.25]";
+    const COVERAGE: &str = "statistic = \"coverage\", between = [0.9, 0.99]";
+    for Chosen {
+        name,
+        label,
+        errors,
+        ..
+    } in &methods.chosen
+    {
+        let test = |of: &str| format!("{{ value = \"parameters\", of = \"{label}\", {of} }}");
+        let (id, claim, test) = if *errors {
+            let claim = "95 % intervals miss each coefficient in 1 to 10 % of such records";
+            (
+                "errors",
+                claim,
+                format!("[{}, {}]", test(BIAS), test(COVERAGE)),
+            )
+        } else {
+            ("bias", "standard errors: none", test(BIAS))
+        };
+        writeln!(
+            text,
+            "\n[[claims]]\nid = \"{id}-{name}\"\n\
+             text = \"{label}: the bias of every coefficient is within a quarter of its spread; {claim}.\"\nsource = \"own\"\n\
+             test = {test}"
+        )?;
+    }
+    if let [own, others @ ..] = &methods.labels()[..]
+        && !others.is_empty()
+    {
+        writeln!(
+            text,
+            "\n[[claims]]\nid = \"best\"\n\
+             text = \"No other method has an e_g that is 5 % smaller than that of {own} in a typical trial.\"\nsource = \"own\"\n\
+             test = {{ ratio = \"e_g\", of = {others:?}, to = \"{own}\", above = 0.95 }}"
+        )?;
+        if case.spectrum.is_some() {
+            writeln!(
+                text,
+                "\n[[claims]]\nid = \"samples\"\n\
+                 text = \"The median e_g of {own} falls with the square root of N: half the error takes four times the samples.\"\n\
+                 source = \"own\"\n\
+                 test = {{ slope = \"e_g\", of = \"{own}\", over = \"window\", between = [-0.6, -0.4] }}"
+            )?;
+        }
+    }
+    Ok(())
+}

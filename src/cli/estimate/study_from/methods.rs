@@ -1,0 +1,145 @@
+//! The methods that suit a case: each with the orders that hold its model, where its structure can.
+
+use super::{Arguments, Case};
+use crate::estimator::{EstimatorName, Method, MethodOptions, Pass, Problem, Shape, Window};
+use crate::model::{LinearModel, Orders};
+use serde_json::{Map, Value, json};
+
+/// A method of the study.
+pub(super) struct Chosen {
+    pub(super) name: EstimatorName,
+    /// Orders and what the user said.
+    pub(super) options: Map<String, Value>,
+    /// The last pass of several, which alone is reported.
+    pub(super) pass: Option<usize>,
+    /// As results call its output.
+    pub(super) label: String,
+    /// Whether it had standard errors of the record's coefficients.
+    pub(super) errors: bool,
+}
+
+/// Those that suit the case, the one that made the model first; and those that do not, with the reason.
+pub(super) struct Methods {
+    pub(super) chosen: Vec<Chosen>,
+    pub(super) left_out: Vec<String>,
+}
+
+impl Methods {
+    pub(super) fn labels(&self) -> Vec<&str> {
+        self.chosen
+            .iter()
+            .map(|chosen| chosen.label.as_str())
+            .collect()
+    }
+}
+
+pub(super) fn all(case: &Case, arguments: &Arguments) -> Methods {
+    let own = arguments.estimator;
+    let others = EstimatorName::ALL
+        .iter()
+        .copied()
+        .filter(|name| *name != own);
+    let mut methods = Methods {
+        chosen: Vec::new(),
+        left_out: Vec::new(),
+    };
+    for name in [own].into_iter().chain(others) {
+        let mut options = arguments.options.taken_by(name);
+        options.shift_remove("orders");
+        match suited(case, name, own, options) {
+            Ok(Some(chosen)) => methods.chosen.push(chosen),
+            Ok(None) => {}
+            Err(reason) => methods.left_out.push(format!("{name}: {reason}")),
+        }
+    }
+    methods
+}
+
+/// The method with its options; `None` where it is told the truth, or why it does not suit.
+fn suited(
+    case: &Case,
+    name: EstimatorName,
+    own: EstimatorName,
+    options: Map<String, Value>,
+) -> Result<Option<Chosen>, String> {
+    let form = name
+        .parse(options.clone())
+        .map_err(|error| error.to_string())?;
+    if form.needs().plant {
+        return Ok(None);
+    }
+    let with_orders = form.model_orders(case.plant.order()).map(|form| {
+        let orders = if name == own {
+            case.model.orders()
+        } else {
+            holding(&case.model, form)
+        };
+        let mut options = options.clone();
+        options.insert("orders".to_owned(), json!(orders));
+        options
+    });
+    match with_orders {
+        None if case.model.delay > 1 => Err("has no delay".to_owned()),
+        // A state-space method finds the delay among its states.
+        Some(given) => chosen(case, name, given)
+            .or_else(|reason| chosen(case, name, options).map_err(|_| reason)),
+        None => chosen(case, name, options),
+    }
+    .map(Some)
+}
+
+/// The orders of an estimator's form that hold the model, with as few coefficients as that takes.
+fn holding(model: &LinearModel, form: Orders) -> Orders {
+    let Orders {
+        na,
+        nb,
+        nc,
+        nd,
+        nf,
+        nk,
+    } = model.orders();
+    let denominator = na + nf;
+    let common = form.na > 0;
+    let where_in = |given: usize, order: usize| if given > 0 { order } else { 0 };
+    // In front of e stands C/(A D): over a common A F it is C F/D, over poles of its own C/(A D).
+    let numerator = if common { nc + nf } else { nc };
+    let nothing = numerator == 0 && (common || na + nd == 0);
+    Orders {
+        na: where_in(form.na, denominator),
+        nb,
+        nc: where_in(form.nc, numerator.max(usize::from(nothing))),
+        nd: where_in(form.nd, na + nd),
+        nf: where_in(form.nf, denominator),
+        nk,
+    }
+}
+
+fn chosen(case: &Case, name: EstimatorName, options: Map<String, Value>) -> Result<Chosen, String> {
+    let parsed: MethodOptions = name
+        .parse(options.clone())
+        .map_err(|error| error.to_string())?;
+    let method = Method::named(name.name(), parsed);
+    let (record, order) = (&case.report.record, case.plant.order());
+    let shape = Shape {
+        order,
+        window: case.report.window,
+    };
+    let problem = Problem {
+        covariance: true,
+        ..shape.into()
+    };
+    let mut estimator = method.prepare(problem).map_err(|error| error.to_string())?;
+    let mut passes = vec![Pass::new(order); method.passes()];
+    let window = Window::new(&record.u, &record.y, shape.window);
+    estimator.estimate(window, &mut passes);
+    let errors = passes.last().and_then(|pass| pass.model.standard_errors());
+    let several = method.outputs().len() > 1;
+    let last = method.outputs().last().ok_or("no output")?;
+    Ok(Chosen {
+        name,
+        options,
+        pass: several.then_some(last.pass),
+        label: last.label(),
+        errors: errors.is_some(),
+    })
+}
