@@ -245,8 +245,8 @@ fn check_loop(arguments: &Arguments, residuals: Option<&Residuals>) -> Result<()
     match residuals.map(Residuals::feedback_p_value) {
         Some(p) if p >= LOOP_LEVEL => Ok(()),
         Some(p) => Err(format!(
-            "u follows the residuals (p = {}), as in a closed loop, or with too few orders; {WAYS}",
-            rounded(p, 2)
+            "u follows the residuals ({}), as in a closed loop, or with too few orders; {WAYS}",
+            super::text::p_value(p)
         )),
         None => Err(format!(
             "too few residuals to tell open from closed loop; {WAYS}"

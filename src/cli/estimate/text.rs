@@ -202,17 +202,20 @@ fn plus_minus(error: f64) -> String {
 }
 
 /// What the residuals say, in words.
+/// "p = 0.0312", or that it is tiny.
+pub(super) fn p_value(p: f64) -> String {
+    if p < 1e-4 {
+        "p < 0.0001".to_owned()
+    } else {
+        format!("p = {p:.4}")
+    }
+}
+
 fn write_residuals(text: &mut String, residuals: &Residuals) -> fmt::Result {
     let lags = residuals.lags();
     let line = |text: &mut String, name: &str, test: Whiteness, good: &str, bad: &str| {
         let verdict = if test.passed { good } else { bad };
-        let p = test.p_value;
-        let p = if p < 1e-4 {
-            "p < 0.0001".to_owned()
-        } else {
-            format!("p = {p:.4}")
-        };
-        writeln!(text, "  {name:<18} {verdict} ({p})")
+        writeln!(text, "  {name:<18} {verdict} ({})", p_value(test.p_value))
     };
     line(
         text,

@@ -2,6 +2,7 @@
 
 use super::methods::{Chosen, Methods};
 use super::{Arguments, Case, Places, noise_filter};
+use crate::cli::estimate::text::p_value;
 use crate::signal::arithmetic::variance;
 use crate::text::{beginning, number, rounded, visible};
 use std::fmt::{self, Write};
@@ -46,8 +47,8 @@ pub(super) fn loop_in_words(case: &Case, open: bool) -> String {
     match (&case.feedback, case.residuals.as_ref().filter(|_| !open)) {
         (Some(_), _) => "The loop is closed by the feedback that was given.".to_owned(),
         (None, Some(residuals)) => format!(
-            "The loop is open: u does not follow the residuals, as a strong feedback would show (p = {}).",
-            rounded(residuals.feedback_p_value(), 2)
+            "The loop is open: u does not follow the residuals, as a strong feedback would show ({}).",
+            p_value(residuals.feedback_p_value())
         ),
         (None, None) => "The loop is open, as was said.".to_owned(),
     }
@@ -70,7 +71,7 @@ pub(super) fn doubts(case: &Case) -> Vec<String> {
     ];
     let failed = tests.into_iter().filter(|(test, _)| !test.passed);
     failed
-        .map(|(test, doubt)| format!("{doubt} (p = {:.2e}); expected other orders", test.p_value))
+        .map(|(test, doubt)| format!("{doubt} ({}); expected other orders", p_value(test.p_value)))
         .collect()
 }
 
@@ -143,7 +144,7 @@ fn write(
     )?;
     writeln!(
         text,
-        "seed = 1\ntrials = 400\nmeasures = [\"e_a\", \"e_b\", \"e_g\", \"fit_fresh\"]\ncoverage = true"
+        "seed = 1\ntrials = 800\nmeasures = [\"e_a\", \"e_b\", \"e_g\", \"fit_fresh\"]\ncoverage = true"
     )?;
     write_settings(text, case, places)?;
     write_tables(text, case, places)?;
