@@ -374,6 +374,7 @@ fn orders_and_estimators_that_do_not_fit_are_refused() {
             ["--estimator known: ", "no known plant"],
         ),
         ("--order 1 --plot x.csv", ["--plot ", ".svg"]),
+        ("--order 1 --report x.svg", ["--report ", ".html"]),
     ] {
         let arguments = ["estimate", &path]
             .into_iter()
@@ -421,6 +422,160 @@ fn arx_finds_what_the_record_was_made_by() {
         (&"ok".into(), &"na=1,nb=1,nk=1".into())
     );
     assert_eq!(numbers(&arx["se"]).len(), 2);
+}
+
+/// 400 samples of `y(k) = 0.8 y(k-1) + u(k-1) + e(k)`, u signs, e uniform, by a linear congruence.
+fn noisy_record() -> String {
+    let mut state = 1_u64;
+    let mut draw = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+    };
+    let (mut text, mut y) = ("u,y\n".to_owned(), 0.0);
+    for _ in 0..400 {
+        let (u, e) = (draw().signum(), draw());
+        text += &format!("{u},{y}\n");
+        y = 0.8 * y + u + e;
+    }
+    text
+}
+
+/// An order too many is told in the text, in JSON and on the page, which has every part, all of it readable.
+#[test]
+fn a_page_about_a_record() {
+    let files = Files::new();
+    let (path, page) = (
+        files.write("a<b>&'c.csv", &noisy_record()),
+        files.path("page.html"),
+    );
+    let arguments = [
+        "estimate",
+        &path,
+        "--order",
+        "2",
+        "--window",
+        "300",
+        "--estimator",
+        "arx,moesp",
+        "--detrend",
+        "mean",
+        "--report",
+        &page,
+    ];
+    let output = asobench(&arguments);
+    let (text, message) = (stdout(&output), stderr(&output));
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 80),
+        "{text}"
+    );
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let sentence = "the order may be too high; try orders na=1,nb=1,nk=1";
+    assert!(words.join(" ").contains(sentence), "{text}");
+    let json = asobench(&[&arguments[..10], &["--format", "json"]].concat());
+    let json: Value = serde_json::from_str(&stdout(&json)).expect("JSON");
+    let (arx, moesp) = (&json["estimates"][0], &json["estimates"][1]);
+    let pair = &arx["cancellations"][0];
+    assert_eq!(pair["orders"], "na=1,nb=1,nk=1");
+    let part = |root: &str| pair[root]["re"].as_f64().expect("a number");
+    assert_eq!(
+        pair["distance"].as_f64().expect("a number"),
+        (part("pole") - part("zero")).abs()
+    );
+    assert!(pair["p_value"].as_f64().expect("a chance") >= 0.05);
+    assert_eq!(arx["zeros"][0]["re"], pair["zero"]["re"]);
+    assert!(
+        moesp["cancellations"]
+            .as_array()
+            .expect("a list")
+            .is_empty()
+    );
+    let html = std::fs::read_to_string(&page).expect("a page");
+    for part in [
+        "<title>asobench report: a&lt;b&gt;&amp;&#39;c.csv</title>",
+        "300 samples",
+        "--detrend mean",
+        "nothing left of the past input",
+        "99 % bound of one lag",
+        "95 % regions of poles",
+        "<code>moesp</code> has no bands: this estimator gives no covariance",
+        "Frequency response of B/(A F)",
+        sentence,
+        "y(k) = ",
+    ] {
+        assert!(html.contains(part), "no '{part}'");
+    }
+    // Record, outputs, step, Bode; correlations and poles of both estimators.
+    assert_eq!(html.matches("<svg xmlns").count(), 8);
+    for bad in ["NaN", "inf<", "a<b>", "<script src", "http://127"] {
+        assert!(!html.contains(bad), "'{bad}'");
+    }
+    // It is the program's own, and may be replaced; a page of somebody else may not.
+    assert_eq!(asobench(&arguments).status.code(), Some(0));
+    std::fs::write(&page, "<!DOCTYPE html><title>My thesis</title>").expect("written");
+    refused(&arguments, &["--report ", "page.html"]);
+    let kept = std::fs::read_to_string(&page).expect("a page");
+    assert!(kept.contains("My thesis"));
+    refused(
+        &[&arguments[..10], &["--report", "page.svg"]].concat(),
+        &["--report page.svg: expected a name that ends in .html"],
+    );
+}
+
+/// A range of orders has a picture and a page too, with the best of each criterion marked.
+#[test]
+fn a_page_about_orders() {
+    let files = Files::new();
+    let path = files.write("noisy.csv", &noisy_record());
+    let (svg, page) = (files.path("orders.svg"), files.path("orders.html"));
+    for (delay, line) in [("1:3", "delay nk = 3"), ("1:9", "best delay of each order")] {
+        let output = asobench(&[
+            "estimate", &path, "--order", "1:4", "--delay", delay, "--window", "300", "--plot",
+            &svg, "--report", &page,
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        for file in [&svg, &page] {
+            let drawn = std::fs::read_to_string(file).expect("a drawing");
+            for part in [
+                "AIC",
+                "AICc",
+                "BIC",
+                "FPE",
+                "FIT after the window, %",
+                "best",
+                line,
+            ] {
+                assert!(drawn.contains(&format!(">{part}<")), "{file}: no {part}");
+            }
+        }
+        let html = std::fs::read_to_string(&page).expect("a page");
+        // The smallest of each criterion, and the best FIT.
+        assert_eq!(html.matches(" *</td>").count(), 5);
+    }
+}
+
+/// What failed has its reason on the page; a model without noise has no residuals to be tested.
+#[test]
+fn a_page_about_what_failed() {
+    let files = Files::new();
+    let path = files.write("rank.csv", &record());
+    let page = files.path("page.html");
+    let arguments = ["estimate", &path, "--order", "3", "--report", &page];
+    assert_eq!(asobench(&arguments).status.code(), Some(1));
+    let html = std::fs::read_to_string(&page).expect("a page");
+    assert!(html.contains("Failed: rank-deficient"), "{html}");
+    let short = files.write("short.csv", "u,y\n1,0\n-1,1\n1,-0.7\n1,0.8\n");
+    let flags = "--order 1 --estimator arx --report";
+    let arguments = [
+        &["estimate", &short][..],
+        &flags.split(' ').collect::<Vec<_>>(),
+        &[&page],
+    ];
+    assert_eq!(asobench(&arguments.concat()).status.code(), Some(0));
+    let html = std::fs::read_to_string(&page).expect("a page");
+    assert!(html.contains("Not tested: "), "{html}");
 }
 
 /// A plant is the same one in each notation, and shown so before a run.

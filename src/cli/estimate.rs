@@ -26,10 +26,12 @@ use std::process::ExitCode;
 
 mod flags;
 mod json;
-mod plot;
+mod page;
+mod pictures;
 mod scan;
 pub(super) mod study_from;
 mod text;
+mod words;
 
 /// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
 #[derive(clap::Args)]
@@ -54,9 +56,12 @@ pub(super) struct Arguments {
     /// Write the last estimator's observer states, k = 0 ... K, to a CSV file
     #[arg(long, value_name = "STATES.csv")]
     states: Option<PathBuf>,
-    /// Draw measured and simulated output, and prediction errors
+    /// Draw measured and simulated output, and prediction errors; of a range of orders their criteria
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
+    /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
     format: Format,
@@ -102,6 +107,8 @@ struct Report {
     /// As they were given; of `--order` and `--delay` those of the ARX form.
     orders: Orders,
     detrend: Detrend,
+    /// What was subtracted from u and from y.
+    trends: [Trend; 2],
     gain: Gain,
     estimates: Vec<Estimate>,
 }
@@ -130,6 +137,13 @@ struct PassReport {
     precision: Option<Precision>,
     /// Tests of the residuals, where there are enough of them.
     residuals: Option<Residuals>,
+}
+
+impl PassReport {
+    /// The model where it has parameters.
+    fn known_model(&self) -> Option<&LinearModel> {
+        (self.pass.progress >= Progress::Parameters).then_some(&self.model)
+    }
 }
 
 struct Fits {
@@ -181,20 +195,14 @@ impl Estimate {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     check_output("--states", arguments.states.as_deref(), Kind::States)?;
-    if let Some(path) = &arguments.plot {
-        if path.extension().is_none_or(|extension| extension != "svg") {
-            let message = "expected a name that ends in .svg";
-            return Err(Error::Input(format!(
-                "--plot {}: {message}",
-                path.display()
-            )));
-        }
-        check_output("--plot", Some(path), Kind::Figure)?;
-    }
+    check_drawing("--plot", arguments.plot.as_deref(), "svg", Kind::Figure)?;
+    check_drawing("--report", arguments.report.as_deref(), "html", Kind::Page)?;
     let orders = orders(arguments)?;
     let mut report = load(arguments, orders)?;
     if let Some((order, delay)) = ranges(arguments) {
-        scan::scan(&report, order, delay)?.print(&report, arguments.format)?;
+        let scan = scan::scan(&report, order, delay)?;
+        write_drawings(arguments, || scan.picture(), || scan.page(&report))?;
+        scan.print(&report, arguments.format)?;
         return Ok(ExitCode::SUCCESS);
     }
     for (i, name) in arguments.estimator.iter().enumerate() {
@@ -207,12 +215,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.states {
         write_states(path, &report)?;
     }
-    if let Some(path) = &arguments.plot {
-        let svg = plot::render(&report);
-        write_whole("--plot", path, Kind::Figure, |to| {
-            to.write_all(svg.as_bytes())
-        })?;
-    }
+    write_drawings(
+        arguments,
+        || pictures::outputs(&report),
+        || page::render(&report),
+    )?;
     match arguments.format {
         Format::Text => print(&text::render(&report))?,
         Format::Json => print_json(&json::render(&report))?,
@@ -222,6 +229,40 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         .iter()
         .any(|estimate| estimate.failure().is_some());
     Ok(ExitCode::from(u8::from(failed)))
+}
+
+/// Refuses a file of another name than its kind has, or one that is not the program's own.
+fn check_drawing(
+    flag: &str,
+    path: Option<&Path>,
+    extension: &str,
+    kind: Kind,
+) -> Result<(), Error> {
+    if let Some(path) = path.filter(|path| path.extension().is_none_or(|own| own != extension)) {
+        let path = path.display();
+        return Err(Error::Input(format!(
+            "{flag} {path}: expected a name that ends in .{extension}"
+        )));
+    }
+    check_output(flag, path, kind)
+}
+
+/// Writes the picture and the page that were asked for.
+fn write_drawings(
+    arguments: &Arguments,
+    picture: impl FnOnce() -> String,
+    page: impl FnOnce() -> String,
+) -> Result<(), Error> {
+    let write = |flag: &str, path: &Path, kind: Kind, text: String| {
+        write_whole(flag, path, kind, |to| to.write_all(text.as_bytes()))
+    };
+    if let Some(path) = &arguments.plot {
+        write("--plot", path, Kind::Figure, picture())?;
+    }
+    if let Some(path) = &arguments.report {
+        write("--report", path, Kind::Page, page())?;
+    }
+    Ok(())
 }
 
 /// The orders and delays of a table of models; `None` where one model is asked for.
@@ -258,7 +299,6 @@ fn orders(arguments: &Arguments) -> Result<Orders, Error> {
         if let Some((order, delay)) = ranges(arguments) {
             let names: Vec<&str> = estimator.iter().map(|name| name.name()).collect();
             scan::check_estimators(&names, &["ls", "iv"])?;
-            scan::refuse("--plot", arguments.plot.is_some())?;
             scan::refuse("--states", arguments.states.is_some())?;
             if let Some(flag) = options.first() {
                 scan::refuse(&flag, true)?;
@@ -331,10 +371,13 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
             )));
         }
     }
-    for (name, values) in [("u", &mut record.u), ("y", &mut record.y)] {
+    let mut trends = [Trend::default(); 2];
+    let signals = [("u", &mut record.u), ("y", &mut record.y)];
+    for ((name, values), trend) in signals.into_iter().zip(&mut trends) {
         let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let before = largest(&values[..window]);
-        Trend::fit(arguments.record.detrend, &values[..window]).subtract(values);
+        *trend = Trend::fit(arguments.record.detrend, &values[..window]);
+        trend.subtract(values);
         if largest(&values[..window]) <= 64.0 * f64::EPSILON * before {
             return Err(bad(format!(
                 "column {name} is nothing but its {} trend over the window; nothing is left to identify from",
@@ -348,6 +391,7 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
         window,
         orders,
         detrend: arguments.record.detrend,
+        trends,
         gain: arguments.gain.clone(),
         estimates: Vec::new(),
     })
@@ -489,7 +533,7 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
         d: pass.direct,
         x0: &pass.x0,
     };
-    let on = |range| fit(model, samples.u, samples.y, range);
+    let on = |range| fit(model, samples.u, samples.y, window, range);
     estimate.fit = Some(Fits {
         window: on(0..window),
         validation: (window < samples.y.len()).then(|| on(window..samples.y.len())),

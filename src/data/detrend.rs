@@ -2,6 +2,7 @@
 
 use crate::names::named_enum;
 use crate::signal::arithmetic::{covariance, mean, variance};
+use crate::text::rounded;
 
 named_enum! {
     /// What is subtracted from u and y before estimation.
@@ -22,6 +23,24 @@ named_enum! {
 pub struct Trend {
     level: f64,
     slope: f64,
+}
+
+impl Detrend {
+    /// Whether nothing is subtracted.
+    pub fn is_none(self) -> bool {
+        self == Self::None
+    }
+}
+
+impl std::fmt::Display for Trend {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", rounded(self.level, 6))?;
+        match self.slope {
+            0.0 => Ok(()),
+            slope if slope < 0.0 => write!(f, " - {} k", rounded(-slope, 6)),
+            slope => write!(f, " + {} k", rounded(slope, 6)),
+        }
+    }
 }
 
 impl Trend {

@@ -1,36 +1,27 @@
-//! How far a model's poles and static gain may be from the truth: the covariance of its parameters, propagated by their
-//! derivatives (the delta method).
+//! How far a model's poles, zeros and static gain may be from the truth: the covariance of its parameters, propagated by
+//! their derivatives (the delta method).
 
+use super::roots::{Cancellation, Root, Roots};
 use crate::model::LinearModel;
 use faer::c64;
-use serde::Serialize;
 
-/// Standard errors that follow from those of the parameters.
-#[derive(Clone, Debug, Serialize)]
+/// What follows from a model's parameters, with standard errors that follow from theirs.
+#[derive(Clone, Debug)]
 pub struct Precision {
-    /// Of each pole of `B/(A F)`, in the order in which the poles were given.
-    pub poles: Vec<PoleError>,
+    /// Each pole of `B/(A F)`, in the order in which the poles were given.
+    pub poles: Vec<Root>,
+    /// Each zero of B without its delay, largest modulus first.
+    pub zeros: Vec<Root>,
+    /// Poles with zeros that the record cannot tell from them, the closest pair first.
+    pub cancellations: Vec<Cancellation>,
     /// `B(1)/(A(1) F(1))`.
     pub static_gain: f64,
     /// Its standard error; NaN without a covariance.
     pub static_gain_se: f64,
 }
 
-/// The covariance of a pole's real and imaginary part.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct PoleError {
-    /// Standard error of the real part.
-    pub re: f64,
-    /// Standard error of the imaginary part; 0 for a real pole.
-    pub im: f64,
-    /// Their covariance.
-    pub covariance: f64,
-    /// Standard error of the modulus.
-    pub modulus: f64,
-}
-
 impl Precision {
-    /// Of a model with a covariance; NaN without one, and of a multiple pole, which has no derivative.
+    /// Of a model; standard errors are NaN without a covariance.
     pub fn new(model: &LinearModel, poles: &[c64]) -> Self {
         let sum = |c: &[f64]| c.iter().sum::<f64>();
         let (a, b, f) = (sum(&model.a), sum(&model.b), sum(&model.f));
@@ -44,79 +35,18 @@ impl Precision {
             vec![-gain / f; orders.nf],
         ]
         .concat();
+        let Roots {
+            poles,
+            zeros,
+            cancellations,
+        } = Roots::new(model, poles);
         Self {
-            poles: poles.iter().map(|pole| pole_error(model, *pole)).collect(),
+            poles,
+            zeros,
+            cancellations,
             static_gain: gain,
-            static_gain_se: product(model, &gradient, &gradient).sqrt(),
+            static_gain_se: model.variance_of(&gradient).sqrt(),
         }
-    }
-}
-
-/// `x' P y` with the covariance of the parameters; NaN without one.
-fn product(model: &LinearModel, x: &[f64], y: &[f64]) -> f64 {
-    let n = x.len();
-    if model.covariance.len() != n * n {
-        return f64::NAN;
-    }
-    let rows = model.covariance.chunks_exact(n);
-    rows.zip(x)
-        .map(|(row, x)| x * row.iter().zip(y).map(|(p, y)| p * y).sum::<f64>())
-        .sum()
-}
-
-/// A pole p is a zero of a monic polynomial P (A or F) of degree n: `dp/dc_i = -p^(n-i) / P'(p)`, P in powers of p.
-fn pole_error(model: &LinearModel, pole: c64) -> PoleError {
-    let orders = model.orders();
-    let (n, first, polynomial) = nearest(model, pole);
-    // P'(p) by Horner.
-    let mut derivative = c64::new(0.0, 0.0);
-    for (i, c) in polynomial[..n].iter().enumerate() {
-        derivative = derivative * pole + (n - i) as f64 * *c;
-    }
-    let mut real = vec![0.0; orders.parameters()];
-    let mut imaginary = real.clone();
-    let mut power = c64::new(-1.0, 0.0) / derivative;
-    for i in (1..=n).rev() {
-        real[first + i - 1] = power.re;
-        imaginary[first + i - 1] = if pole.im == 0.0 { 0.0 } else { power.im };
-        power *= pole;
-    }
-    let (re, im) = (
-        product(model, &real, &real),
-        product(model, &imaginary, &imaginary),
-    );
-    let covariance = product(model, &real, &imaginary);
-    let modulus = pole.norm();
-    let of_modulus =
-        (pole.re * pole.re * re + 2.0 * pole.re * pole.im * covariance + pole.im * pole.im * im)
-            / (modulus * modulus);
-    PoleError {
-        re: re.sqrt(),
-        im: im.sqrt(),
-        covariance,
-        modulus: of_modulus.sqrt(),
-    }
-}
-
-/// The degree, the first parameter and the polynomial, A or F, that has the pole.
-fn nearest(model: &LinearModel, pole: c64) -> (usize, usize, &[f64]) {
-    let orders = model.orders();
-    let value = |polynomial: &[f64]| {
-        let zero = c64::new(0.0, 0.0);
-        let value = polynomial.iter().fold(zero, |value, c| value * pole + *c);
-        value.norm()
-    };
-    let of_f = (
-        orders.nf,
-        orders.parameters() - orders.nf,
-        model.f.as_slice(),
-    );
-    let of_a = (orders.na, 0, model.a.as_slice());
-    match (orders.na, orders.nf) {
-        (0, _) => of_f,
-        (_, 0) => of_a,
-        _ if value(&model.a) <= value(&model.f) => of_a,
-        _ => of_f,
     }
 }
 
@@ -128,7 +58,7 @@ mod tests {
     /// Derivatives against differences of the poles and of the gain themselves.
     #[test]
     fn derivatives_against_differences() {
-        for orders in ["na=3,nb=2", "nb=2,nf=2", "na=1,nb=1,nf=2,nc=1"] {
+        for orders in ["na=3,nb=3", "nb=3,nf=2", "na=1,nb=1,nf=2,nc=1"] {
             let mut model = LinearModel::zero(orders.parse().unwrap());
             let n = model.orders().parameters();
             let theta: Vec<f64> = [-0.9, 0.5, 0.3, 0.7, -0.2, 0.4][..n].to_vec();
@@ -161,8 +91,15 @@ mod tests {
                         |p: &&c64, q: &&c64| (**p - pole).norm().total_cmp(&(**q - pole).norm());
                     *poles.iter().min_by(by).unwrap()
                 };
-                let (low, high) = (poles_of(&low), poles_of(&high));
-                for (pole, error) in poles.iter().zip(&precision.poles) {
+                let zeros_of = |model: &LinearModel| {
+                    let zeros = Precision::new(model, &[]).zeros;
+                    zeros.iter().map(|zero| zero.at).collect::<Vec<c64>>()
+                };
+                let low = [poles_of(&low), zeros_of(&low)].concat();
+                let high = [poles_of(&high), zeros_of(&high)].concat();
+                let roots = precision.poles.iter().chain(&precision.zeros);
+                assert_eq!(roots.clone().count(), low.len());
+                for Root { at: pole, error } in roots {
                     let change = (near(&high, *pole) - near(&low, *pole)) / (2.0 * h);
                     assert!(
                         (error.re - change.re.abs()).abs() < 1e-5,
@@ -186,6 +123,6 @@ mod tests {
         model.set_parameters(&[-0.5, 1.0]);
         let precision = Precision::new(&model, &[c64::new(0.5, 0.0)]);
         assert_eq!(precision.static_gain, 2.0);
-        assert!(precision.static_gain_se.is_nan() && precision.poles[0].re.is_nan());
+        assert!(precision.static_gain_se.is_nan() && precision.poles[0].error.re.is_nan());
     }
 }

@@ -1,6 +1,7 @@
 //! Tests of residuals: white, and free of the input (Ljung, *System Identification*, 2nd ed., section 16.6).
 
 use super::Z_99;
+use crate::metric::prediction_errors;
 use crate::metric::tails::{chi_square_above, normal_above};
 use crate::model::LinearModel;
 use serde::Serialize;
@@ -90,20 +91,14 @@ impl Whiteness {
 }
 
 impl Residuals {
-    /// The residuals of a model over a record: those whose equation looks back into the record alone where it has no C,
-    /// D, F, all others with zeros before it. `None` where there are not at least three, or they or u are all 0.
+    /// The one-step prediction errors of a model over a record, with the start of [`prediction_errors`]. `None` where
+    /// there is no start, where they are not at least three, or where they or u are all 0 or not finite.
     ///
     /// Ljung and Box's statistic is compared with as many degrees of freedom as there are lags less the parameters of A,
     /// C and D, which are fitted to the past of the noise; those of B and F are not, in open loop.
     pub fn new(model: &LinearModel, u: &[f64], y: &[f64]) -> Option<Self> {
-        let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
-        model.residuals(u, y, &mut e, &mut scratch);
+        let (first, e) = prediction_errors(model, u, y, u.len())?;
         let orders = model.orders();
-        let first = if orders.nc + orders.nd + orders.nf == 0 {
-            orders.reach().min(u.len())
-        } else {
-            0
-        };
         let (e, u) = (&e[first..], &u[first..]);
         let rows = e.len();
         let lags = LAGS.min(rows / 4);

@@ -26,6 +26,8 @@ pub(super) struct Influence {
     /// `D = 1 + d_1 q^-1 + ...` of growing orders, and the best.
     d: Vec<f64>,
     best: Vec<f64>,
+    /// Covariances of the residuals.
+    covariances: Vec<f64>,
 }
 
 impl Influence {
@@ -95,10 +97,13 @@ impl Influence {
         let v = &self.residuals;
         let rows = v.len() as f64;
         let most = ((10.0 * rows.log10()) as usize).min(v.len() / 4);
-        let covariance = |lag: usize| -> f64 {
+        let products = |lag: usize| -> f64 {
             let pairs = v[lag..].iter().zip(v);
             pairs.map(|(late, early)| late * early).sum::<f64>() / rows
         };
+        self.covariances.clear();
+        self.covariances.extend((0..=most).map(products));
+        let covariance = |lag: usize| self.covariances[lag];
         self.d.clear();
         self.d.push(1.0);
         self.best.clone_from(&self.d);

@@ -20,6 +20,16 @@ named_enum! {
 }
 
 impl Criterion {
+    /// As it is written in tables.
+    pub const fn heading(self) -> &'static str {
+        match self {
+            Self::Aic => "AIC",
+            Self::Aicc => "AICc",
+            Self::Bic => "BIC",
+            Self::Fpe => "FPE",
+        }
+    }
+
     /// The value for a loss of so many equations and parameters; infinite where the equations do not suffice for it.
     pub fn value(self, loss: f64, equations: usize, parameters: usize) -> f64 {
         let (m, d) = (equations as f64, parameters as f64);

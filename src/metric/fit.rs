@@ -1,5 +1,6 @@
 //! FIT: how much of a record's output a model explains.
 
+use super::prediction_errors;
 use crate::model::LinearModel;
 use crate::plant::simulate;
 use std::ops::Range;
@@ -10,8 +11,8 @@ use std::ops::Range;
 pub struct Fit {
     /// With yhat simulated from x0: only u is used.
     pub simulated: f64,
-    /// With yhat predicted one step ahead, y up to k - 1 being used. Samples before k = max(na, nb + nk - 1), where
-    /// the equation looks back beyond the record, are left out of models without C, D, F.
+    /// With yhat predicted one step ahead, y up to k - 1 being used, from the start of [`prediction_errors`]; NaN where
+    /// there is none.
     pub one_step: f64,
 }
 
@@ -30,14 +31,15 @@ pub struct FitModel<'a> {
     pub x0: &'a [f64],
 }
 
-/// FIT of a model on the samples k in `range` of a record that begins at k = 0.
+/// FIT of a model on the samples k in `range` of a record that begins at k = 0; the first `window` samples start the
+/// predictor.
 ///
 /// # Panics
-/// If u and y differ in length or the range reaches beyond them.
-pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], range: Range<usize>) -> Fit {
+/// If u and y differ in length, or the window or the range reaches beyond them.
+pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Range<usize>) -> Fit {
     assert!(u.len() == y.len() && range.end <= y.len());
     let FitModel { model, a, b, d, x0 } = model;
-    let n = model.orders().reach();
+    let errors = prediction_errors(model, u, y, window);
     let mean = range.clone().map(|k| y[k]).sum::<f64>() / range.len() as f64;
     let mut simulated = 0.0;
     let mut x = x0.to_vec();
@@ -55,13 +57,6 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], range: Range<usize>) -> Fi
             }
         },
     );
-    let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
-    model.residuals(u, y, &mut e, &mut scratch);
-    // A predictor with a memory of its own begins from zero, as it is estimated; an equation needs its past.
-    let orders = model.orders();
-    let memory = orders.nc + orders.nd + orders.nf > 0;
-    let first = range.start.max(if memory { 0 } else { n }).min(range.end);
-    let predicted: f64 = e[first..].iter().map(|e| e * e).sum();
     let spread = |from: usize| -> f64 {
         (from..range.end)
             .map(|k| (y[k] - mean) * (y[k] - mean))
@@ -74,9 +69,14 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], range: Range<usize>) -> Fi
             f64::NAN
         }
     };
+    let one_step = errors.map(|(first, e)| {
+        let first = first.clamp(range.start, range.end);
+        let squares = e[first..range.end].iter().map(|e| e * e);
+        percent(squares.sum(), spread(first))
+    });
     Fit {
         simulated: percent(simulated, spread(range.start)),
-        one_step: percent(predicted, spread(first)),
+        one_step: one_step.unwrap_or(f64::NAN),
     }
 }
 
@@ -98,7 +98,7 @@ mod tests {
             d: 0.0,
             x0: &[3.0],
         };
-        let perfect = fit(model, &u, &y, 10..50);
+        let perfect = fit(model, &u, &y, 50, 10..50);
         assert!(
             (perfect.simulated - 100.0).abs() < 1e-10 && (perfect.one_step - 100.0).abs() < 1e-10
         );
@@ -111,7 +111,7 @@ mod tests {
             d: 0.0,
             x0: &[mean],
         };
-        assert!(fit(constant, &u, &y, 10..50).simulated.abs() < 1e-10);
-        assert!(fit(model, &u, &[1.0; 50], 0..50).simulated.is_nan());
+        assert!(fit(constant, &u, &y, 50, 10..50).simulated.abs() < 1e-10);
+        assert!(fit(model, &u, &[1.0; 50], 50, 0..50).simulated.is_nan());
     }
 }

@@ -140,6 +140,23 @@ impl LinearModel {
         (!self.covariance.is_empty()).then(diagonal)
     }
 
+    /// The variance of `g' theta`, `g' P g` with the covariance P of the parameters; NaN without one.
+    pub fn variance_of(&self, g: &[f64]) -> f64 {
+        let n = g.len();
+        if self.covariance.len() != n * n {
+            return f64::NAN;
+        }
+        let rows = self.covariance.chunks_exact(n.max(1));
+        let products = rows
+            .zip(g)
+            .map(|(row, g_i)| g_i * row.iter().zip(g).map(|(p, g)| p * g).sum::<f64>());
+        // Rounding may make a variance of 0 negative; NaN stays.
+        match products.sum::<f64>() {
+            sum if sum < 0.0 => 0.0,
+            sum => sum,
+        }
+    }
+
     /// Appends the standard errors of the part that u drives in the paper's form, `a_1 ... a_n, h_1 ... h_n`. NaN are those of
     /// coefficients that are not estimated, of poles where A and F both have some, and of h where u acts on y at once;
     /// all of them where there is no covariance.

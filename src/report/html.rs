@@ -165,8 +165,11 @@ impl Section {
         self.add(&["<h3>", &inline(text), "</h3>\n"]);
     }
 
-    /// A list of short texts.
+    /// A list of short texts; nothing where there are none.
     pub fn list(&mut self, items: &[impl AsRef<str>]) {
+        if items.is_empty() {
+            return;
+        }
         self.add(&["<ul>\n"]);
         for item in items {
             self.add(&["<li>", &inline(item.as_ref()), "</li>\n"]);

@@ -217,6 +217,11 @@ fn replay() {
 #[test]
 fn estimate() {
     check(&ESTIMATE, &[("data.csv", Reads), ("states.csv", Writes)]);
+    let drawn = ["--plot", "fit.svg", "--report", "page.html"];
+    check(
+        &[&ESTIMATE[..6], &drawn].concat(),
+        &[("fit.svg", Writes), ("page.html", Writes)],
+    );
 }
 
 /// What the user may have written is never replaced, not even if the program wrote it first.

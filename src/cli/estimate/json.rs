@@ -2,7 +2,7 @@
 //! 17 significant digits); what is undefined is null.
 
 use super::{Estimate, Observed, PassReport, Report};
-use crate::diagnosis::Z_95;
+use crate::diagnosis::{Cancellation, Precision, Root, Z_95};
 use crate::estimator::Progress;
 use crate::model::LinearModel;
 use serde_json::{Map, Value, json};
@@ -69,14 +69,26 @@ fn observer(observer: &Observed) -> Value {
     })
 }
 
+/// A pole and a zero that may be the same, and the orders without them.
+fn cancellation(pair: &Cancellation, model: &LinearModel) -> Value {
+    let Cancellation { pole, zero, .. } = pair;
+    json!({
+        "pole": { "re": pole.re, "im": pole.im },
+        "zero": { "re": zero.re, "im": zero.im },
+        "distance": pair.distance(),
+        "p_value": pair.p_value,
+        "orders": pair.orders_without(model.orders()),
+    })
+}
+
 fn pass(report: &PassReport) -> Map<String, Value> {
     let PassReport {
         pass,
         model,
-        poles,
         radius,
         precision,
         residuals,
+        ..
     } = report;
     let parameters = pass.progress >= Progress::Parameters;
     let known = |values: &[f64]| {
@@ -88,14 +100,16 @@ fn pass(report: &PassReport) -> Map<String, Value> {
     };
     let alpha: Vec<f64> = pass.a.iter().rev().map(|a| -a).collect();
     let x0 = (pass.progress == Progress::InitialState).then_some(&pass.x0);
-    let errors = precision.iter().flat_map(|precision| &precision.poles);
-    let poles: Vec<Value> = poles
-        .iter()
-        .zip(errors)
-        .map(|(pole, error)| {
-            json!({ "re": pole.re, "im": pole.im, "modulus": pole.norm(), "se": error })
-        })
-        .collect();
+    let roots = |of: fn(&Precision) -> &Vec<Root>| -> Value {
+        let root = |Root { at, error }: &Root| json!({ "re": at.re, "im": at.im, "modulus": at.norm(), "se": error });
+        let roots = precision.as_ref().map(of);
+        json!(roots.map(|roots| roots.iter().map(root).collect::<Vec<_>>()))
+    };
+    let cancellations = precision.as_ref().map(|precision| {
+        let pairs = precision.cancellations.iter();
+        let pairs = pairs.map(|pair| cancellation(pair, model));
+        pairs.collect::<Vec<_>>()
+    });
     let errors = model.standard_errors().filter(|_| parameters);
     let intervals: Option<Vec<[f64; 2]>> = errors.as_ref().map(|errors| {
         let pairs = model.parameters().zip(errors);
@@ -150,14 +164,9 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         ("alpha", known(&alpha)),
         ("beta", known(&pass.h)),
         ("spectral_radius", json!(radius)),
-        (
-            "poles",
-            if parameters {
-                json!(poles)
-            } else {
-                Value::Null
-            },
-        ),
+        ("poles", roots(|precision| &precision.poles)),
+        ("zeros", roots(|precision| &precision.zeros)),
+        ("cancellations", json!(cancellations)),
         ("unstable", json!(parameters.then_some(pass.unstable))),
         ("condition", json!(pass.condition)),
     ];

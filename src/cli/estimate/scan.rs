@@ -1,5 +1,7 @@
 //! ARX models of several orders and delays over the same equations: which one each criterion chooses.
 
+mod picture;
+
 use super::{Report, pass_report};
 use crate::cli::error::Error;
 use crate::cli::{Format, print, print_json};
@@ -141,7 +143,8 @@ impl Row {
             d: pass.direct,
             x0: &pass.x0,
         };
-        let on = |range| Some(fit(model, u, y, range).simulated).filter(|fit| fit.is_finite());
+        let on =
+            |range| Some(fit(model, u, y, window, range).simulated).filter(|fit| fit.is_finite());
         self.own_loss = Some(pass.loss);
         self.window_fit = on(0..window);
         if window < y.len() {

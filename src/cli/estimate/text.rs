@@ -1,12 +1,12 @@
 //! The estimates for people, at most 80 columns wide.
 
-use super::{Estimate, PassReport, Report};
+use super::{Estimate, PassReport, Report, words};
 use crate::cli::equation::broken;
-use crate::diagnosis::{Residuals, Whiteness, Z_95};
+use crate::diagnosis::{Residuals, Root, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
 use crate::model::LinearModel;
-use crate::text::visible;
+use crate::text::{visible, wrap};
 use std::fmt::{self, Write};
 
 /// Significant digits.
@@ -48,18 +48,8 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
 }
 
 fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
-    let (number, report) = &estimate.passes[estimate.passes.len() - 1];
-    let about = estimate.name.about();
-    let about = about
-        .split([',', ':', ';'])
-        .next()
-        .unwrap_or(about)
-        .trim_end_matches('.');
-    let pass = match number {
-        0 => String::new(),
-        number => format!(", after pass {number}"),
-    };
-    writeln!(text, "\n{}: {about}{pass}", estimate.name)?;
+    let report = estimate.last();
+    writeln!(text, "\n{}", words::heading(estimate))?;
     if let Some(failure) = report.pass.failure {
         writeln!(text, "  FAILED: {failure}")?;
     }
@@ -117,24 +107,13 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
     if pass.progress == Progress::InitialState {
         write_vector(text, "x0", &pass.x0)?;
     }
-    let precision = report.precision.as_ref();
-    for (i, pole) in report.poles.iter().enumerate() {
-        let name = if i == 0 { "poles" } else { "" };
-        let imaginary = if pole.im == 0.0 {
-            String::new()
-        } else {
-            format!(" {:+.6} i", pole.im)
-        };
-        let position = format!("{:.6}{imaginary}", pole.re);
-        let error = precision.map_or(f64::NAN, |precision| precision.poles[i].modulus);
-        writeln!(
-            text,
-            "  {name:<18} {position:<30} modulus {:.6}{}",
-            pole.norm(),
-            plus_minus(error)
-        )?;
-    }
-    if let Some(precision) = precision {
+    if let Some(precision) = &report.precision {
+        write_roots(text, "poles", &precision.poles)?;
+        write_roots(text, "zeros", &precision.zeros)?;
+        if let Some(sentence) = words::cancellation(model, precision) {
+            let line = format!("  {:<18} {sentence}", "order");
+            text.push_str(&wrap(&line, 80, &" ".repeat(21)));
+        }
         writeln!(
             text,
             "  {:<18} {:.6}{}",
@@ -147,8 +126,12 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
         let note = if pass.unstable { " (unstable)" } else { "" };
         writeln!(text, "  {:<18} {radius:.6}{note}", "spectral radius")?;
     }
-    if let Some(residuals) = &report.residuals {
-        write_residuals(text, residuals)?;
+    match &report.residuals {
+        Some(residuals) => write_residuals(text, residuals)?,
+        None if pass.progress >= Progress::Parameters => {
+            writeln!(text, "  {:<18} {}", "residuals", words::NOT_TESTED)?;
+        }
+        None => {}
     }
     if pass.condition.is_finite() {
         writeln!(
@@ -161,25 +144,34 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
     Ok(())
 }
 
+fn write_roots(text: &mut String, name: &str, roots: &[Root]) -> fmt::Result {
+    for (i, Root { at, error }) in roots.iter().enumerate() {
+        let name = if i == 0 { name } else { "" };
+        let imaginary = if at.im == 0.0 {
+            String::new()
+        } else {
+            format!(" {:+.6} i", at.im)
+        };
+        let position = format!("{:.6}{imaginary}", at.re);
+        writeln!(
+            text,
+            "  {name:<18} {position:<30} modulus {:.6}{}",
+            at.norm(),
+            plus_minus(error.modulus)
+        )?;
+    }
+    Ok(())
+}
+
 /// Each parameter with its standard error and its 95 % interval.
 fn write_parameters(text: &mut String, model: &LinearModel, errors: &[f64]) -> fmt::Result {
-    let orders = model.orders();
-    let names = [
-        ("a", 1, orders.na),
-        ("b", orders.nk, orders.nb),
-        ("c", 1, orders.nc),
-        ("d", 1, orders.nd),
-        ("f", 1, orders.nf),
-    ];
-    let names = names.into_iter().flat_map(|(name, first, count)| {
-        (first..first + count).map(move |i| format!("{name}_{i}"))
-    });
     writeln!(
         text,
         "  {:<18} {:>13} {:>13}   95 % interval",
         "parameter", "estimate", "std. error"
     )?;
-    for ((name, theta), error) in names.zip(model.parameters()).zip(errors) {
+    let names = words::parameters(model.orders());
+    for ((name, theta), error) in names.iter().zip(model.parameters()).zip(errors) {
         writeln!(
             text,
             "  {name:<18} {} {} {} ...{}",
@@ -202,47 +194,12 @@ fn plus_minus(error: f64) -> String {
 }
 
 /// What the residuals say, in words.
-/// "p = 0.0312", or that it is tiny.
-pub(super) fn p_value(p: f64) -> String {
-    if p < 1e-4 {
-        "p < 0.0001".to_owned()
-    } else {
-        format!("p = {p:.4}")
-    }
-}
-
 fn write_residuals(text: &mut String, residuals: &Residuals) -> fmt::Result {
-    let lags = residuals.lags();
-    let line = |text: &mut String, name: &str, test: Whiteness, good: &str, bad: &str| {
-        let verdict = if test.passed { good } else { bad };
-        writeln!(text, "  {name:<18} {verdict} ({})", p_value(test.p_value))
-    };
-    line(
-        text,
-        "residuals",
-        residuals.white,
-        "no memory found: white",
-        "NOT white: noise model or order is wrong",
-    )?;
-    line(
-        text,
-        "",
-        residuals.free_of_past_input,
-        "nothing left of the past input",
-        "past input left: B, F or delay is wrong",
-    )?;
-    line(
-        text,
-        "",
-        residuals.free_of_future_input,
-        "no sign of feedback",
-        "later input follows them: feedback",
-    )?;
-    writeln!(
-        text,
-        "  {:<18} each test at 1 %, over {lags} lags of {} residuals",
-        "", residuals.rows
-    )
+    let names = ["residuals", "", ""];
+    for (name, verdict) in names.iter().zip(words::residual_tests(residuals)) {
+        writeln!(text, "  {name:<18} {verdict}")?;
+    }
+    writeln!(text, "  {:<18} {}", "", words::residual_basis(residuals))
 }
 
 fn write_fit(text: &mut String, on: &str, fit: Fit) -> fmt::Result {

@@ -159,7 +159,9 @@ impl<'a> Chart<'a> {
 
     /// What is not seen, in words.
     pub(super) fn note(&self) -> String {
-        let points = self.plot.series.iter().flat_map(|series| &series.points);
+        let series = self.plot.series.iter();
+        let series = series.filter(|series| series.style != Style::Region);
+        let points = series.flat_map(|series| &series.points);
         let finite = |point: &&Point| point.x.is_finite() && point.y.is_finite();
         let points: Vec<&Point> = points.filter(finite).collect();
         if points.is_empty() {
@@ -232,6 +234,7 @@ impl Pen<'_> {
         match series.style {
             Style::Line => self.polyline(points, 20),
             Style::Band => self.band(points).and_then(|()| self.polyline(points, 20)),
+            Style::Region => self.regions(points),
             Style::ErrorBars | Style::Marks => self.error_bars(series),
             Style::Boxes => points.iter().try_for_each(|point| self.quartiles(point)),
         }
@@ -263,6 +266,15 @@ impl Pen<'_> {
             }
         }
         Ok(())
+    }
+
+    fn regions(&self, points: &[Point]) -> Drawn {
+        let canvas = self.chart.canvas;
+        let parts = parts(points, |point| self.place(point.x, point.y));
+        parts.into_iter().try_for_each(|part| match part.len() {
+            2 => canvas.line(part, self.look.ink().stroke_width(30)),
+            _ => canvas.draw(Polygon::new(part, self.look.ink().mix(0.16))),
+        })
     }
 
     /// The style of bars and whiskers.

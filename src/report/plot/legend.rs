@@ -59,11 +59,14 @@ impl Look {
         let around = |half: i32| [(x - half, y - 80), (x + half, y + 80)];
         match style {
             Style::Line => canvas.line([(x - 200, y), (x + 200, y)], self.line(20)),
-            Style::Band => {
+            Style::Band | Style::Region => {
                 let [(left, top), (right, bottom)] = around(200);
                 let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
                 canvas.draw(Polygon::new(corners, self.ink().mix(0.16)))?;
-                canvas.line([(left, y), (right, y)], self.line(20))
+                match style {
+                    Style::Region => Ok(()),
+                    _ => canvas.line([(left, y), (right, y)], self.line(20)),
+                }
             }
             Style::ErrorBars | Style::Marks => {
                 canvas.line([(x, y - 90), (x, y + 90)], self.ink().stroke_width(12))?;

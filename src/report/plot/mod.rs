@@ -135,6 +135,9 @@ pub enum Style {
     Line,
     /// A line through the points and the band of their intervals.
     Band,
+    /// The area that the points enclose, or a line where they are two; gaps separate areas. They are no values: those
+    /// outside of the axes are not told.
+    Region,
     /// Markers with bars, joined by a thin line unless an axis has categories. Bars of several
     /// series at one place are drawn side by side.
     ErrorBars,
@@ -221,6 +224,8 @@ pub struct Plot {
     pub references: Vec<Reference>,
     /// The ends of a shaded range of y, or of x where the y axis has categories.
     pub shaded: Option<[f64; 2]>,
+    /// Whether a unit is as long along x as along y, so that a circle is round; one of the ranges is then wider.
+    pub equal_units: bool,
 }
 
 impl Plot {
@@ -234,6 +239,7 @@ impl Plot {
             series: Vec::new(),
             references: Vec::new(),
             shaded: None,
+            equal_units: false,
         }
     }
 

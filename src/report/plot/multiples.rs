@@ -55,7 +55,7 @@ struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     fn new(panels: &'a [Plot], columns: usize, sharing: Sharing, titled: bool) -> Self {
-        let ranges = ranges(panels, sharing);
+        let wanted = ranges(panels, sharing);
         let names = panels.iter().map(|plot| Span::least_height(&plot.y));
         let usual = match (panels.len(), columns) {
             // A few rows do not fill the usual height.
@@ -65,31 +65,44 @@ impl<'a> Sheet<'a> {
             _ => 210.0,
         };
         let height = names.fold(usual, f64::max);
-        let pairs = || panels.iter().zip(&ranges);
-        let y: Vec<Span> = pairs()
-            .map(|(plot, range)| Span::y(&plot.y, range[1], height))
-            .collect();
-        // Room for the labels of y in a column.
-        let margin = |column: usize| {
-            let rooms = y.iter().skip(column).step_by(columns).map(|span| span.room);
-            let shown = column == 0 || !sharing.y;
-            let room = if shown {
-                rooms.fold(28.0, f64::max)
-            } else {
-                4.0
-            };
-            EDGE + room
-        };
-        let mut margins: Vec<f64> = (0..columns).map(margin).collect();
-        // Turned labels may need more room at the left, which depends on the width that is left.
-        let mut width = 0.0;
-        let mut x = Vec::new();
+        let mut overhangs = vec![0.0_f64; columns];
+        let (mut margins, mut x, mut y) = (Vec::new(), Vec::new(), Vec::new());
+        let mut width = WIDTH / columns as f64;
+        // Turned labels may need more room at the left, which depends on the width that is left; so do equal units.
         for _ in 0..3 {
+            let ranges = panels.iter().zip(&wanted);
+            let ranges: Vec<[(f64, f64); 2]> = ranges
+                .map(|(plot, range)| {
+                    if plot.equal_units {
+                        of_equal_units(*range, [width, height])
+                    } else {
+                        *range
+                    }
+                })
+                .collect();
+            let pairs = || panels.iter().zip(&ranges);
+            y = pairs()
+                .map(|(plot, range)| Span::y(&plot.y, range[1], height))
+                .collect::<Vec<Span>>();
+            // Room for the labels of y in a column.
+            let margin = |column: usize| {
+                let rooms = y.iter().skip(column).step_by(columns).map(|span| span.room);
+                let shown = column == 0 || !sharing.y;
+                let room = if shown {
+                    rooms.fold(28.0, f64::max)
+                } else {
+                    4.0
+                };
+                f64::max(EDGE + room, overhangs[column])
+            };
+            margins = (0..columns).map(margin).collect();
             width = (WIDTH - margins.iter().sum::<f64>()) / columns as f64 - RIGHT;
             x = pairs()
                 .map(|(plot, range)| Span::x(&plot.x, range[0], width))
                 .collect::<Vec<Span>>();
             for (i, span) in x.iter().enumerate() {
+                let overhang = &mut overhangs[i % columns];
+                *overhang = overhang.max(span.overhang);
                 margins[i % columns] = margins[i % columns].max(span.overhang);
             }
         }
@@ -178,6 +191,18 @@ impl<'a> Sheet<'a> {
     }
 }
 
+/// Ranges of x and y that hold the given ones, in proportion to the lengths of the axes.
+fn of_equal_units(ranges: [(f64, f64); 2], lengths: [f64; 2]) -> [(f64, f64); 2] {
+    let pairs = ranges.iter().zip(lengths);
+    let units = pairs.map(|((low, high), length)| (high - low) / length);
+    let unit = units.fold(0.0, f64::max);
+    [0, 1].map(|k| {
+        let (low, high) = ranges[k];
+        let (middle, half) = (f64::midpoint(low, high), unit * lengths[k] / 2.0);
+        (middle - half, middle + half)
+    })
+}
+
 /// The ranges of x and y of every panel.
 fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
     let values: Vec<[Vec<f64>; 2]> = panels.iter().map(values).collect();
@@ -199,7 +224,7 @@ fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
 /// Room beside the values of x: none for lines, some for markers, more for boxes.
 fn room_of_x(plot: &Plot) -> f64 {
     let rooms = plot.series.iter().map(|series| match series.style {
-        Style::Line | Style::Band => 0.0,
+        Style::Line | Style::Band | Style::Region => 0.0,
         Style::ErrorBars | Style::Marks => 0.06,
         Style::Boxes => 0.12,
     });

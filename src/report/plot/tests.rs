@@ -313,3 +313,39 @@ fn shades_of_a_grid_follow_the_values() {
     let shades: Vec<&str> = parts.map(|part| part.split('"').next().unwrap()).collect();
     assert_eq!(shades, ["0.04", "0.295", "0.55"]);
 }
+
+/// The corners of a square are equally far apart, and what a region has beyond the axes is no missing value.
+#[test]
+fn equal_units_keep_a_square_a_square() {
+    let corner = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        Point::new(2.0 * cos, 2.0 * sin)
+    };
+    let corners = [20.0, 110.0, 200.0, 290.0].map(corner).to_vec();
+    let axis = |low, high| PlotAxis::linear("").range(low, high);
+    for [x, y] in [
+        [axis(-1.0, 1.0), axis(-1.0, 1.0)],
+        [axis(-9.0, 2.0), axis(0.0, 1.0)],
+    ] {
+        let mut plot = Plot::new("t", x, y)
+            .series(Series::new("", Style::Region, corners.clone()))
+            .series(Series::new("", Style::Line, vec![Point::new(0.5, 0.5)]));
+        plot.equal_units = true;
+        let panels = [plot.clone(), plot.clone()];
+        let pair = small_multiples("t", "", &panels, 2, Sharing::default());
+        for svg in [plot.svg(), pair] {
+            let places = course_of(&svg, "fill-opacity=\"0.16\"");
+            let next = places[2..].iter().chain(&places[..2]);
+            let sides: Vec<f64> = places.iter().zip(next).map(|(a, b)| b - a).collect();
+            let lengths = sides.chunks(2).map(|side| side[0].hypot(side[1]));
+            // Places are rounded to tenths.
+            assert!(
+                lengths
+                    .clone()
+                    .all(|length| (length - sides[0].hypot(sides[1])).abs() < 0.3)
+            );
+            assert_eq!(lengths.count(), 4);
+            assert!(!svg.contains("Outside of the axes"));
+        }
+    }
+}

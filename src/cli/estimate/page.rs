@@ -1,0 +1,246 @@
+//! A page about a record and the models estimated from it.
+
+use super::{Estimate, Fits, PassReport, Report, pictures, words};
+use crate::cli::equation::broken;
+use crate::diagnosis::{Precision, Root, Z_95};
+use crate::report::html::{CellText, Column, Page, Section, Table};
+use crate::text::{rounded, visible};
+
+/// Significant digits of values, and of standard errors.
+const DIGITS: usize = 6;
+const ERROR_DIGITS: usize = 3;
+
+/// The page of a record without its sections about models.
+pub(super) fn begin(report: &Report) -> Page {
+    let mut page = Page::new(title(report));
+    page.introduction(|section| section.settings(&settings(report)));
+    page.section("record", "The record", |section| {
+        let caption = if report.detrend.is_none() {
+            "Input u and output y as they were read."
+        } else {
+            "Input u and output y, less what was subtracted."
+        };
+        section.figure(&pictures::record(report), caption);
+    });
+    page
+}
+
+pub(super) fn render(report: &Report) -> String {
+    let mut page = begin(report);
+    page.section("outputs", "Measured and simulated output", |section| {
+        section.table(&fits(report));
+        section.figure(
+            &pictures::outputs(report),
+            "Above: the measured output, and that of each model under u alone, from its x0. Below: what \
+             each model's prediction from the samples before misses. An unstable model ends where it \
+             leaves the axes.",
+        );
+    });
+    page.section("responses", "Step and frequency response", |section| {
+        let without_bands = report.estimates.iter().filter_map(|estimate| {
+            let reason = words::no_errors(estimate.last().known_model()?)?;
+            Some(format!("`{}` has no bands: {reason}.", estimate.name))
+        });
+        section.list(&without_bands.collect::<Vec<String>>());
+        section.figure(
+            &pictures::steps(report),
+            "Step response of B/(A F) from rest, with 95 % bands of each sample by the derivatives of \
+             the response (delta method). An unstable model has no band, and ends where it leaves the axes.",
+        );
+        section.figure(
+            &pictures::bode(report),
+            "Frequency response of B/(A F), with 95 % bands of each frequency by the derivatives of \
+             ln |G| and of the phase.",
+        );
+    });
+    for (i, estimate) in report.estimates.iter().enumerate() {
+        let name = estimate.name.name();
+        page.section(name, &words::heading(estimate), |section| {
+            write(section, i + 1, estimate);
+        });
+    }
+    page.html()
+}
+
+/// The page's title, by which the program knows it as its own.
+fn title(report: &Report) -> String {
+    let file = report.file.file_name().unwrap_or(report.file.as_os_str());
+    format!("asobench report: {}", visible(file.display()))
+}
+
+fn settings(report: &Report) -> Vec<(&'static str, String)> {
+    let [u, y] = &report.trends;
+    let samples = report.record.y.len();
+    let validation = match samples - report.window {
+        0 => "none".to_owned(),
+        rest => format!("{rest} samples after the window"),
+    };
+    let subtracted = if report.detrend.is_none() {
+        "nothing".to_owned()
+    } else {
+        format!("--detrend {}: {u} from u, {y} from y", report.detrend)
+    };
+    vec![
+        ("file", visible(report.file.display())),
+        ("samples", samples.to_string()),
+        ("window", format!("{} samples", report.window)),
+        ("validation", validation),
+        ("subtracted", subtracted),
+    ]
+}
+
+/// Section of one estimator.
+fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
+    let last = estimate.last();
+    if let Some(failure) = last.pass.failure {
+        section.paragraph(&format!("Failed: {failure}."));
+    }
+    let Some(model) = last.known_model() else {
+        return;
+    };
+    let equation = model.equation().rounded(DIGITS).to_string();
+    let lines = equation.lines().map(|line| broken(line, 0, 4));
+    section.code(&lines.collect::<Vec<String>>().join("\n"));
+    if last.pass.unstable {
+        section.paragraph("The model has a pole on or outside of the unit circle: it is unstable.");
+    }
+    section.table(&parameters(last));
+    if let Some(reason) = words::no_errors(model) {
+        section.paragraph(&format!("No standard errors: {reason}."));
+    }
+    let number = |value: f64| {
+        if value.is_finite() {
+            rounded(value, DIGITS)
+        } else {
+            "undefined".to_owned()
+        }
+    };
+    section.settings(&[
+        ("noise variance", number(model.noise_variance)),
+        ("loss", number(last.pass.loss)),
+    ]);
+    section.heading("Residuals");
+    match &last.residuals {
+        None => section.paragraph(&format!("{}.", words::capitalised(words::NOT_TESTED))),
+        Some(residuals) => {
+            section.list(&words::residual_tests(residuals));
+            section.figure(
+                &pictures::correlations(slot, residuals),
+                &format!(
+                    "Correlations of the residuals e; the bounds hold for one lag alone. The verdicts are on all \
+                     lags at once: {}.",
+                    words::residual_basis(residuals)
+                ),
+            );
+        }
+    }
+    section.heading("Poles and zeros");
+    if let Some(precision) = &last.precision {
+        if let Some(sentence) = words::cancellation(model, precision) {
+            section.paragraph(&format!("{}.", words::capitalised(&sentence)));
+        }
+        section.figure(
+            &pictures::plane(precision),
+            "Poles and zeros of B/(A F) without the zeros of the delay, with 95 % ellipses of complex ones and \
+             95 % intervals of real ones.",
+        );
+        section.table(&roots(precision));
+    }
+}
+
+fn number(value: f64, digits: usize) -> CellText {
+    if value.is_finite() {
+        CellText::number(rounded(value, digits), value)
+    } else {
+        CellText::number("-", f64::NAN)
+    }
+}
+
+/// Each parameter with its standard error and its 95 % interval.
+fn parameters(report: &PassReport) -> Table {
+    let model = &report.model;
+    let errors = model.standard_errors();
+    let mut columns = vec![
+        Column::text("parameter"),
+        Column::number("estimate", ""),
+        Column::number("standard error", ""),
+        Column::number("95 % from", ""),
+        Column::number("95 % to", ""),
+    ];
+    if errors.is_none() {
+        columns.truncate(2);
+    }
+    let mut table = Table::new("Parameters", columns);
+    let names = words::parameters(model.orders());
+    for (i, (name, theta)) in names.into_iter().zip(model.parameters()).enumerate() {
+        let error = errors.as_ref().map_or(f64::NAN, |errors| errors[i]);
+        table.row([
+            CellText::text(name),
+            number(theta, DIGITS),
+            number(error, ERROR_DIGITS),
+            number(theta - Z_95 * error, DIGITS),
+            number(theta + Z_95 * error, DIGITS),
+        ]);
+    }
+    table
+}
+
+/// Poles and zeros, and the static gain.
+fn roots(precision: &Precision) -> Table {
+    let columns = vec![
+        Column::text("what"),
+        Column::number("real part", ""),
+        Column::number("its standard error", ""),
+        Column::number("imaginary part", ""),
+        Column::number("its standard error", ""),
+        Column::number("modulus", ""),
+        Column::number("its standard error", ""),
+    ];
+    let mut table = Table::new("Poles, zeros and static gain", columns);
+    for (name, roots) in [("pole", &precision.poles), ("zero", &precision.zeros)] {
+        for Root { at, error } in roots {
+            table.row([
+                CellText::text(name),
+                number(at.re, DIGITS),
+                number(error.re, ERROR_DIGITS),
+                number(at.im, DIGITS),
+                number(error.im, ERROR_DIGITS),
+                number(at.norm(), DIGITS),
+                number(error.modulus, ERROR_DIGITS),
+            ]);
+        }
+    }
+    table.row([
+        CellText::text("static gain"),
+        number(precision.static_gain, DIGITS),
+        number(precision.static_gain_se, ERROR_DIGITS),
+    ]);
+    table
+}
+
+/// FIT of every model.
+fn fits(report: &Report) -> Table {
+    let columns = vec![
+        Column::text("estimator"),
+        Column::number("window, simulated", "%"),
+        Column::number("window, one step", "%"),
+        Column::number("validation, simulated", "%"),
+        Column::number("validation, one step", "%"),
+    ];
+    let mut table = Table::new("FIT: 100 is a perfect model, 0 the mean of y", columns);
+    for estimate in &report.estimates {
+        let fit = |value: Option<f64>| number(value.unwrap_or(f64::NAN), 4);
+        let fits: Option<&Fits> = estimate.fit.as_ref();
+        let window = fits.map(|fits| fits.window);
+        let validation = fits.and_then(|fits| fits.validation);
+        let name = estimate.name.name();
+        table.row([
+            CellText::text(name).link(format!("#{name}")),
+            fit(window.map(|fit| fit.simulated)),
+            fit(window.map(|fit| fit.one_step)),
+            fit(validation.map(|fit| fit.simulated)),
+            fit(validation.map(|fit| fit.one_step)),
+        ]);
+    }
+    table
+}

@@ -1,0 +1,131 @@
+//! What is said of a model in words, in the text and on the page alike.
+
+use super::Estimate;
+use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness};
+use crate::model::{LinearModel, Orders};
+use crate::text::rounded;
+use faer::c64;
+
+/// What an estimator does, in a line, and after which pass.
+pub(super) fn heading(estimate: &Estimate) -> String {
+    let number = estimate.passes.last().map_or(0, |(number, _)| *number);
+    let about = estimate.name.about();
+    let about = about
+        .split([',', ':', ';'])
+        .next()
+        .unwrap_or(about)
+        .trim_end_matches('.');
+    let pass = match number {
+        0 => String::new(),
+        number => format!(", after pass {number}"),
+    };
+    format!("{}: {about}{pass}", estimate.name)
+}
+
+/// A sentence with a capital.
+pub(super) fn capitalised(sentence: &str) -> String {
+    let mut characters = sentence.chars();
+    let first = characters.next().map(|first| first.to_ascii_uppercase());
+    first.into_iter().chain(characters).collect()
+}
+
+/// Names of the parameters in their order.
+pub(super) fn parameters(orders: Orders) -> Vec<String> {
+    let names = [
+        ("a", 1, orders.na),
+        ("b", orders.nk, orders.nb),
+        ("c", 1, orders.nc),
+        ("d", 1, orders.nd),
+        ("f", 1, orders.nf),
+    ];
+    let names = names.into_iter().flat_map(|(name, first, count)| {
+        (first..first + count).map(move |i| format!("{name}_{i}"))
+    });
+    names.collect()
+}
+
+/// Why there are no residual tests.
+pub(super) const NOT_TESTED: &str =
+    "not tested: fewer than 4, or all zero, or the predictor is unstable";
+
+/// The verdict of each residual test, with its p-value.
+pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
+    let verdict = |test: Whiteness, good: &str, bad: &str| {
+        let verdict = if test.passed { good } else { bad };
+        let p = chance(test.p_value);
+        format!("{verdict} ({p})")
+    };
+    [
+        verdict(
+            residuals.white,
+            "no memory found: white",
+            "NOT white: noise model or order is wrong",
+        ),
+        verdict(
+            residuals.free_of_past_input,
+            "nothing left of the past input",
+            "past input left: B, F or delay is wrong",
+        ),
+        verdict(
+            residuals.free_of_future_input,
+            "no sign of feedback",
+            "later input follows them: feedback",
+        ),
+    ]
+}
+
+/// What [`residual_tests`] rest on.
+pub(super) fn residual_basis(residuals: &Residuals) -> String {
+    format!(
+        "each test at 1 %, over {} lags of {} residuals",
+        residuals.lags(),
+        residuals.rows
+    )
+}
+
+/// `p = 0.1234`.
+pub(super) fn chance(p: f64) -> String {
+    if p < 1e-4 {
+        "p < 0.0001".to_owned()
+    } else {
+        format!("p = {p:.4}")
+    }
+}
+
+/// `0.5 - 0.2i`, or with `+-` for a pair, four digits.
+fn complex(z: c64) -> String {
+    if z.im == 0.0 {
+        return rounded(z.re, 4);
+    }
+    format!("{} +- {}i", rounded(z.re, 4), rounded(z.im.abs(), 4))
+}
+
+/// The closest pole and zero that may cancel, and the orders without them.
+pub(super) fn cancellation(model: &LinearModel, precision: &Precision) -> Option<String> {
+    let first: &Cancellation = precision.cancellations.first()?;
+    let (poles, zeros) = if first.pole.im == 0.0 {
+        ("pole", "zero")
+    } else {
+        ("poles", "zeros")
+    };
+    let Cancellation { pole, zero, .. } = first;
+    Some(format!(
+        "{poles} {} and {zeros} {} may be the same ({}): the order may be too high; try orders {}",
+        complex(*pole),
+        complex(*zero),
+        chance(first.p_value),
+        first.orders_without(model.orders())
+    ))
+}
+
+/// Why a model has no standard errors; `None` where it has them.
+pub(super) fn no_errors(model: &LinearModel) -> Option<&'static str> {
+    match model.standard_errors() {
+        None if model.noise_variance.is_nan() => {
+            Some("no equation is left to estimate the noise from")
+        }
+        None => Some("this estimator gives no covariance of its parameters"),
+        Some(errors) if errors.iter().all(|error| error.is_finite()) => None,
+        Some(_) => Some("the information matrix is singular"),
+    }
+}

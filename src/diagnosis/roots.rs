@@ -1,0 +1,336 @@
+//! Poles and zeros with their covariance: that of the parameters, propagated by the derivatives of the roots (the delta
+//! method), and poles that the record cannot tell from zeros.
+
+use super::{CHI_SQUARE_2_95, Z_95};
+use crate::metric::tails::normal_above;
+use crate::model::{LinearModel, Orders};
+use crate::plant::PoleFinder;
+use faer::c64;
+use serde::Serialize;
+
+/// A pole or a zero of `B/(A F)`.
+#[derive(Clone, Copy, Debug)]
+pub struct Root {
+    /// Where it is.
+    pub at: c64,
+    /// How far from the truth it may be; NaN without a covariance, and of a multiple root, which has no derivative.
+    pub error: RootError,
+}
+
+/// The covariance of a root's real and imaginary part.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct RootError {
+    /// Standard error of the real part.
+    pub re: f64,
+    /// Standard error of the imaginary part; 0 for a real root.
+    pub im: f64,
+    /// Their covariance.
+    pub covariance: f64,
+    /// Standard error of the modulus.
+    pub modulus: f64,
+}
+
+/// A pole and a zero that the record cannot tell apart: their difference lies within its 95 % region about 0, and so does
+/// `B` at the pole, which a zero far away with a large error does not make 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Cancellation {
+    /// The pole; of a complex pair the upper one.
+    pub pole: c64,
+    /// The zero.
+    pub zero: c64,
+    /// The chance of such a difference, or a larger one, where both are the same: `d' S^-1 d` of the difference d with
+    /// its covariance S is chi-square, with 1 degree of freedom for real roots, with 2 for complex ones. At least 5 %.
+    pub p_value: f64,
+    /// Whether F has the pole, not A.
+    in_f: bool,
+}
+
+/// A difference has to be as improbable as this to be one.
+const LEVEL: f64 = 0.05;
+
+impl Root {
+    /// The boundary of the root's 95 % region, as (real, imaginary): an ellipse in so many points, or the two ends of an
+    /// interval where the root is real. `None` without a finite error.
+    ///
+    /// With `S = L L'` the covariance, the ellipse is `at + sqrt(5.991) L (cos t, sin t)`, its area `5.991 pi sqrt(det S)`.
+    pub fn region_95(&self, points: usize) -> Option<Vec<(f64, f64)>> {
+        let RootError {
+            re, im, covariance, ..
+        } = self.error;
+        if !(re.is_finite() && im.is_finite() && covariance.is_finite()) {
+            return None;
+        }
+        let c64 { re: x, im: y } = self.at;
+        if y == 0.0 {
+            return Some(vec![(x - Z_95 * re, 0.0), (x + Z_95 * re, 0.0)]);
+        }
+        let scale = CHI_SQUARE_2_95.sqrt();
+        let below = if re > 0.0 { covariance / re } else { 0.0 };
+        let rest = (im * im - below * below).max(0.0).sqrt();
+        let ends = (0..points).map(|i| {
+            let (sin, cos) = (std::f64::consts::TAU * i as f64 / points as f64).sin_cos();
+            (x + scale * re * cos, y + scale * (below * cos + rest * sin))
+        });
+        Some(ends.collect())
+    }
+}
+
+impl Cancellation {
+    /// `|pole - zero|`.
+    pub fn distance(&self) -> f64 {
+        (self.pole - self.zero).norm()
+    }
+
+    /// The orders without the pair, or without both conjugate pairs.
+    pub fn orders_without(&self, mut orders: Orders) -> Orders {
+        let count = if self.pole.im == 0.0 { 1 } else { 2 };
+        let of_poles = if self.in_f {
+            &mut orders.nf
+        } else {
+            &mut orders.na
+        };
+        *of_poles -= count;
+        orders.nb -= count;
+        orders
+    }
+}
+
+/// Poles and zeros of a model, and those that may cancel, the closest first.
+pub(super) struct Roots {
+    pub(super) poles: Vec<Root>,
+    pub(super) zeros: Vec<Root>,
+    pub(super) cancellations: Vec<Cancellation>,
+}
+
+impl Roots {
+    /// Of a model with given poles.
+    pub(super) fn new(model: &LinearModel, poles: &[c64]) -> Self {
+        let numerator = Factor::numerator(model);
+        let poles: Vec<Sensitive<'_>> = poles
+            .iter()
+            .map(|at| Sensitive::new(model, Factor::of_pole(model, *at), *at))
+            .collect();
+        let zeros: Vec<Sensitive<'_>> = numerator
+            .roots()
+            .into_iter()
+            .map(|at| Sensitive::new(model, numerator, at))
+            .collect();
+        let root = |root: &Sensitive<'_>| Root {
+            at: root.at,
+            error: RootError::new(root.at, spread(&root.gradient, &root.weighted)),
+        };
+        Self {
+            cancellations: cancellations(model, &poles, &zeros),
+            poles: poles.iter().map(root).collect(),
+            zeros: zeros.iter().map(root).collect(),
+        }
+    }
+}
+
+/// A polynomial in falling powers of z whose coefficients, from the one at `skipped` on, are parameters from `first` on.
+#[derive(Clone, Copy)]
+struct Factor<'a> {
+    coefficients: &'a [f64],
+    skipped: usize,
+    first: usize,
+}
+
+impl<'a> Factor<'a> {
+    /// B without its delay.
+    fn numerator(model: &'a LinearModel) -> Self {
+        let b = &model.b[model.delay..];
+        let zeros = b.iter().take_while(|b| **b == 0.0).count();
+        Self {
+            coefficients: &b[zeros..],
+            skipped: 0,
+            first: model.orders().na + zeros,
+        }
+    }
+
+    /// A or F, which has the pole.
+    fn of_pole(model: &'a LinearModel, pole: c64) -> Self {
+        let orders = model.orders();
+        let monic = |coefficients: &'a [f64], first| Self {
+            coefficients,
+            skipped: 1,
+            first,
+        };
+        let of_f = monic(&model.f, orders.parameters() - orders.nf);
+        let of_a = monic(&model.a, 0);
+        match (orders.na, orders.nf) {
+            (0, _) => of_f,
+            (_, 0) => of_a,
+            _ if of_a.value(pole).norm() <= of_f.value(pole).norm() => of_a,
+            _ => of_f,
+        }
+    }
+
+    fn degree(self) -> usize {
+        self.coefficients.len().saturating_sub(1)
+    }
+
+    fn value(self, z: c64) -> c64 {
+        let zero = c64::new(0.0, 0.0);
+        let coefficients = self.coefficients.iter();
+        coefficients.fold(zero, |value, c| value * z + *c)
+    }
+
+    fn derivative(self, z: c64) -> c64 {
+        let n = self.degree();
+        let mut value = c64::new(0.0, 0.0);
+        for (i, c) in self.coefficients.iter().take(n).enumerate() {
+            value = value * z + (n - i) as f64 * *c;
+        }
+        value
+    }
+
+    fn roots(self) -> Vec<c64> {
+        let Some((leading, rest)) = self.coefficients.split_first() else {
+            return Vec::new();
+        };
+        let a: Vec<f64> = rest.iter().rev().map(|c| -c / leading).collect();
+        if a.is_empty() {
+            return Vec::new();
+        }
+        PoleFinder::new(a.len()).poles(&a)
+    }
+
+    /// Adds `factor z^(n-i)` to the place of each coefficient i: the derivative of `factor P(z)`.
+    fn add_powers(self, z: c64, factor: c64, gradient: &mut [c64]) {
+        let mut power = factor;
+        for i in (self.skipped..self.coefficients.len()).rev() {
+            gradient[self.first + i - self.skipped] += power;
+            power *= z;
+        }
+    }
+}
+
+/// A root with its derivatives by the parameters, and these times the covariance of the parameters.
+struct Sensitive<'a> {
+    at: c64,
+    factor: Factor<'a>,
+    gradient: Vec<c64>,
+    weighted: Vec<c64>,
+}
+
+impl<'a> Sensitive<'a> {
+    /// A root p of P: `dp/dc_i = -p^(n-i) / P'(p)`.
+    fn new(model: &LinearModel, factor: Factor<'a>, at: c64) -> Self {
+        let zero = c64::new(0.0, 0.0);
+        let mut gradient = vec![zero; model.orders().parameters()];
+        let by = c64::new(-1.0, 0.0) / factor.derivative(at);
+        factor.add_powers(at, by, &mut gradient);
+        if at.im == 0.0 {
+            for derivative in &mut gradient {
+                derivative.im = 0.0;
+            }
+        }
+        let weighted = weighted(model, &gradient);
+        Self {
+            at,
+            factor,
+            gradient,
+            weighted,
+        }
+    }
+}
+
+/// `P g` with the covariance of the parameters; NaN without one.
+fn weighted(model: &LinearModel, gradient: &[c64]) -> Vec<c64> {
+    let n = gradient.len();
+    if model.covariance.len() != n * n {
+        return vec![c64::new(f64::NAN, f64::NAN); n];
+    }
+    let rows = model.covariance.chunks_exact(n.max(1));
+    rows.map(|row| row.iter().zip(gradient).map(|(p, g)| g * *p).sum())
+        .collect()
+}
+
+/// Variances of the real and the imaginary part of `g' theta` and their covariance, from g and P g.
+fn spread(gradient: &[c64], weighted: &[c64]) -> [f64; 3] {
+    let mut spread = [0.0; 3];
+    for (g, w) in gradient.iter().zip(weighted) {
+        spread[0] += g.re * w.re;
+        spread[1] += g.im * w.im;
+        spread[2] += g.re * w.im;
+    }
+    spread
+}
+
+impl RootError {
+    fn new(at: c64, [re, im, covariance]: [f64; 3]) -> Self {
+        let of_modulus =
+            (at.re * at.re * re + 2.0 * at.re * at.im * covariance + at.im * at.im * im)
+                / at.norm_sqr();
+        // Rounding may make a variance of 0 negative; NaN stays.
+        let error = |variance: f64| if variance < 0.0 { 0.0 } else { variance.sqrt() };
+        Self {
+            re: error(re),
+            im: error(im),
+            covariance,
+            modulus: error(of_modulus),
+        }
+    }
+}
+
+/// The chance of a complex number, or of a real one, as far from 0 as this; NaN where the covariance is singular.
+fn chance(value: c64, real: bool, [re, im, covariance]: [f64; 3]) -> f64 {
+    if real {
+        return 2.0 * normal_above(value.re.abs() / re.sqrt());
+    }
+    let determinant = re * im - covariance * covariance;
+    if determinant <= 0.0 {
+        return f64::NAN;
+    }
+    let square = (im * value.re * value.re - 2.0 * covariance * value.re * value.im
+        + re * value.im * value.im)
+        / determinant;
+    (-square / 2.0).exp()
+}
+
+fn cancellations(
+    model: &LinearModel,
+    poles: &[Sensitive<'_>],
+    zeros: &[Sensitive<'_>],
+) -> Vec<Cancellation> {
+    let numerator = Factor::numerator(model);
+    let less = |a: &[c64], b: &[c64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>();
+    let mut pairs = Vec::new();
+    for pole in poles.iter().filter(|pole| pole.at.im >= 0.0) {
+        let real = pole.at.im == 0.0;
+        // B at the pole: dB(p) = B'(p) dp + sum p^(n-i) db_i.
+        let of_numerator = || {
+            let slope = numerator.derivative(pole.at);
+            let mut gradient: Vec<c64> = pole.gradient.iter().map(|g| g * slope).collect();
+            numerator.add_powers(pole.at, c64::new(1.0, 0.0), &mut gradient);
+            let spread = spread(&gradient, &weighted(model, &gradient));
+            chance(numerator.value(pole.at), real, spread)
+        };
+        let alike = |zero: &&Sensitive<'_>| zero.at.im >= 0.0 && (zero.at.im == 0.0) == real;
+        for zero in zeros.iter().filter(alike) {
+            let gradient = less(&pole.gradient, &zero.gradient);
+            let spread = spread(&gradient, &less(&pole.weighted, &zero.weighted));
+            let apart = chance(pole.at - zero.at, real, spread);
+            if apart >= LEVEL && of_numerator() >= LEVEL {
+                pairs.push(Cancellation {
+                    pole: pole.at,
+                    zero: zero.at,
+                    p_value: apart,
+                    in_f: std::ptr::eq(pole.factor.coefficients, model.f.as_slice()),
+                });
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.distance().total_cmp(&b.distance()));
+    // Each pole and each zero once.
+    let mut kept: Vec<Cancellation> = Vec::new();
+    for pair in pairs {
+        if kept
+            .iter()
+            .all(|k| k.pole != pair.pole && k.zero != pair.zero)
+        {
+            kept.push(pair);
+        }
+    }
+    kept
+}

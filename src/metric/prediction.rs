@@ -1,0 +1,92 @@
+//! One-step predictions of a record from the best start.
+
+use crate::estimator::Window;
+use crate::estimator::initial_state::InitialState;
+use crate::model::LinearModel;
+use crate::model::polynomial::multiply;
+use crate::plant::canonical::reverse_negated;
+
+/// The errors of a model's one-step predictions over a record, and the first sample that counts. `None` where no start is
+/// found: the predictor is unstable and overflows, or the window is shorter than its memory.
+///
+/// A predictor without C, D, F has no memory but the record: its first `max(na, nb + nk - 1)` samples, where it looks back
+/// beyond the record, do not count. Any other one begins from the state that makes the sum of squared errors over the
+/// first `window` samples smallest, as MATLAB's `compare` and `predict` do. A start adds `P(q)/(C F)` to the errors with a
+/// free polynomial P of degree below `n = max(na + nf + nd, nb + nk - 1 + nd, nc + nf)`; in state space it is
+/// `c'A^k x0` with A of C F, so that stage 6 finds x0.
+///
+/// # Panics
+/// If u and y differ in length or the window is longer.
+pub fn prediction_errors(
+    model: &LinearModel,
+    u: &[f64],
+    y: &[f64],
+    window: usize,
+) -> Option<(usize, Vec<f64>)> {
+    let orders = model.orders();
+    let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+    model.residuals(u, y, &mut e, &mut scratch);
+    if orders.nc + orders.nd + orders.nf == 0 {
+        return Some((orders.reach().min(u.len()), e));
+    }
+    let input = (orders.nb + orders.nk).saturating_sub(1);
+    let n = ((orders.na + orders.nf).max(input) + orders.nd).max(orders.nc + orders.nf);
+    let mut denominator = multiply(&model.c, &model.f);
+    denominator.resize(n + 1, 0.0);
+    let (mut a, b) = (vec![0.0; n], vec![0.0; n]);
+    reverse_negated(&denominator[1..], &mut a);
+    let (mut x, mut state) = (vec![0.0; n], InitialState::new(n));
+    state
+        .estimate(&a, &b, Window::new(u, &e, window), &mut x)
+        .ok()?;
+    crate::plant::simulate(&a, &b, &mut x, u, |k, x| e[k] -= x[0]);
+    Some((0, e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `y = B/F u + C/D e` whose signals began long before the record: the errors are the innovations again, and neither
+    /// an offset of the past nor its noise shows in the first samples.
+    #[test]
+    fn a_record_that_began_before_is_predicted_from_its_first_sample() {
+        for orders in [
+            "nb=2,nf=2",
+            "na=1,nb=2,nc=1",
+            "nb=2,nc=1,nd=1,nf=2,nk=2",
+            "nb=4,nf=1",
+        ] {
+            let mut model = LinearModel::zero(orders.parse().unwrap());
+            let n = model.orders().parameters();
+            let theta = [0.5, 1.0, 0.3, -0.4, 0.2, 0.1, 0.3];
+            model.set_parameters(&theta[..n]);
+            if model.orders().nf == 2 {
+                model.f = vec![1.0, -1.5, 0.7];
+            }
+            // The record is the end of a longer one; its innovations are 0 but at one sample.
+            let (long, start) = (400, 300);
+            let u: Vec<f64> = (0..long).map(|k| 10.0 + f64::from((k * 7) % 5)).collect();
+            let mut e = vec![0.0; long as usize];
+            e[start + 40] = 1.0;
+            let (mut driven, mut noise) = (vec![0.0; e.len()], vec![0.0; e.len()]);
+            model.simulate(&u, &mut driven);
+            crate::model::polynomial::filter(&model.c, &e, &mut noise);
+            crate::model::polynomial::divide(&model.d, &mut noise);
+            crate::model::polynomial::divide(&model.a, &mut noise);
+            let y: Vec<f64> = driven.iter().zip(&noise).map(|(y, v)| y + v).collect();
+            // The start is fitted before the innovation, which it knows nothing of.
+            let (first, found) = prediction_errors(&model, &u[start..], &y[start..], 40).unwrap();
+            assert_eq!((first, found.len()), (0, 100));
+            for (found, e) in found.iter().zip(&e[start..]) {
+                assert!((found - e).abs() < 1e-9, "{orders}: {found} instead of {e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_shorter_than_the_memory_has_no_start() {
+        let model = LinearModel::zero("nb=9,nf=1".parse().unwrap());
+        assert!(prediction_errors(&model, &[1.0; 6], &[1.0; 6], 6).is_none());
+    }
+}
