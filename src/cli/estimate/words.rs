@@ -58,18 +58,18 @@ pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
     [
         verdict(
             residuals.white,
-            "no memory found: white",
+            "white",
             "NOT white: noise model or order is wrong",
         ),
         verdict(
             residuals.free_of_past_input,
-            "nothing left of the past input",
-            "past input left: B, F or delay is wrong",
+            "not correlated with past input",
+            "correlated with past input: B, F or delay is wrong",
         ),
         verdict(
             residuals.free_of_future_input,
             "no sign of feedback",
-            "later input follows them: feedback",
+            "correlated with future input: feedback",
         ),
     ]
 }
