@@ -84,7 +84,7 @@ pub(super) fn residual_basis(residuals: &Residuals) -> String {
 }
 
 /// `p = 0.1234`.
-fn chance(p: f64) -> String {
+pub(super) fn chance(p: f64) -> String {
     if p < 1e-4 {
         "p < 0.0001".to_owned()
     } else {
