@@ -497,7 +497,7 @@ fn a_page_about_a_record() {
         "<title>asobench report: a&lt;b&gt;&amp;&#39;c.csv</title>",
         "300 samples",
         "--detrend mean",
-        "nothing left of the past input",
+        "not correlated with past input",
         "99 % bound of one lag",
         "95 % regions of poles",
         "<code>moesp</code> has no bands: this estimator gives no covariance",

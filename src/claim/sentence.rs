@@ -234,7 +234,7 @@ impl Findings<'_> {
                 self.at_least[0],
                 self.cells(),
                 self.claim("is"),
-                number(self.middle(), "in the cell in the middle:")
+                number(self.middle(), "in the median cell:")
             ),
             Holds::Somewhere => {
                 let cell = self.passing.first().copied();
@@ -299,7 +299,7 @@ impl Findings<'_> {
 
     fn undecided(&self) -> String {
         if self.units.is_empty() && self.left_out == 0 {
-            return ": no cell of the results is one that it speaks of.".to_owned();
+            return ": the results have no cell that it is about.".to_owned();
         }
         if self.units.is_empty() {
             return ": its condition is certain in no cell.".to_owned();
@@ -317,8 +317,8 @@ impl Findings<'_> {
         let open = match self.words(0).filter(|_| m == 1) {
             Some((noun, value, must)) => format!("{noun} is {value}, not certainly {must} or not"),
             None if m == 1 => "nothing is known of the cell".to_owned(),
-            None if open == 1 => format!("1 of {m} {} leaves it open", self.cells()),
-            None => format!("{open} of {m} {} leave it open", self.cells()),
+            None if open == 1 => format!("1 of {m} {} is undecided", self.cells()),
+            None => format!("{open} of {m} {} are undecided", self.cells()),
         };
         let trials = match self.needed {
             _ if silent == m => String::new(),
@@ -326,7 +326,7 @@ impl Findings<'_> {
                 format!("; some {} trials would decide it", grouped(trials))
             }
             _ if self.cases.iter().flatten().any(ClaimTest::is_timed) => {
-                "; more trials say no more of times".to_owned()
+                "; more trials do not make times more exact".to_owned()
             }
             Some(Needed::MoreThan(most)) => {
                 format!("; more than {} trials would be needed", grouped(most))

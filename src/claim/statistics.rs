@@ -606,7 +606,12 @@ fn biases(
     name: Option<&String>,
 ) -> Result<Vec<Number>, Missing> {
     let named = output.parameters.iter();
-    let wanted = named.filter(|(parameter, _)| name.is_none_or(|name| name == parameter));
+    // Without errors at all are those that a delay makes 0 in every model.
+    let estimated = |errors: &Statistics| errors.mean.value != 0.0 || errors.sd.value != 0.0;
+    let wanted = named.filter(|(parameter, errors)| match name {
+        Some(name) => name == parameter,
+        None => estimated(errors),
+    });
     let biases: Result<Vec<Number>, Missing> = wanted
         .map(|(parameter, errors)| {
             if errors.dominated {

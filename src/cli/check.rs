@@ -19,7 +19,7 @@ mod plants;
 pub(super) struct Arguments {
     #[command(flatten)]
     study: StudyArguments,
-    /// Folder of the results: what is there need not be computed again [default: results/NAME of NAME.toml]
+    /// Folder of the results: trials found there are not counted again [default: results/NAME of NAME.toml]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -103,7 +103,7 @@ fn trials(experiment: &Experiment, rule: &TrialRule) -> String {
     let alike = alike.count();
     if most > 1 && alike > 0 {
         // Writing to a string does not fail.
-        let _ = write!(text, ", but 1 in the {alike} where nothing is random");
+        let _ = write!(text, ", but 1 in the {alike} without random numbers");
     }
     text
 }

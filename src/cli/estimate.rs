@@ -86,7 +86,7 @@ struct RecordArguments {
     /// Samples used for estimation, from the first [default: all]; the rest validates
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     window: Option<usize>,
-    /// Subtract from u and y, fitted on the window: none, mean, linear
+    /// Trend to subtract from u and y, fitted on the window: none, mean, linear
     #[arg(long, value_name = "WHAT", default_value_t)]
     detrend: Detrend,
 }
@@ -310,9 +310,7 @@ fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     }
     for (flag, given) in [("--order", order), ("--delay", delay)] {
         if given.is_some() {
-            return bad(format!(
-                "{flag}: means nothing beside --orders; expected one of them"
-            ));
+            return bad(format!("{flag}: cannot be given together with --orders"));
         }
     }
     if let Some(name) = estimator.iter().find(|name| !name.takes("orders")) {

@@ -10,7 +10,7 @@ use crate::study::cluster::{Collection, MergeOptions, Merged, ShardPlan, merge};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Put the results together from what shards left, to the same bytes as `run` on one machine. Any
+/// Merge the shards' results: the same bytes as `run` on one machine. Any
 /// folders, in any order, twice the same: all that is damaged or of another experiment is named and
 /// not taken. Where trials are missing they are named, and it ends with exit code 75.
 #[derive(clap::Args)]

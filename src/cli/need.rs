@@ -89,7 +89,7 @@ pub(super) fn ask(
     let refused = || {
         let folder = folder.display();
         Error::Input(format!(
-            "--out {folder}: the run {beyond}; --anyway starts it all the same"
+            "--out {folder}: the run {beyond}; --anyway runs it"
         ))
     };
     if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {

@@ -398,7 +398,7 @@ impl<'a> Replay<'a> {
             }
         }
         let equal = match self.stored {
-            None => "Not compared: no readable rows of this trial and experiment in",
+            None => "Not compared: no rows of this trial (store = \"trials\" keeps them) in",
             Some(true) => "These rows equal, bit for bit, those stored in",
             Some(false) => "These rows DIFFER from those stored in",
         };

@@ -64,7 +64,7 @@ pub(super) struct Arguments {
     /// Folder of the results [default: results/reproduce, replaced at every run]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Run it even if memory or disk will not suffice by what `check` tells
+    /// Run it even if `check` expects too little memory or disk
     #[arg(long)]
     anyway: bool,
     /// Compute one trial again and print every stage: C2:17, or the cell's number, 1:17

@@ -38,7 +38,7 @@ pub(super) struct Arguments {
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Trials in a block, the unit of work and of storage [default: half a second of work]
+    /// Trials in a block; blocks are computed and stored whole [default: half a second of work]
     #[arg(long, value_name = "B", value_parser = clap::value_parser!(u64).range(1..))]
     block: Option<u64>,
     /// Compute damaged block files again
@@ -46,7 +46,7 @@ pub(super) struct Arguments {
     repair: bool,
     #[command(flatten)]
     consent: Consent,
-    /// Run it even if memory or disk will not suffice by what `check` tells
+    /// Run it even if `check` expects too little memory or disk
     #[arg(long)]
     anyway: bool,
 }
@@ -68,7 +68,7 @@ pub(super) struct StudyArguments {
     /// The file's quick variant, of a minute or less
     #[arg(long)]
     quick: bool,
-    /// What computes the trials instead of the file's: auto, lanes or faer
+    /// Engine instead of the file's: auto, lanes or faer
     #[arg(long, value_name = "ENGINE")]
     engine: Option<Engine>,
 }
@@ -88,7 +88,8 @@ impl StudyArguments {
         file.check_filters().map_err(in_file)?;
         if self.quick {
             if file.quick.is_none() {
-                let message = "--quick: the file has no [quick]; expected that table, with trials";
+                let message =
+                    "the file has no such table, which --quick needs; expected [quick] with trials";
                 return Err(in_file(FileError::key("quick", message)));
             }
             file = file.quick();
@@ -260,7 +261,7 @@ pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String)
     let fallbacks: u64 = summary.cells.iter().map(|cell| cell.fallbacks).sum();
     let fallbacks = match fallbacks {
         0 => String::new(),
-        some => format!("lanes that were solved again with pivots: {some}\n"),
+        some => format!("solves that needed pivoting (no effect on results): {some}\n"),
     };
     let study = Study::read(path).map_err(failed)?;
     let verdicts = terminal::verdicts(&study);
@@ -347,7 +348,7 @@ pub(super) fn execute(
     let left = if options.fresh {
         "nothing was written"
     } else {
-        "the same command goes on from there"
+        "the same command resumes"
     };
     match outcome {
         Ok(summary) => Ok(Executed {

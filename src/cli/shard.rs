@@ -35,7 +35,7 @@ pub(super) struct Arguments {
     /// Stop after so long, such as 90s, 30m or 2h
     #[arg(long, value_name = "T", value_parser = parse_time)]
     time_limit: Option<Duration>,
-    /// Trials in a block, the unit of work and of storage [default: half a second of work]
+    /// Trials in a block; blocks are computed and stored whole [default: half a second of work]
     #[arg(long, value_name = "B", value_parser = clap::value_parser!(u64).range(1..))]
     block: Option<u64>,
     #[command(flatten)]

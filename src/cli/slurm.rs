@@ -203,8 +203,8 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
         let there = files::read_named(path, Kind::Script).map_err(failed)?;
         if there != text {
             note(&format!(
-                "{}: kept as it is, and not what this command would write; remove it to have it \
-                written anew",
+                "{}: kept, though this command would write another one; remove it to renew \
+                it",
                 path.display()
             ));
         }
@@ -231,8 +231,8 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
     });
     format!(
         "#!/bin/bash\n\
-         # Written by `asobench slurm`, and yours to edit: it is not written again while it is \
-         there.\n\
+         # Written by `asobench slurm`, yours to edit: it is never \
+         overwritten.\n\
          # All shards:   sbatch --array=1-S {script}\n\
          # Some of them: sbatch --array=3,17 {script}   (`asobench status {plan}` prints that \
          line)\n\
@@ -272,8 +272,8 @@ fn merge_script_of(places: &Places, job: &Job, out: &Path) -> String {
     } = places;
     format!(
         "#!/bin/bash\n\
-         # Written by `asobench slurm`, and yours to edit: it is not written again while it is \
-         there.\n\
+         # Written by `asobench slurm`, yours to edit: it is never \
+         overwritten.\n\
          # Puts the results together; where trials are missing, the log says which, and the line \
          that computes them.\n\
          #SBATCH --job-name={name}-merge\n\

@@ -21,7 +21,7 @@ pub struct ArxOptions {
     pub rows: Rows,
     /// The initial state: estimate (stage 6 for the model found), or zero.
     pub initial_state: StartState,
-    /// Adds lambda times the sum of squared parameters to the sum of squared residuals; 0: nothing.
+    /// Ridge: weight of the squared parameters in the criterion; 0: none.
     pub ridge: Option<f64>,
     /// The conventions of another tool: r-sysid.
     pub reading: Option<Reading>,

@@ -61,9 +61,9 @@ pub const MOST_ITERATIONS: usize = 1000;
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct IvOptions {
-    /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
+    /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
     pub solver: Solver,
-    /// Number of IV passes, reading E11 (four, or five).
+    /// Number of IV passes (reading E11: 4 or 5).
     pub iterations: usize,
     /// Formula of stage 10, reading E2: corrected, as-printed, as-printed-2024.
     pub stage10: Stage10,
@@ -77,7 +77,7 @@ pub struct IvOptions {
     pub instruments: InstrumentSource,
     /// The auxiliary model's poles: none (left alone), reflect (into the unit circle).
     pub stabilise: Stabilise,
-    /// Stage 6, in iteration 0 too: estimate, or zero.
+    /// Initial state, in every pass: estimate (stage 6), or zero.
     pub initial_state: StartState,
     /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
     pub orders: Option<Orders>,

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub struct IvDelayedOptions {
     /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
     pub orders: Option<Orders>,
-    /// Instruments beyond as many as there are parameters.
+    /// How many more instruments than parameters.
     pub extra: usize,
     /// The equations that are used: complete, prewindow (zeros before the record), padded (and after it).
     pub rows: Rows,

@@ -28,7 +28,7 @@ named_enum! {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LsOptions {
-    /// How p is solved for: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
+    /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
     pub solver: Solver,
     /// Stage 6: estimate, or zero.
     pub initial_state: StartState,

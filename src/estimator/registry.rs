@@ -142,7 +142,7 @@ estimators! {
     Moesp = "moesp": MoespOptions,
     /// Subspace method N4SID: as moesp, with a choice of the weighting.
     N4sid = "n4sid": N4sidOptions,
-    /// The true plant and the mean of x(0), as what an observer achieves that knows them.
+    /// The true plant and the mean of x(0): what an observer can achieve at best.
     Known = "known": KnownOptions,
 }
 

@@ -126,7 +126,7 @@ pub enum OrdersError {
     /// An unknown name.
     #[error("'{0}' is no order; expected na, nb, nc, nd, nf, nk, or n for na = nb")]
     Name(String),
-    /// A name that stands twice.
+    /// A name that is given twice.
     #[error("'{0}' is given twice")]
     Twice(String),
     /// An order n that is no number.

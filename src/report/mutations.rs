@@ -367,7 +367,8 @@ fn forged_files_are_refused_or_taken() {
     let variable = |name: &str| std::env::var(name).ok()?.parse().ok();
     let count: u64 = variable("ASOBENCH_MUTATIONS").unwrap_or(400);
     let first: u64 = variable("ASOBENCH_FIRST_MUTATION").unwrap_or(0);
-    let rows = format!("engine = \"faer\"\nstore = \"trials\"\n{DISCRETE}");
+    let discrete = DISCRETE.replace("parameters = true", "coverage = true");
+    let rows = format!("engine = \"faer\"\nstore = \"trials\"\n{discrete}");
     let originals = [DISCRETE, &rows, CONTINUOUS].map(Original::new);
     for original in &originals {
         assert!(original.take_results(&original.manifest, &original.summary));

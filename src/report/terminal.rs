@@ -29,7 +29,7 @@ pub fn overview(study: &Study) -> String {
     if let Some(line) = study.partial_line() {
         text.push_str(&wrap(&line, WIDTH, "  "));
     }
-    text.push_str("Medians with standard errors in units of the last digit:\n\n");
+    text.push_str("Medians; in parentheses the standard error of the last digit:\n\n");
     let worst = wrap(&worst(study), WIDTH, "  ");
     // Beside the table there are two lines above it, and the last one.
     let sheet = Sheet::new(study, LINES.saturating_sub(3 + worst.lines().count()));

@@ -137,7 +137,9 @@ impl Input {
             Self::Filtered { filter, amplitude } => {
                 filter.fill_from_one(stream, u);
                 let scale = amplitude / filter.variance().sqrt();
-                u.iter_mut().for_each(|u| *u *= scale);
+                for u in u {
+                    *u *= scale;
+                }
             }
             Self::Samples(samples) => {
                 let samples = samples.iter().cycle();

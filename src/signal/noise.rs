@@ -147,7 +147,7 @@ impl NoiseFilter {
         };
         for w in w {
             // Each with a chance of 1/count, up to 2^-64.
-            let index = u128::from(stream.next_u64()) * residuals.len() as u128 >> 64;
+            let index = (u128::from(stream.next_u64()) * residuals.len() as u128) >> 64;
             *w = residuals[index as usize];
         }
     }

@@ -242,7 +242,7 @@ fn check_where(table: &BTreeMap<Key, Axis>, all: &[Settings]) -> Result<(), File
     if all.iter().any(|cell| matches(cell, &conditions)) {
         return Ok(());
     }
-    let message = "no cell of the grid is like that; expected values that stand in [settings]";
+    let message = "no cell has these values; expected values from [settings]";
     Err(FileError::key("where", message))
 }
 
@@ -253,7 +253,7 @@ fn check_unit(
     test: &ClaimTest,
 ) -> Result<(), FileError> {
     let wrong = |key: &str, message: String| Err(FileError::key(key, message));
-    let twice = |key: Key| format!("'{key}' stands in the claim's 'where' too");
+    let twice = |key: Key| format!("'{key}' is also in the claim's 'where'");
     match (&test.kind, test.unit()) {
         (_, TestUnit::Cell) => Ok(()),
         (_, TestUnit::Family(over, _)) if claim.cells.contains_key(&over) => {

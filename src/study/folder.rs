@@ -39,7 +39,7 @@ pub enum FolderError {
     },
     /// The folder holds results of unknown design.
     #[error(
-        "{}: holds {file} without manifest.json, so nobody knows of which study; remove it or \
+        "{}: holds {file} without manifest.json, so its study is unknown; remove it or \
         choose another folder",
         .path.display()
     )]

@@ -61,8 +61,8 @@ pub(super) fn check_labels(place: &str, labels: &[String]) -> Result<(), FileErr
 
 fn not_apart([name, other]: [&str; 2]) -> String {
     format!(
-        "'{name}' and '{other}' look alike; expected names that differ in more than case, blanks \
-        and what is not seen"
+        "'{name}' and '{other}' differ only in case, blanks or invisible characters; expected \
+        other names"
     )
 }
 

@@ -123,7 +123,7 @@ pub(super) fn covered<'e>(
     let process = cell.process().ok_or("continuous time")?;
     covers_process(process.settings())?;
     let open_loop = process.undisturbed();
-    let open_loop = open_loop.ok_or("what moves the plant beside its input")?;
+    let open_loop = open_loop.ok_or("disturbances of the state")?;
     covers_cell(cell, open_loop.0.order())?;
     let asked = experiment.measures_asked();
     if let Some(measure) = asked.iter().find(|measure| !measure.is_in_lanes()) {

@@ -93,8 +93,8 @@ fn refusals() {
         step(2.0),
         "the step of 2 s must not be longer than the horizon of 1 s"
     );
-    assert_eq!(step(0.0), "the step must be positive, not 0");
-    assert_eq!(step(f64::NAN), "the step must hold finite numbers");
+    assert_eq!(step(0.0), "the step: expected positive numbers, not 0");
+    assert_eq!(step(f64::NAN), "the step: expected finite numbers");
     assert_eq!(
         step(1e-9),
         "the run would take about 1.0e9 steps, and 1e7 are the most"
@@ -105,7 +105,7 @@ fn refusals() {
     };
     assert_eq!(
         refusal(&good, &filters, gradient()),
-        "the filters of the first extension must be positive, not -1"
+        "filters in [continuous]: expected positive numbers, not -1"
     );
     assert_eq!(
         refusal(
@@ -115,7 +115,7 @@ fn refusals() {
                 gains: vec![1.0, 0.0]
             }
         ),
-        "observer 1: the gains must be positive, not 0"
+        "observer 1: the gains: expected positive numbers, not 0"
     );
     let twice = ObserverSpec::Proposed {
         k: 1.0,
@@ -126,7 +126,7 @@ fn refusals() {
     };
     assert_eq!(
         refusal(&good, &options, twice),
-        "observer 1: the filters of the second extension must be distinct, and 2 occurs twice"
+        "observer 1: filters of the observer: expected distinct numbers, and 2 occurs twice"
     );
     let x0 = Scenario {
         x0: vec![1.0],

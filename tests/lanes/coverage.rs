@@ -89,7 +89,7 @@ fn disturbances_and_observers_of_methods_run_on_faer_or_are_refused() {
 }
 
 fn runs_on_faer_or_is_refused(top: &str, settings: &str, more: &str, reason: &str) {
-    // A key that stands twice is no TOML: the plant goes where it is given.
+    // A key that is given twice is no TOML: the plant goes where it is given.
     let text = study(top, settings, more);
     let text = if settings.starts_with("plant") {
         text.replacen("plant = \"p\"\n", "", 1)

@@ -143,7 +143,7 @@ fn a_deterministic_cell_has_one_trial() {
     let manifest = json(&place, "out/manifest.json");
     assert_eq!(manifest["trials"], serde_json::json!([1, 60, 1, 60]));
     let checked = stdout(&place.run(&["check", "courses.toml"]));
-    assert!(checked.contains("60 in each cell, but 1 in the 2 where nothing is random"));
+    assert!(checked.contains("60 in each cell, but 1 in the 2 without random numbers"));
     let replay = stdout(&place.run(&["replay", "out", "2:0"]));
     assert!(replay.contains("These rows equal, bit for bit"), "{replay}");
 
@@ -188,17 +188,17 @@ fn what_cannot_be() {
         (
             "filters = [1]",
             "filters = [-1]",
-            ["first extension must be positive", "-1"],
+            ["filters in [continuous]: expected positive", "-1"],
         ),
         (
             "filters = [1]",
             "filters = [1, 2]",
-            ["needs 1 numbers", "2"],
+            ["filters in [continuous]: expected 1 numbers", "2"],
         ),
         (
             "gains = [1]",
             "gains = [0]",
-            ["gains must be positive", "0"],
+            ["gains: expected positive", "0"],
         ),
         (
             "gains = [1]",

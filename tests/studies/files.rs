@@ -124,7 +124,7 @@ fn wrong_types_have_line_and_column() {
         ),
         (
             "[settings]\neta = [1, 1.0]",
-            ["line 2, column 7", "1 stands twice"],
+            ["line 2, column 7", "1 is given twice"],
         ),
         (
             "[settings]\neta = { arange = [1, 2, 3] }",
@@ -190,7 +190,10 @@ fn lists_and_grids() {
             "zip = [[\"eta\", \"l\"]]\n[settings]\neta = [1, 2]",
             ["zip: 'l'", "no list"],
         ),
-        ("zip = [[\"eta\", \"eta\"]]", ["zip: 'eta'", "stands twice"]),
+        (
+            "zip = [[\"eta\", \"eta\"]]",
+            ["zip: 'eta'", "is given twice"],
+        ),
         (
             "exclude = [{ eta = [1, 2] }]\n[settings]\neta = [1, 2]",
             ["exclude", "no cell"],

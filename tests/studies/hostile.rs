@@ -307,11 +307,11 @@ fn names_that_cannot_be_told_apart_are_refused() {
         ),
         (
             "[settings]\nclaim = [\"C2\", \"c2\"]",
-            ["line 2", "c2 stands twice"],
+            ["line 2", "c2 is given twice"],
         ),
         (
             "[settings]\nclaim = [1, \"1\"]",
-            ["line 2", "1 stands twice"],
+            ["line 2", "1 is given twice"],
         ),
     ] {
         place.refuses_file(text, &parts);

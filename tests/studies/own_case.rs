@@ -363,6 +363,11 @@ fn a_record_becomes_a_study_that_runs() {
             assert_eq!(*u, own);
         }
     }
+    let theory = stdout(&place.run(&["theory", "spectrum.toml"]));
+    assert!(
+        theory.contains("no theory: the input is not white"),
+        "{theory}"
+    );
     // The loop's reference is the signs that the record was made with.
     let file = ExperimentFile::read(&place.path("loop.toml")).expect("a file");
     let r = &file.columns["file:loop-record.csv#r"];

@@ -163,7 +163,7 @@ fn lists_conditions_and_what_is_missing() {
     let found = line(&claim("everywhere", &elsewhere), &three([0.5; 3], [0; 3]));
     assert_eq!(
         found,
-        "W1  undecided: no cell of the results is one that it speaks of."
+        "W1  undecided: the results have no cell that it is about."
     );
     let slope = "test = { slope = 'e_a', of = 'new', over = 'eta', below = 0 }";
     let found = line(&claim("everywhere", slope), &three([0.5; 3], [0; 3]));

@@ -8,6 +8,7 @@ use crate::data::OutputFeedback;
 use crate::diagnosis::Residuals;
 use crate::estimator::{EstimatorName, autoregression};
 use crate::files::{self, Kind, Staged};
+use crate::metric::prediction_errors;
 use crate::model::LinearModel;
 use crate::model::polynomial::{divide, filter, multiply};
 use crate::names::named_enum;
@@ -163,7 +164,7 @@ impl Case {
         check_loop(arguments, residuals.as_ref()).map_err(|message| refused(&message))?;
         let u = report.record.u[..report.window].to_vec();
         let input = match &arguments.feedback {
-            None => ("u", u),
+            None => ("u", u.clone()),
             Some(law) => {
                 if !is_loop_stable(&model, law) {
                     return Err(Error::Input("--feedback: the loop around the estimated plant is not stable; is the sign of K that of u = -K y + r?".to_owned()));
@@ -183,7 +184,16 @@ impl Case {
                 )));
             }
         };
-        let mut case = Self {
+        let drawn = match arguments.bootstrap {
+            Bootstrap::Parametric => None,
+            Bootstrap::Residual => {
+                let errors = prediction_errors(&model, &u, &report.record.y[..u.len()], u.len());
+                let (first, mut errors) =
+                    errors.ok_or_else(|| refused("no residuals: the predictor is not stable"))?;
+                Some(errors.split_off(first))
+            }
+        };
+        Ok(Self {
             report,
             model,
             plant,
@@ -191,34 +201,9 @@ impl Case {
             residuals,
             input,
             spectrum,
-            drawn: None,
+            drawn,
             feedback: arguments.feedback.clone(),
-        };
-        if arguments.bootstrap == Bootstrap::Residual {
-            case.drawn = Some(case.errors());
-        }
-        Ok(case)
-    }
-
-    /// The prediction errors of the record without the plant's free motion from x(0), from the first one whose equation
-    /// looks back into the record alone.
-    fn errors(&self) -> Vec<f64> {
-        let (u, y) = (
-            &self.report.record.u[..self.report.window],
-            &self.report.record.y,
-        );
-        let mut free = vec![0.0; u.len()];
-        let mut states = vec![0.0; u.len() * self.plant.order()];
-        self.plant.simulate(
-            &mut self.x0.clone(),
-            &vec![0.0; u.len()],
-            &mut free,
-            &mut states,
-        );
-        let forced: Vec<f64> = y.iter().zip(&free).map(|(y, free)| y - free).collect();
-        let (mut e, mut scratch) = (free, vec![0.0; u.len()]);
-        self.model.residuals(u, &forced, &mut e, &mut scratch);
-        e.split_off(self.model.orders().reach().min(u.len() / 2))
+        })
     }
 
     /// The standard deviation of the noise e, per cent of a unit of y: the setting `eta`.
@@ -246,8 +231,8 @@ fn check_loop(arguments: &Arguments, residuals: Option<&Residuals>) -> Result<()
     match residuals.map(Residuals::feedback_p_value) {
         Some(p) if p >= LOOP_LEVEL => Ok(()),
         Some(p) => Err(format!(
-            "u follows the residuals (p = {}), as in a closed loop, or with too few orders; {WAYS}",
-            rounded(p, 2)
+            "u follows the residuals ({}), as in a closed loop, or with too few orders; {WAYS}",
+            super::words::chance(p)
         )),
         None => Err(format!(
             "too few residuals to tell open from closed loop; {WAYS}"
@@ -260,9 +245,9 @@ fn is_loop_stable(model: &LinearModel, law: &OutputFeedback) -> bool {
     let mut sum = multiply(&model.denominator(), &law.denominator());
     let forward = multiply(&model.b, law.numerator());
     sum.resize(sum.len().max(forward.len()), 0.0);
-    sum.iter_mut()
-        .zip(forward)
-        .for_each(|(sum, term)| *sum += term);
+    for (sum, term) in sum.iter_mut().zip(forward) {
+        *sum += term;
+    }
     StepDown::new(&sum[1..]).is_some()
 }
 
@@ -271,9 +256,14 @@ fn reference(law: &OutputFeedback, u: &[f64], y: &[f64]) -> Vec<f64> {
     let mut r = vec![0.0; u.len()];
     filter(law.numerator(), &y[..u.len()], &mut r);
     divide(&law.denominator(), &mut r);
-    r.iter_mut().zip(u).for_each(|(r, u)| *r += u);
+    for (r, u) in r.iter_mut().zip(u) {
+        *r += u;
+    }
     r
 }
+
+/// A column of a CSV file with its name.
+type Column<'a> = (&'a str, &'a [f64]);
 
 /// Where the files go.
 struct Places {
@@ -314,7 +304,7 @@ impl Places {
     }
 
     /// The CSV files with their columns.
-    fn columns<'a>(&'a self, case: &'a Case) -> Vec<(&'a Path, Vec<(&'a str, &'a [f64])>)> {
+    fn columns<'a>(&'a self, case: &'a Case) -> Vec<(&'a Path, Vec<Column<'a>>)> {
         let mut files = Vec::new();
         if case.spectrum.is_none() {
             let (record, n) = (&case.report.record, case.report.window);

@@ -41,7 +41,7 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
     if shift > 0 {
         writeln!(
             text,
-            "x of ls and iv is of the record without its delay: y(k) there is y(k + {shift})"
+            "the states of ls and iv belong to the record without its delay: y(k + {shift}) stands at k"
         )?;
     }
     Ok(())

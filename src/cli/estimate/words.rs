@@ -58,18 +58,18 @@ pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
     [
         verdict(
             residuals.white,
-            "no memory found: white",
+            "white",
             "NOT white: noise model or order is wrong",
         ),
         verdict(
             residuals.free_of_past_input,
-            "nothing left of the past input",
-            "past input left: B, F or delay is wrong",
+            "not correlated with past input",
+            "correlated with past input: B, F or delay is wrong",
         ),
         verdict(
             residuals.free_of_future_input,
             "no sign of feedback",
-            "later input follows them: feedback",
+            "correlated with future input: feedback",
         ),
     ]
 }
@@ -84,7 +84,7 @@ pub(super) fn residual_basis(residuals: &Residuals) -> String {
 }
 
 /// `p = 0.1234`.
-fn chance(p: f64) -> String {
+pub(super) fn chance(p: f64) -> String {
     if p < 1e-4 {
         "p < 0.0001".to_owned()
     } else {

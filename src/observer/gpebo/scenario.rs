@@ -74,7 +74,7 @@ pub enum ObserverSpec {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingError {
     /// A vector of the wrong length.
-    #[error("{what} needs {expected} numbers, not {found}")]
+    #[error("{what}: expected {expected} numbers, not {found}")]
     Length {
         /// The setting.
         what: &'static str,
@@ -84,10 +84,10 @@ pub enum SettingError {
         found: usize,
     },
     /// A number that is not finite.
-    #[error("{0} must hold finite numbers")]
+    #[error("{0}: expected finite numbers")]
     NotFinite(&'static str),
     /// A number that is not positive.
-    #[error("{what} must be positive, not {}", number(*.value))]
+    #[error("{what}: expected positive numbers, not {}", number(*.value))]
     NotPositive {
         /// The setting.
         what: &'static str,
@@ -95,7 +95,7 @@ pub enum SettingError {
         value: f64,
     },
     /// Two equal filters: the extended regressor would be singular for ever.
-    #[error("{what} must be distinct, and {} occurs twice", number(*.value))]
+    #[error("{what}: expected distinct numbers, and {} occurs twice", number(*.value))]
     NotDistinct {
         /// The setting.
         what: &'static str,
@@ -208,7 +208,7 @@ impl ObserverSpec {
                     return Err(SettingError::Order(*order));
                 }
                 positive("the filter k", &[*k], 1)?;
-                filters("the filters of the second extension", poles, *order)?;
+                filters("filters of the observer", poles, *order)?;
                 positive("the gains", gains, n)
             }
             Self::KalmanBucy { p0, r } => {
@@ -235,11 +235,7 @@ pub(super) fn check(
     }
     vector("the initial state", &scenario.x0, n)?;
     vector("xi(0)", &options.xi0, n)?;
-    filters(
-        "the filters of the first extension",
-        &options.filters,
-        n - 1,
-    )?;
+    filters("filters in [continuous]", &options.filters, n - 1)?;
     for (what, signal) in [("input", &scenario.u), ("disturbance", &scenario.delta)] {
         signal
             .check(horizon)

@@ -128,7 +128,9 @@ fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     };
     let mut text = String::new();
     if cells().any(|cell| study.is_quiet(cell)) {
-        text.push_str(" Cells without noise are in the table only: their errors are of rounding.");
+        text.push_str(
+            " Cells without noise are in the table only: their errors are rounding errors.",
+        );
     }
     if cells()
         .filter(|cell| !study.is_quiet(cell))

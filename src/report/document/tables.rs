@@ -269,7 +269,7 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, unit));
     }
     let mut table = LongTable::new(
-        "First over second on the same trials; a trial that one of them lost is its loss. \
+        "First over second on the same trials; an output that lost the trial loses the comparison. \
         \"tail\": one trial dominates.",
         all,
         "median ratio",

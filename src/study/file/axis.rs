@@ -150,7 +150,7 @@ impl<'de> Visitor<'de> for AxisVisitor {
                 // Results tell values by their texts.
                 Axis::One(value) if !seen.insert(folded(&value.to_string())) => {
                     return Err(A::Error::custom(format!(
-                        "{value} stands twice in the list; case, blanks and what is not seen make \
+                        "{value} is given twice in the list; case, blanks and invisible characters do not \
                         no difference"
                     )));
                 }
@@ -298,10 +298,10 @@ mod tests {
     fn what_is_no_axis_is_refused_with_what_was_expected() {
         for (text, part) in [
             ("[]", "empty list"),
-            ("[1, 1]", "stands twice"),
-            (r#"[1, "1"]"#, "stands twice"),
-            (r#"["C2", "c2"]"#, "stands twice"),
-            (r#"["a b", "a  b"]"#, "stands twice"),
+            ("[1, 1]", "is given twice"),
+            (r#"[1, "1"]"#, "is given twice"),
+            (r#"["C2", "c2"]"#, "is given twice"),
+            (r#"["a b", "a  b"]"#, "is given twice"),
             ("[[1]]", "list within a list"),
             ("true", "expected a number"),
             (r#"{"linspce": [1, 2, 3]}"#, "unknown range 'linspce'"),

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// A study of observers in continuous time: x' = A x + B u, y = C'x + delta. Its presence makes the file one.
+/// A study of observers in continuous time: x' = A x + B u, y = C'x + delta. A file with this table is such a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContinuousTable {

@@ -59,7 +59,7 @@ fn dimensions(
     for (i, group) in zip.iter().enumerate() {
         for key in group {
             if zipped.insert(*key, i).is_some() {
-                return Err(FileError::key("zip", format!("'{key}' stands twice")));
+                return Err(FileError::key("zip", format!("'{key}' is given twice")));
             }
             if !settings.contains_key(key) {
                 let message = format!("'{key}' has no list in [settings]");
@@ -197,7 +197,7 @@ mod tests {
         refused(
             r#"{"eta": [1, 2]}"#,
             &[vec![Key::Eta, Key::Eta]],
-            "stands twice",
+            "is given twice",
         );
         let thousand = r#"{"linspace": [1, 1000, 1000]}"#;
         let large = format!(r#"{{"eta": {thousand}, "amplitude": {thousand}, "x0": {thousand}}}"#);

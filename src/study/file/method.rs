@@ -277,7 +277,7 @@ impl MethodTable {
             return wrong("name", "expected a name for the method that 'command' is");
         }
         if self.estimator.is_some() {
-            return wrong("estimator", "stands beside 'command'; expected one of them");
+            return wrong("estimator", "cannot be set together with 'command'");
         }
         if let Some(key) = self.options.keys().next() {
             return wrong(

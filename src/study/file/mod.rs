@@ -200,8 +200,7 @@ impl ExperimentFile {
         for (i, table) in self.exclude.iter().enumerate() {
             let conditions = conditions(table);
             if !all.iter().any(|cell| matches(cell, &conditions)) {
-                let message =
-                    "no cell of the grid is like that; expected values that stand in [settings]";
+                let message = "no cell has these values; expected values from [settings]";
                 return Err(FileError::key(&format!("exclude[{i}]"), message));
             }
         }
@@ -227,13 +226,20 @@ impl ExperimentFile {
             "discrete time (the file has no [continuous])"
         };
         let wrong = |key: &str| {
-            Err(FileError::key(
-                key,
-                format!("means nothing in a study in {kind}"),
-            ))
+            let message = format!("is not used in a study in {kind}");
+            Err(FileError::key(key, message))
+        };
+        // With what there is in this kind of study.
+        let instead = |key: &str, names: Vec<&str>| {
+            let message = format!(
+                "is not used in a study in {kind}; expected one of {}",
+                names.join(", ")
+            );
+            Err(FileError::key(key, message))
         };
         if let Some(key) = self.settings.keys().find(|key| !key.is_of(continuous)) {
-            return wrong(key.name());
+            let known = Key::ALL.iter().filter(|key| key.is_of(continuous));
+            return instead(key.name(), known.map(|key| key.name()).collect());
         }
         let default = Self::default();
         let measured = self
@@ -241,7 +247,9 @@ impl ExperimentFile {
             .iter()
             .find(|measure| !measure.is_of(continuous));
         if let Some(measure) = measured.filter(|_| self.measures != default.measures) {
-            return wrong(&format!("measures: '{measure}'"));
+            let known = Measure::ALL.iter().filter(|of| of.is_of(continuous));
+            let key = format!("measures: '{measure}'");
+            return instead(&key, known.map(|of| of.name()).collect());
         }
         let given = [
             (
@@ -274,7 +282,7 @@ impl ExperimentFile {
     /// If both `l` and `window` are given, or a method's options contradict each other.
     pub fn resolve(mut self) -> Result<Self, FileError> {
         if self.settings.contains_key(&Key::L) && self.settings.contains_key(&Key::Window) {
-            let message = "stands beside 'window'; expected one of them (N = 3n + 2l)";
+            let message = "cannot be set together with 'window' (N = 3n + 2l)";
             return Err(FileError::key("l", message));
         }
         let continuous = self.continuous.is_some();

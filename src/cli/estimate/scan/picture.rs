@@ -14,10 +14,13 @@ const BEST: usize = 13;
 /// FIT below this is not shown beside those that explain something.
 const LEAST_FIT: f64 = -10.0;
 
+/// A number of each model.
+type Value<'a> = &'a dyn Fn(&Row) -> Option<f64>;
+
 /// What is drawn over the order.
 struct Quantity<'a> {
     name: &'static str,
-    value: &'a dyn Fn(&Row) -> Option<f64>,
+    value: Value<'a>,
     /// Whether the larger value is better.
     larger: bool,
     best: Option<usize>,
@@ -35,7 +38,7 @@ impl Scan {
             })
         });
         let mut plots: Vec<Plot> = criteria.collect();
-        let fits: [(&'static str, &dyn Fn(&Row) -> Option<f64>); 2] = [
+        let fits: [(&'static str, Value<'_>); 2] = [
             ("FIT on the window, %", &|row| row.window_fit),
             ("FIT after the window, %", &|row| row.validation_fit),
         ];

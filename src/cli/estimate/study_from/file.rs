@@ -2,6 +2,7 @@
 
 use super::methods::{Chosen, Methods};
 use super::{Arguments, Case, Places, noise_filter};
+use crate::cli::estimate::words::chance;
 use crate::signal::arithmetic::variance;
 use crate::text::{beginning, number, rounded, visible};
 use std::fmt::{self, Write};
@@ -46,8 +47,8 @@ pub(super) fn loop_in_words(case: &Case, open: bool) -> String {
     match (&case.feedback, case.residuals.as_ref().filter(|_| !open)) {
         (Some(_), _) => "The loop is closed by the feedback that was given.".to_owned(),
         (None, Some(residuals)) => format!(
-            "The loop is open: u does not follow the residuals, as a strong feedback would show (p = {}).",
-            rounded(residuals.feedback_p_value(), 2)
+            "The loop is open: u does not follow the residuals, as a strong feedback would show ({}).",
+            chance(residuals.feedback_p_value())
         ),
         (None, None) => "The loop is open, as was said.".to_owned(),
     }
@@ -70,7 +71,7 @@ pub(super) fn doubts(case: &Case) -> Vec<String> {
     ];
     let failed = tests.into_iter().filter(|(test, _)| !test.passed);
     failed
-        .map(|(test, doubt)| format!("{doubt} (p = {:.2e}); expected other orders", test.p_value))
+        .map(|(test, doubt)| format!("{doubt} ({}); expected other orders", chance(test.p_value)))
         .collect()
 }
 
@@ -143,7 +144,7 @@ fn write(
     )?;
     writeln!(
         text,
-        "seed = 1\ntrials = 400\nmeasures = [\"e_a\", \"e_b\", \"e_g\", \"fit_fresh\"]\ncoverage = true"
+        "seed = 1\ntrials = 800\nmeasures = [\"e_a\", \"e_b\", \"e_g\", \"fit_fresh\"]\ncoverage = true"
     )?;
     write_settings(text, case, places)?;
     write_tables(text, case, places)?;
@@ -170,23 +171,16 @@ fn write_settings(text: &mut String, case: &Case, places: &Places) -> fmt::Resul
     if case.feedback.is_some() {
         writeln!(text, "# u = r - K(q) y\nfeedback = \"record\"")?;
     }
-    let column = |path, column| quoted(&format!("file:{}#{column}", Places::name(path)));
-    match &case.spectrum {
-        None => writeln!(
+    if case.spectrum.is_some() {
+        let amplitude = number(variance(&case.input.1).sqrt());
+        let windows = format!("window = [{n}, {}, {}]", 2 * n, 4 * n);
+        writeln!(
             text,
-            "input = {}\nwindow = {n}",
-            column(&places.record, case.input.0)
-        )?,
-        Some(_) => {
-            let amplitude = variance(&case.input.1).sqrt();
-            writeln!(
-                text,
-                "input = \"spectrum\"\namplitude = {}\nwindow = [{n}, {}, {}]",
-                number(amplitude),
-                2 * n,
-                4 * n
-            )?;
-        }
+            "input = \"spectrum\"\namplitude = {amplitude}\n{windows}"
+        )?;
+    } else {
+        let column = format!("file:{}#{}", Places::name(&places.record), case.input.0);
+        writeln!(text, "input = {}\nwindow = {n}", quoted(&column))?;
     }
     writeln!(
         text,
