@@ -4,14 +4,16 @@
     cargo build --release
     benches/peers/worker_overhead.py
 
-Three columns of microseconds for each trial of W98's least squares, in turn in every round, medians of the rounds:
+Columns of microseconds for each trial of W98's least squares, in turn in every round, medians of the rounds:
 
-- loop: `least_squares` of examples/workers/least_squares_numpy.py on arrays that are there, so many records at a time;
+- script: what one would write without asobench (numpy_batched.py without its instrumental variables): so many records at a
+  time drawn, estimated by least squares, and scored with the dead-beat observer over 400 samples;
+- loop: `least_squares` of examples/workers/least_squares_numpy.py alone, on arrays that are there;
 - worker: `asobench run --threads 1` with that worker: drawing records, sending, estimating, scoring, storing;
 - empty: the same with a worker that answers at once, always the same model.
 
-Of a run the time is that of 3 M trials less that of M, over 2 M: what starts once is not in it. `ratio` is the median over
-the rounds of worker / loop. The columns `CPU` are processor time, of all processes together, which other load of the
+Of a run the time is that of 3 M trials less that of M, over 2 M: what starts once is not in it. `ratio` and `to loop` are the
+medians over the rounds of worker / script and worker / loop. The columns `CPU` are processor time, of all processes together, which other load of the
 machine hardly changes. Needs NumPy.
 """
 
@@ -29,6 +31,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
 import numpy as np  # noqa: E402 (reads the variables above)
+import numpy_batched  # noqa: E402 (the same)
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKER = ROOT / "examples/workers/least_squares_numpy.py"
@@ -81,6 +84,14 @@ def loop(estimate, u, y, batch, trials):
     return (clocks() - begin) / trials
 
 
+def script(batch, trials):
+    """Seconds of a trial by a script that draws and scores too."""
+    begin = clocks()
+    for first in range(0, trials, batch):
+        numpy_batched.batch_of_trials(first, batch, "stationary")
+    return (clocks() - begin) / trials
+
+
 def run(program, folder, worker, batch, trials):
     """Seconds of a trial by `asobench run`."""
     study = folder / "study.toml"
@@ -115,6 +126,7 @@ def main():
     if given.trials < 1024 or given.trials % 1024 or given.rounds < 1:
         parser.error("--trials: expected a multiple of 1024; --rounds: at least 1")
     estimate = least_squares()
+    numpy_batched.PASSES = 0
     random = np.random.default_rng(1)
     u = random.choice([-10.0, 10.0], (given.trials, SAMPLES))
     y = random.standard_normal((given.trials, SAMPLES))
@@ -129,20 +141,23 @@ def main():
                 loads.append(os.getloadavg()[0])
                 trials = min(given.trials, 2048 * batch)
                 found[batch].append([
+                    script(batch, min(trials, 64 * batch)),
                     loop(estimate, u, y, batch, trials),
                     run(given.asobench, folder, WORKER, batch, trials),
                     run(given.asobench, folder, empty, batch, trials),
                 ])
     print(f"W98 least squares, µs for each trial, medians of {given.rounds} rounds; load {min(loads):.1f} to {max(loads):.1f}\n")
-    print("| batch | loop | worker | ratio | empty | loop CPU | worker CPU | ratio CPU | empty CPU |")
-    print("|--:|--:|--:|--:|--:|--:|--:|--:|--:|")
+    names = ("script", "loop", "worker", "empty")
+    print("| batch | " + " | ".join(f"{name}{clock}" for clock in ("", " CPU") for name in (*names, "ratio", "to loop")) + " |")
+    print("|" + "--:|" * 13)
     for batch, rounds in found.items():
         cells = []
         for clock in range(2):
-            loops, workers, empties = ([1e6 * of[tool][clock] for of in rounds] for tool in range(3))
-            ratio = statistics.median(b / a for a, b in zip(loops, workers))
-            medians = [statistics.median(of) for of in (loops, workers, empties)]
-            cells += [f"{medians[0]:.0f}", f"{medians[1]:.0f}", f"{ratio:.2f}", f"{medians[2]:.0f}"]
+            times = {name: [1e6 * of[i][clock] for of in rounds] for i, name in enumerate(names)}
+            cells += [f"{statistics.median(times[name]):.0f}" for name in names]
+            for other in ("script", "loop"):
+                ratio = statistics.median(a / b for a, b in zip(times["worker"], times[other]))
+                cells.append(f"{ratio:.2f}")
         print(f"| {batch} | " + " | ".join(cells) + " |")
 
 

@@ -130,11 +130,13 @@ impl Mark {
             return Vec::new();
         };
         let numbers = entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
-        let has = |number: &i32| {
-            let of = PathBuf::from(format!("/proc/{number}"));
-            self.is_around(&of) || self.is_open(&of)
-        };
-        numbers.filter(has).collect()
+        numbers.filter(|number| self.is_of(*number)).collect()
+    }
+
+    /// Whether a process has it.
+    pub fn is_of(&self, number: i32) -> bool {
+        let process = PathBuf::from(format!("/proc/{number}"));
+        self.is_around(&process) || self.is_open(&process)
     }
 
     fn is_around(&self, process: &Path) -> bool {

@@ -1,7 +1,7 @@
 //! What kills workers when the program that asks them is killed itself.
 
 use crate::files::Mark;
-use rustix::process::{Pid, Signal, kill_process, kill_process_group};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open, pidfd_send_signal};
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write};
 use std::os::unix::process::CommandExt;
@@ -93,8 +93,13 @@ pub fn kill_all(group: Pid, mark: &Mark) {
         if found.is_empty() {
             break;
         }
-        for process in found.into_iter().filter_map(Pid::from_raw) {
-            let _ = kill_process(process, Signal::KILL);
+        for number in found {
+            // Held before it is looked at again: the number cannot become another process's meanwhile.
+            let process = Pid::from_raw(number);
+            let held = process.and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok());
+            if let Some(held) = held.filter(|_| mark.is_of(number)) {
+                let _ = pidfd_send_signal(held, Signal::KILL);
+            }
         }
     }
 }
