@@ -291,17 +291,15 @@ fn failures(summary: &Summary) -> String {
         }
     }
     let all: u64 = by_output.iter().flat_map(|(_, kinds)| kinds.values()).sum();
-    let mut text = format!("{all} estimates failed");
     let failed = by_output.iter().filter(|(_, kinds)| !kinds.is_empty());
-    for (i, (label, kinds)) in failed.enumerate() {
-        let kinds: Vec<String> = kinds
-            .iter()
-            .map(|(kind, count)| format!("{kind} {count}"))
-            .collect();
-        text += if i == 0 { ": " } else { "; " };
-        text += &format!("{}: {}", visible(label), kinds.join(", "));
-    }
-    text
+    let failed = failed.map(|(label, kinds)| {
+        let kinds = kinds.iter().map(|(kind, count)| format!("{kind} {count}"));
+        let kinds: Vec<String> = kinds.collect();
+        format!("{}: {}", visible(label), kinds.join(", "))
+    });
+    let failed = failed.collect::<Vec<_>>().join("; ");
+    let gap = if failed.is_empty() { "" } else { ": " };
+    format!("{all} estimates failed{gap}{failed}")
 }
 
 /// The number of threads.
