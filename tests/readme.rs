@@ -31,13 +31,26 @@ fn the_table_of_claims_is_the_committed_one() {
 /// docs/methods.md shows what `asobench methods` prints.
 #[test]
 fn the_table_of_estimators_is_the_programs() {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_asobench"))
-        .arg("methods")
-        .output();
-    let printed = String::from_utf8(output.expect("asobench runs").stdout).expect("UTF-8");
+    let printed = printed(&["methods"]);
     assert!(printed.contains("arx"));
     let block = format!("```text\n{printed}```");
     assert!(read("docs/methods.md").contains(&block), "{printed}");
+}
+
+/// What the program prints.
+fn printed(arguments: &[&str]) -> String {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_asobench"))
+        .args(arguments)
+        .output();
+    String::from_utf8(output.expect("asobench runs").stdout).expect("UTF-8")
+}
+
+/// The page of all keys is the program's.
+#[test]
+fn the_reference_of_keys_is_the_programs() {
+    let page = printed(&["schema", "--markdown"]);
+    let command = "asobench schema --markdown > docs/reference.md";
+    assert!(read("docs/reference.md") == page, "{command}");
 }
 
 /// README stays a front page.

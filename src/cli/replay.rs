@@ -438,15 +438,15 @@ impl<'a> Replay<'a> {
             .iter()
             .map(|(_, row)| self.row_json(row))
             .collect();
+        let mut cell = json!({ "index": self.index, "claim": self.cell.claim });
+        if self.cell.process().is_some() {
+            cell["eta"] = json!(self.cell.eta);
+            cell["window"] = json!(self.cell.window);
+            cell["horizon"] = json!(self.cell.horizon);
+        }
+        cell["settings"] = json!(self.cell.settings);
         json!({
-            "cell": {
-                "index": self.index,
-                "claim": self.cell.claim,
-                "eta": self.cell.eta,
-                "window": self.cell.window,
-                "horizon": self.cell.horizon,
-                "settings": self.cell.settings,
-            },
+            "cell": cell,
             "trial": self.trial,
             "seed": self.seed,
             "stages": stages,
@@ -463,7 +463,8 @@ impl<'a> Replay<'a> {
         object.insert("status".to_owned(), json!(row.status()));
         object.insert("unstable".to_owned(), json!(row.unstable));
         object.insert("unstable_so_far".to_owned(), json!(row.unstable_so_far));
-        for &figure in Measure::ALL {
+        let continuous = self.cell.process().is_none();
+        for &figure in Measure::ALL.iter().filter(|of| of.is_of(continuous)) {
             object.insert(figure.name().to_owned(), json!(row[figure]));
         }
         Value::Object(object)

@@ -1,0 +1,201 @@
+//! Habits of a command line: version, completions, colour, several files at once, the page in the browser.
+
+mod common;
+
+use common::{PROGRAM, stderr};
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn asobench(folder: &Path) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command.current_dir(folder);
+    for name in ["NO_COLOR", "CLICOLOR_FORCE"] {
+        command.env_remove(name);
+    }
+    command
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("UTF-8")
+}
+
+fn study(folder: &Path, name: &str) {
+    let text = "trials = 20\nmeasures = [\"e_a\"]\n[settings]\nwindow = 98\n\
+                [[claims]]\nid = \"W\"\ntest = { value = \"e_a\", of = \"iv(4)\", below = 100 }\n";
+    std::fs::write(folder.join(name), text).expect("a file");
+}
+
+#[test]
+fn the_version_says_of_which_source_and_for_which_instructions() {
+    let output = asobench(Path::new("."))
+        .arg("--version")
+        .output()
+        .expect("it runs");
+    let text = stdout(&output);
+    let expected = concat!("asobench ", env!("CARGO_PKG_VERSION"), " (");
+    assert!(text.starts_with(expected), "{text}");
+    let isa = ["avx512)", "avx2)", "portable)"];
+    assert!(
+        isa.iter().any(|isa| text.trim_end().ends_with(isa)),
+        "{text}"
+    );
+}
+
+#[test]
+fn completions_know_every_command() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let output = asobench(Path::new("."))
+            .args(["completions", shell])
+            .output()
+            .expect("it runs");
+        let text = stdout(&output);
+        for word in ["study-from", "test-method", "--detrend"] {
+            assert!(
+                output.status.success() && text.contains(word.trim_start_matches('-')),
+                "{shell} {word}"
+            );
+        }
+    }
+    let output = asobench(Path::new("."))
+        .args(["completions", "tcsh"])
+        .output()
+        .expect("it runs");
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn verdicts_have_colour_where_that_is_wanted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    study(folder.path(), "a.toml");
+    let run = |names: &[(&str, &str)]| {
+        let mut command = asobench(folder.path());
+        command.args(["run", "a.toml"]).envs(names.iter().copied());
+        stdout(&command.output().expect("it runs"))
+    };
+    let plain = run(&[]);
+    assert!(
+        plain.contains("W  holds") && !plain.contains('\x1b'),
+        "{plain}"
+    );
+    let forced = [("CLICOLOR_FORCE", "1")];
+    let coloured = run(&forced);
+    assert!(coloured.contains("W  \x1b[32mholds\x1b[0m"), "{coloured}");
+    assert_eq!(
+        coloured.replace("\x1b[32m", "").replace("\x1b[0m", ""),
+        plain
+    );
+    assert_eq!(run(&[forced[0], ("NO_COLOR", "1")]), plain);
+}
+
+#[test]
+fn several_files_run_one_after_the_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    for name in ["a.toml", "b.toml"] {
+        study(path, name);
+    }
+    let output = asobench(path)
+        .args(["run", "a.toml", "b.toml"])
+        .output()
+        .expect("it runs");
+    assert!(output.status.success(), "{}", stderr(&output));
+    for name in ["a", "b"] {
+        assert!(
+            path.join("results")
+                .join(name)
+                .join("summary.json")
+                .is_file()
+        );
+    }
+    std::fs::create_dir(path.join("other")).expect("a folder");
+    study(&path.join("other"), "a.toml");
+    std::fs::write(path.join("bad.toml"), "trials = 0\n").expect("a file");
+    study(path, "new.toml");
+    for (arguments, part) in [
+        (["new.toml", "bad.toml"].as_slice(), "bad.toml"),
+        (&["a.toml", "other/a.toml"], "results/a"),
+        (&["a.toml", "b.toml", "--out", "x"], "--out"),
+    ] {
+        let output = asobench(path)
+            .arg("run")
+            .args(arguments)
+            .output()
+            .expect("it runs");
+        let line = stderr(&output);
+        assert!(
+            output.status.code() == Some(2) && line.contains(part),
+            "{line}"
+        );
+        assert_eq!(line.lines().count(), 1, "{line}");
+    }
+    // Nothing ran before the mistake was found.
+    assert!(!path.join("results/new").exists());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_report_is_opened() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    study(path, "a.toml");
+    asobench(path)
+        .args(["run", "a.toml"])
+        .output()
+        .expect("it runs");
+    let browser = path.join("xdg-open");
+    std::fs::write(&browser, "#!/bin/sh\necho \"$1\" > opened\n").expect("a file");
+    let mode = std::fs::Permissions::from_mode(0o755);
+    std::fs::set_permissions(&browser, mode).expect("a program");
+    let paths = format!("{}:/usr/bin:/bin", path.display());
+    let report = |paths: &str| {
+        let mut command = asobench(path);
+        command
+            .args(["report", "results/a", "--open"])
+            .env("PATH", paths);
+        command.output().expect("it runs")
+    };
+    assert!(report(&paths).status.success());
+    let opened = std::fs::read_to_string(path.join("opened")).expect("it was opened");
+    assert_eq!(opened.trim_end(), "results/a/report.html");
+    let output = report("/nowhere");
+    let line = stderr(&output);
+    assert!(
+        output.status.code() == Some(1) && line.contains("--open: xdg-open"),
+        "{line}"
+    );
+}
+
+#[test]
+fn a_continuous_study_begins_with_a_template() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let new = asobench(path)
+        .args(["new", "mine", "--continuous"])
+        .output()
+        .expect("it runs");
+    assert!(new.status.success(), "{}", stderr(&new));
+    let run = asobench(path)
+        .args(["run", "mine.toml", "--quick"])
+        .output()
+        .expect("it runs");
+    let text = stdout(&run);
+    assert!(
+        run.status.success() && text.contains("proposed"),
+        "{text}{}",
+        stderr(&run)
+    );
+    // A key of the other kind is answered by those of this one.
+    let file = std::fs::read_to_string(path.join("mine.toml")).expect("a file");
+    let wrong = file.replace("level = [0.1, 0.3]", "amplitude = 0.1");
+    std::fs::write(path.join("wrong.toml"), wrong).expect("a file");
+    let output = asobench(path)
+        .args(["run", "wrong.toml"])
+        .output()
+        .expect("it runs");
+    let line = stderr(&output);
+    assert!(
+        line.contains("amplitude") && line.contains("level, frequency"),
+        "{line}"
+    );
+}
