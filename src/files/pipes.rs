@@ -124,6 +124,11 @@ impl Mark {
         })
     }
 
+    /// The folder of the pipes, which no two marks share.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// The processes that have it.
     pub fn processes(&self) -> Vec<i32> {
         let Ok(entries) = fs::read_dir("/proc") else {

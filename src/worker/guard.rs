@@ -8,9 +8,14 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 /// The subcommand that a guard runs.
 pub const SUBCOMMAND: &str = "guard-workers";
+/// Instead of a group: what follows is killed already.
+const FORGET: &str = "forget";
+/// For a process that is being started to have its command.
+const STARTING: Duration = Duration::from_millis(200);
 
 /// A process that outlives this one by a moment: once its input ends, it kills the groups that were not forgotten.
 #[derive(Debug)]
@@ -37,13 +42,15 @@ impl Guard {
     }
 
     /// Kills a group, and the processes with this mark, if this process ends before it is forgotten.
-    pub fn watch(&self, group: Pid, mark: &Mark) {
-        self.say(&format!("{} {mark}", group.as_raw_nonzero()));
+    /// Without a group, what is about to be started.
+    pub fn watch(&self, group: Option<Pid>, mark: &Mark) {
+        let group = group.map_or(0, |group| group.as_raw_nonzero().get());
+        self.say(&format!("{group} {mark}"));
     }
 
-    /// The group is killed already.
-    pub fn forget(&self, group: Pid) {
-        self.say(&format!("{}", group.as_raw_nonzero()));
+    /// What has this mark is killed already.
+    pub fn forget(&self, mark: &Mark) {
+        self.say(&format!("{FORGET} {mark}"));
     }
 
     fn say(&self, line: &str) {
@@ -67,29 +74,36 @@ impl Drop for Guard {
 pub fn stand(input: impl BufRead) {
     let mut watched = BTreeMap::new();
     for line in input.lines().map_while(Result::ok) {
-        let (group, mark) = line.split_once(' ').unwrap_or((&line, ""));
-        let Ok(group) = group.parse::<i32>() else {
+        let Some((group, mark)) = line.split_once(' ') else {
             continue;
         };
-        match Mark::read(mark) {
-            None => watched.remove(&group),
-            Some(mark) => watched.insert(group, mark),
+        let Some(mark) = Mark::read(mark) else {
+            continue;
         };
-    }
-    for (group, mark) in watched {
-        if let Some(group) = Pid::from_raw(group) {
-            kill_all(group, &mark);
+        let folder = mark.folder().to_owned();
+        if group == FORGET {
+            watched.remove(&folder);
+        } else if let Ok(group) = group.parse() {
+            watched.insert(folder, (Pid::from_raw(group), mark));
         }
+    }
+    if watched.values().any(|(group, _)| group.is_none()) {
+        // It may be between its start and its command.
+        std::thread::sleep(STARTING);
+    }
+    for (group, mark) in watched.into_values() {
+        kill_all(group, &mark);
     }
 }
 
 /// Kills a process group and all processes with a mark, whatever group they are in.
-pub fn kill_all(group: Pid, mark: &Mark) {
+pub fn kill_all(group: Option<Pid>, mark: &Mark) {
     // Nothing more can be done where a process cannot be killed; it may have ended by itself.
-    let _ = kill_process_group(group, Signal::KILL);
+    let _ = group.map(|group| kill_process_group(group, Signal::KILL));
+    let leader = group.map(|group| group.as_raw_nonzero().get());
     for _ in 0..3 {
         let mut found = mark.processes();
-        found.retain(|number| *number != group.as_raw_nonzero().get());
+        found.retain(|number| Some(*number) != leader);
         if found.is_empty() {
             break;
         }

@@ -8,7 +8,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
-use std::os::fd::AsFd;
+use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -92,14 +92,22 @@ impl Process {
                 command.env(name, "1");
             }
         }
-        let started = command.spawn();
+        let before = pipes.mark(&[] as &[BorrowedFd<'_>]);
+        if let Some(guard) = &of.guard {
+            guard.watch(None, &before);
+        }
+        let started = command.spawn().inspect_err(|_| {
+            if let Some(guard) = &of.guard {
+                guard.forget(&before);
+            }
+        });
         let mut child = started.map_err(|error| format!("cannot start '{program}': {error}"))?;
         let group = Pid::from_child(&child);
         let (out, err) = (child.stdout.take(), child.stderr.take());
         let ends = [out.as_ref().map(AsFd::as_fd), err.as_ref().map(AsFd::as_fd)];
         let mark = pipes.mark(&ends.into_iter().flatten().collect::<Vec<_>>());
         if let Some(guard) = &of.guard {
-            guard.watch(group, &mark);
+            guard.watch(Some(group), &mark);
         }
         let printed = [
             out.map(|out| of.log.drain(out)),
@@ -259,9 +267,9 @@ impl Drop for Process {
     /// Kills it with all that it started, whatever group that is in.
     fn drop(&mut self) {
         // The group cannot be another's: its first process has not been waited for.
-        kill_all(self.group, &self.mark);
+        kill_all(Some(self.group), &self.mark);
         if let Some(guard) = &self.guard {
-            guard.forget(self.group);
+            guard.forget(&self.mark);
         }
         let _ = self.child.wait();
         for printed in &self.printed {
