@@ -1,10 +1,9 @@
 //! Habits of a command line: version, completions, colour, several files at once, the page in the browser.
 
-mod common;
-
-use common::{PROGRAM, stderr};
 use std::path::Path;
 use std::process::{Command, Output};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
 
 fn asobench(folder: &Path) -> Command {
     let mut command = Command::new(PROGRAM);
@@ -13,6 +12,10 @@ fn asobench(folder: &Path) -> Command {
         command.env_remove(name);
     }
     command
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
 }
 
 fn stdout(output: &Output) -> String {
