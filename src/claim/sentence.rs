@@ -405,8 +405,10 @@ pub enum Scale {
 impl Scale {
     pub(super) fn for_test(test: &ClaimTest) -> Self {
         match test.kind {
-            TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. } => Self::Share,
-            TestKind::Value {
+            TestKind::Outcome(_)
+            | TestKind::Bound(_)
+            | TestKind::Wins { .. }
+            | TestKind::Value {
                 statistic: Statistic::Coverage,
                 ..
             } => Self::Share,

@@ -109,7 +109,7 @@ measures = ["rms_x", "e_theta_rms", "t_settle", "step_error"]
 # Pairs of observers that are compared on the same trials.
 compare = [["proposed", "gradient"], ["proposed", "luenberger"]]
 
-# x' = A x + B u, y = C'x + disturbance, from t = 0 to `until`; this table makes it a study in continuous time.
+# The plant x' = A x + B u, y = C'x + disturbance runs from t = 0 to `until`. This table makes it a study in continuous time.
 [continuous]
 until = 20                   # seconds
 scored_from = 8              # root mean squares are taken from this time on, seconds

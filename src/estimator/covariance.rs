@@ -71,7 +71,9 @@ impl Influence {
             }
             Covariance::Robust => {
                 for (row, v) in self.rows.chunks_exact_mut(width).zip(&self.residuals) {
-                    row.iter_mut().for_each(|psi| *psi *= v);
+                    for psi in row {
+                        *psi *= v;
+                    }
                 }
                 let lags = (4.0 * (rows as f64 / 100.0).powf(2.0 / 9.0)) as usize;
                 let row = |k: usize| &self.rows[k * width..(k + 1) * width];
@@ -88,7 +90,9 @@ impl Influence {
             }
         };
         let scale = scale * rows as f64 / (rows as f64 - width as f64);
-        to.iter_mut().for_each(|x| *x *= scale);
+        for x in to {
+            *x *= scale;
+        }
     }
 
     /// D of the residuals into [`Self::best`], of the order up to `10 log10 M` (and M/4) with the least

@@ -208,17 +208,15 @@ impl MethodKind for IvOptions {
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        match self.general(problem.shape.order) {
-            Some(general) => Ok(Box::new(GeneralIv::new(general, problem.shape.window)?)),
-            None => {
-                let mut paper = InstrumentalVariables::new(problem.shape, self)?;
-                if problem.covariance {
-                    let kind = self.covariance.unwrap_or_default();
-                    paper.errors = Some(InstrumentalErrors::new(problem.shape, kind)?);
-                }
-                Ok(Box::new(paper))
-            }
+        if let Some(general) = self.general(problem.shape.order) {
+            return Ok(Box::new(GeneralIv::new(general, problem.shape.window)?));
         }
+        let mut paper = InstrumentalVariables::new(problem.shape, self)?;
+        if problem.covariance {
+            let kind = self.covariance.unwrap_or_default();
+            paper.errors = Some(InstrumentalErrors::new(problem.shape, kind)?);
+        }
+        Ok(Box::new(paper))
     }
 
     fn in_lanes(&self) -> Option<Result<IvOptions, String>> {

@@ -47,7 +47,7 @@ pub fn study(file: &Path, period: u64, timeout: u64) -> String {
 /// Whether a process of the worker still runs: its number may be another's by now. A zombie has no command.
 fn is_alive(process: &str) -> bool {
     let command = std::fs::read_to_string(format!("/proc/{process}/cmdline")).unwrap_or_default();
-    command.contains("chaos.py") || command == "sleep\01000\0"
+    command.contains("chaos.py") || command == "sleep\u{0}1000\u{0}"
 }
 
 /// Waits a moment for all processes of the worker to be gone.

@@ -5,6 +5,7 @@ use asobench::data::Realisation;
 use asobench::study::Experiment;
 use asobench::study::file::{ExperimentFile, FileError};
 use serde_json::Value;
+use std::fmt::Write as _;
 
 /// `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2) + e(k)` of numbers that a linear congruence makes; with `gain` in
 /// the loop `u = r - gain y`.
@@ -21,7 +22,8 @@ fn record(samples: usize, gain: f64) -> String {
         let now = 1.5 * y[0] - 0.7 * y[1] + u[0] + 0.5 * u[1] + 4.0 * uniform();
         let sign = if uniform() > 0.0 { 1.0 } else { -1.0 };
         (y, u) = ([now, y[0]], [sign - gain * now, u[0]]);
-        text.push_str(&format!("{},{now}\n", u[0]));
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{},{now}", u[0]);
     }
     text
 }
@@ -338,11 +340,18 @@ fn a_record_becomes_a_study_that_runs() {
         if name == "fixed" {
             let (plant, noise) = (&file.plants["record"], &file.noises["record"]);
             let model = &estimated["model"];
-            let [a, b] = [&plant.output_polynomial, &plant.input_polynomial].map(numbers_of);
+            let [a, b] = [&plant.output_polynomial, &plant.input_polynomial]
+                .map(|of| numbers_of(of.as_ref()));
             assert_eq!([a.clone(), b], ["A", "B"].map(|key| numbers(&model[key])));
-            assert_eq!(numbers_of(&noise.moving_average), numbers(&model["C"]));
             assert_eq!(
-                (numbers_of(&noise.autoregression), numbers_of(&plant.x0)),
+                numbers_of(noise.moving_average.as_ref()),
+                numbers(&model["C"])
+            );
+            assert_eq!(
+                (
+                    numbers_of(noise.autoregression.as_ref()),
+                    numbers_of(plant.x0.as_ref())
+                ),
                 (a, numbers(&estimated["x0"]))
             );
             let eta = numbers(&file.settings[&asobench::study::file::Key::Eta].values(false));
@@ -377,8 +386,8 @@ fn a_record_becomes_a_study_that_runs() {
     succeeds(&place.run(&["run", "residual.toml", "--trials", "3"]));
 }
 
-fn numbers_of(list: &Option<Vec<f64>>) -> Vec<f64> {
-    list.clone().unwrap_or_default()
+fn numbers_of(list: Option<&Vec<f64>>) -> Vec<f64> {
+    list.cloned().unwrap_or_default()
 }
 
 #[test]

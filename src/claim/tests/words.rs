@@ -89,7 +89,7 @@ fn each_verdict_is_a_sentence_with_the_decisive_number() {
     assert!(matches!(open.needed, Some(Needed::Trials(trials)) if (7750..7800).contains(&trials)));
     assert_eq!(
         open.line,
-        "W1  undecided: 1 of 3 cells leaves it open; some 7,800 trials would decide it."
+        "W1  undecided: 1 of 3 cells is undecided; some 7,800 trials would decide it."
     );
     let says: Vec<&str> = open.cells.iter().map(|cell| cell.says).collect();
     assert_eq!(says, ["pass", "open", "pass"]);

@@ -51,6 +51,7 @@ named_enum! {
 /// A study: what is asked, the data-generating process, the grid, the methods, what is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a key of its own")]
 pub struct ExperimentFile {
     /// A title of a few words.
     pub title: String,
