@@ -192,11 +192,12 @@ const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\
     xmlns=\"http://www.w3.org/2000/svg\">\n";
 
 /// What the header of every table of a report has one of.
-const TABLES: [&str; 9] = [
+const TABLES: [&str; 10] = [
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
     "figure,statistic,over,output,slope,",
     "bound,output,met in (%),",
+    "output,coefficient,covered (%),",
     "first,second,figure,median ratio,",
     "method,median (\u{b5}s),",
     "output,failure,trials,share (%)",
