@@ -335,11 +335,11 @@ fn orders_and_estimators_that_do_not_fit_are_refused() {
         ),
         (
             "--estimator arx --order 1 --orders na=1,nb=1",
-            ["--order: ", "beside --orders"],
+            ["--order: ", "together with --orders"],
         ),
         (
             "--estimator arx --delay 2 --orders na=1,nb=1",
-            ["--delay: ", "beside --orders"],
+            ["--delay: ", "together with --orders"],
         ),
         (
             "--estimator arx --orders na=1,nx=1",

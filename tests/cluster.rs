@@ -614,7 +614,7 @@ fn job_scripts_are_written_and_submitted() {
         .expect("runs");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(
-        stderr(&output).contains("kept as it is"),
+        stderr(&output).contains("kept, though"),
         "{}",
         stderr(&output)
     );
