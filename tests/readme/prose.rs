@@ -77,7 +77,9 @@ fn sections(page: &str, committed: &str) -> Vec<Section> {
         prose: String::new(),
     }];
     let mut is_code = false;
-    for line in page.lines() {
+    // A comment that names the file of the block below it marks no number.
+    let lines = page.lines().filter(|line| !line.starts_with("<!-- file: "));
+    for line in lines {
         if line.starts_with("```") {
             is_code = !is_code;
         } else if let (false, Some(heading)) = (is_code, line.strip_prefix('#')) {

@@ -216,7 +216,7 @@ fn settings_that_cannot_be() {
         ("window = [98, 12]", ["window", "12 samples is too short"]),
         (
             "l = 2\nwindow = 98",
-            ["l: stands beside 'window'", "N = 3n + 2l"],
+            ["l: cannot be set together with 'window'", "N = 3n + 2l"],
         ),
         ("l = -1", ["l: -1", "whole number"]),
         ("window = 98.5", ["window: 98.5", "whole number"]),

@@ -283,11 +283,11 @@ fn names_that_cannot_be_told_apart_are_refused() {
     for (text, parts) in [
         (
             "[[methods]]\nname = \"a b\"\n[[methods]]\nname = \"A  b\"",
-            ["methods: 'a b", "look alike"],
+            ["methods: 'a b", "differ only in case"],
         ),
         (
             "[[methods]]\n[[methods]]\nname = \"LS\"\nestimator = \"ls\"",
-            ["methods: 'ls' and 'LS'", "look alike"],
+            ["methods: 'ls' and 'LS'", "differ only in case"],
         ),
         (
             "[[methods]]\nname = \"ls\"",
@@ -299,7 +299,7 @@ fn names_that_cannot_be_told_apart_are_refused() {
         ),
         (
             "[noises.a]\nnumerator = [1.0]\n[noises.A]\nnumerator = [1.0]",
-            ["noises: 'A' and 'a'", "look alike"],
+            ["noises: 'A' and 'a'", "differ only in case"],
         ),
         (
             "[noises.White]\nnumerator = [1.0]",

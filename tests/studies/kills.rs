@@ -142,7 +142,7 @@ fn stopped_runs_say_how_to_go_on() {
         assert_eq!(output.status.code(), Some(130), "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");
         assert!(
-            message.contains("of 18000 trials") && message.contains("the same command goes on"),
+            message.contains("of 18000 trials") && message.contains("the same command resumes"),
             "{message}"
         );
         assert!(

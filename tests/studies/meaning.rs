@@ -14,11 +14,11 @@ fn what_means_nothing_is_refused() {
         ),
         (
             "exclude = [{ eta = 2 }, { eta = 3 }]\n[settings]\neta = [1, 2]",
-            ["exclude[1]", "no cell of the grid"],
+            ["exclude[1]", "no cell has these values"],
         ),
         (
             "exclude = [{ l = 20 }]",
-            ["exclude[0]", "no cell of the grid"],
+            ["exclude[0]", "no cell has these values"],
         ),
         (
             "[settings]\nclaim = [\"C2\", \"C3\"]\n[[bounds]]\nclaim = \"C4\"\nmeasure = \"e_a\"\nbelow = 1",
@@ -69,7 +69,10 @@ fn a_file_without_a_quick_variant_has_none() {
     let place = Place::new();
     for command in [&["check"][..], &["run", "--out", "out"]] {
         let arguments = [command, &["everything.toml", "--quick"]].concat();
-        place.refuses(&arguments, &["everything.toml: quick: ", "no [quick]"]);
+        place.refuses(
+            &arguments,
+            &["everything.toml: quick: ", "expected [quick]"],
+        );
     }
     assert!(!place.path("out").exists());
 }
