@@ -25,7 +25,7 @@ pub struct OutputRows {
     failures: Vec<(usize, Failure)>,
     /// Each measure of [`Rows::measures`], NaN where undefined.
     values: Vec<Vec<f64>>,
-    /// What is wanted of each coefficient ([`coefficients`]), NaN where undefined.
+    /// What is wanted of each coefficient (`coefficients`), NaN where undefined.
     parameters: Vec<Vec<f64>>,
 }
 
@@ -113,7 +113,7 @@ impl OutputRows {
         &self.values
     }
 
-    /// What is wanted of each coefficient ([`coefficients`]).
+    /// What is wanted of each coefficient (`coefficients`).
     pub fn parameters(&self) -> &[Vec<f64>] {
         &self.parameters
     }
@@ -218,7 +218,7 @@ impl Rows {
         row
     }
 
-    /// What is wanted of each coefficient of one row ([`coefficients`]).
+    /// What is wanted of each coefficient of one row (`coefficients`).
     ///
     /// # Panics
     /// If there is no such trial or output.

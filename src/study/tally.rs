@@ -73,7 +73,7 @@ pub struct OutputTally {
     pub outcomes: Outcomes,
     /// Every measure, in the order of the file.
     pub samples: Vec<Sample>,
-    /// What is wanted of each coefficient ([`coefficients`]).
+    /// What is wanted of each coefficient (`coefficients`).
     pub parameters: Vec<Sample>,
     /// Trials that meet each bound, in the order of the file.
     pub met: Vec<u64>,
