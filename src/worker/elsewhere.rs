@@ -29,25 +29,13 @@ pub mod guard {
 /// The processes of `process.rs`.
 pub mod process {
     use super::guard::Guard;
+    use crate::worker::fault::Fault;
     use crate::worker::log::Log;
     use crate::worker::message::{Answer, Awaited};
     use std::path::Path;
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
     use std::time::Duration;
-
-    /// Why there is no answer.
-    #[derive(Clone, Debug, PartialEq, Eq)]
-    pub enum Fault {
-        /// None in time, and what came instead.
-        Timeout(String),
-        /// The process ended, or closed a pipe.
-        Crashed,
-        /// None by the protocol.
-        Malformed(String),
-        /// The run is to stop.
-        Stopped,
-    }
 
     /// How a process is started.
     pub struct Start<'a> {

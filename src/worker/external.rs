@@ -1,8 +1,8 @@
 //! The estimator whose models a program makes, a batch of trials at a time.
 
+use super::fault::Fault;
 use super::message::{Batch, Hello, PROTOCOL, Reply};
 use super::options::Told;
-use super::process::Fault;
 use super::program::{Lease, Program};
 use crate::data::Feedback;
 use crate::estimator::{Estimator, FailureKind, Pass, Problem, ProgramError, Records, Window};
@@ -63,7 +63,8 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
 pub(super) fn fault_words(fault: &Fault) -> String {
     match fault {
         Fault::Timeout(came) => format!("timeout: {came}"),
-        Fault::Crashed | Fault::Stopped => "crashed: the process ended or closed a pipe".to_owned(),
+        Fault::Crashed(how) => format!("crashed: {how}"),
+        Fault::Stopped => "the run is to stop".to_owned(),
         Fault::Malformed(what) => format!("malformed: {what}"),
     }
 }
@@ -149,8 +150,10 @@ impl External {
         let ends = part.len() == 1 || part.len() == self.batch.trials.len();
         let mut spared = usize::from(ends);
         loop {
-            let fresh = lease.is_fresh();
-            let asked = lease.ask(|number| self.batch.frame(number, part.clone()), part.len());
+            let fresh = lease.answered() == 0;
+            let number = self.batch.number(lease.answered(), part.clone());
+            let message = self.batch.frame(number, part.clone());
+            let asked = lease.ask(number, &message, part.len());
             let fault = match asked {
                 Ok(reply) => {
                     lease.give_back();
@@ -162,7 +165,7 @@ impl External {
             self.note(part, &fault);
             let kind = match fault {
                 Fault::Timeout(_) => FailureKind::Timeout,
-                Fault::Crashed | Fault::Stopped => FailureKind::Crashed,
+                Fault::Crashed(_) | Fault::Stopped => FailureKind::Crashed,
                 Fault::Malformed(_) => FailureKind::Malformed,
             };
             if fresh && (kind != FailureKind::Crashed || spared == 0) {

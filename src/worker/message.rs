@@ -4,6 +4,7 @@ use super::model::Layout;
 use crate::model::Orders;
 use serde::Serialize;
 use serde_json::{Map, Value};
+use xxhash_rust::xxh3::xxh3_64;
 
 /// The protocol's version.
 pub const PROTOCOL: u64 = 1;
@@ -11,6 +12,8 @@ pub const PROTOCOL: u64 = 1;
 pub const LONGEST_HEADER: usize = 1 << 16;
 /// The most bytes of a reply's blocks.
 pub const LARGEST_REPLY: usize = 1 << 27;
+/// The largest number of a message: every language has integers of 31 bits.
+const LARGEST_NUMBER: u64 = (1 << 31) - 1;
 /// The most characters of a worker's name, and of its version.
 const LONGEST_NAME: usize = 100;
 
@@ -141,6 +144,15 @@ pub struct Batch {
 }
 
 impl Batch {
+    /// The number of the message with some of its records, to a process that has answered so many. It is drawn from
+    /// what the process cannot know before it has read the message, so that no answer comes ahead of its question.
+    pub fn number(&self, answered: u64, of: std::ops::Range<usize>) -> u64 {
+        let seeds = self.seeds[of].iter();
+        let bytes = seeds.flat_map(|seed| seed.to_le_bytes());
+        let bytes: Vec<u8> = bytes.chain(answered.to_le_bytes()).collect();
+        1 + xxh3_64(&bytes) % LARGEST_NUMBER
+    }
+
     /// The frame of some of its records.
     pub fn frame(&self, number: u64, of: std::ops::Range<usize>) -> Vec<u8> {
         let (count, samples) = (of.len(), self.samples);

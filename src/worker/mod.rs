@@ -7,6 +7,7 @@
 #[cfg(not(target_os = "linux"))]
 mod elsewhere;
 mod external;
+mod fault;
 #[cfg(target_os = "linux")]
 mod guard;
 mod log;

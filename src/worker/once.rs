@@ -1,8 +1,8 @@
 //! Some records into a worker, outside of a study: for `asobench test-method` and replays.
 
 use super::external::{fault_words, hello};
+use super::fault::Fault;
 use super::message::{Batch, Reply};
-use super::process::Fault;
 use super::program::Program;
 use crate::estimator::{Pass, Problem, ProgramError, Window};
 use std::fmt::Write as _;
@@ -78,15 +78,10 @@ pub fn ask_once(
         batch.y.extend_from_slice(&record.y);
         batch.r.extend_from_slice(&record.r);
     }
-    let mut sent = Vec::new();
+    let number = batch.number(lease.answered(), 0..records.len());
+    let sent = batch.frame(number, 0..records.len());
     let begin = Instant::now();
-    let asked = lease.ask(
-        |number| {
-            sent = batch.frame(number, 0..records.len());
-            sent.clone()
-        },
-        records.len(),
-    );
+    let asked = lease.ask(number, &sent, records.len());
     let elapsed = begin.elapsed();
     let reply = match asked {
         Ok(reply) => reply,

@@ -1,11 +1,12 @@
 //! One process of a worker: started, asked, killed with all that it started.
 
+use super::fault::Fault;
 use super::guard::{Guard, kill_all};
 use super::log::Log;
 use super::message::{Answer, Awaited, Incoming};
 use crate::files::{Mark, Pipes};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
+use rustix::process::{Pid, WaitId, WaitIdOptions, WaitIdStatus, waitid};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -28,19 +29,6 @@ const SETTLE: Duration = Duration::from_millis(200);
 
 /// How many threads linear algebra takes, in OpenMP, OpenBLAS and MKL.
 const THREADS: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
-
-/// Why there is no answer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// None in time, and what came instead.
-    Timeout(String),
-    /// The process ended, or closed a pipe.
-    Crashed,
-    /// None by the protocol.
-    Malformed(String),
-    /// The run is to stop.
-    Stopped,
-}
 
 /// How a process is started.
 pub struct Start<'a> {
@@ -159,7 +147,7 @@ impl Process {
                     let early = "an answer before the message was read to its end";
                     return Err(Fault::Malformed(early.to_owned()));
                 }
-                None if is_gone => return Err(Fault::Crashed),
+                None if is_gone => return Err(self.crash()),
                 None => {}
             }
             if stop.load(Ordering::Relaxed) {
@@ -200,7 +188,7 @@ impl Process {
                     std::thread::sleep(KNOCK.min(left));
                     return Ok(false);
                 }
-                _ => return Err(Fault::Crashed),
+                _ => return Err(self.crash()),
             }
         }
         let mut watched = vec![PollFd::new(&self.replies, PollFlags::IN)];
@@ -225,7 +213,7 @@ impl Process {
         match requests.write(message) {
             Ok(written) => Ok(written),
             Err(error) if is_later(&error) => Ok(0),
-            Err(_) => Err(Fault::Crashed),
+            Err(_) => Err(self.crash()),
         }
     }
 
@@ -243,8 +231,28 @@ impl Process {
 
     /// Whether the process has ended; it stays to be waited for.
     fn has_ended(&self) -> bool {
+        !matches!(self.look(), Ok(None))
+    }
+
+    fn look(&self) -> rustix::io::Result<Option<WaitIdStatus>> {
         let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
-        !matches!(waitid(WaitId::Pid(self.group), look), Ok(None))
+        waitid(WaitId::Pid(self.group), look)
+    }
+
+    /// How it ended, or that it closed a pipe. A process that ends closes its pipes a moment before.
+    fn crash(&self) -> Fault {
+        let begin = Instant::now();
+        while !self.has_ended() && begin.elapsed() < LOOK {
+            std::thread::sleep(KNOCK);
+        }
+        let status = self.look().ok().flatten();
+        let ended = status.and_then(|status| {
+            let exited = status.exit_status();
+            let killed = status.terminating_signal();
+            let exited = exited.map(|code| format!("the process ended with exit status {code}"));
+            exited.or_else(|| Some(format!("the process was ended by signal {}", killed?)))
+        });
+        Fault::Crashed(ended.unwrap_or_else(|| "the process closed a pipe".to_owned()))
     }
 }
 

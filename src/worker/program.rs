@@ -1,10 +1,11 @@
 //! A program that is a method: its processes, which the threads of a run share.
 
+use super::fault::Fault;
 use super::guard::Guard;
 use super::log::Log;
 use super::message::{Answer, Awaited, Hello, Ready};
 use super::options::{CommandOptions, Workers};
-use super::process::{Fault, Process, Start};
+use super::process::{Process, Start};
 use crate::estimator::ProgramError;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -199,8 +200,8 @@ impl Program {
                 Err(Fault::Malformed(what)) => {
                     reason = format!("its answer to \"hello\" is none by docs/protocol.md: {what}");
                 }
-                Err(Fault::Crashed) => {
-                    reason = format!("'{}' ended before it was ready", self.options.typed());
+                Err(Fault::Crashed(how)) => {
+                    reason = format!("'{}' was not ready: {how}", self.options.typed());
                 }
             }
             drop(process);
@@ -272,36 +273,36 @@ impl Lease {
         &self.greeted().ready
     }
 
-    /// Whether it has answered no message yet.
-    pub(super) fn is_fresh(&self) -> bool {
-        self.greeted().served == 0
+    /// Messages that it has answered.
+    pub(super) fn answered(&self) -> u64 {
+        self.greeted().served
     }
 
-    /// Sends the message that `frame` makes of its number, and takes the reply.
+    /// Sends a message with its number, and takes the reply.
     pub(super) fn ask(
         &mut self,
-        frame: impl FnOnce(u64) -> Vec<u8>,
+        number: u64,
+        message: &[u8],
         trials: usize,
     ) -> Result<super::message::Reply, Fault> {
         let stop = &self.program.permit.get().ok_or(Fault::Stopped)?.stop;
-        let greeted = self.at_work.as_mut().ok_or(Fault::Crashed)?;
+        let greeted = self.at_work.as_mut().ok_or(Fault::Stopped)?;
         if !greeted.process.is_clean() {
             let stray = "bytes that nothing asked for, or an end of its replies";
             return Err(Fault::Malformed(stray.to_owned()));
         }
-        let number = greeted.served + 1;
         let awaited = Awaited::Reply {
             number,
             trials,
             matrices: greeted.ready.matrices,
         };
         let time = self.program.time();
-        let answer = greeted.process.ask(&frame(number), awaited, time, stop)?;
+        let answer = greeted.process.ask(message, awaited, time, stop)?;
         let Answer::Reply(reply) = answer else {
             return Err(Fault::Malformed("expected a reply".to_owned()));
         };
         reply.check().map_err(Fault::Malformed)?;
-        greeted.served = number;
+        greeted.served += 1;
         Ok(reply)
     }
 
