@@ -22,18 +22,19 @@ fn write_table(text: &mut String, summary: &Summary, scored_from: f64) -> fmt::R
     else {
         return Ok(());
     };
-    let rule = "-".repeat(80);
-    writeln!(
-        text,
-        "{:<12} {:>20} {:>20}   {:<22}",
-        "", "theta_1", "theta_2", "rms error of the state"
-    )?;
-    let half = "mean  half range";
-    writeln!(
-        text,
-        "{:<12} {half:>20} {half:>20} {:>10} {:>10}",
-        "observer", "x_1", "x_2"
-    )?;
+    let n = traces.theta.len();
+    let states: Vec<Measure> = Measure::STATES.into_iter().take(n).collect();
+    let columns = |of: &dyn Fn(usize) -> String, width: usize| {
+        let columns = (1..=n).map(|i| format!(" {:>width$}", of(i)));
+        columns.collect::<String>()
+    };
+    let theta = columns(&|i| format!("theta_{i}"), 20);
+    let caption = "rms error of the state";
+    writeln!(text, "{:<12}{theta}   {caption:<22}", "")?;
+    let half = columns(&|_| "mean  half range".to_owned(), 20);
+    let names = columns(&|i| format!("x_{i}"), 10);
+    writeln!(text, "{:<12}{half}{names}", "observer")?;
+    let rule = "-".repeat(12 + n * 21 + states.len().max(2) * 11 + 4);
     writeln!(text, "{rule}")?;
     let theta: Vec<String> = traces
         .theta
@@ -46,24 +47,18 @@ fn write_table(text: &mut String, summary: &Summary, scored_from: f64) -> fmt::R
         format!("{:<12} {}", "true", theta.join(" ")).trim_end()
     )?;
     for (output, trace) in cell.outputs.iter().zip(&traces.outputs) {
-        let rms = [Measure::RmsState1, Measure::RmsState2].map(|measure| {
+        let rms = states.iter().map(|measure| {
             let value = output
                 .measures
-                .get(&measure)
+                .get(measure)
                 .map_or(f64::NAN, |statistics| statistics.mean.value);
-            digits(value)
+            format!(" {:>10}", digits(value))
         });
+        let rms: String = rms.collect();
         let theta: Vec<String> = (0..traces.theta.len())
             .map(|i| course(traces, trace, i, scored_from))
             .collect();
-        writeln!(
-            text,
-            "{:<12} {} {:>10} {:>10}",
-            output.label(),
-            theta.join(" "),
-            rms[0],
-            rms[1]
-        )?;
+        writeln!(text, "{:<12} {}{rms}", output.label(), theta.join(" "))?;
     }
     writeln!(text, "{rule}")
 }
