@@ -89,7 +89,7 @@ impl Sample {
         }
     }
 
-    /// Like [`Self::add_powers`] for one number whose powers may be out of the range of doubles. Only powers in range
+    /// Like `add_powers` for one number whose powers may be out of the range of doubles. Only powers in range
     /// are added.
     #[cold]
     fn add_far_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
