@@ -47,7 +47,7 @@ pub enum Kind {
     Run,
     /// A job script. Once it exists, it belongs to the user.
     Script,
-    /// `workers.log`: what methods that are programs printed.
+    /// `workers.log`: the output of external programs.
     Log,
     /// The commands that the user has agreed to.
     Agreed,
@@ -190,7 +190,7 @@ impl Kind {
 const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" \
     xmlns=\"http://www.w3.org/2000/svg\">\n";
 
-/// Texts of which the header of a report's table contains at least one.
+/// The header of a report's table contains at least one of these texts.
 const TABLES: [&str; 10] = [
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",

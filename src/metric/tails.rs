@@ -77,7 +77,8 @@ pub(crate) fn student_point(z: f64, nu: f64) -> f64 {
 /// `P(X > x)` for X of the chi-square law with `degrees` degrees of freedom (at least 1).
 ///
 /// With `h = x/2`: for an even number of degrees `exp(-h) sum_(i < k/2) h^i / i!`, for an odd one
-/// `2 P(Z > sqrt x) + exp(-h) sum_(1 <= i <= (k-1)/2) h^(i - 1/2) / Gamma(i + 1/2)` (Abramowitz and Stegun, 26.4.4 and 26.4.5).
+/// `2 P(Z > sqrt x) + exp(-h) sum_(1 <= i <= (k-1)/2) h^(i - 1/2) / Gamma(i + 1/2)` (Abramowitz and Stegun, 26.4.4 and
+/// 26.4.5).
 pub(crate) fn chi_square_above(x: f64, degrees: usize) -> f64 {
     if !(x > 0.0) {
         return if x.is_nan() { f64::NAN } else { 1.0 };
