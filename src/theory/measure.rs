@@ -33,8 +33,7 @@ pub struct Figure {
     pub limit: f64,
     /// sqrt(N) times the root mean square of `|v_hat - v_limit| / |v|`, v the true vector.
     pub sqrt_n_rms: f64,
-    /// The weights w of the sum `sum_i w_i z_i^2` of squares of independent normal numbers that equals N times its
-    /// square.
+    /// The weights w: `sum_i w_i z_i^2`, z independent standard normal, is N times the square of that ratio.
     weights: Vec<f64>,
 }
 
