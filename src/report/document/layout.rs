@@ -150,8 +150,8 @@ const DECADES: f64 = 12.0;
 /// Intervals that reach beyond all values by more than this factor are cut.
 const WIDE: f64 = 1e3;
 
-/// Cuts logarithmic y axes that the intervals of a few estimates would stretch. The axis holds every value within
-/// `DECADES` of the median value, and about a decade more.
+/// Cuts logarithmic y axes that the intervals of a few estimates would stretch. The axis holds every value up
+/// to `DECADES` decades above the median value, and about a decade more.
 fn cut(plots: &mut [Plot]) {
     let logarithmic = plots
         .iter()
