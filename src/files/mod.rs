@@ -4,6 +4,7 @@
 //! only if it is a regular file that is empty or that the program recognises as its own by name and content ([`Kind`]).
 //! Anything else is refused: links, folders, FIFOs, devices, and all files of others. Such a link is never followed.
 //! A folder is removed only if it is empty.
+//!
 //! There is no protection against another program that swaps files for links at the same time.
 
 #![allow(
