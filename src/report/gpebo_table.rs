@@ -4,10 +4,10 @@ use super::number::uncertain;
 use crate::study::{CellSummary, Measure, OutputTrace, Summary, Traces};
 use std::fmt::{self, Write};
 
-/// The table of a study of one trial in continuous time whose course was kept, 80 columns wide.
+/// The table of a continuous-time study of one trial with a stored course, 80 columns wide.
 pub fn example_table(summary: &Summary, scored_from: f64) -> String {
     let mut text = String::new();
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let _ = write_table(&mut text, summary, scored_from);
     text
 }
@@ -63,7 +63,7 @@ fn write_table(text: &mut String, summary: &Summary, scored_from: f64) -> fmt::R
     writeln!(text, "{rule}")
 }
 
-/// Four digits after the point; "-" where undefined.
+/// Formats four decimals; "-" if undefined.
 fn digits(value: f64) -> String {
     if value.is_finite() {
         format!("{value:.4}")
@@ -72,7 +72,7 @@ fn digits(value: f64) -> String {
     }
 }
 
-/// Mean and half range of an estimate over the scored time.
+/// Mean and half the range of an estimate over the scored time.
 fn course(traces: &Traces, trace: &OutputTrace, i: usize, from: f64) -> String {
     let Some(values) = trace.theta_hat.get(i) else {
         return format!("{:>9} {:>10}", "-", "");
@@ -85,8 +85,7 @@ fn course(traces: &Traces, trace: &OutputTrace, i: usize, from: f64) -> String {
     format!("{mean:>9.4} {:>10.4}", (high - low) / 2.0)
 }
 
-/// The end of an estimate of theta at every cell, to compare steps: "step 0.005 s: 1.00279006
-/// 1.89516278".
+/// The final estimate of theta in every cell, to compare steps: "step 0.005 s: 1.00279006 1.89516278".
 pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
     let line = |cell: &CellSummary| {
         let place = cell

@@ -3,12 +3,12 @@
 /// Why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// None in time, and what came instead.
+    /// No answer in time; the text says what arrived instead.
     Timeout(String),
-    /// The process ended or closed a pipe: how.
+    /// The process ended or closed a pipe; the text says how.
     Crashed(String),
-    /// None by the protocol.
+    /// The answer violates the protocol.
     Malformed(String),
-    /// The run is to stop.
+    /// The run must stop.
     Stopped,
 }
