@@ -1,4 +1,4 @@
-//! `asobench new`: a commented experiment file.
+//! `asobench new`: writes a commented experiment file.
 
 use super::error::Error;
 use super::note;
@@ -183,7 +183,7 @@ fn content(continuous: bool) -> String {
     {
         let value = match key.default_of(continuous) {
             None => {
-                // Two lines that cannot both stand.
+                // The two keys exclude each other.
                 let _ = writeln!(text, "# Instead of window: {key} = 20 ({})", key.about());
                 continue;
             }
@@ -240,7 +240,7 @@ mod tests {
             (experiment.cells.len(), experiment.outputs().len()),
             (12, 5)
         );
-        // What is commented out is valid too.
+        // The file stays valid if the comments are removed.
         let uncommented: String = super::content(false)
             .lines()
             .filter(|line| !line.starts_with("# trials") && !line.starts_with("# zip"))
@@ -256,7 +256,7 @@ mod tests {
             .collect();
         let file = ExperimentFile::parse(&uncommented);
         assert!(file.is_ok(), "{file:?}\n{uncommented}");
-        // Each setting by itself makes a valid experiment: it clashes with none that is given.
+        // Each setting by itself makes a valid experiment: none conflicts with those given.
         let content = super::content(false);
         let (_, settings) = content.split_once("with its default:\n").unwrap();
         let settings = settings.lines().take_while(|line| !line.is_empty());
@@ -267,7 +267,7 @@ mod tests {
             assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
             seen += 1;
         }
-        // Three are given, and l is instead of one.
+        // Three settings are given already, and l replaces one of them.
         let all = Key::ALL.iter().filter(|key| key.is_of(false)).count();
         assert_eq!(seen, all - 4);
     }
@@ -283,7 +283,7 @@ mod tests {
             let experiment = ExperimentFile::parse(&changed).and_then(Experiment::new);
             assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
         }
-        // Own plant, own disturbance, the fourth observer and the claim.
+        // Own plant, own disturbance, the fourth observer, and the claim.
         let uncommented: String = content
             .lines()
             .map(|line| {
