@@ -129,7 +129,7 @@ pub(crate) fn name_fault(name: &str) -> Option<String> {
             "'{shown}'; expected at most {NAME_LIMIT} characters"
         ));
     } else if visible(name) != name {
-        "a name without characters that are not seen"
+        "a name without invisible characters"
     } else if name.trim() != name {
         "a name without blanks at its ends"
     } else {

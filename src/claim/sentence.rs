@@ -261,7 +261,7 @@ impl Findings<'_> {
                 format!(": {counter}; {count}.{}", place.unwrap_or_default())
             }
             Holds::Typically => format!(
-                ": in at least {} of {m} {} {}; in the cell in the middle {}.",
+                ": in at least {} of {m} {} {}; in the median cell {}.",
                 self.at_least[1],
                 self.cells(),
                 self.claim("is not"),
@@ -298,7 +298,7 @@ impl Findings<'_> {
 
     fn undecided(&self) -> String {
         if self.units.is_empty() && self.left_out == 0 {
-            return ": the results have no cell that it is about.".to_owned();
+            return ": the results have no cell to which it applies.".to_owned();
         }
         if self.units.is_empty() {
             return ": its condition is certain in no cell.".to_owned();
@@ -325,7 +325,7 @@ impl Findings<'_> {
                 format!("; some {} trials would decide it", grouped(trials))
             }
             _ if self.cases.iter().flatten().any(ClaimTest::is_timed) => {
-                "; more trials do not make times more exact".to_owned()
+                "; more trials do not make times more precise".to_owned()
             }
             Some(Needed::MoreThan(most)) => {
                 format!("; more than {} trials would be needed", grouped(most))

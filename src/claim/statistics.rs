@@ -255,7 +255,7 @@ fn known(
     if !value.is_finite() || logarithmic && value <= 0.0 {
         Err("the number is undefined".to_owned())
     } else if logarithmic && error > MOST_RELATIVE_ERROR * value {
-        Err("its standard error is more than half of it".to_owned())
+        Err("its standard error is more than half its value".to_owned())
     } else if error == 0.0 {
         Ok(Known::Exact(value))
     } else if error > 0.0 && error.is_finite() {
@@ -587,7 +587,7 @@ fn coverages(
     let shares = shares?;
     if shares.is_empty() {
         return Err(format!(
-            "no coefficient of '{}' has a standard error; a run keeps them where coverage = true",
+            "no coefficient of '{}' has a standard error; a run keeps them if coverage = true",
             output.label()
         ));
     }

@@ -142,7 +142,7 @@ fn estimates(
         // Writing to a string does not fail.
         let _ = write!(
             time,
-            ", then about {more} for the times of the methods, on one"
+            ", then about {more} for the times of the methods, on one thread"
         );
     }
     let memory = |trials: u64| amount(memory_of(experiment, trials, threads));
@@ -177,7 +177,7 @@ fn room_taken(disk: [Disk; 2]) -> String {
         String::new()
     };
     format!(
-        "about {}: {} in blocks/{trials}, {} of summaries; a report of it {}",
+        "about {}: {} in blocks/{trials}, {} of summaries; a report takes {}",
         of(Disk::of_run),
         of(|disk| disk.blocks),
         of(|disk| disk.summary),

@@ -56,7 +56,7 @@ pub(super) struct Arguments {
     /// Write the last estimator's observer states, k = 0 ... K, to a CSV file
     #[arg(long, value_name = "STATES.csv")]
     states: Option<PathBuf>,
-    /// Draw measured and simulated output, and prediction errors; of a range of orders their criteria
+    /// Draw measured and simulated output, and prediction errors; for a range of orders, the criteria
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
     /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
@@ -83,7 +83,7 @@ struct RecordArguments {
     /// Delay nk of the input, samples, or a range, beside --order [default: 1]
     #[arg(long, value_name = "nk", allow_negative_numbers = true)]
     delay: Option<Span>,
-    /// Samples used for estimation, from the first [default: all]; the rest validates
+    /// Samples used for estimation, from the first [default: all]; the rest is for validation
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     window: Option<usize>,
     /// Trend to subtract from u and y, fitted on the window: none, mean, linear
@@ -378,7 +378,7 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
         trend.subtract(values);
         if largest(&values[..window]) <= 64.0 * f64::EPSILON * before {
             return Err(bad(format!(
-                "column {name} is nothing but its {} trend over the window; nothing is left to identify from",
+                "column {name} is exactly its {} trend over the window; nothing is left to identify from",
                 arguments.record.detrend
             )));
         }

@@ -22,10 +22,10 @@ pub(super) struct Arguments {
     /// Folder of the results [default: results/NAME of NAME.plan.json]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Make results of what there is, marked as partial
+    /// Make results, marked as partial, even if trials are missing
     #[arg(long)]
     partial: bool,
-    /// Take cells by faer that machines with different vector instructions computed
+    /// Accept faer's cells that were computed with different vector instructions
     #[arg(long)]
     mix_instructions: bool,
     /// Threads [default: one per processor]
@@ -61,14 +61,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         note(line);
     }
     if let Some(more @ 1..) = notes.len().checked_sub(cluster::LINES) {
-        note(&format!("{more} more that were not taken"));
+        note(&format!("{more} more, not taken"));
     }
     note(&format!("{} blocks, {} bytes", read.files, read.bytes));
     match merged {
         Merged::Done(summary) => {
             if experiment.file.timing {
                 note(&format!(
-                    "the methods are not timed; asobench run {} --out {} does that alone",
+                    "the methods are not timed; to time them without a new run: asobench run {} --out {}",
                     word(path),
                     word(&out)
                 ));
@@ -88,8 +88,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             )))
         }
         Merged::More(cells) => Err(Error::Again(format!(
-            "all trials of the plan are there, and by the rule of 'trials' {cells} cells need \
-             more; plan the next round by the command that made the plan, or: asobench plan {} \
+            "all trials of the plan are there, but by the rule 'trials' {cells} cells need \
+             more; plan the next round with the command that made the plan, or: asobench plan {} \
              --out {}",
             word(path),
             word(path)

@@ -54,7 +54,7 @@ impl Need {
         let short = |need: f64, room: Option<f64>, what: &str| {
             let room = room.filter(|room| need > *room)?;
             Some(format!(
-                "about {} of {what} where {} are free",
+                "about {} of {what}, but {} are free",
                 amount(need),
                 amount(room)
             ))

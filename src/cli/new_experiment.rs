@@ -25,7 +25,7 @@ question = "What do I want to know?"
 hypothesis = "What do I expect?"
 seed = 1
 trials = 1000
-# Or until a figure is known well enough in every cell:
+# Or until a measure is known well enough in every cell:
 # trials = { until = "e_a", output = "iv(4)", relative_mcse = 0.01, minimum = 1000, maximum = 100000 }
 # "trials" keeps every trial in trials.parquet too.
 store = "summaries"

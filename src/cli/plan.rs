@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 /// Plan a study in shards for many machines, balanced by a short timing. The same command again
-/// plans what is still missing, and the next round where `trials` is a rule.
+/// plans what is still missing, or the next round if `trials` is a rule.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -42,13 +42,13 @@ pub(super) struct Arguments {
 /// How many shards.
 #[derive(clap::Args)]
 pub(super) struct SizeArguments {
-    /// How many shards, about
+    /// Approximate number of shards
     #[arg(
         long, value_name = "S", conflicts_with = "target_time",
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
     pub(super) shards: Option<u32>,
-    /// What a shard is to take, such as 90s, 30m, 2h or 1-12:00:00 [default: 1h]
+    /// Time that a shard should take, such as 90s, 30m, 2h or 1-12:00:00 [default: 1h]
     #[arg(long, value_name = "T", value_parser = parse_time)]
     pub(super) target_time: Option<Duration>,
 }
@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Some(out) => out.clone(),
         None if name == "-" => {
             let message =
-                "--out: expected a plan's name where the experiment comes from standard input";
+                "--out: expected a plan's name, because the experiment comes from standard input";
             return Err(Error::Input(message.to_owned()));
         }
         None => PathBuf::from(format!("{name}.plan.json")),

@@ -192,8 +192,10 @@ pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     }
     let path = folder.join(LOG);
     match files::replace(&path, Kind::Log, &text) {
-        Ok(()) => note(&format!("what programs printed: {}", path.display())),
-        Err(error) => note(&format!("warning: what programs printed is lost: {error}")),
+        Ok(()) => note(&format!("output of the programs: {}", path.display())),
+        Err(error) => note(&format!(
+            "warning: the output of the programs is lost: {error}"
+        )),
     }
 }
 

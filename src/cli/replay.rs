@@ -79,7 +79,7 @@ impl Which {
             ))),
             [number] => Ok(*number),
             several => Err(Error::Input(format!(
-                "{flag}'{given}' may be {} cells; expected one of {}",
+                "{flag}'{given}' matches {} cells; expected one of {}",
                 several.len(),
                 some(several.iter().map(|number| format!("{NUMBER}{number}")))
             ))),
@@ -90,7 +90,7 @@ impl Which {
 /// Lists the claims and numbers of cells.
 fn valid(experiment: &Experiment) -> String {
     let cells = &experiment.cells;
-    let numbers = format!("a number of 0 to {}", cells.len() - 1);
+    let numbers = format!("a number from 0 to {}", cells.len() - 1);
     let mut claims: Vec<&str> = cells.iter().map(|cell| cell.claim.as_str()).collect();
     claims.retain(|claim| !claim.is_empty());
     claims.dedup();
@@ -117,7 +117,7 @@ fn some(names: impl ExactSizeIterator<Item = String>) -> String {
 pub(super) struct Arguments {
     /// Folder of the results, as `asobench run` left it
     folder: PathBuf,
-    /// Cell, by its claim or number, and trial: C2:17 or 1:17; cell=1:17 where 1 is a claim too
+    /// Cell, by its claim or number, and trial: C2:17 or 1:17; cell=1:17 if 1 is also a claim
     #[arg(value_name = "CELL:TRIAL")]
     which: Which,
     /// Write that trial's k, u, y to a file for `asobench estimate`
@@ -148,7 +148,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = &arguments.folder;
     let wrong = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
     let Some(manifest) = read_manifest(folder).map_err(|e| wrong(&e))? else {
-        let message = format!("{}: no results there (no manifest.json)", folder.display());
+        let message = format!("{}: holds no results (no manifest.json)", folder.display());
         return Err(Error::Input(message));
     };
     let file = ExperimentFile::from_json(&manifest["experiment"]);
@@ -351,7 +351,7 @@ impl<'a> Replay<'a> {
             );
             return (
                 settings,
-                "errors of integration are known by halving the step twice",
+                "integration errors are estimated by halving the step twice",
             );
         }
         let Cell {

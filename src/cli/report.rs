@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let files = report(&studies, &mut |step| steps.show(step));
     if let Some([_, twice]) = alike(files.iter().map(|(name, _)| name.as_str())) {
         return Err(Error::Input(format!(
-            "two of these reports would write {twice}; expected folders of other names"
+            "two of these reports would write {twice}; expected folders with different names"
         )));
     }
     steps.show("writing");

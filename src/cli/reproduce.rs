@@ -39,8 +39,8 @@ pub(super) struct Arguments {
     /// Whose experiment: all, nikolov or bobtsov
     #[arg(long, value_name = "PAPER", default_value_t)]
     paper: Paper,
-    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have numbers of
-    /// their own
+    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have their
+    /// own numbers
     #[arg(
         long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true,
         value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT)

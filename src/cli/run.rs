@@ -24,7 +24,7 @@ use std::sync::atomic::AtomicBool;
 const WIDTH: usize = 80;
 
 /// Run an experiment file. A run that was stopped or killed resumes with the same command; more
-/// --trials extend it.
+/// trials (--trials) extend it.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -87,8 +87,7 @@ impl StudyArguments {
         file.check_filters().map_err(in_file)?;
         if self.quick {
             if file.quick.is_none() {
-                let message =
-                    "the file has no such table, which --quick needs; expected [quick] with trials";
+                let message = "the file has no such table, but --quick needs it; expected [quick] with trials";
                 return Err(in_file(FileError::key("quick", message)));
             }
             file = file.quick();
@@ -169,7 +168,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return run_one(arguments, study);
     }
     if arguments.out.is_some() {
-        let message = "--out: one folder for several files; expected one experiment file beside it";
+        let message =
+            "--out: one folder for several files; expected a single experiment file with it";
         return Err(Error::Input(message.to_owned()));
     }
     let more = arguments.more.iter().map(|file| StudyArguments {
@@ -183,7 +183,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         .map(|folder| folder.display().to_string())
         .collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
-        let message = format!("two of these files have the results {folder}; expected other names");
+        let message =
+            format!("two of these files would write to {folder}; expected different names");
         return Err(Error::Input(message));
     }
     // All files are checked before the first one runs.
@@ -200,7 +201,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 /// Runs one of the files.
 fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Error> {
     if arguments.out.is_none() && study.name() == "-" {
-        let message = "--out: expected a folder where the experiment comes from standard input";
+        let message = "--out: expected a folder, because the experiment comes from standard input";
         return Err(Error::Input(message.to_owned()));
     }
     let path = study.folder(arguments.out.as_deref());

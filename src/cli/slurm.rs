@@ -14,7 +14,7 @@ use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 /// Write a plan of a study, a job script of its shards and one that puts their results together,
-/// for Slurm. The same command again plans what is still missing, and the next round where `trials`
+/// for Slurm. The same command again plans what is still missing, or the next round if `trials`
 /// is a rule.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -146,7 +146,7 @@ struct Places {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let name = arguments.study.name();
     if name == "-" || name.chars().any(|c| c.is_control() || c.is_whitespace()) {
-        let message = "expected an experiment file with a name without blanks: it is a job's too";
+        let message = "expected an experiment file whose name has no blanks, because the job gets the same name";
         return Err(Error::Input(format!("'{name}': {message}")));
     }
     let file = arguments.config.as_deref().map(Job::read).transpose()?;
@@ -203,7 +203,7 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
         let there = files::read_named(path, Kind::Script).map_err(failed)?;
         if there != text {
             note(&format!(
-                "{}: kept, though this command would write another one; remove it to renew \
+                "{}: kept, although this command would write a different one; remove it to renew \
                 it",
                 path.display()
             ));
@@ -333,6 +333,6 @@ fn sbatch(options: &[String], script: &Path) -> Result<String, Error> {
     if digits {
         Ok(id.to_owned())
     } else {
-        Err(wrong("no job number in what it printed"))
+        Err(wrong("it printed no job number"))
     }
 }

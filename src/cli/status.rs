@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Tell what of a plan is there, by shard and by cell, and print the line that computes what is
+/// Show how much of a plan is computed, by shard and by cell, and print the line that computes what is
 /// missing. Ends with exit code 75 while something is.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -16,7 +16,7 @@ pub(super) struct Arguments {
     plan: PathBuf,
     /// Folders with what shards left, at any depth [default: NAME-shards beside the plan]
     folders: Vec<PathBuf>,
-    /// Read every block, and count only those that are whole
+    /// Read every block, and count only those that are intact
     #[arg(long)]
     verify: bool,
 }

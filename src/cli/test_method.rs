@@ -157,7 +157,7 @@ impl Test<'_> {
             let found = found.collect::<Vec<_>>().join(", ");
             let text = format!("of {RECORDS} records {found}");
             match (counts.contains_key(MODEL), counts.len()) {
-                (false, _) => Err(format!("{text}; expected a model of one at least")),
+                (false, _) => Err(format!("{text}; expected a model for at least one")),
                 (true, 1) => Ok(Seen::Fine(text)),
                 (true, _) => Ok(Seen::Note(text)),
             }
@@ -174,9 +174,9 @@ impl Test<'_> {
             .ask(&records)?
             .and_then(|second| match (first.same_bits(&second), deterministic) {
                 (true, _) => Ok(Seen::Fine("the same bits".to_owned())),
-                (false, false) => Ok(Seen::Fine("other bits, as it says".to_owned())),
+                (false, false) => Ok(Seen::Fine("different bits, as it declares".to_owned())),
                 (false, true) => {
-                    Err("other bits, where it says that it is deterministic".to_owned())
+                    Err("different bits, although it says that it is deterministic".to_owned())
                 }
             }))
     }
@@ -352,7 +352,7 @@ fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
     Ok(match trial {
         0 => Seen::Fine(text),
         later => Seen::Note(format!(
-            "{text}, of trial {later}: no model of those before it"
+            "{text}, for trial {later}: no model for the trials before it"
         )),
     })
 }

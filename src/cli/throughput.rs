@@ -30,7 +30,7 @@ const fn default_trials(engine: Engine) -> u64 {
 }
 
 /// Time one fixed workload, W98 (n = 6, N = 98, K = 400, least squares and four IV passes,
-/// observer), on each engine and number of threads, beside the machine's peak of fused
+/// observer), on each engine and number of threads, as a share of the machine's peak of fused
 /// multiply-adds. With FILE: time the trials of an experiment file, all cells, outputs and
 /// measures, and throw the results away: what `run` on the same file could reach at most.
 #[derive(clap::Args)]
@@ -53,7 +53,7 @@ pub(super) struct Arguments {
         value_parser = clap::value_parser!(u16).range(1..=1024)
     )]
     threads: Vec<u16>,
-    /// Engines, of lanes and faer [default: lanes,faer; with FILE the file's]
+    /// Engines: lanes, faer or both [default: lanes,faer; with FILE the file's]
     #[arg(
         long,
         value_name = "LIST",
@@ -61,7 +61,7 @@ pub(super) struct Arguments {
         conflicts_with = "file"
     )]
     engine: Vec<Engine>,
-    /// Repetitions; the median counts
+    /// Repetitions, of which the median is printed
     #[arg(
         long, value_name = "R", default_value_t = 5,
         value_parser = clap::value_parser!(u16).range(1..=1000)
@@ -150,7 +150,7 @@ pub(super) fn run_command(arguments: &Arguments) -> Result<ExitCode, Error> {
         return study::time(path, arguments, &threads);
     }
     if arguments.engine.contains(&Engine::Auto) {
-        let message = "--engine: 'auto' is no engine of its own; expected lanes or faer";
+        let message = "--engine: 'auto' is not an engine that can be timed; expected lanes or faer";
         return Err(Error::Input(message.to_owned()));
     }
     let stop = progress::stop_flag()?;

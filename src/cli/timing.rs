@@ -88,7 +88,7 @@ pub(super) fn measure(
                 while repetition < REPETITIONS || begin.elapsed() < BUDGET {
                     if stop.load(Ordering::Relaxed) {
                         let message = "interrupted while times were measured; the results are \
-                                       there, the same command measures the times again";
+                                       written, the same command measures the times again";
                         return Err(Error::Interrupted(message.to_owned()));
                     }
                     passes.iter_mut().for_each(Pass::clear);

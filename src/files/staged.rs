@@ -168,7 +168,7 @@ pub(crate) fn remove_temporary(folder: &Path, kinds: &[Kind]) -> Result<(), Path
 pub(super) fn too_large(kind: Kind) -> io::Error {
     let limit = kind.limit() >> 20;
     io::Error::other(format!(
-        "larger than the {limit} MiB that such a file may have"
+        "larger than {limit} MiB, the limit for such a file"
     ))
 }
 

@@ -394,7 +394,7 @@ impl Serialize for Sketch {
 
 /// A stored sketch that is not in the canonical form.
 #[derive(Debug, thiserror::Error)]
-#[error("not a sketch: bins out of range or order, or empty, or more values than can be counted")]
+#[error("not a sketch: bins are empty, out of range or out of order, or there are too many values")]
 struct NotCanonical;
 
 impl TryFrom<Canonical> for Sketch {

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 pub enum ResultsError {
     /// The folder has no results.
     #[error(
-        "{}: no results there (no manifest.json); run an experiment with --out {} first",
+        "{}: no results in this folder (no manifest.json); run an experiment with --out {} first",
         .0.display(),
         .0.display()
     )]
@@ -88,7 +88,7 @@ impl Study {
         let summary = files::read_own(&path, Kind::Summary)?;
         let summary = summary.ok_or_else(|| ResultsError::File {
             path,
-            reason: "not there".to_owned(),
+            reason: "the file is missing".to_owned(),
         })?;
         let times = match files::subfolder(folder, "timing")? {
             Some(timing) => files::read_own(&timing.join("times.json"), Kind::Times)?,
@@ -151,7 +151,7 @@ impl Study {
             }
         };
         if !times.iter().all(|time| time.is_of(summary.cells.len())) {
-            let reason = "damaged: a cell that is not there, or times that do not ascend";
+            let reason = "damaged: a time of a cell that does not exist, or quantiles of times that do not ascend";
             return Err(wrong("timing/times.json", reason.to_owned()));
         }
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
@@ -184,8 +184,8 @@ impl Study {
         let (cells, trials) = (self.summary.cells.len(), self.trials());
         self.summary.partial.then(|| {
             format!(
-                "Partial results: {trials} trials of {cells} cells, and others that the study asks \
-                for are missing."
+                "Partial results: {trials} trials in {cells} cells are there; the other trials of the study \
+                are missing."
             )
         })
     }

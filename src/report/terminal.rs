@@ -43,7 +43,7 @@ pub fn overview(study: &Study) -> String {
     let left = sheet.left_out();
     // A command stays on one line, whatever its length.
     if left.is_empty() {
-        text.push_str(&format!("All measures and pictures: {report}\n"));
+        text.push_str(&format!("All measures and figures: {report}\n"));
     } else {
         text.push_str(&format!("{left}: {report}\n"));
     }

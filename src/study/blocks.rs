@@ -125,7 +125,7 @@ impl Content {
         let (tally, rest): (CellTally, _) =
             postcard::take_from_bytes(tally).map_err(|_| UNKNOWN)?;
         if !rest.is_empty() {
-            return Err("more than its tally");
+            return Err("data after its tally");
         }
         let cell = &experiment.cells[span.cell];
         tally.check(experiment, cell, &span.trials)?;
@@ -133,7 +133,7 @@ impl Content {
             return if bytes.is_empty() {
                 Ok(Self { tally, rows: None })
             } else {
-                Err("rows that are not asked for")
+                Err("rows, although the study stores none")
             };
         }
         let rows = rows::stored::decode(bytes, experiment, &span.trials)?;
@@ -142,7 +142,7 @@ impl Content {
             let rows = Some(rows);
             Ok(Self { tally, rows })
         } else {
-            Err("rows that are not of its trials")
+            Err("rows of other trials")
         }
     }
 }

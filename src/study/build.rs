@@ -214,7 +214,7 @@ impl Build<'_> {
                 let plant = table.plant().map_err(wrong)?;
                 if !plant.is_stable() && !table.unstable {
                     return Err(wrong(
-                        "the plant is not stable; expected 'unstable = true' if that is meant"
+                        "the plant is not stable; expected 'unstable = true' if that is intended"
                             .to_owned(),
                     ));
                 }

@@ -57,7 +57,7 @@ pub(super) fn check_target(file: &ExperimentFile, id: &str) -> Result<(), FileEr
     }
     if claim.cases()?.iter().flatten().any(ClaimTest::is_timed) {
         return wrong(format!(
-            "the claim '{id}' is about times, which no trials decide"
+            "the claim '{id}' is about times, which trials cannot decide"
         ));
     }
     Ok(())
@@ -174,7 +174,7 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         _ => false,
     };
     if itself {
-        return wrong("to", format!("'{}' with itself", test.output));
+        return wrong("to", format!("'{}' is compared with itself", test.output));
     }
     Ok(())
 }

@@ -59,7 +59,7 @@ impl TryFrom<Sparse> for Curves {
         for (bin, count) in sparse.bins {
             match curves.counts.get_mut(bin as usize) {
                 Some(place) if *place == 0 && count > 0 => *place = count,
-                _ => return Err("a bin twice, empty, or beyond the curves"),
+                _ => return Err("a bin that is repeated, empty or out of range"),
             }
         }
         Ok(curves)

@@ -268,7 +268,7 @@ impl Experiment {
         if file.measures.is_empty() {
             return Err(FileError::key(
                 "measures",
-                "an empty list; expected at least one figure",
+                "an empty list; expected at least one measure",
             ));
         }
         check_names(&file)?;
@@ -445,7 +445,10 @@ impl Experiment {
                 self.output("compare", second)?,
             ];
             if first == second {
-                return Err(FileError::key("compare", format!("'{first}' with itself")));
+                return Err(FileError::key(
+                    "compare",
+                    format!("'{first}' is compared with itself"),
+                ));
             }
             self.compare.push(pair);
         }
@@ -541,7 +544,7 @@ impl Experiment {
                 // A resolved file has every setting, so a default value does not show that the setting was given.
                 let given = self.file.settings.get(&key);
                 if given.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
-                    let message = "no cell has plant = \"random\", so it means nothing; expected a random plant or \
+                    let message = "no cell has plant = \"random\", so it has no effect; expected a random plant or \
                                    no such key";
                     return Err(FileError::key(key.name(), message));
                 }

@@ -72,7 +72,7 @@ const CONTINUOUS: Entry = Entry {
 };
 
 named_table! {
-    /// A measure of a row. NaN, stored as null, where it is undefined.
+    /// A measure of a row. NaN, stored as null, if it is undefined.
     Measure, "measure", Entry {
         /// Relative error of a.
         Ea = "e_a": Entry { label: "e_a", ..RELATIVE },
@@ -84,7 +84,7 @@ named_table! {
         Ex0 = "e_x0": Entry { label: "e_x0", ..RELATIVE },
         /// Largest e_x(k), N <= k < K (or 0 <= k < K: setting `scored_from`).
         ExMax = "e_x_max": Entry { label: "max e_x", ..STATE },
-        /// Root mean square of e_x(k), over the same k.
+        /// Root mean square of e_x(k), over the same k as e_x_max.
         ExRms = "e_x_rms": Entry { label: "rms e_x", ..STATE },
         /// e_a as Eq. (7) is printed (reading E3), and so on for the others.
         EaPrinted = "e_a_as_printed": Entry { label: "e_a as printed", ..RELATIVE },
@@ -106,7 +106,7 @@ named_table! {
             in_lanes: true,
             ..PLAIN
         },
-        /// Condition number of the matrix that the solver factorises; null where the solve failed.
+        /// Condition number of the matrix that the solver factorises; null if the solve failed.
         Condition = "condition": Entry { label: "condition number", in_lanes: true, ..PLAIN },
         /// Relative error of the impulse response.
         ImpulseResponse = "e_g": Entry { label: "e_g", ..RELATIVE },
@@ -123,8 +123,8 @@ named_table! {
         Change = "change": Entry { label: "change of a", in_lanes: true, ..PLAIN },
         /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`, in the states' units, over the same k as
         /// e_x; in continuous time over the scored time. Its root mean square over trials is that
-        /// of the state's error over trials and samples. The ratio of two outputs' (RMSE ratio of a
-        /// comparison) is that of the two observers: the measure in which no observer of the same
+        /// of the state's error over trials and samples. The RMSE ratio of two outputs in a comparison
+        /// is that of their observers. In this measure no observer with the same
         /// information is better than the Kalman filter.
         RmsState = "rms_x": Entry {
             label: "rms of the state's error",
@@ -133,34 +133,34 @@ named_table! {
             in_lanes: true,
             ..PLAIN
         },
-        /// Continuous time: of x_1 - xhat_1.
+        /// Continuous time: root mean square of x_1 - xhat_1 over the scored time.
         RmsState1 = "rms_x1": Entry { label: "rms error of x_1", of_state: true, ..CONTINUOUS },
-        /// Continuous time: of x_2 - xhat_2.
+        /// Continuous time: root mean square of x_2 - xhat_2 over the scored time.
         RmsState2 = "rms_x2": Entry { label: "rms error of x_2", of_state: true, ..CONTINUOUS },
-        /// Continuous time: of x_3 - xhat_3.
+        /// Continuous time: root mean square of x_3 - xhat_3 over the scored time.
         RmsState3 = "rms_x3": Entry { label: "rms error of x_3", of_state: true, ..CONTINUOUS },
-        /// Continuous time: of x_4 - xhat_4.
+        /// Continuous time: root mean square of x_4 - xhat_4 over the scored time.
         RmsState4 = "rms_x4": Entry { label: "rms error of x_4", of_state: true, ..CONTINUOUS },
-        /// Continuous time: of x_5 - xhat_5.
+        /// Continuous time: root mean square of x_5 - xhat_5 over the scored time.
         RmsState5 = "rms_x5": Entry { label: "rms error of x_5", of_state: true, ..CONTINUOUS },
-        /// Continuous time: of x_6 - xhat_6.
+        /// Continuous time: root mean square of x_6 - xhat_6 over the scored time.
         RmsState6 = "rms_x6": Entry { label: "rms error of x_6", of_state: true, ..CONTINUOUS },
-        /// Continuous time: of x_7 - xhat_7.
+        /// Continuous time: root mean square of x_7 - xhat_7 over the scored time.
         RmsState7 = "rms_x7": Entry { label: "rms error of x_7", of_state: true, ..CONTINUOUS },
-        /// Continuous time: of x_8 - xhat_8.
+        /// Continuous time: root mean square of x_8 - xhat_8 over the scored time.
         RmsState8 = "rms_x8": Entry { label: "rms error of x_8", of_state: true, ..CONTINUOUS },
         /// Continuous time: relative error of theta at the end.
         Theta = "e_theta": Entry { label: "e_theta", relative: true, ..CONTINUOUS },
-        /// Continuous time: its root mean square over the scored time.
+        /// Continuous time: root mean square of the relative error of theta over the scored time.
         ThetaRms = "e_theta_rms": Entry { label: "rms e_theta", relative: true, ..CONTINUOUS },
         /// Continuous time: seconds until the relative error of theta is below 10 % for the first
         /// time.
         Reaching = "t_reach": Entry { label: "time to come within 10 %", unit: "s", ..CONTINUOUS },
         /// Continuous time: seconds until the relative error of theta is below 10 % for good: the
-        /// last entry; null where it is outside at the end.
+        /// last time that it enters; null if it is outside at the end.
         Settling = "t_settle": Entry { label: "time to stay within 10 %", unit: "s", ..CONTINUOUS },
         /// Continuous time: seconds after which gamma int Delta^2 grows by less than 0.01, so that
-        /// theta keeps 99 % of what it is; null where it still moves.
+        /// theta keeps 99 % of its value; null if it still moves.
         Frozen = "t_frozen": Entry {
             label: "frozen from",
             unit: "s",

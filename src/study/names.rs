@@ -40,7 +40,8 @@ pub(super) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
         let estimator = folded(&name);
         let other = table.program().is_some() || estimator != table.estimator().name();
         if other && ["iv", "ls"].contains(&estimator.as_str()) {
-            let message = format!("'{name}' is another estimator; expected a name of its own");
+            let message =
+                format!("'{name}' is the name of another estimator; expected a different one");
             return Err(FileError::key(&place, message));
         }
     }
@@ -52,7 +53,7 @@ pub(super) fn check_labels(place: &str, labels: &[String]) -> Result<(), FileErr
     match alike(labels.iter().map(String::as_str)) {
         None => Ok(()),
         Some([name, other]) if name == other => {
-            let message = format!("two outputs are called '{name}'; expected a name for each");
+            let message = format!("two outputs are called '{name}'; expected different names");
             Err(FileError::key(place, message))
         }
         Some(pair) => Err(FileError::key(place, not_apart(pair))),
@@ -89,7 +90,7 @@ fn tables<'a>(
     for name in names.clone() {
         own_name(name, table)?;
         if built_in.contains(&folded(name).as_str()) {
-            let message = "the name of a built-in one; expected another";
+            let message = "the name is built in; expected another";
             return Err(FileError::key(&format!("{table}.{name}"), message));
         }
     }

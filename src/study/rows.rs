@@ -342,7 +342,7 @@ pub(super) mod stored {
         let count = usize::try_from(trials.end - trials.start).map_err(|_| SHORT)?;
         let outputs = experiment.output_count();
         if failures.len() != outputs {
-            return Err("failures of another number of outputs");
+            return Err("failures for a wrong number of outputs");
         }
         let measures: Vec<Measure> = experiment.file.measures.clone();
         let mut rows = Rows {
@@ -375,7 +375,7 @@ pub(super) mod stored {
         if bytes.is_empty() {
             Ok(rows)
         } else {
-            Err("more than its rows")
+            Err("data after its rows")
         }
     }
 }

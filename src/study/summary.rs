@@ -486,7 +486,7 @@ impl Summary {
             summary.curve_relative_error,
         ];
         if !errors.iter().all(|error| (0.0..=1.0).contains(error)) {
-            return Err("an error of quantiles beyond 0 to 1".to_owned());
+            return Err("a relative error of quantiles outside 0 to 1".to_owned());
         }
         let labels = summary
             .cells

@@ -304,9 +304,9 @@ impl CellTally {
         // Stages 3 or 10, and stage 6.
         let solves = count.saturating_mul(2 * passes);
         for (fits, part) in [
-            (self.trials == count, "another number of trials"),
-            (self.fallbacks <= solves, "more solves than there are"),
-            (self.outputs.len() == outputs, "another number of outputs"),
+            (self.trials == count, "a wrong number of trials"),
+            (self.fallbacks <= solves, "more repeated solves than solves"),
+            (self.outputs.len() == outputs, "a wrong number of outputs"),
             (
                 self.outputs.iter().all(output),
                 "an output's counts or sums",

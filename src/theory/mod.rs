@@ -51,34 +51,34 @@ pub enum NoTheory {
     #[error("continuous time: there is no record to estimate from")]
     ContinuousTime,
     /// Each trial has its own random plant.
-    #[error("every trial has a plant of its own")]
+    #[error("every trial has its own random plant")]
     RandomPlant,
     /// A periodic input.
-    #[error("the input repeats itself: every trial has a limit of its own")]
+    #[error("the input is periodic, so every trial has its own limit")]
     PeriodicInput,
     /// An input given sample by sample.
-    #[error("the input is given sample by sample: it is no stationary process")]
+    #[error("the input is given sample by sample, so it is not a stationary process")]
     GivenInput,
     /// An input that is not white.
-    #[error("the input is not white, which is not covered")]
+    #[error("inputs that are not white are not covered")]
     FilteredInput,
     /// Noise drawn from given numbers.
-    #[error("the noise is drawn from given numbers, which is not covered")]
+    #[error("noise drawn from given numbers is not covered")]
     DrawnNoise,
     /// A controller based on an estimate.
-    #[error("state feedback is made of an estimate: the record is not stationary")]
+    #[error("the state feedback depends on an estimate, so the record is not stationary")]
     Controlled,
     /// r = 0 in closed loop.
     #[error("no reference drives the loop")]
     NoReference,
     /// An unstable plant: the output has no stationary variance.
-    #[error("the plant is not stable, so that its output is not stationary")]
+    #[error("the plant is not stable, so its output is not stationary")]
     UnstablePlant,
     /// An unstable closed loop.
-    #[error("the closed loop is not stable, so that nothing is stationary")]
+    #[error("the closed loop is not stable, so no signal is stationary")]
     UnstableLoop,
     /// No noise has this level.
-    #[error("there is no noise of this level")]
+    #[error("no noise has this level")]
     NoLevel,
     /// A signal without a stationary covariance.
     #[error("a signal is not stationary")]
@@ -98,10 +98,10 @@ pub enum Missing {
     #[error("a model or predictor is not stable in the limit")]
     UnstableModel,
     /// The true process is not in the model structure.
-    #[error("the true process is outside of its model structure")]
+    #[error("the true process is not in the model structure")]
     Structure,
     /// The estimate is biased, and the bias is not computed.
-    #[error("biased here, and its limit is not known")]
+    #[error("the estimate is biased here, and its limit is not computed")]
     Biased,
     /// There is other noise than the measurement noise.
     #[error("no bound with process noise or noise on the input")]
@@ -113,7 +113,7 @@ pub enum Missing {
     #[error("{0} = \"{1}\" is not covered")]
     Reading(&'static str, &'static str),
     /// A method that the theory does not cover.
-    #[error("there is no covariance of {0}")]
+    #[error("the asymptotic covariance of {0} is not covered")]
     Method(&'static str),
 }
 

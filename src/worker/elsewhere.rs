@@ -18,7 +18,9 @@ pub mod guard {
         /// # Errors
         /// Always.
         pub fn start(_program: &Path) -> std::io::Result<Self> {
-            Err(Error::other("methods that are programs need Linux"))
+            Err(Error::other(
+                "methods that are external programs need Linux",
+            ))
         }
     }
 
@@ -51,7 +53,7 @@ pub mod process {
     impl Process {
         /// Returns an error.
         pub fn start(_of: &Start<'_>) -> Result<Self, String> {
-            Err("methods that are programs need Linux".to_owned())
+            Err("methods that are external programs need Linux".to_owned())
         }
 
         /// Never called.

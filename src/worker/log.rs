@@ -64,10 +64,7 @@ impl Log {
         }
         let mut text = [TITLE.as_bytes(), &content.first].concat();
         if content.left_out > 0 {
-            let line = format!(
-                "\n[asobench] {} bytes are left out here\n",
-                content.left_out
-            );
+            let line = format!("\n[asobench] {} bytes omitted here\n", content.left_out);
             text.extend_from_slice(line.as_bytes());
         }
         text.extend(&content.last);

@@ -236,14 +236,14 @@ impl Incoming {
             let found = self.bytes[searched..].iter().position(|b| *b == b'\n');
             let length = found.map_or(self.bytes.len(), |at| searched + at + 1);
             if length > LONGEST_HEADER {
-                return Err(format!("a header of more than {LONGEST_HEADER} bytes"));
+                return Err(format!("the header has more than {LONGEST_HEADER} bytes"));
             }
             if found.is_none() {
                 self.searched = length;
                 return Ok(None);
             }
             let header: Map<String, Value> = serde_json::from_slice(&self.bytes[..length])
-                .map_err(|error| format!("a header that is no JSON object ({error})"))?;
+                .map_err(|error| format!("the header is not a JSON object ({error})"))?;
             match awaited {
                 Awaited::Ready => {
                     self.forget(length);
@@ -290,7 +290,7 @@ impl Incoming {
         let count = self.bytes.len();
         match &self.header {
             None if count == 0 => "nothing came".to_owned(),
-            None => format!("{count} bytes came, without the line end of a header"),
+            None => format!("{count} bytes came, without the line end that closes a header"),
             Some((length, layout)) => {
                 let (came, all) = (count - length, 8 * layout.numbers() + 1);
                 let hint = if came + 1 == all {

@@ -165,7 +165,7 @@ impl Reply {
         {
             None => Ok(()),
             Some(status) => Err(format!(
-                "a status of {status}; expected 0, 1, or 2 and above for \"reasons\""
+                "status {status}; expected 0, 1, or 2 + i for entry i of \"reasons\" (from i = 0)"
             )),
         }
     }

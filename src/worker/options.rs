@@ -20,16 +20,16 @@ named_enum! {
     }
 }
 
-/// How many processes a program has.
+/// Number of processes of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Workers {
-    /// As many as threads ask for one.
+    /// One for each thread that needs one.
     #[default]
     #[serde(with = "automatic")]
     #[schemars(with = "String")]
     Auto,
-    /// So many at most.
+    /// At most this many.
     Most(u64),
 }
 
@@ -50,28 +50,28 @@ mod automatic {
     }
 }
 
-/// A method that is a program: docs/protocol.md.
+/// A method that is an external program; see docs/protocol.md.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CommandOptions {
     /// The program and its arguments; no shell is involved. It runs in the folder of the experiment file.
     pub command: Vec<String>,
-    /// Records in a message.
+    /// Largest number of records in a message.
     #[serde(default = "default_batch")]
     pub batch: u64,
-    /// Seconds for a message.
+    /// Time limit for a message, in seconds.
     #[serde(default = "default_timeout")]
     pub timeout: f64,
-    /// Processes at most, or "auto": one for each thread.
+    /// Largest number of processes, or "auto": one for each thread.
     #[serde(default)]
     pub workers: Workers,
-    /// What it may know of a cell beside its records.
+    /// What the program may know about a cell besides its records.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub told: Vec<Told>,
-    /// The orders that are asked for, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    /// The orders of the requested model, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orders: Option<Orders>,
-    /// The program's own name and version, as it says them; a run writes it down, and holds the program to it.
+    /// Name and version as the program reports them; a run records them and fails if the program reports others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub worker: Option<String>,
 }
@@ -100,7 +100,10 @@ impl CommandOptions {
             return Err(("batch", format!("expected 1 to {LARGEST_BATCH} records")));
         }
         if !(self.timeout > 0.0 && self.timeout <= LONGEST) {
-            return Err(("timeout", "expected seconds above 0".to_owned()));
+            return Err((
+                "timeout",
+                "expected seconds above 0, at most 1000000".to_owned(),
+            ));
         }
         match self.workers {
             Workers::Most(most) if !(1..=MOST_WORKERS).contains(&most) => Err((

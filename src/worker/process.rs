@@ -171,9 +171,9 @@ impl Process {
     /// Describes how much of the answer to a message has arrived.
     fn came(&self, sent: usize, message: usize) -> String {
         if self.requests.is_none() {
-            "it has not opened its requests".to_owned()
+            "it has not opened the pipe ASOBENCH_REQUESTS".to_owned()
         } else if sent < message {
-            format!("it has not read the {message} bytes of the message")
+            format!("it has not read all {message} bytes of the message")
         } else {
             self.incoming.came()
         }

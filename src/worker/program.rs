@@ -198,7 +198,7 @@ impl Program {
                     "it answers \"hello\" with \"reply\"".clone_into(&mut reason);
                 }
                 Err(Fault::Malformed(what)) => {
-                    reason = format!("its answer to \"hello\" is none by docs/protocol.md: {what}");
+                    reason = format!("its answer to \"hello\" violates docs/protocol.md: {what}");
                 }
                 Err(Fault::Crashed(how)) => {
                     reason = format!("'{}' was not ready: {how}", self.options.typed());
@@ -288,7 +288,7 @@ impl Lease {
         let stop = &self.program.permit.get().ok_or(Fault::Stopped)?.stop;
         let greeted = self.at_work.as_mut().ok_or(Fault::Stopped)?;
         if !greeted.process.is_clean() {
-            let stray = "bytes that nothing asked for, or an end of its replies";
+            let stray = "bytes that were not asked for, or the pipe of replies was closed";
             return Err(Fault::Malformed(stray.to_owned()));
         }
         let awaited = Awaited::Reply {

@@ -31,8 +31,8 @@ pub(super) fn render(report: &Report) -> String {
         section.table(&fits(report));
         section.figure(
             &pictures::outputs(report),
-            "Above: the measured output, and that of each model under u alone, from its x0. Below: what \
-             each model's prediction from the samples before misses. An unstable model ends where it \
+            "Above: the measured output, and that of each model under u alone, from its x0. Below: \
+             the errors of each model's one-step prediction. An unstable model ends where it \
              leaves the axes.",
         );
     });

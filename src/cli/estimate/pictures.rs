@@ -74,8 +74,8 @@ pub(super) fn outputs(report: &Report) -> String {
         errors.y = errors.y.range(low - high, high - low);
     }
     let title = format!("Models of {}", report.file.display());
-    let description = "Above: the measured output and that of each model under u alone, from x0. Below: what each \
-                       model's prediction from the samples before misses.";
+    let description = "Above: the measured output and that of each model under u alone, from x0. Below: the \
+                       errors of each model's one-step prediction.";
     small_multiples(&title, description, &[outputs, errors], 1, SHARED_TIME)
 }
 

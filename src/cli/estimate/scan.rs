@@ -271,7 +271,7 @@ impl Scan {
 pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
     if given {
         return Err(Error::Input(format!(
-            "{flag}: is for one model; expected one --order and one --delay"
+            "{flag}: needs a single model; expected one --order and one --delay"
         )));
     }
     Ok(())
@@ -283,6 +283,6 @@ pub(super) fn check_estimators(names: &[&str], default: &[&str]) -> Result<(), E
         return Ok(());
     }
     let name = names.iter().find(|name| **name != "arx").unwrap_or(&"arx");
-    let error = UnknownName::new("estimator beside a range of orders", name, &["arx"]);
+    let error = UnknownName::new("estimator for a range of orders", name, &["arx"]);
     Err(Error::Input(format!("--estimator: {error}")))
 }

@@ -64,7 +64,7 @@ pub(in crate::cli) struct Arguments {
     /// K(q) of u = -K(q) y + r, where the record was taken in closed loop: a gain or c_0,c_1,.../1,d_1,...
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
     feedback: Option<OutputFeedback>,
-    /// Nothing fed y back to u when the record was taken, whatever its residuals say
+    /// The record was taken in open loop, whatever its residuals show
     #[arg(long, conflicts_with = "feedback")]
     open_loop: bool,
     #[command(flatten, next_help_heading = "Options of the estimators")]
@@ -151,7 +151,7 @@ impl Case {
         }
         if !(model.noise_variance > 0.0 && model.noise_variance.is_finite()) {
             return Err(refused(
-                "no variance of the noise; expected more samples than parameters, and residuals that are not all 0",
+                "the noise variance is unknown; expected more samples than parameters, and residuals that are not all 0",
             ));
         }
         if !model.covariance.iter().all(|entry| entry.is_finite()) {
@@ -286,7 +286,7 @@ impl Places {
             return refused(&fault);
         }
         if files::is_there(out) {
-            return refused("is there already; expected the name of a new file");
+            return refused("exists already; expected the name of a new file");
         }
         Ok(Self {
             file: out.to_owned(),

@@ -51,7 +51,7 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
     if shift > 0 {
         writeln!(
             text,
-            "the states of ls and iv belong to the record without its delay: y(k + {shift}) stands at k"
+            "the states of ls and iv belong to the record without its delay: their y(k) is the file's y(k + {shift})"
         )?;
     }
     Ok(())

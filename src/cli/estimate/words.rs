@@ -46,7 +46,7 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
 
 /// Why there are no residual tests.
 pub(super) const NOT_TESTED: &str =
-    "not tested: fewer than 4, or all zero, or the predictor is unstable";
+    "not tested: fewer than 4 residuals, all of them zero, or an unstable predictor";
 
 /// Returns the verdict of each residual test, with its p-value.
 pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
@@ -122,7 +122,7 @@ pub(super) fn cancellation(model: &LinearModel, precision: &Precision) -> Option
 pub(super) fn no_errors(model: &LinearModel) -> Option<&'static str> {
     match model.standard_errors() {
         None if model.noise_variance.is_nan() => {
-            Some("no equation is left to estimate the noise from")
+            Some("no equations are left to estimate the noise")
         }
         None => Some("this estimator gives no covariance of its parameters"),
         Some(errors) if errors.iter().all(|error| error.is_finite()) => None,

@@ -29,7 +29,8 @@ pub(super) fn bound_grid(study: &Study) -> Option<Drawn> {
         .collect();
     let (rows, cells) = grid(study, output, x, &others);
     let what = format!(
-        "Per cent of the trials of {output}, from above: {} ({} {}); {} ({}) only; neither.",
+        "Per cent of the trials of {output}. Each cell has three numbers, from top to bottom: {} ({} {}); {} ({}) \
+         only; neither.",
         narrow.label(),
         narrow.measure,
         narrow.text(),

@@ -50,7 +50,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
             });
             plot = plot.series(Series::new(label, Style::ErrorBars, points.collect()).slot(*slot));
         }
-        "Shares of all trials with Wilson's 95 % intervals; a failed trial meets no bound."
+        "Shares of all trials that meet the bound, with Wilson's 95 % intervals; a failed trial meets no bound."
     } else {
         let points = found.iter().enumerate().filter_map(|(i, shares_met)| {
             let mut shares: Vec<f64> = shares_met

@@ -81,7 +81,7 @@ pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
     };
     let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
     let what = "Mean signed error of each coefficient over its standard deviation, with 95 % \
-        intervals; where one trial dominates the moments, the median over the interquartile range \
+        intervals. If one trial dominates the moments: the median over the interquartile range \
         / 1.349.";
     let (svg, note) = sheet(
         &format!("{}: bias of the coefficients", study.title()),

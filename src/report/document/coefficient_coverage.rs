@@ -83,12 +83,12 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
     };
     let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
     let of = if along.is_some() {
-        "the coefficient in which that is farthest from 95 %"
+        "the coefficient whose coverage is farthest from 95 %"
     } else {
         "each coefficient"
     };
     let what = format!(
-        "How often the 95 % interval of a method holds the truth, in {of}, with Wilson's intervals; trials without a \
+        "How often the 95 % interval of a method holds the truth, for {of}, with Wilson's intervals; trials without a \
         standard error are left out."
     );
     let title = format!("{}: coverage", study.title());

@@ -30,7 +30,7 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
         (
             "state-errors",
             "errors of the state over time",
-            "x_i - xhat_i of the first trial; what lies outside of the frame in the first seconds \
+            "x_i - xhat_i of the first trial; the part outside the frame in the first seconds \
             is cut off.",
             state,
         ),

@@ -82,7 +82,8 @@ impl LongTable {
         self.leave_ends();
         let title = &self.table.columns[self.by].title;
         let note = format!(
-            "Of {} rows those with the smallest and the largest \"{title}\"; {file} has all.",
+            "Shown are the rows with the smallest and the largest \"{title}\", of {} rows in all; {file} has every \
+             row.",
             self.count
         );
         (self.table, Some(note))
@@ -142,7 +143,7 @@ pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
             .retain(|point| kept.contains(&(parts(point).0 as usize)));
     }
     Some(format!(
-        " Of {count} places along the axis the {NAMES} with the smallest and the largest values \
+        " Of {count} places along the axis, only the {NAMES} with the smallest and the largest values \
          are drawn; the table has the rest."
     ))
 }

@@ -65,7 +65,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
 pub(super) fn quantile_note(study: &Study) -> String {
     let percent = 100.0 * study.summary.quantile_relative_error;
     format!(
-        "Quantiles are over all trials, lost ones last, from bins of relative error below \
+        "Quantiles are over all trials, lost ones counted as worst; they come from bins with a relative error below \
         {percent:.2} %."
     )
 }
@@ -234,7 +234,7 @@ fn limits(study: &Study, layout: &Layout, measure: Measure) -> &'static str {
     let outputs = study.summary.cells.iter().flat_map(|cell| &cell.outputs);
     let mut known = outputs.filter(|output| output.theory.contains_key(&measure));
     match known.next() {
-        Some(_) => " Theory and Cramer-Rao bounds: the medians that they give as N grows.",
+        Some(_) => " Lines of theory and Cramer-Rao bounds are the medians expected for large N.",
         None => "",
     }
 }
@@ -400,8 +400,8 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
         name: format!("ratio-{}", measure.name()),
         svg,
         caption: format!(
-            "{what} Trials where either fails are left out, and pairs of which one fails in more \
-            than half of them.{note}{}",
+            "{what} A trial that one output lost counts as its loss, and one that both lost as a tie. Pairs of which \
+             one output fails in more than half of the trials are left out.{note}{}",
             layout.held_text()
         ),
     })

@@ -121,7 +121,7 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
             files.push((path.clone(), table.take_csv()));
             links.push((label.clone(), path));
             let cells = grouped(claim.cells.len() as u64);
-            let summary = format!("The cells behind it: {cells}");
+            let summary = format!("The cells behind the verdict: {cells}");
             section.details(&summary, |section| {
                 let (table, note) = table.shown(&label);
                 if let Some(note) = &note {
@@ -159,8 +159,8 @@ fn cells(claim: &Judged) -> LongTable {
         _ => "All tests must pass in a cell. ".to_owned(),
     };
     caption.push_str(&format!(
-        "Passed or failed for certain at {} per cent: p (pass) is the p-value of \"the cell does \
-        not pass\", p (fail) of \"it does\".",
+        "A cell passes or fails if that is certain at the {} per cent level. p (pass) is the p-value of the \
+         hypothesis \"the cell does not pass\", p (fail) that of \"the cell passes\".",
         crate::text::number(100.0 * claim.level)
     ));
     let mut columns = vec![Column::text("cell")];

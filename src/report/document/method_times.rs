@@ -43,8 +43,8 @@ pub(super) fn times(study: &Study) -> Option<Drawn> {
         plot
     };
     let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
-    let what = "Median times on one thread, bars are quartiles. Times are of the machine that ran \
-        the study; everything else here is not.";
+    let what = "Median times on one thread; bars are quartiles. Only the times on this page depend on the machine \
+        that ran the study.";
     let (svg, note) = sheet(&format!("{}: times", study.title()), what, plots)?;
     Some(Drawn {
         name: "times".to_owned(),

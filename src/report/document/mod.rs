@@ -138,9 +138,9 @@ pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
 
 fn introduction(section: &mut Section, studies: &[Study]) {
     section.paragraph(
-        "Every number comes from simulated trials and has its Monte-Carlo standard error, where \
+        "Every number comes from simulated trials and has its Monte-Carlo standard error, if \
         there are enough trials for one: 0.0879(5) is 0.0879 with standard error 0.0005. A claim \
-        holds, or does not, only where that is certain at its level, 2.5 % unless the file says \
+        holds or fails only if that is certain at its level, which is 2.5 % unless the file sets \
         another.",
     );
     let trials: u64 = studies.iter().map(Study::trials).sum();

@@ -60,7 +60,7 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
         name: "curves".to_owned(),
         svg,
         caption: format!(
-            "{what} Quantiles of curves are from bins of relative error below \
+            "{what} Quantiles of curves come from bins with a relative error below \
             {percent:.1} %.{note}{}",
             layout.held_text()
         ),

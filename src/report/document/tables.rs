@@ -77,7 +77,7 @@ pub(super) fn overview(study: &Study) -> LongTable {
     ]);
     let mut table = LongTable::new(
         "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one \
-        trial has more than a tenth of the sum of squares, so that the RMSE says nothing; read the \
+        trial has more than a tenth of the sum of squares, so the RMSE means nothing; read the \
         median.",
         all,
         &format!("median {}", first.unwrap_or_default()),
@@ -213,19 +213,20 @@ pub(super) fn coverage(study: &Study) -> Option<LongTable> {
     all.extend(["output", "coefficient"].map(Column::text));
     for (name, unit) in [
         ("covered", "%"),
-        ("covered without bias", "%"),
+        ("covered, bias removed", "%"),
         ("bias", ""),
         ("SD of the estimates", ""),
-        ("standard error printed", ""),
-        ("its relative error", "%"),
+        ("reported SE", ""),
+        ("error of reported SE", "%"),
         ("intervals", "trials"),
     ] {
         all.push(Column::number(name, unit));
     }
     let mut table = LongTable::new(
-        "Of the 95 % intervals that a method prints, how many hold the truth; how many hold the mean of its estimates; and \
-        its standard error (root of the mean square) over the standard deviation of the estimates, less 1. Trials without an \
-        interval are left out: the last column says how many there are.",
+        "How many of a method's 95 % intervals hold the truth; how many hold the mean of its estimates (coverage \
+         without bias); and the relative error of its reported standard error (root mean square) against the standard \
+         deviation of its estimates. Trials without an interval are left out; the last column counts the trials with \
+         one.",
         all,
         "covered",
     );
@@ -269,8 +270,8 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, unit));
     }
     let mut table = LongTable::new(
-        "First over second on the same trials; an output that lost the trial loses the comparison. \
-        \"tail\": one trial dominates.",
+        "Ratio of the first to the second output on the same trials; an output that lost a trial loses the comparison \
+         there. \"tail\": one trial dominates.",
         all,
         "median ratio",
     );

@@ -180,7 +180,7 @@ impl<'a> Chart<'a> {
             ));
         }
         if outside > 0 {
-            notes.push(format!("Outside of the axes: {}.", count(outside)));
+            notes.push(format!("Outside the axes: {}.", count(outside)));
         }
         notes.join(" ")
     }

@@ -167,7 +167,9 @@ impl Collection {
                         verified.bytes += bytes;
                         self.cells[cell].push(found);
                     }
-                    Ok((None, _)) => refused.push("a block with the name of another".to_owned()),
+                    Ok((None, _)) => {
+                        refused.push("a block with the name of another one, not taken".to_owned())
+                    }
                     // It was merged into a larger block after it was listed.
                     Err(BlockError::File(error)) if is_missing(&error) => {}
                     Err(BlockError::File(error)) if !error.foreign => {

@@ -97,7 +97,7 @@ impl ShardPlan {
         let version = json["version"].as_str().unwrap_or("unknown");
         if version != env!("CARGO_PKG_VERSION") {
             return Err(wrong(format!(
-                "a plan of asobench {version}, and this one is {}; plan again, or use that version",
+                "made by asobench {version}, but this is {}; plan again, or use that version",
                 env!("CARGO_PKG_VERSION")
             )));
         }
@@ -113,13 +113,13 @@ impl ShardPlan {
     fn check(&self, experiment: &Experiment) -> Result<(), String> {
         if self.fingerprint != hexadecimal(experiment.fingerprint()) {
             return Err(
-                "its experiment is not the one that it was made for; plan again".to_owned(),
+                "its experiment is not the one for which it was made; plan again".to_owned(),
             );
         }
         let cells = experiment.cells.len();
         if self.trials.len() != cells || self.engine.len() != cells {
             return Err(format!(
-                "trials or engines not of {cells} cells; plan again"
+                "its trials or engines are not for {cells} cells; plan again"
             ));
         }
         let (_, most) = experiment.file.trials.extent();
@@ -140,7 +140,7 @@ impl ShardPlan {
         for (i, parts) in self.shards.iter().enumerate() {
             if !parts.iter().all(&mut in_range) {
                 return Err(format!(
-                    "shard {} has trials that are not there; plan again",
+                    "shard {} has trials that are outside the plan or given twice; plan again",
                     i + 1
                 ));
             }

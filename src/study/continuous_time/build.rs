@@ -95,7 +95,7 @@ fn times(table: &ContinuousTable) -> Result<(), FileError> {
         return wrong(
             "scored_from",
             table.scored_from,
-            "a time of 0 to before 'until'",
+            "a time from 0 to less than 'until'",
         );
     }
     if !positive(table.error_limit) {
@@ -349,7 +349,7 @@ fn kalman_bucy(
         (None | Some(0.0), None) => Err("expected 'process' above 0, or 'prior'".to_owned()),
         (None | Some(0.0), Some(p0)) => Ok(ObserverSpec::KalmanBucy { p0, r }),
         (Some(_), Some(_)) => {
-            Err("'prior' beside 'process': the steady state has no prior".to_owned())
+            Err("'prior' together with 'process': the steady state has no prior".to_owned())
         }
         (Some(q), None) => {
             let n = plant.order();

@@ -150,7 +150,7 @@ impl<'de> Visitor<'de> for AxisVisitor {
                 // Results distinguish values by their texts.
                 Axis::One(value) if !seen.insert(folded(&value.to_string())) => {
                     return Err(A::Error::custom(format!(
-                        "{value} is given twice in the list; case, blanks and invisible characters do not \
+                        "{value} is given twice in the list; case, blanks and invisible characters make \
                         no difference"
                     )));
                 }

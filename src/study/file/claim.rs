@@ -81,8 +81,8 @@ pub struct ClaimTable {
     /// The one-sided error rate of either verdict, above 0 and below 0.5.
     #[serde(default = "level")]
     pub level: f64,
-    /// The cells that it speaks of: those with one of the given values of every given setting; all
-    /// cells where absent.
+    /// The cells to which it applies: those with one of the given values of every given setting; all
+    /// cells if absent.
     #[serde(default, rename = "where", skip_serializing_if = "BTreeMap::is_empty")]
     pub cells: BTreeMap<Key, Axis>,
     /// A condition on results: only cells in which this test certainly passes are judged.
@@ -235,10 +235,10 @@ pub struct TestTable {
     pub output: Option<Axis>,
     /// The output or method that it is compared with, or a list, as for `of`; of `ratio` also "theory"
     /// (the output's own), "bound:shared" or "bound:separate" (Cramer-Rao); of `cells` the value of
-    /// `axis`, or a list (every other value where absent).
+    /// `axis`, or a list (every other value if absent).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<Axis>,
-    /// ratio: the measure of `to` where it is another one.
+    /// ratio: the measure of `to`, if it differs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measure_of_to: Option<Measure>,
     /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; of a coefficient "bias" (default),

@@ -298,8 +298,7 @@ impl TestTable {
         }
         let statistic = self.statistic_of(known)?;
         if self.measure_of_to.is_some() && statistic != Statistic::Median {
-            let message =
-                "only medians are compared of two measures; expected statistic = \"median\"";
+            let message = "two different measures can be compared only by their medians; expected statistic = \"median\"";
             return Err(FileError::key("measure_of_to", message));
         }
         Ok(TestKind::Ratio {
@@ -393,7 +392,7 @@ impl ClaimTest {
         if shares && limit.ends().into_iter().any(beyond) {
             return Err(FileError::key(
                 name,
-                "its limit is no share; expected one from 0 to 1",
+                "its limit is not a share; expected one from 0 to 1",
             ));
         }
         Ok(Self {

@@ -19,13 +19,13 @@ pub struct ContinuousTable {
     /// The input u: a constant from t = 0 on.
     #[serde(default = "unit")]
     pub input: f64,
-    /// The n - 1 poles a of the filters a / (p + a) that extend regression (9); 1, 2, ..., n - 1 where absent.
+    /// The n - 1 poles a of the filters a / (p + a) that extend regression (9); 1, 2, ..., n - 1 if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub filters: Option<Vec<f64>>,
     /// A trial whose relative error by step halving is estimated above this has failed.
     #[serde(default = "error_limit")]
     pub error_limit: f64,
-    /// Seconds between the points of the first trial's course that are kept for figures; none where absent.
+    /// Seconds between the points of the first trial's course that are kept for figures; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_every: Option<f64>,
 }
@@ -50,7 +50,7 @@ pub struct ContinuousPlantTable {
     pub c: Vec<f64>,
     /// x(0), n numbers.
     pub x0: Vec<f64>,
-    /// xi(0), n numbers; zeros where absent.
+    /// xi(0), n numbers; zeros if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub xi0: Option<Vec<f64>>,
 }
@@ -92,16 +92,16 @@ pub struct WaveTable {
     /// Value, slope, amplitude or standard deviation at level 1.
     #[serde(default = "unit")]
     pub amplitude: f64,
-    /// Radians per second, of a sine or square; the setting `frequency` where absent.
+    /// Radians per second, of a sine or square; the setting `frequency` if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency: Option<f64>,
-    /// Radians, of a sine or square; the setting `phase` where absent.
+    /// Radians, of a sine or square; the setting `phase` if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase: Option<f64>,
     /// A CSV file with the header `t,delta`, relative to this file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// What is between the file's samples.
+    /// The signal between the file's samples.
     #[serde(default)]
     pub hold: HoldName,
     /// Seconds between samples, taken from the file.
@@ -148,7 +148,7 @@ named_enum! {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObserverTable {
-    /// Name in the results; the observer's where absent.
+    /// Name in the results; the observer's if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Which observer.

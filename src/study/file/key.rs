@@ -166,12 +166,12 @@ named_table! {
         },
         /// "signs" (random, +-amplitude), "gaussian" (of that standard deviation), a name in
         /// `[noises]` (Gaussian through that filter, of that standard deviation), or
-        /// "file:PATH#COLUMN" (the same samples in every trial; column u where none is named)
+        /// "file:PATH#COLUMN" (the same samples in every trial; column u if none is named)
         Input = "input": Entry {
             default: Text("signs"),
             ..DISCRETE
         },
-        /// amplitude of the input, or of the reference r where there is feedback
+        /// amplitude of the input, or of the reference r if there is feedback
         Amplitude = "amplitude": Entry {
             default: Number(10.0),
             ..DISCRETE

@@ -280,10 +280,7 @@ impl MethodTable {
             return wrong("estimator", "cannot be set together with 'command'");
         }
         if let Some(key) = self.options.keys().next() {
-            return wrong(
-                key,
-                "an option of estimators, which a 'command' does not have",
-            );
+            return wrong(key, "an option of estimators; a 'command' does not take it");
         }
         match program.check() {
             Ok(()) => Ok(()),

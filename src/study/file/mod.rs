@@ -59,7 +59,7 @@ pub struct ExperimentFile {
     pub question: String,
     /// The hypothesis that the study tests, in words.
     pub hypothesis: String,
-    /// The claims that it speaks to, with the tests that decide them.
+    /// The claims that the study examines, with the tests that decide them.
     #[serde(with = "claim::list")]
     #[schemars(schema_with = "claim::list::schema")]
     pub claims: Vec<ClaimTable>,
@@ -68,7 +68,7 @@ pub struct ExperimentFile {
     pub needed: Option<Needs>,
     /// How long it takes on two cores, in words.
     pub expected_time: String,
-    /// Names the random streams.
+    /// The seed from which all random numbers follow.
     pub seed: u64,
     /// Trials in each cell: a number, or a rule such as { until = "e_a", output = "iv(4)", relative_mcse = 0.01,
     /// minimum = 1000, maximum = 100000 }.
@@ -81,8 +81,8 @@ pub struct ExperimentFile {
     pub measures: Vec<Measure>,
     /// Whether the signed error of every coefficient of a and h is summarised too: bias, SD, RMSE.
     pub parameters: bool,
-    /// Whether standard errors of every coefficient are computed, and how often their 95 % intervals hold the truth;
-    /// with it comes what `parameters` gives.
+    /// Whether standard errors of every coefficient are computed, and how often their 95 % intervals contain the truth;
+    /// includes what `parameters` gives.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub coverage: bool,
     /// Whether quantiles of e_x(k) for every k are kept, for the first and the last output.

@@ -40,7 +40,7 @@ pub struct Until {
 }
 
 /// Trials until a claim of the file is decided. Their number is `minimum` in every cell, doubled until
-/// the claim holds or does not, or `maximum` is reached. Every look has its share of the claim's level.
+/// the claim holds or does not, or `maximum` is reached. Every look uses an equal share of the claim's level.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct UntilDecided {
     /// The claim's id.

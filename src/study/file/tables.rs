@@ -10,17 +10,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A plant: the polynomials A, B, F of `A(q) y = B(q)/F(q) u` as everyone writes them, or the paper's a with b or h.
+/// A plant: the polynomials A, B, F of `A(q) y = B(q)/F(q) u` in the usual notation, or the paper's a with b or h.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantTable {
-    /// `A = [1, a_1, ..., a_na]` in q^-1, such as `[1, -1.5, 0.7]`; 1 where absent.
+    /// `A = [1, a_1, ..., a_na]` in q^-1, such as `[1, -1.5, 0.7]`; 1 if absent.
     #[serde(rename = "A", skip_serializing_if = "Option::is_none")]
     pub output_polynomial: Option<Vec<f64>>,
     /// `B = [0, b_1, ...]` in q^-1: as many zeros as samples of delay, at least one.
     #[serde(rename = "B", skip_serializing_if = "Option::is_none")]
     pub input_polynomial: Option<Vec<f64>>,
-    /// `F = [1, f_1, ..., f_nf]` in q^-1; 1 where absent.
+    /// `F = [1, f_1, ..., f_nf]` in q^-1; 1 if absent.
     #[serde(rename = "F", skip_serializing_if = "Option::is_none")]
     pub transfer_polynomial: Option<Vec<f64>>,
     /// Last row of the matrix A, `a_1 ... a_n`: `a_i` is minus the coefficient of `q^-(n+1-i)` in `A(q)`.
@@ -32,10 +32,10 @@ pub struct PlantTable {
     /// Numerator h of W(z), instead of b: `h_i` is the coefficient of `q^-i` in `B(q)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub h: Option<Vec<f64>>,
-    /// Initial state, taken where the setting x0 is "plant".
+    /// Initial state, used if the setting x0 is "plant".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x0: Option<Vec<f64>>,
-    /// Consent to an unstable plant.
+    /// Whether the plant is meant to be unstable.
     pub unstable: bool,
 }
 
@@ -114,20 +114,20 @@ fn monic(name: &str, given: Option<&[f64]>) -> Result<Vec<f64>, String> {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseTable {
-    /// `C = [1, c_1, ..., c_nc]` in q^-1; 1 where absent.
+    /// `C = [1, c_1, ..., c_nc]` in q^-1; 1 if absent.
     #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
     pub moving_average: Option<Vec<f64>>,
-    /// `D = [1, d_1, ..., d_nd]` in q^-1; 1 where absent.
+    /// `D = [1, d_1, ..., d_nd]` in q^-1; 1 if absent.
     #[serde(rename = "D", skip_serializing_if = "Option::is_none")]
     pub autoregression: Option<Vec<f64>>,
-    /// `c_0 ... c_q`, of any first coefficient.
+    /// `c_0 ... c_q`, with any first coefficient.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub numerator: Option<Vec<f64>>,
-    /// `1, d_1 ... d_p`; 1 where absent.
+    /// `1, d_1 ... d_p`; 1 if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denominator: Option<Vec<f64>>,
     /// The white noise is drawn with replacement from a column of a CSV file, "file:PATH#COLUMN", its mean subtracted and
-    /// its variance made 1; Gaussian where absent.
+    /// its variance made 1; Gaussian if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residuals: Option<String>,
 }
@@ -149,7 +149,10 @@ impl NoiseTable {
                 (numerator, denominator.unwrap_or_else(|| vec![1.0]))
             }
             (true, _, _) => {
-                return Err("both C, D and numerator, denominator; expected one of them".to_owned());
+                return Err(
+                    "both C, D and numerator, denominator are given; expected one pair of them"
+                        .to_owned(),
+                );
             }
             (false, None, _) => {
                 return Err("expected C = [1, ...] and D = [1, ...], or numerator".to_owned());
@@ -236,13 +239,13 @@ impl SlopeTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoundTable {
-    /// The cells' claim; all cells where absent.
+    /// The cells' claim; all cells if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub claim: Option<String>,
     /// The measure.
     #[serde(rename(serialize = "figure"), alias = "figure")]
     pub measure: Measure,
-    /// The figure's name in a table.
+    /// The bound's name in a table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
     /// The measure must be below this.

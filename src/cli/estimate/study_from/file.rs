@@ -50,7 +50,7 @@ pub(super) fn loop_in_words(case: &Case, open: bool) -> String {
             "The loop is open: u does not follow the residuals, as a strong feedback would show ({}).",
             chance(residuals.feedback_p_value())
         ),
-        (None, None) => "The loop is open, as was said.".to_owned(),
+        (None, None) => "The loop is open, as --open-loop says.".to_owned(),
     }
 }
 
@@ -66,7 +66,7 @@ pub(super) fn doubts(case: &Case) -> Vec<String> {
         ),
         (
             residuals.free_of_past_input,
-            "the residuals hold past input: the plant of the trials is not that of the record",
+            "the residuals are correlated with past input: the plant of the trials is not that of the record",
         ),
     ];
     let failed = tests.into_iter().filter(|(test, _)| !test.passed);
@@ -136,11 +136,11 @@ fn write(
     writeln!(text, "title = {}", quoted(&format!("A study of {record}")))?;
     writeln!(
         text,
-        "question = \"How exact are the methods for a plant like that of the record?\""
+        "question = \"How accurate are the methods for a plant like that of the record?\""
     )?;
     writeln!(
         text,
-        "hypothesis = \"A method whose structure holds plant and noise has no bias that matters.\""
+        "hypothesis = \"A method whose structure contains plant and noise has no relevant bias.\""
     )?;
     writeln!(
         text,

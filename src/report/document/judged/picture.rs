@@ -192,17 +192,17 @@ impl<'a> Picture<'a> {
             self.sorted()
         };
         let what = format!(
-            "{how} with its 95 % interval. Shaded is what passes: {}.",
+            "{how} with its 95 % interval. Numbers in the shaded range pass: {}.",
             self.test.must
         );
         let (svg, note) = sheet(&title, &what, plots)?;
         let left = match self.left {
             0 => String::new(),
-            1 => " Not drawn: one cell whose number is that of a trial without a value, 0 or \
+            1 => " Not drawn: one cell whose number falls on a trial without a value, is 0, or is \
                 missing."
                 .to_owned(),
             left => format!(
-                " Not drawn: {left} cells whose number is that of a trial without a value, 0 or \
+                " Not drawn: {left} cells whose number falls on a trial without a value, is 0, or is \
                 missing."
             ),
         };
