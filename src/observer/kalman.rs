@@ -42,9 +42,9 @@ impl GainSequence {
         })
     }
 
-    /// Computes the gains for k < `horizon` from the covariance `p0` (m x m) of `x(0) - xhat(0)`: `K = (F P h + s) /
-    /// (h'P h + r)`, `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`. This is Joseph's form with a cross
-    /// covariance: P+ is symmetric, and non-negative if P is.
+    /// Computes the gains for k < `horizon` from the covariance `p0` (m x m) of `x(0) - xhat(0)`:
+    /// `K = (F P h + s) / (h'P h + r)`, `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`. This is Joseph's
+    /// form with a cross covariance: P+ is symmetric, and non-negative if P is.
     ///
     /// Once K and P change by 1e-14 or less in a step, the last gain is used for all later k. If the filter's slowest
     /// pole has modulus lambda, that gain is within about `1e-14 / (1 - lambda^2)` of the limit.

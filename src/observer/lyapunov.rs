@@ -3,8 +3,8 @@
 use super::riccati::{RiccatiError, check, symmetric};
 use faer::{Mat, MatRef};
 
-/// Returns the solution P (n x n) of `P = F P F' + Q`. For Q >= 0 it is the stationary covariance of `x(k+1) = F x(k) +
-/// w(k)` with white w of covariance Q.
+/// Returns the solution P (n x n) of `P = F P F' + Q`. For Q >= 0 it is the stationary covariance of
+/// `x(k+1) = F x(k) + w(k)` with white w of covariance Q.
 ///
 /// Computed by doubling (Smith 1968): `P = sum_i F^i Q F'^i`, 2^j terms after j steps.
 ///

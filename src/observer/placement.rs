@@ -5,8 +5,8 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 use std::f64::consts::PI;
 
-/// Returns L (n numbers) such that `A - L C'` has the characteristic polynomial phi of the poles (Ackermann 1972): `L =
-/// phi(A) O^-1 (0, ..., 0, 1)'`. The observability matrix O has the rows `C'A^i`, i = 0 ... n-1. A is n x n, C has
+/// Returns L (n numbers) such that `A - L C'` has the characteristic polynomial phi of the poles (Ackermann 1972):
+/// `L = phi(A) O^-1 (0, ..., 0, 1)'`. The observability matrix O has the rows `C'A^i`, i = 0 ... n-1. A is n x n, C has
 /// length n. Meant for continuous-time plants with few states: the condition number of O limits the order.
 ///
 /// # Errors

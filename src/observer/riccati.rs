@@ -189,8 +189,8 @@ fn relative(equation: &impl Equation, p: &Mat<f64>) -> (Mat<f64>, f64) {
 /// `x(k+1) = F x + w`, `y = h'x + v`, `Q = E[w w']`, `s = E[w v]`, `r = E[v v]`. Returns the stabilising P (n x n) and
 /// the gain `K = (F P h + s) / (h'P h + r)`, for which `F - K h'` is strictly stable.
 ///
-/// F and Q are n x n, h and s have n numbers. The cross covariance is removed first: with `F~ = F - s r^-1 h'` and `Q~
-/// = Q - s r^-1 s'` the equation has s = 0 and the gain `K - s / r`.
+/// F and Q are n x n, h and s have n numbers. The cross covariance is removed first: with `F~ = F - s r^-1 h'` and
+/// `Q~ = Q - s r^-1 s'` the equation has s = 0 and the gain `K - s / r`.
 ///
 /// The rounding of the gain limits the relative residual to about `2e-16 (1 + |F K| |h|)`. It is below 1e-12 for plants
 /// of order 10 or less with poles of modulus up to 1.5, and below 1e-11 if ten poles of modulus about 3 must be

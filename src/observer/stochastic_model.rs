@@ -74,9 +74,9 @@ impl StochasticModel {
     /// process noise of covariance `process` (n x n) and coloured measurement noise.
     ///
     /// The measurement noise is added in innovations form, with as many states as the larger of the degrees of C and D:
-    /// `eta_i(k+1) = -d_i eta_1(k) + eta_(i+1)(k) + (c_i - c_0 d_i) w(k)`, `f(k) = eta_1(k) + c_0 w(k)`. Hence `r =
-    /// c_0^2 sigma^2`, `s = [0; B_f c_0 sigma^2]` and `Q = blkdiag(process, B_f B_f' sigma^2)` with `(B_f)_i = c_i -
-    /// c_0 d_i`.
+    /// `eta_i(k+1) = -d_i eta_1(k) + eta_(i+1)(k) + (c_i - c_0 d_i) w(k)`, `f(k) = eta_1(k) + c_0 w(k)`. Hence
+    /// `r = c_0^2 sigma^2`, `s = [0; B_f c_0 sigma^2]` and `Q = blkdiag(process, B_f B_f' sigma^2)` with
+    /// `(B_f)_i = c_i - c_0 d_i`.
     ///
     /// # Errors
     /// [`RiccatiError::Shape`], [`RiccatiError::NotFinite`]; [`RiccatiError::NotMonic`] for D;
@@ -135,8 +135,8 @@ impl StochasticModel {
     }
 
     /// Returns the covariance (m x m) of x(0) about its estimate, `blkdiag(plant, P_f)`. The plant's part of x(0) is
-    /// known up to the covariance `plant` (n x n). The noise is stationary from its first sample: `P_f = A_f P_f A_f' +
-    /// B_f B_f' sigma^2`.
+    /// known up to the covariance `plant` (n x n). The noise is stationary from its first sample:
+    /// `P_f = A_f P_f A_f' + B_f B_f' sigma^2`.
     ///
     /// # Errors
     /// As for [`lyapunov`] of the noise part; [`RiccatiError::Shape`], [`RiccatiError::NotSymmetric`] or

@@ -16,13 +16,13 @@ pub const HIGHEST_ORDER: usize = 2;
 /// The regression of one component at one time: `values[0]` is zeta, `values[1 ..= q+1]` is psi.
 pub type Regression = [f64; HIGHEST_ORDER + 2];
 
-/// Computes Eq. (17) for one component, with `e^d`, `d = m - phi theta`, expanded to order q (1 or 2): `zeta -
-/// psi'(theta, ..., theta^(q+1)) = (g / q!) (m - phi theta)^q (m' - phi' theta)`.
+/// Computes Eq. (17) for one component, with `e^d`, `d = m - phi theta`, expanded to order q (1 or 2):
+/// `zeta - psi'(theta, ..., theta^(q+1)) = (g / q!) (m - phi theta)^q (m' - phi' theta)`.
 ///
-/// From Eq. (12), `g' = g m'`. From Eq. (15) with `E_q(d) = 1 + d + ... + d^q / q!`, multiplied by E_q, `E_q g' = E_q
-/// phi' theta g + E_(q-1) d' g`. The difference of the two is the right-hand side above. It is what the expansion
-/// neglects, and the estimator takes it for zero. The paper prints further terms in psi_1, which do not belong there
-/// (erratum E10).
+/// From Eq. (12), `g' = g m'`. From Eq. (15) with `E_q(d) = 1 + d + ... + d^q / q!`, multiplied by E_q,
+/// `E_q g' = E_q phi' theta g + E_(q-1) d' g`. The difference of the two is the right-hand side above. It is what the
+/// expansion neglects, and the estimator takes it for zero. The paper prints further terms in psi_1, which do not
+/// belong there (erratum E10).
 ///
 /// An order above 2 is taken as 2, and 0 as 1. Unused entries are zero.
 #[inline]

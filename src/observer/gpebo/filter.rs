@@ -87,8 +87,8 @@ fn weights(a: f64, h: f64, s: f64) -> [f64; 4] {
 mod tests {
     use super::*;
 
-    /// Inputs 1, t, t^2 have closed-form responses. The particular solution of `x' = a (u - x)` is the polynomial `u -
-    /// u'/a + u''/a^2`; a decaying exponential is added.
+    /// Inputs 1, t, t^2 have closed-form responses. The particular solution of `x' = a (u - x)` is the polynomial
+    /// `u - u'/a + u''/a^2`; a decaying exponential is added.
     #[test]
     fn parabolas_are_filtered_exactly() {
         for (a, h) in [(2.0, 0.7), (3.0, 1.0), (50.0, 1.0), (2000.0, 1.0)] {

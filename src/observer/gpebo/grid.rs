@@ -51,8 +51,8 @@ impl Grid {
     /// Makes the grid. The breakpoints of u and delta, the start of the score, 0 and T bound the gaps. Each gap has
     /// `ceil(gap / step)` equal steps.
     ///
-    /// Breakpoints closer than `1e-13 T` are merged. Two gaps share a step length if that moves no time by more than `8
-    /// eps T`, the rounding of the breakpoints themselves.
+    /// Breakpoints closer than `1e-13 T` are merged. Two gaps share a step length if that moves no time by more than
+    /// `8 eps T`, the rounding of the breakpoints themselves.
     ///
     /// # Errors
     /// If there are more than [`LARGEST_LENGTHS`] different lengths.

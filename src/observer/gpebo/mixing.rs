@@ -18,8 +18,8 @@ impl Mixer {
         }
     }
 
-    /// Computes `adj(M)` into `out` and returns `det(M)`; both matrices are row-major n x n. `adj(M) M = M adj(M) =
-    /// det(M) I`.
+    /// Computes `adj(M)` into `out` and returns `det(M)`; both matrices are row-major n x n.
+    /// `adj(M) M = M adj(M) = det(M) I`.
     ///
     /// Each cofactor is the determinant of a minor, by LU with partial pivoting, so the rank of M does not matter. The
     /// determinant is the expansion along the first row. O(n^5). Errors are of the order `eps norm(M)^(n-1)` for the

@@ -48,9 +48,9 @@ impl LeastSquaresIntegrals {
 }
 
 /// The estimate `theta_hat = (I / p0 + S / r)^-1 s / r`: the mean of theta given z up to now, for `theta ~ N(0, p0 I)`
-/// and white delta of intensity r. With it, `xhat = xi + Phi theta_hat` is the state of the filter `xhat' = A xhat + B
-/// u + P C (y - C'xhat) / r`, `P' = A P + P A' - P C C'P / r`, `P(0) = p0 I`, `xhat(0) = xi(0)`. No Riccati equation is
-/// solved.
+/// and white delta of intensity r. With it, `xhat = xi + Phi theta_hat` is the state of the filter
+/// `xhat' = A xhat + B u + P C (y - C'xhat) / r`, `P' = A P + P A' - P C C'P / r`, `P(0) = p0 I`, `xhat(0) = xi(0)`. No
+/// Riccati equation is solved.
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     p0: f64,

@@ -8,8 +8,8 @@ use super::filter::{Nodes, simpson};
 /// The equation is linear in theta. Its rate `gamma Delta^2` may be large (stiff) or zero (no excitation). Each step is
 /// divided into eight parts, in which Delta and M are parabolas through the step's nodes. In each part, the rate and
 /// the drive are frozen at their means, `I_a = gamma int Delta^2 dt` and `I_b = gamma int Delta M dt` by Simpson's
-/// rule. The frozen equation is solved exactly: `theta += phi_1(-I_a) I_b - (1 - e^(-I_a)) theta`, `phi_1(x) = (e^x -
-/// 1) / x`.
+/// rule. The frozen equation is solved exactly: `theta += phi_1(-I_a) I_b - (1 - e^(-I_a)) theta`,
+/// `phi_1(x) = (e^x - 1) / x`.
 ///
 /// M / Delta is never formed. The step is stable for every gamma, but exact only if M / Delta is constant over a part.
 /// If gamma is so large that theta follows a fast M / Delta, an error remains, which step halving reveals. With d = 0,

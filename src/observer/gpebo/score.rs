@@ -210,9 +210,9 @@ mod tests {
         }
     }
 
-    /// `(t - 1)^2 (t - 4)^2 / 100 = 0.01` where `(t - 1) (t - 4) = +-1`. The error enters the band at `2.5 - sqrt
-    /// 3.25`, leaves it, and enters again at `2.5 + sqrt 1.25`; it then stays, or is outside at the end. The polynomial
-    /// through five nodes is the error itself.
+    /// `(t - 1)^2 (t - 4)^2 / 100 = 0.01` where `(t - 1) (t - 4) = +-1`. The error enters the band at
+    /// `2.5 - sqrt 3.25`, leaves it, and enters again at `2.5 + sqrt 1.25`; it then stays, or is outside at the end.
+    /// The polynomial through five nodes is the error itself.
     #[test]
     fn entries_of_a_polynomial() {
         let error = |t: f64| ((t - 1.0) * (t - 4.0)).powi(2) / 100.0;

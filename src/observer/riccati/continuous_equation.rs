@@ -78,9 +78,9 @@ fn shifted(m: &Mat<f64>, gamma: f64) -> Mat<f64> {
 }
 
 impl Equation for Continuous {
-    /// Doubles the Cayley transform. With M the Hamiltonian, `M_1`, `M_2` the left and right block columns, and `N =
-    /// [(M - gamma)_1, (M + gamma)_2]`, the start is `N^-1 (M + gamma)_1 = [A_0; -H_0]` and `N^-1 (M - gamma)_2 = [G_0;
-    /// A_0']`.
+    /// Doubles the Cayley transform. With M the Hamiltonian, `M_1`, `M_2` the left and right block columns, and
+    /// `N = [(M - gamma)_1, (M + gamma)_2]`, the start is `N^-1 (M + gamma)_1 = [A_0; -H_0]` and
+    /// `N^-1 (M - gamma)_2 = [G_0; A_0']`.
     fn double(&self, eps: f64) -> Option<(Mat<f64>, usize)> {
         let n = self.a.nrows();
         let hamiltonian = self.hamiltonian(eps);

@@ -65,9 +65,9 @@ impl Discrete {
         &self.f - gain * self.h.transpose()
     }
 
-    /// Advances the covariance by one step with any gain, in Joseph's form `P+ = (F - K h') P (F - K h')' + Q - K s' -
-    /// s K' + K r K'`. The result is symmetric, and >= 0 if P is. It is computed as `(F~ - K~ h') P (F~ - K~ h')' + Q~
-    /// + K~ r K~'`, which is the same.
+    /// Advances the covariance by one step with any gain, in Joseph's form
+    /// `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`. The result is symmetric, and >= 0 if P is. It is
+    /// computed as `(F~ - K~ h') P (F~ - K~ h')' + Q~ + K~ r K~'`, which is the same.
     pub(in crate::observer) fn step(&self, p: &Mat<f64>, gain: &Col<f64>) -> Mat<f64> {
         let closed = self.closed_loop(gain);
         let predicted = &closed * p * closed.transpose();

@@ -186,8 +186,8 @@ fn alpha_beta_tracker() {
     }
 }
 
-/// The double integrator with measured position, by hand: `p_12 = sqrt(q r)`, `p_11 = sqrt(2 r p_12)`, `p_22 = p_11
-/// p_12 / r`.
+/// The double integrator with measured position, by hand: `p_12 = sqrt(q r)`, `p_11 = sqrt(2 r p_12)`,
+/// `p_22 = p_11 p_12 / r`.
 #[test]
 fn continuous_double_integrator() {
     for (q, r) in [(1.0, 1.0), (4.0, 0.01), (1e-3, 2.0)] {
@@ -249,8 +249,8 @@ fn random_plants() {
     }
 }
 
-/// Spectral factorisation: the spectrum of y from the noises equals that of the innovations form, `[h'(z - F)^-1, 1]
-/// [[Q, s], [s', r]] [h'(z - F)^-1, 1]^* = omega |1 + h'(z - F)^-1 K|^2` on |z| = 1.
+/// Spectral factorisation: the spectrum of y from the noises equals that of the innovations form,
+/// `[h'(z - F)^-1, 1] [[Q, s], [s', r]] [h'(z - F)^-1, 1]^* = omega |1 + h'(z - F)^-1 K|^2` on |z| = 1.
 #[test]
 fn spectral_factorisation() {
     use faer::linalg::solvers::Solve;
@@ -407,8 +407,8 @@ fn refusals() {
     assert!(dare(huge.as_ref(), &h, q.as_ref(), &s, 1.0).is_err());
 }
 
-/// scipy 1.17.1: `scipy.linalg.solve_discrete_lyapunov(F, Q)`; and the variance of an AR(2) process, `(1 + d_2) / ((1 -
-/// d_2) ((1 + d_2)^2 - d_1^2))` (Box, Jenkins).
+/// scipy 1.17.1: `scipy.linalg.solve_discrete_lyapunov(F, Q)`; and the variance of an AR(2) process,
+/// `(1 + d_2) / ((1 - d_2) ((1 + d_2)^2 - d_1^2))` (Box, Jenkins).
 #[test]
 fn lyapunov_values() {
     let f = mat![[0.5, 0.3, 0.0], [-0.2, 0.7, 0.1], [0.4, 0.0, -0.6]];
