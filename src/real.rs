@@ -29,7 +29,7 @@ pub trait Real:
     /// The same bits as integers.
     type Word: Word;
 
-    /// The same number in every lane.
+    /// Returns the same number in every lane.
     fn splat(x: f64) -> Self;
     /// Lane i from `x[i]`.
     ///
@@ -47,24 +47,24 @@ pub trait Real:
     /// `addend - self * factor` with one rounding.
     #[must_use]
     fn neg_mul_add(self, factor: Self, addend: Self) -> Self;
-    /// The square root.
+    /// Returns the square root.
     #[must_use]
     fn sqrt(self) -> Self;
-    /// The absolute value.
+    /// Returns the absolute value.
     #[must_use]
     fn abs(self) -> Self;
-    /// Whether `self < other`; false for NaN.
+    /// Returns whether `self < other`; false for NaN.
     fn less(self, other: Self) -> Self::Mask;
-    /// Whether `self <= other`; false for NaN.
+    /// Returns whether `self <= other`; false for NaN.
     fn at_most(self, other: Self) -> Self::Mask;
     /// `yes` where the mask is set, `no` elsewhere.
     #[must_use]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// The bits.
+    /// Returns the bits.
     fn to_bits(self) -> Self::Word;
-    /// The number of some bits.
+    /// Returns the number of some bits.
     fn from_bits(bits: Self::Word) -> Self;
-    /// Where the highest bit is set.
+    /// Returns where the highest bit is set.
     fn where_negative(bits: Self::Word) -> Self::Mask;
     /// Runs a kernel, which must be inlined, with the instructions that the lanes need.
     fn run<T>(kernel: impl FnOnce() -> T) -> T;
@@ -75,7 +75,7 @@ pub trait Real:
         Self::splat(0.0)
     }
 
-    /// The number of one lane.
+    /// Returns the number of one lane.
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
         let mut lanes = [0.0; MOST_LANES];
@@ -83,7 +83,7 @@ pub trait Real:
         lanes[lane]
     }
 
-    /// The pack with another number in one lane.
+    /// Returns the pack with another number in one lane.
     #[inline(always)]
     #[must_use]
     fn with_lane(self, lane: usize, x: f64) -> Self {
@@ -93,7 +93,7 @@ pub trait Real:
         Self::load(&lanes)
     }
 
-    /// The larger one, NaN if either is.
+    /// Returns the larger one, NaN if either is.
     #[inline(always)]
     #[must_use]
     fn maximum(self, other: Self) -> Self {
@@ -102,7 +102,7 @@ pub trait Real:
         Self::select(self.at_most(self), larger, self)
     }
 
-    /// Where the number is neither infinite nor NaN.
+    /// Returns where the number is neither infinite nor NaN.
     #[inline(always)]
     fn is_finite(self) -> Self::Mask {
         self.abs().less(Self::splat(f64::INFINITY))
@@ -115,22 +115,22 @@ pub trait Mask:
 {
     /// Bit i is lane i.
     fn bits(self) -> u8;
-    /// The inverse of [`Self::bits`]; bits beyond the lanes count for nothing.
+    /// Returns the inverse of [`Self::bits`]; bits beyond the lanes count for nothing.
     fn from_bits(bits: u8) -> Self;
 
-    /// Whether a lane is chosen.
+    /// Returns whether a lane is chosen.
     #[inline(always)]
     fn lane(self, lane: usize) -> bool {
         self.bits() >> lane & 1 == 1
     }
 
-    /// Whether any lane is chosen.
+    /// Returns whether any lane is chosen.
     #[inline(always)]
     fn any(self) -> bool {
         self.bits() != 0
     }
 
-    /// The lanes that are chosen.
+    /// Returns the lanes that are chosen.
     fn lanes(self) -> impl Iterator<Item = usize> {
         let bits = self.bits();
         (0..MOST_LANES).filter(move |lane| bits >> lane & 1 == 1)
@@ -141,20 +141,20 @@ pub trait Mask:
 pub trait Word:
     Copy + BitXor<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self>
 {
-    /// The same bits in every lane.
+    /// Returns the same bits in every lane.
     fn splat(x: u64) -> Self;
     /// Lane i from `x[i]`.
     ///
     /// # Panics
     /// If `x` is shorter than the pack.
     fn load(x: &[u64]) -> Self;
-    /// The sum modulo 2^64.
+    /// Returns the sum modulo 2^64.
     #[must_use]
     fn plus(self, other: Self) -> Self;
-    /// The difference modulo 2^64.
+    /// Returns the difference modulo 2^64.
     #[must_use]
     fn minus(self, other: Self) -> Self;
-    /// The product modulo 2^64.
+    /// Returns the product modulo 2^64.
     #[must_use]
     fn times(self, other: Self) -> Self;
     /// Shifted to the left.

@@ -17,7 +17,7 @@ pub struct History<'a> {
 }
 
 impl History<'_> {
-    /// The present k.
+    /// Returns the present k.
     pub const fn k(&self) -> usize {
         self.u.len()
     }
@@ -28,11 +28,11 @@ pub trait Controller: Send {
     /// Forgets the trial before.
     fn reset(&mut self);
 
-    /// The input u(k) that is to drive the plant. Called once for every k from
+    /// Returns the input u(k) that is to drive the plant. Called once for every k from
     /// [`ControlLaw::pilot`] on, in order.
     ///
     /// # Errors
-    /// [`DrawFailure`] where no input can be given; the trial then has no record.
+    /// [`DrawFailure`] if no input can be given; the trial then has no record.
     fn control(&mut self, history: History<'_>) -> Result<f64, DrawFailure>;
 }
 
@@ -49,7 +49,7 @@ pub struct ControlLaw {
 }
 
 impl ControlLaw {
-    /// A law. The loop is open (u = r) for the first `pilot` samples, which precede the record;
+    /// Returns a law. The loop is open (u = r) for the first `pilot` samples, which precede the record;
     /// `description` is what a manifest says of it.
     pub fn new(
         pilot: usize,
@@ -64,14 +64,14 @@ impl ControlLaw {
         }
     }
 
-    /// The same with r = 0 once the loop is closed.
+    /// Returns the same with r = 0 once the loop is closed.
     #[must_use]
     pub fn without_reference(mut self) -> Self {
         self.silent = true;
         self
     }
 
-    /// Whether r = 0 once the loop is closed.
+    /// Returns whether r = 0 once the loop is closed.
     pub const fn is_silent(&self) -> bool {
         self.silent
     }
@@ -81,7 +81,7 @@ impl ControlLaw {
         self.pilot
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub const fn description(&self) -> &Value {
         &self.description
     }
@@ -103,7 +103,7 @@ impl std::fmt::Debug for ControlLaw {
 pub(super) struct Kept(Option<(Arc<Factory>, Box<dyn Controller>)>);
 
 impl Kept {
-    /// The law's controller, reset; made anew where the one kept is of another law.
+    /// Returns the law's controller, reset; made anew where the one kept is of another law.
     pub(super) fn for_law(&mut self, law: &ControlLaw) -> &mut dyn Controller {
         if !matches!(&self.0, Some((factory, _)) if Arc::ptr_eq(factory, &law.factory)) {
             self.0 = None;

@@ -139,7 +139,7 @@ impl Columns {
         Ok(Self { positions, count })
     }
 
-    /// The finite number in column `name` of a row, if the header has it.
+    /// Returns the finite number in column `name` of a row, if the header has it.
     fn number(&self, row: &[&str], line: u64, name: usize) -> Result<Option<f64>, RecordError> {
         let Some(position) = self.positions[name] else {
             return Ok(None);
@@ -148,7 +148,7 @@ impl Columns {
     }
 }
 
-/// The finite number of a cell.
+/// Returns the finite number of a cell.
 fn finite(cell: &str, line: u64, column: &str) -> Result<f64, RecordError> {
     let number = cell.parse().ok().filter(|x: &f64| x.is_finite());
     number.ok_or_else(|| RecordError::Cell {
@@ -174,7 +174,7 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// The next line and its number; `None` at the end.
+    /// Returns the next line and its number; `None` at the end.
     fn next(&mut self) -> Result<Option<(u64, &str)>, RecordError> {
         loop {
             self.text.clear();
@@ -198,7 +198,7 @@ impl<R: Read> Lines<R> {
     }
 }
 
-/// A cell without the blanks and double quotes around it.
+/// Returns a cell without the blanks and double quotes around it.
 fn unquote(cell: &str) -> &str {
     cell.trim().trim_matches('"')
 }
@@ -326,12 +326,12 @@ pub enum Cell<'a> {
     Number(f64),
 }
 
-/// A comment line without its end.
+/// Returns a comment line without its end.
 pub fn comment(text: &str) -> String {
     format!("# {}", visible(text))
 }
 
-/// A line of a table without its end, as in RFC 4180: quotes around texts that need them. No text
+/// Returns a line of a table without its end, as in RFC 4180: quotes around texts that need them. No text
 /// is a formula for a spreadsheet: `=`, `+`, `-` and `@` have an apostrophe before them wherever a
 /// cell could begin, and so has an apostrophe, so that nothing is lost by taking one away.
 pub fn line<'a>(cells: impl IntoIterator<Item = Cell<'a>>) -> String {
@@ -343,7 +343,7 @@ pub fn line<'a>(cells: impl IntoIterator<Item = Cell<'a>>) -> String {
     cells.join(",")
 }
 
-/// A text with an apostrophe before all that a spreadsheet would read as the first sign of a
+/// Returns a text with an apostrophe before all that a spreadsheet would read as the first sign of a
 /// formula: at the beginning, or behind what separates cells elsewhere (semicolon, line end), with
 /// or without blanks and quotes between.
 fn no_formula(text: &str) -> String {

@@ -26,7 +26,7 @@ pub struct Trend {
 }
 
 impl Detrend {
-    /// Whether nothing is subtracted.
+    /// Returns whether nothing is subtracted.
     pub fn is_none(self) -> bool {
         self == Self::None
     }

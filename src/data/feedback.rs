@@ -29,7 +29,7 @@ impl Feedback {
         }
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub fn describe(&self) -> Value {
         match self {
             Self::None => json!("none"),

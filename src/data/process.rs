@@ -158,7 +158,7 @@ impl ProcessSettings {
 }
 
 impl Process {
-    /// A process in open loop with exactly measured input.
+    /// Returns a process in open loop with exactly measured input.
     ///
     /// # Errors
     /// As for [`Self::from_settings`].
@@ -182,7 +182,7 @@ impl Process {
         })
     }
 
-    /// A process.
+    /// Returns a process.
     ///
     /// # Errors
     /// What does not fit, the first that is found.
@@ -212,7 +212,7 @@ impl Process {
         Ok(Self { settings, plants })
     }
 
-    /// The factor of the noise of level `eta`, where it is that of all trials; not finite where there is none.
+    /// Returns the factor of the noise of level `eta`, where it is that of all trials; not finite where there is none.
     pub(crate) fn common_scale(&self, eta: f64) -> Option<f64> {
         let Plants::Fixed(resolved) = &self.plants else {
             return None;
@@ -222,22 +222,22 @@ impl Process {
         common.then(|| level.scale(eta, &[], &[], resolved.variances))
     }
 
-    /// What the process is made of.
+    /// Returns what the process is made of.
     pub fn settings(&self) -> &ProcessSettings {
         &self.settings
     }
 
-    /// The order n of every trial's plant.
+    /// Returns the order n of every trial's plant.
     pub fn order(&self) -> usize {
         self.settings.x0.len()
     }
 
-    /// The external input, r.
+    /// Returns the external input, r.
     pub fn input(&self) -> &Input {
         &self.settings.input
     }
 
-    /// Whether all trials are the same at a noise level eta (per cent): a loop around a fixed plant
+    /// Returns whether all trials are the same at a noise level eta (per cent): a loop around a fixed plant
     /// that nothing drives but its initial state, or a plant with a given input.
     pub fn is_deterministic(&self, eta: f64) -> bool {
         let settings = &self.settings;
@@ -396,7 +396,7 @@ impl Process {
         }
     }
 
-    /// The same, where the inputs and the initial state are all that moves the plant.
+    /// Returns the same, where the inputs and the initial state are all that moves the plant.
     pub(crate) fn undisturbed(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let ProcessSettings {
             process_noise,
@@ -422,7 +422,7 @@ impl Process {
         (open && self.settings.input_noise == 0.0).then_some((plant, noise, *variances))
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub fn describe(&self) -> Value {
         let ProcessSettings {
             plant,

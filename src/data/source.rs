@@ -22,7 +22,7 @@ pub enum PlantSource {
 }
 
 impl PlantSource {
-    /// The order n of every trial's plant.
+    /// Returns the order n of every trial's plant.
     pub fn order(&self) -> usize {
         match self {
             Self::Fixed(plant) => plant.order(),
@@ -30,7 +30,7 @@ impl PlantSource {
         }
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub fn describe(&self) -> Value {
         match self {
             Self::Fixed(plant) => json!({ "a": plant.a(), "b": plant.b() }),
@@ -57,7 +57,7 @@ pub enum NoiseColour {
 }
 
 impl NoiseColour {
-    /// Every setting, for a manifest; the coefficients too where they are known.
+    /// Returns every setting, for a manifest; the coefficients too where they are known.
     pub(super) fn describe(&self, filter: Option<&NoiseFilter>) -> Value {
         let coefficients = |filter: &NoiseFilter| {
             let mut described =
@@ -182,7 +182,7 @@ impl Resolved {
     }
 }
 
-/// The variance of the output where the input's is 1; `None` where there is none.
+/// Returns the variance of the output where the input's is 1; `None` if there is none.
 fn input_energy(plant: &StateSpace, input: &Input) -> Option<f64> {
     match input {
         Input::Signs(_) | Input::Gaussian { .. } => plant.energy(),
@@ -224,7 +224,7 @@ impl Plants {
         }
     }
 
-    /// The noise filter, where it is the same in every trial.
+    /// Returns the noise filter, where it is the same in every trial.
     pub(super) fn noise(&self) -> Option<&NoiseFilter> {
         match self {
             Self::Fixed(resolved) => Some(&resolved.noise),
@@ -232,7 +232,7 @@ impl Plants {
         }
     }
 
-    /// The plant of a trial. Fails where rounding takes a random plant's `1/A` for unstable.
+    /// Returns the plant of a trial. Fails where rounding takes a random plant's `1/A` for unstable.
     pub(super) fn of_trial(
         &self,
         (seed, trial): (u64, u64),

@@ -13,7 +13,7 @@ pub struct Equation<'a> {
 }
 
 impl LinearModel {
-    /// The model as an equation, every digit.
+    /// Returns the model as an equation, every digit.
     pub fn equation(&self) -> Equation<'_> {
         Equation {
             model: self,

@@ -37,7 +37,7 @@ pub struct LinearModel {
 }
 
 impl LinearModel {
-    /// A model of given orders whose free coefficients are 0.
+    /// Returns a model of given orders whose free coefficients are 0.
     pub fn zero(orders: Orders) -> Self {
         let monic = |n: usize| {
             let mut polynomial = vec![0.0; n + 1];
@@ -56,7 +56,7 @@ impl LinearModel {
         }
     }
 
-    /// The paper's plant, `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`, delayed by further
+    /// Returns the paper's plant, `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`, delayed by further
     /// `delay - 1` samples.
     ///
     /// # Panics
@@ -92,7 +92,7 @@ impl LinearModel {
         self.covariance.clone_from(covariance);
     }
 
-    /// The orders.
+    /// Returns the orders.
     pub fn orders(&self) -> Orders {
         Orders {
             na: self.a.len() - 1,
@@ -104,7 +104,7 @@ impl LinearModel {
         }
     }
 
-    /// The free coefficients, in the order A, B, C, D, F.
+    /// Returns the free coefficients, in the order A, B, C, D, F.
     pub fn parameters(&self) -> impl Iterator<Item = f64> {
         let (a, b) = (&self.a[1..], &self.b[self.delay..]);
         let rest = [&self.c[1..], &self.d[1..], &self.f[1..]];
@@ -133,14 +133,14 @@ impl LinearModel {
         }
     }
 
-    /// The standard errors of the parameters, in their order; `None` where there is no covariance.
+    /// Returns the standard errors of the parameters, in their order; `None` if there is no covariance.
     pub fn standard_errors(&self) -> Option<Vec<f64>> {
         let n = self.orders().parameters();
         let diagonal = || (0..n).map(|i| self.covariance[i * n + i].sqrt()).collect();
         (!self.covariance.is_empty()).then(diagonal)
     }
 
-    /// The variance of `g' theta`, `g' P g` with the covariance P of the parameters; NaN without one.
+    /// Returns the variance of `g' theta`, `g' P g` with the covariance P of the parameters; NaN without one.
     pub fn variance_of(&self, g: &[f64]) -> f64 {
         let n = g.len();
         if self.covariance.len() != n * n {
@@ -207,18 +207,18 @@ impl LinearModel {
         divide(&self.c, e);
     }
 
-    /// The static gain from u to y, `B(1)/(A(1) F(1))`.
+    /// Returns the static gain from u to y, `B(1)/(A(1) F(1))`.
     pub fn static_gain(&self) -> f64 {
         let sum = |c: &[f64]| c.iter().sum::<f64>();
         sum(&self.b) / (sum(&self.a) * sum(&self.f))
     }
 
-    /// The denominator of what u drives, `A F`.
+    /// Returns the denominator of what u drives, `A F`.
     pub fn denominator(&self) -> Vec<f64> {
         polynomial::multiply(&self.a, &self.f)
     }
 
-    /// The part that u drives in the paper's form; `None` where nk = 0, which that form does not have.
+    /// Returns the part that u drives in the paper's form; `None` if nk = 0, which that form does not have.
     pub fn plant(&self) -> Option<StateSpace> {
         let denominator = self.denominator();
         let n = self.orders().order();

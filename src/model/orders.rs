@@ -37,25 +37,25 @@ impl Orders {
         }
     }
 
-    /// How many parameters there are.
+    /// Returns how many parameters there are.
     pub const fn parameters(self) -> usize {
         self.na + self.nb + self.nc + self.nd + self.nf
     }
 
-    /// The order of the part that u drives, `B/(A F)`; at least 1.
+    /// Returns the order of the part that u drives, `B/(A F)`; at least 1.
     pub fn order(self) -> usize {
         (self.na + self.nf)
             .max(self.nb.saturating_add(self.nk).saturating_sub(1))
             .max(1)
     }
 
-    /// How many samples before k the equation `A y = B u` looks back: `max(na, nb + nk - 1)`.
+    /// Returns how many samples before k the equation `A y = B u` looks back: `max(na, nb + nk - 1)`.
     pub fn reach(self) -> usize {
         self.na
             .max(self.nb.saturating_add(self.nk).saturating_sub(1))
     }
 
-    /// The names with their numbers, nk last.
+    /// Returns the names with their numbers, nk last.
     fn entries(self) -> [(&'static str, usize); 6] {
         let Self {
             na,
@@ -171,7 +171,7 @@ impl Serialize for Orders {
 }
 
 impl<'de> Deserialize<'de> for Orders {
-    /// A text, or a table of numbers.
+    /// Returns a text, or a table of numbers.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let orders = match Value::deserialize(deserializer)? {
             Value::String(text) => text.parse(),

@@ -1,6 +1,6 @@
 //! Polynomials in q^-1, `c_0 + c_1 q^-1 + ...`, as filters of signals that are zero before k = 0.
 
-/// The product of two polynomials.
+/// Returns the product of two polynomials.
 pub fn multiply(first: &[f64], second: &[f64]) -> Vec<f64> {
     let mut product = Vec::new();
     multiply_into(first, second, &mut product);

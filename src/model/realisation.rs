@@ -53,7 +53,7 @@ impl Realisation {
         }
     }
 
-    /// The same from another initial state.
+    /// Returns the same from another initial state.
     ///
     /// # Panics
     /// If it is of another length.

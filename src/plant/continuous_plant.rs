@@ -59,7 +59,7 @@ pub enum ContinuousPlantError {
 }
 
 impl ContinuousPlant {
-    /// The plant with rows `a` of A, and B and C.
+    /// Returns the plant with rows `a` of A, and B and C.
     ///
     /// # Errors
     /// If the shapes do not fit, an entry is not finite, or (A, C) is unobservable in the sense of
@@ -107,7 +107,7 @@ impl ContinuousPlant {
         Ok(Self { a, b, c })
     }
 
-    /// The example of Bobtsov et al. 2023: an undamped oscillator at 3 rad/s, `A = [0 1; -9 0]`,
+    /// Returns the example of Bobtsov et al. 2023: an undamped oscillator at 3 rad/s, `A = [0 1; -9 0]`,
     /// `B = (0, 1)`, `C = (5, 0)`.
     pub fn bobtsov2023() -> Self {
         Self {
@@ -117,12 +117,12 @@ impl ContinuousPlant {
         }
     }
 
-    /// The order n.
+    /// Returns the order n.
     pub fn order(&self) -> usize {
         self.b.len()
     }
 
-    /// A, n x n.
+    /// Returns a, n x n.
     pub fn a(&self) -> MatRef<'_, f64> {
         self.a.as_ref()
     }
@@ -137,7 +137,7 @@ impl ContinuousPlant {
         &self.c
     }
 
-    /// The same plant in the coordinates `T x`: `(T A T^-1, T B, T^-T C)`, T n x n.
+    /// Returns the same plant in the coordinates `T x`: `(T A T^-1, T B, T^-T C)`, T n x n.
     ///
     /// # Errors
     /// If T is not n x n or singular to working precision.

@@ -55,7 +55,7 @@ pub fn exponential(a: MatRef<'_, f64>) -> Mat<f64> {
     result
 }
 
-/// The approximant `r(A) = q(A)^-1 p(A)`, `p = v + u`, `q = v - u` with u the odd and v the even
+/// Returns the approximant `r(A) = q(A)^-1 p(A)`, `p = v + u`, `q = v - u` with u the odd and v the even
 /// powers.
 fn pade_13(a: &Mat<f64>) -> Mat<f64> {
     let n = a.nrows();

@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 
-/// The numerical rank of the observability matrix `[C'; C'A; ...; C'A^(n-1)]`, without forming it:
+/// Returns the numerical rank of the observability matrix `[C'; C'A; ...; C'A^(n-1)]`, without forming it:
 /// the dimension of the Krylov space of (A', C) by the Arnoldi process, whose vectors stay
 /// orthonormal where the powers become parallel.
 ///

@@ -13,7 +13,7 @@ named_enum! {
     }
 }
 
-/// The example: n = 6, poles 0.4, 0.3, 0.25, 0.2, 0.15, 0.1.
+/// Returns the example: n = 6, poles 0.4, 0.3, 0.25, 0.2, 0.15, 0.1.
 ///
 /// # Panics
 /// Never: the printed coefficients make a plant.

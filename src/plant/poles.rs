@@ -57,7 +57,7 @@ impl PoleFinder {
         .is_ok()
     }
 
-    /// The zeros of `z^n - a_n z^(n-1) - ... - a_1`, largest modulus first; empty where `a` is not
+    /// Returns the zeros of `z^n - a_n z^(n-1) - ... - a_1`, largest modulus first; empty where `a` is not
     /// finite or the eigenvalue iteration did not converge.
     pub fn poles(&mut self, a: &[f64]) -> Vec<c64> {
         if !self.find(a) {
@@ -76,7 +76,7 @@ impl PoleFinder {
         poles
     }
 
-    /// The largest modulus of a pole, 1 or more exactly where `a` is not `stable` by
+    /// Returns the largest modulus of a pole, 1 or more exactly where `a` is not `stable` by
     /// [`is_stable`](super::stability::is_stable); NaN where a coefficient is not finite or the iteration does not
     /// converge. Up to order 24 it has the bits of the lanes, above it is that of the eigenvalues.
     pub fn spectral_radius(&mut self, a: &[f64], stable: bool) -> f64 {
@@ -94,7 +94,7 @@ impl PoleFinder {
     }
 }
 
-/// The coefficients `phi_1 ... phi_n` of `z^n + phi_1 z^(n-1) + ... = prod_i (z - p_i)`.
+/// Returns the coefficients `phi_1 ... phi_n` of `z^n + phi_1 z^(n-1) + ... = prod_i (z - p_i)`.
 pub fn polynomial_from_poles(poles: &[c64]) -> Vec<c64> {
     let mut phi = vec![c64::new(1.0, 0.0)];
     for pole in poles {

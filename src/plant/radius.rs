@@ -26,7 +26,7 @@ const TURN: [f64; 2] = [-0.737_368_878_078_319_7, 0.675_490_294_261_523_8];
 /// one; then the next circle serves.
 const CIRCLES: [f64; 3] = [1.5, 2.0, 3.0];
 
-/// The largest modulus of the zeros of `z^n - a_n z^(n-1) - ... - a_1`, n at most `N`; NaN where a
+/// Returns the largest modulus of the zeros of `z^n - a_n z^(n-1) - ... - a_1`, n at most `N`; NaN where a
 /// coefficient is not finite or the iteration does not converge.
 ///
 /// `stable` is what [`super::stability::is_stable`] says of `a`.
@@ -39,7 +39,7 @@ pub(crate) fn spectral_radius<R: Real, const N: usize>(a: &[R], stable: R::Mask)
     on_its_side(iterate::<R, N>(alpha, start) * scale, stable)
 }
 
-/// The stability test decides: a radius is 1 or more exactly where the polynomial is not stable.
+/// Returns the stability test decides: a radius is 1 or more exactly where the polynomial is not stable.
 /// One that rounding puts on the other side of 1 becomes the nearest number of its side.
 #[inline(always)]
 pub(crate) fn on_its_side<R: Real>(radius: R, stable: R::Mask) -> R {
@@ -97,14 +97,14 @@ fn rough_logarithm<R: Real>(x: R) -> R {
     (R::from_bits(bits) - integers) * R::splat(1.0 / UNITS) - R::splat(1023.0)
 }
 
-/// The inverse of [`rough_logarithm`], which is exact for integers.
+/// Returns the inverse of [`rough_logarithm`], which is exact for integers.
 #[inline(always)]
 fn rough_power<R: Real>(exponent: R) -> R {
     let integer = exponent.mul_add(R::splat(UNITS), R::splat(1023.0 * UNITS + INTEGERS));
     R::from_bits(integer.to_bits().left::<32>())
 }
 
-/// The largest modulus of the zeros.
+/// Returns the largest modulus of the zeros.
 #[inline(always)]
 fn iterate<R: Real, const N: usize>(alpha: &[R], start: R) -> R {
     let n = alpha.len();
@@ -252,7 +252,7 @@ impl<R: Real> Complex<R> {
         self.times(conjugate)
     }
 
-    /// The modulus squared.
+    /// Returns the modulus squared.
     #[inline(always)]
     fn square(self) -> R {
         self.re.mul_add(self.re, self.im * self.im)

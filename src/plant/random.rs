@@ -5,7 +5,7 @@ use crate::signal::{Stream, normal::fill_standard_normal};
 use faer::c64;
 use rand::Rng;
 
-/// A plant of order n with poles uniform on the disc of the given radius (complex ones in conjugate
+/// Returns a plant of order n with poles uniform on the disc of the given radius (complex ones in conjugate
 /// pairs, a last odd one real, uniform on the diameter) and standard normal b.
 ///
 /// # Panics

@@ -68,7 +68,7 @@ pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: 
     );
 }
 
-/// The same where every input depends on the state: `u(k) = visit(k, x(k))`, k = 0 ... samples - 1.
+/// Returns the same where every input depends on the state: `u(k) = visit(k, x(k))`, k = 0 ... samples - 1.
 ///
 /// # Panics
 /// If `a`, `b` and `x` are not of one length n >= 1.

@@ -23,7 +23,7 @@ fn step_down<R: Real>(d: &mut [R]) -> R {
     kappa
 }
 
-/// Whether all zeros of `z^n - a_n z^(n-1) - ... - a_1` lie inside the unit circle, in O(n^2).
+/// Returns whether all zeros of `z^n - a_n z^(n-1) - ... - a_1` lie inside the unit circle, in O(n^2).
 ///
 /// `scratch` holds n numbers.
 ///
@@ -51,7 +51,7 @@ pub struct StepDown {
 }
 
 impl StepDown {
-    /// The recursion for `D = 1 + d_1 q^-1 + ... + d_p q^-p`; `None` where D is not stable.
+    /// Returns the recursion for `D = 1 + d_1 q^-1 + ... + d_p q^-p`; `None` if D is not stable.
     pub fn new(d: &[f64]) -> Option<Self> {
         let p = d.len();
         let mut predictors = vec![d.to_vec()];
@@ -75,7 +75,7 @@ impl StepDown {
         })
     }
 
-    /// The predictor polynomial of an order and the standard deviation of its error.
+    /// Returns the predictor polynomial of an order and the standard deviation of its error.
     pub fn predictor(&self, order: usize) -> (&[f64], f64) {
         (&self.predictors[order], self.deviations[order])
     }

@@ -43,7 +43,7 @@ fn check(first: &[f64], second: &[f64]) -> Result<(), SystemError> {
 }
 
 impl StateSpace {
-    /// The plant with last row `a` of A and input vector `b`, Eqs. (2), (3).
+    /// Returns the plant with last row `a` of A and input vector `b`, Eqs. (2), (3).
     ///
     /// # Errors
     /// If the lengths differ or are zero, or a coefficient is not finite.
@@ -52,36 +52,36 @@ impl StateSpace {
         Ok(Self { a, b })
     }
 
-    /// The order n.
+    /// Returns the order n.
     pub fn order(&self) -> usize {
         self.a.len()
     }
 
-    /// The last row of A, `a_1 ... a_n`.
+    /// Returns the last row of A, `a_1 ... a_n`.
     pub fn a(&self) -> &[f64] {
         &self.a
     }
 
-    /// The input vector `b_1 ... b_n`: the first n Markov parameters.
+    /// Returns the input vector `b_1 ... b_n`: the first n Markov parameters.
     pub fn b(&self) -> &[f64] {
         &self.b
     }
 
-    /// The numerator `h = T b`, Eq. (5).
+    /// Returns the numerator `h = T b`, Eq. (5).
     pub fn h(&self) -> Vec<f64> {
         let mut h = self.b.clone();
         multiply_toeplitz(&self.a, &mut h);
         h
     }
 
-    /// The denominator `1, alpha_1, ..., alpha_n` of A(q).
+    /// Returns the denominator `1, alpha_1, ..., alpha_n` of A(q).
     pub fn denominator(&self) -> Vec<f64> {
         let mut alpha = vec![1.0; self.order() + 1];
         reverse_negated(&self.a, &mut alpha[1..]);
         alpha
     }
 
-    /// Whether all poles lie inside the unit circle.
+    /// Returns whether all poles lie inside the unit circle.
     pub fn is_stable(&self) -> bool {
         is_stable(&self.a, &mut vec![0.0; self.order()])
     }
@@ -146,7 +146,7 @@ impl StateSpace {
 }
 
 impl TransferFunction {
-    /// The plant with denominator coefficients `a` and numerator `h`, Eq. (4).
+    /// Returns the plant with denominator coefficients `a` and numerator `h`, Eq. (4).
     ///
     /// # Errors
     /// If the lengths differ or are zero, or a coefficient is not finite.
@@ -155,7 +155,7 @@ impl TransferFunction {
         Ok(Self { a, h })
     }
 
-    /// The plant `B(q) / A(q)` from `alpha_1 ... alpha_n` and `beta_1 ... beta_n`.
+    /// Returns the plant `B(q) / A(q)` from `alpha_1 ... alpha_n` and `beta_1 ... beta_n`.
     ///
     /// # Errors
     /// As for [`Self::new`].

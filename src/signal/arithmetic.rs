@@ -24,7 +24,7 @@ pub fn fold<R: Real>(partial: [R; 8]) -> R {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
-/// The inner product `sum_k x(k) y(k)` over eight fused partial sums.
+/// Returns the inner product `sum_k x(k) y(k)` over eight fused partial sums.
 ///
 /// # Panics
 /// In debug builds, if the lengths differ.
@@ -61,7 +61,7 @@ fn reduce<R: Real>(x: &[R], step: impl Fn(R, R) -> R) -> R {
     fold(partial)
 }
 
-/// The arithmetic mean; NaN for an empty slice.
+/// Returns the arithmetic mean; NaN for an empty slice.
 pub fn mean<R: Real>(x: &[R]) -> R {
     R::run(
         #[inline(always)]
@@ -69,7 +69,7 @@ pub fn mean<R: Real>(x: &[R]) -> R {
     )
 }
 
-/// The mean square about the mean, divisor N: `sum_k (x(k) - mean)^2 / N`, in two passes.
+/// Returns the mean square about the mean, divisor N: `sum_k (x(k) - mean)^2 / N`, in two passes.
 pub fn variance<R: Real>(x: &[R]) -> R {
     R::run(
         #[inline(always)]
@@ -81,7 +81,7 @@ pub fn variance<R: Real>(x: &[R]) -> R {
     )
 }
 
-/// The covariance about the means, divisor N: `sum_k (x(k) - mean_x)(y(k) - mean_y) / N`.
+/// Returns the covariance about the means, divisor N: `sum_k (x(k) - mean_x)(y(k) - mean_y) / N`.
 ///
 /// # Panics
 /// If the lengths differ.

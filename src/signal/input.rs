@@ -85,7 +85,7 @@ named_enum! {
 }
 
 impl Input {
-    /// An input by its names. `sequence` holds for signs; Gaussian numbers are always fresh.
+    /// Returns an input by its names. `sequence` holds for signs; Gaussian numbers are always fresh.
     pub const fn new(law: InputLaw, amplitude: f64, sequence: Sequence) -> Self {
         match law {
             InputLaw::Signs => Self::Signs(RandomSigns {
@@ -96,7 +96,7 @@ impl Input {
         }
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub fn describe(&self) -> Value {
         let law = |law: InputLaw, sequence: Option<Sequence>| json!({ "law": law, "amplitude": self.amplitude(), "sequence": sequence });
         match self {
@@ -111,12 +111,12 @@ impl Input {
         }
     }
 
-    /// Whether every trial has the same samples.
+    /// Returns whether every trial has the same samples.
     pub fn is_fixed(&self) -> bool {
         matches!(self, Self::Samples(_)) || self.amplitude() == 0.0
     }
 
-    /// The standard deviation, in units of u; of given samples their root mean square.
+    /// Returns the standard deviation, in units of u; of given samples their root mean square.
     pub fn amplitude(&self) -> f64 {
         match self {
             Self::Signs(RandomSigns { amplitude, .. })

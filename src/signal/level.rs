@@ -47,7 +47,7 @@ pub struct ProcessVariances {
 }
 
 impl LevelReading {
-    /// The factor s such that y = y0 + s f has noise level `eta` per cent, Eq. (6).
+    /// Returns the factor s such that y = y0 + s f has noise level `eta` per cent, Eq. (6).
     ///
     /// `y0` and `f` are the window's samples, equally many. Of the measured output,
     /// `s^2 F = e^2 (Y + 2 s C + s^2 F)` with e = eta/100, variances Y of y0 and F of f and their

@@ -47,7 +47,7 @@ pub enum NoiseFilterError {
 }
 
 impl NoiseFilter {
-    /// The filter `(c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`.
+    /// Returns the filter `(c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`.
     ///
     /// # Errors
     /// If a polynomial is empty or not finite, D is not monic, or D is not stable.
@@ -67,7 +67,7 @@ impl NoiseFilter {
         })
     }
 
-    /// The same filter of white noise that is drawn with replacement from given numbers, their mean subtracted and their
+    /// Returns the same filter of white noise that is drawn with replacement from given numbers, their mean subtracted and their
     /// variance made 1 (Efron and Tibshirani, An Introduction to the Bootstrap, section 9.5). The stationary start is still
     /// of Gaussian numbers: mean and covariance are right there too, higher moments are not.
     ///
@@ -83,7 +83,7 @@ impl NoiseFilter {
         Ok(self)
     }
 
-    /// Whether w is Gaussian.
+    /// Returns whether w is Gaussian.
     pub fn is_gaussian(&self) -> bool {
         self.residuals.is_none()
     }
@@ -111,7 +111,7 @@ impl NoiseFilter {
         self.denominator.len().max(self.numerator.len() - 1)
     }
 
-    /// The process variance of f: `sum_k g(k)^2`, g the impulse response of C/D.
+    /// Returns the process variance of f: `sum_k g(k)^2`, g the impulse response of C/D.
     pub fn variance(&self) -> f64 {
         self.predictors.energy(&self.numerator)
     }

@@ -45,7 +45,7 @@ fn box_muller([radius_word, angle_word]: [u64; 2]) -> [f64; 2] {
     turn(radius_square(radius_word), angle_word)
 }
 
-/// The bits of the mantissa, in [1, 2).
+/// Returns the bits of the mantissa, in [1, 2).
 #[inline(always)]
 fn fraction<R: Real>(word: R::Word) -> R {
     R::from_bits((word & R::Word::splat(MANTISSA)) | R::Word::splat(ONE))
@@ -75,7 +75,7 @@ pub(crate) fn turn<R: Real>(radius_square: R, angle_word: R::Word) -> [R; 2] {
     ]
 }
 
-/// The natural logarithm for normal v in (0, 1], error below one unit in the last place.
+/// Returns the natural logarithm for normal v in (0, 1], error below one unit in the last place.
 ///
 /// `v = 2^e m` with m in [sqrt(1/2), sqrt(2)), `f = m - 1`, `s = f / (2 + f)`, and
 /// `ln m = f - f^2/2 + s (f^2/2 + R(s^2))`, with R's minimax coefficients from FreeBSD's e_log.c

@@ -49,7 +49,7 @@ fn mix<W: Word>(z: W) -> W {
     z ^ z.right::<31>()
 }
 
-/// The stream of one purpose in one trial.
+/// Returns the stream of one purpose in one trial.
 ///
 /// For a fixed purpose, four Feistel rounds of SplitMix64's finaliser take (seed, trial) one to one
 /// onto the first 128 bits of the generator's state, so two streams of one purpose never start
@@ -65,7 +65,7 @@ pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
     Stream::from_seed(state)
 }
 
-/// The generator's state of [`stream`], for one trial or for some.
+/// Returns the generator's state of [`stream`], for one trial or for some.
 #[inline(always)]
 pub(crate) fn state_of<W: Word>(seed: u64, trial: W, purpose: Purpose) -> [W; 4] {
     const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;

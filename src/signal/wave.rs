@@ -80,7 +80,7 @@ pub enum SignalError {
 }
 
 impl Wave {
-    /// The value at t; at a switch or a sample the value after it.
+    /// Returns the value at t; at a switch or a sample the value after it.
     pub fn value(&self, t: f64) -> f64 {
         match self.line(t, t) {
             Some((value, _)) => value,
@@ -103,7 +103,7 @@ impl Wave {
         }
     }
 
-    /// The straight line that the wave is around the time `inside`: its value at t and its slope.
+    /// Returns the straight line that the wave is around the time `inside`: its value at t and its slope.
     /// `None` for a sine.
     ///
     /// t may be an end of the piece: the limit from the side of `inside` is what a step that ends
@@ -153,7 +153,7 @@ impl Wave {
         }
     }
 
-    /// Whether the wave is defined up to `until` seconds.
+    /// Returns whether the wave is defined up to `until` seconds.
     pub(super) fn check(&self, until: f64) -> Result<(), SignalError> {
         let (numbers, positive): ([f64; 3], _) = match *self {
             Self::Constant { value } => ([value; 3], None),

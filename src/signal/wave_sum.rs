@@ -10,17 +10,17 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// The sum of `waves`.
+    /// Returns the sum of `waves`.
     pub fn new(waves: Vec<Wave>) -> Self {
         Self { waves }
     }
 
-    /// The value at t; at a switch or a sample the value after it.
+    /// Returns the value at t; at a switch or a sample the value after it.
     pub fn value(&self, t: f64) -> f64 {
         self.waves.iter().map(|wave| wave.value(t)).sum()
     }
 
-    /// The sum of all waves but the sines as the straight line that it is around the time `inside`:
+    /// Returns the sum of all waves but the sines as the straight line that it is around the time `inside`:
     /// its value at t and its slope. t may be an end of the piece.
     pub fn line(&self, t: f64, inside: f64) -> (f64, f64) {
         self.waves
@@ -29,7 +29,7 @@ impl Signal {
             .fold((0.0, 0.0), |sum, line| (sum.0 + line.0, sum.1 + line.1))
     }
 
-    /// Whether all waves are defined up to `until` seconds.
+    /// Returns whether all waves are defined up to `until` seconds.
     ///
     /// # Errors
     /// If a number is not finite, a frequency or interval is not positive, or a record is too
@@ -38,7 +38,7 @@ impl Signal {
         self.waves.iter().try_for_each(|wave| wave.check(until))
     }
 
-    /// An upper bound of the number of breakpoints before `until`.
+    /// Returns an upper bound of the number of breakpoints before `until`.
     pub fn breakpoint_bound(&self, until: f64) -> f64 {
         self.waves
             .iter()
