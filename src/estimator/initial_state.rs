@@ -88,7 +88,8 @@ impl InitialState {
         self.state.fill(0.0);
     }
 
-    /// Returns how many rows of D precede the first that, with all later ones, is below [`NEGLIGIBLE`]: n to `rows`.
+    /// Returns how many rows of D matter, at most `rows`: those before the first row, from row n on, whose entries are
+    /// all below [`NEGLIGIBLE`].
     fn relevant_rows(&mut self, a: &[f64], rows: usize) -> usize {
         self.start();
         let row = &mut self.row;

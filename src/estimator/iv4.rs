@@ -103,7 +103,7 @@ enum Whitening {
 }
 
 impl Whitening {
-    /// Computes `L = 1 + l_1 q^-1 + ...` of residuals w; `zeros` holds as many zeros.
+    /// Computes `L = 1 + l_1 q^-1 + ...` of residuals w; `zeros` is a signal of zeros of the same length.
     fn find(&mut self, w: &[f64], zeros: &[f64], prefilter: &mut [f64]) -> Result<(), FailureKind> {
         match self {
             Self::LeastSquares(regression) => {

@@ -53,7 +53,7 @@ impl From<Shape> for Problem<'_> {
     }
 }
 
-/// The needs of a method besides a record.
+/// What a method needs of a cell besides a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
     /// The true plant.

@@ -167,7 +167,7 @@ impl OutputErrorIteration {
             match &mut self.refined {
                 None => self.first.solve(&self.u, &self.y, condition)?,
                 Some(refined) => {
-                    // x is B/F u; the instruments use it divided by F.
+                    // `self.u` is u/F, so x is B/F u divided by F.
                     self.model.simulate(&self.u, &mut self.x);
                     let signals = Signals::new(&self.u, &self.y, &self.x);
                     refined.solve(signals, condition)?;

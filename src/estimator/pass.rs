@@ -28,7 +28,7 @@ pub enum Stage {
     Observer = 12,
 }
 
-/// A numerical failure. It counts as data: it is recorded and counted.
+/// A numerical failure, which is data: it is recorded and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Failure {
     /// The kind of failure.

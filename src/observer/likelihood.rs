@@ -171,7 +171,7 @@ struct Search<E> {
 }
 
 impl<E: Fn(f64) -> Result<Likelihood, RatioError>> Search<E> {
-    /// `-2 log L` at rho, infinite where there is none.
+    /// Returns `-2 log L` at rho; infinite if there is none.
     fn at(&mut self, rho: f64) -> f64 {
         match (self.evaluate)(rho) {
             Ok(likelihood) => {

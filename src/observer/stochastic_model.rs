@@ -38,7 +38,7 @@ pub struct MeasurementNoise<'a> {
 }
 
 impl MeasurementNoise<'_> {
-    /// White noise.
+    /// Makes white noise.
     pub fn white(deviation: f64) -> Self {
         Self {
             numerator: &[1.0],
