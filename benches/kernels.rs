@@ -1,5 +1,5 @@
-//! Every solver for least squares and for one IV pass at n = 2, 6, 12 and N = 98, 998; the information
-//! blocks by the recurrence and by the product of the data matrices.
+//! Every solver for least squares and for one IV pass at n = 2, 6, 12 and N = 98, 998; the information blocks by
+//! recurrence and by the product of the data matrices.
 
 use asobench::estimator::information::Information;
 use asobench::estimator::solver::Solution;
@@ -10,7 +10,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use std::time::Duration;
 
-/// A record of a random plant: u, noise-free and noisy output.
+/// The record of a random plant: u, noise-free and noisy output.
 fn record(order: usize, window: usize) -> [Vec<f64>; 3] {
     let plant = random_stable(order, 0.7, &mut stream(1, 0, Purpose::Plant));
     let mut u = vec![0.0; window];

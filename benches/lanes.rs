@@ -1,4 +1,5 @@
-//! The lanes: every kernel at every width, whole packs of W98 beside faer, and how both scale in N, n and threads.
+//! The lanes: every kernel at every width, whole packs of W98 compared with faer, and the scaling of both in N, n and
+//! threads.
 
 use asobench::lanes::Isa;
 use asobench::plant::{Numerator, PoleFinder, nikolov2023, random_stable};
@@ -26,7 +27,7 @@ fn experiment(text: &str) -> Experiment {
     Experiment::new(file).expect("a valid experiment")
 }
 
-/// W98 with another window, and 100 samples more in the record.
+/// W98 with another window; its record has 100 samples more.
 fn of_window(window: usize) -> Experiment {
     let file = W98
         .replace("window = 98", &format!("window = {window}"))
@@ -34,8 +35,9 @@ fn of_window(window: usize) -> Experiment {
     experiment(&file)
 }
 
-/// W98 on a random stable plant, the same in every session. Those of orders 5, 7 and 12 have an initial state or
-/// equations so ill-conditioned that lanes are solved again alone, once a trial and more: times of that path.
+/// W98 on a random stable plant, the same in every session. Orders 5, 7 and 12 have an ill-conditioned initial state or
+/// ill-conditioned equations. There single lanes are solved again, at least once a trial, so the times are those of
+/// that path.
 fn of_order(order: usize, window: usize) -> Experiment {
     let plant = random_stable(order, 0.7, &mut stream(1, 0, Purpose::Plant));
     let file = W98
@@ -82,7 +84,7 @@ fn kernels(criterion: &mut Criterion) {
     }
 }
 
-/// What the kernel `spectral_radius` is compared with: one lane's code for one number, and faer's eigenvalues.
+/// References for the kernel `spectral_radius`: the code of one lane on one number, and faer's eigenvalues.
 fn poles(criterion: &mut Criterion) {
     let plant = nikolov2023(Numerator::StateSpace);
     let mut finder = PoleFinder::new(plant.order());
@@ -96,7 +98,7 @@ fn poles(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Packs of trials, one after the other.
+/// Times packs of trials, one after the other.
 fn bench_pack(
     group: &mut BenchmarkGroup<'_, WallTime>,
     id: BenchmarkId,
@@ -110,7 +112,7 @@ fn bench_pack(
     });
 }
 
-/// Trials by faer.
+/// Times trials on faer.
 fn bench_faer(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, experiment: &Experiment) {
     let mut experiment = Experiment::new(experiment.file.clone()).expect("a valid experiment");
     experiment.file.engine = Engine::Faer;
@@ -176,7 +178,7 @@ fn scaling(criterion: &mut Criterion) {
     }
 }
 
-/// Blocks of trials as a study runs them.
+/// Times blocks of trials as a study runs them.
 fn threads(criterion: &mut Criterion) {
     let mut group = group(criterion, "threads");
     group.sample_size(10);

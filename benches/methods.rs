@@ -1,7 +1,7 @@
-//! Every estimator on one record: orders 2, 4, 6 and windows of 98, 998, 9998 samples, and W98's own record.
+//! Every estimator on one record: orders 2, 4, 6, windows of 98, 998, 9998 samples, and the record of W98.
 //!
-//! The plants have poles at 0.8, -0.7, 0.5, -0.4, 0.2, -0.2, the first n of them, white output noise of a tenth of the
-//! output's size, and every method has n coefficients of each polynomial that it has (one of C and D).
+//! The plants have the first n of the poles 0.8, -0.7, 0.5, -0.4, 0.2, -0.2, and white output noise of a tenth of the
+//! output's size. Every method has n coefficients for each of its polynomials (one for C and D).
 //! `examples/method_table.rs` prints the times as a table.
 
 use asobench::data::Realisation;
@@ -14,7 +14,7 @@ use serde_json::{Map, Value};
 use std::hint::black_box;
 use std::time::Duration;
 
-/// An estimator with orders n; `None` for those that a record alone does not feed.
+/// An estimator with orders n; `None` if it needs more than a record.
 fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
     let orders = match estimator {
         EstimatorName::Known => return None,

@@ -1,7 +1,7 @@
-//! Prints how criterion's medians of the last run compare with those of a saved baseline.
+//! Compares criterion's medians of the last run with those of a saved baseline.
 //!
-//! `cargo run --release --example bench_table BASELINE [NOISE]`: NOISE is the change in per cent that is taken for
-//! noise, 10 by default.
+//! `cargo run --release --example bench_table BASELINE [NOISE]`: changes up to NOISE per cent count as noise, 10 by
+//! default.
 
 mod criterion;
 
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// Standard errors on each side of a 95 % interval.
+/// Half the width of a 95 % interval in standard errors.
 const Z: f64 = 1.96;
 
 /// One benchmark in both runs.
@@ -32,7 +32,7 @@ impl Change {
         }
     }
 
-    /// What is said of it: the interval must lie wholly beyond the noise.
+    /// The mark of a change whose interval lies entirely beyond the noise.
     fn mark(&self, noise: f64) -> &'static str {
         let [_, low, high] = self.ratio;
         if low > 1.0 + noise {
@@ -45,7 +45,7 @@ impl Change {
     }
 }
 
-/// Every folder with results of the last run, below `folder`.
+/// Finds every folder below `folder` with results of the last run.
 fn benchmarks(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
     if folder.join("new/estimates.json").is_file() {
         found.push(folder.to_owned());
@@ -79,7 +79,7 @@ fn main() -> Result<()> {
     let mut changes = Vec::new();
     for path in found {
         let medians = [&baseline, "new"].map(|run| criterion::median(&path, run));
-        // Equal to the last bit: not run again since it was saved.
+        // Medians equal to the last bit: the benchmark was not run again since the baseline was saved.
         if let [Some(before), Some(now)] = medians
             && before != now
         {
@@ -94,7 +94,7 @@ fn main() -> Result<()> {
         )
         .into());
     }
-    // The worst first.
+    // Largest slowdown first.
     changes.sort_by(|a, b| b.ratio[0].total_cmp(&a.ratio[0]).then(a.name.cmp(&b.name)));
     println!("benchmark                           before      now  ratio [95 % interval]");
     println!("{}", "-".repeat(80));
@@ -107,7 +107,7 @@ fn main() -> Result<()> {
         println!("{}", line.trim_end());
     }
     println!("{}", "-".repeat(80));
-    // Sorted descending.
+    // The changes are sorted in descending order.
     let at = |share: f64| changes[(share * (changes.len() - 1) as f64).round() as usize].ratio[0];
     let marked = |mark| {
         let all = changes.iter();

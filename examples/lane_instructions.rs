@@ -1,4 +1,4 @@
-//! Runs trials of W98 and prints nothing of interest: `.ci/instructions` counts its instructions.
+//! Runs trials of W98 without useful output; `.ci/instructions` counts the instructions.
 //!
 //! `cargo run --release --example lane_instructions avx2|portable|faer|reproduce TRIALS`
 
@@ -20,7 +20,7 @@ fn main() -> Result<()> {
     let mut file = ExperimentFile::parse(text)?;
     file.engine = Engine::Faer;
     let experiment = Experiment::new(file)?;
-    // The paper's cell with the settings of W98.
+    // The paper's cell, with the settings of W98.
     let cell = &experiment.cells[usize::from(reproduce)];
     let mut worker = if what == "faer" {
         Worker::new(&experiment, cell)?
@@ -31,7 +31,7 @@ fn main() -> Result<()> {
         }
         Worker::Lanes(Plan::new(&experiment, cell)?.pack(isa))
     };
-    // Room for all rows, so that their number does not count.
+    // Reserves room for all rows, so that growing the list adds no instructions.
     let mut trials = Trials::new(&experiment, cell);
     trials.rows.reserve(count as usize);
     worker.run_into(0..count, &mut trials)?;

@@ -10,7 +10,7 @@ use std::path::Path;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// Microseconds of a trial by one engine: the benchmark's median over the trials of one iteration.
+/// Microseconds of a trial with one engine: the benchmark's median over the trials of one iteration.
 fn microseconds(benchmark: &Path) -> Result<f64> {
     let missing = || format!("{}: no results of the benchmark", benchmark.display());
     let [ns, _] = criterion::median(benchmark, "new").ok_or_else(missing)?;
@@ -32,7 +32,7 @@ fn main() -> Result<()> {
     for (group, n, window, size) in orders.chain(windows) {
         let time = |engine| microseconds(&criterion::folder().join(group).join(engine).join(&size));
         let (lanes, faer) = (time("lanes")?, time("faer")?);
-        // Growth from one window to the next of the same plant.
+        // The growth from one window to the next for the same plant.
         let exponent = match before {
             Some((shorter, time)) if group == "scaling_window" => {
                 let exponent = (lanes / time).ln() / (window as f64 / shorter as f64).ln();

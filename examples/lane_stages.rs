@@ -1,5 +1,5 @@
-//! Prints what each stage of a W98 trial takes in the lanes: time, share of the peak of fused multiply-adds, and the
-//! time of the same stage on faer. All are measured in turn, round after round; medians are printed.
+//! Prints the cost of each stage of a W98 trial in the lanes: time, share of the peak rate of fused multiply-adds, and
+//! the time of the same stage on faer. The stages are measured in turn, in rounds; the medians are printed.
 //!
 //! `cargo run --release --example lane_stages [avx512|avx2|portable]`
 
@@ -27,13 +27,13 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 const ROUNDS: usize = 51;
 
-/// How long one stage is measured in a round.
+/// Time that one stage is measured in a round.
 const STRETCH: Duration = Duration::from_millis(2);
 
-/// Samples of responses.
+/// Number of samples of the responses.
 const FRESH: usize = 200;
 
-/// The stages of a trial: name, how often, kernel.
+/// The stages of a trial: name, runs per trial, kernel.
 const STAGES: [(&str, usize, Kernel); 7] = [
     ("record", 1, Kernel::Draw),
     ("least-squares sums", 1, Kernel::LeastSquaresSums),
@@ -44,20 +44,20 @@ const STAGES: [(&str, usize, Kernel); 7] = [
     ("observer, errors", 1, Kernel::Observer),
 ];
 
-/// Floating-point operations of one run of a kernel in one lane: 2 for a fused multiply-add, 1 for any other; no
-/// integer operations, signs, comparisons, and nothing that only guards (finite? stable? regular?).
+/// Floating-point operations of one run of a kernel in one lane: 2 for a fused multiply-add, 1 for any other. Integer
+/// operations, signs, comparisons and mere checks (finite? stable? regular?) do not count.
 ///
-/// n, N (window) and K (horizon); `rows` are those of D, m = 2n, and S a simulated sample: 2n products, all but one of
-/// them fused, `4n - 1`.
+/// n, N (window) and K (horizon) are as usual; `rows` is the number of rows of D, and m = 2n. A simulated sample S has
+/// 2n products, all but one of them fused: `4n - 1`.
 ///
-/// - Record: K + n normal numbers (33 each: a pair takes 28 for the logarithm, 33 for sine and cosine, 5 for the
-///   rest); the noise of n fused products and a sum (2n + 1) K, its start n (n + 1); S N; two variances, 4 N each; the
-///   noise added, 2 N.
-/// - Least-squares sums: 4n + 1 products for each of N - n samples; three blocks extended, two fused products for each
-///   of `(n-1)^2` entries; as much for 2 (n - 1) entries of first columns.
+/// - Record: K + n normal numbers (33 each: a pair takes 28 for the logarithm, 33 for sine and cosine, 5 for the rest);
+///   the noise with n fused products and a sum (2n + 1) K, its start n (n + 1); S N; two variances, 4 N each; adding
+///   the noise, 2 N.
+/// - Least-squares sums: 4n + 1 products for each of N - n samples; extending three blocks, two fused products for each
+///   of `(n-1)^2` entries; the same for 2 (n - 1) entries of first columns.
 /// - IV sums: 4n - 1 products for each of N - n samples; two blocks, one first column.
 /// - Solve: elimination of m x m, `(m-1) m (2m-1) / 6` fused products; for each of m (m-1) / 2 multipliers one product,
-///   and a fused one each for the right-hand side and for the substitution back; m divisions and products with them;
+///   and one fused product each for the right-hand side and for back substitution; m divisions and products with them;
 ///   b from h, n (n-1) / 2 fused products.
 /// - Initial state: for each row the residual 1, two sums 4n, the response 4n - 1, the next row 2n - 1; D'D from its
 ///   last column, 3 fused products for each of n (n+1) / 2 entries; `L D L'`: `(n^3-n) / 6` fused products, for each of
@@ -104,8 +104,8 @@ fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
     }
 }
 
-/// Bytes that one run of a kernel reads and writes in one lane, each number of its data counted once a pass over it:
-/// samples (8 bytes each), and G and r of the sums; what stays in registers or is read again while it is near does not count.
+/// Bytes that one run of a kernel reads and writes in one lane: samples (8 bytes each), and G and r of the sums. Each
+/// number counts once per pass over it. Numbers that stay in registers or are read again from near caches do not count.
 ///
 /// - Record: u and f to the horizon, y in the window.
 /// - Sums: u and y, for IV yhat too; G and r, m (m + 1).
@@ -113,7 +113,7 @@ fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
 /// - Initial state: u and y in as many samples as D has rows; D'D, n (n + 1).
 /// - Auxiliary model: u, yhat.
 /// - Observer: u and f to the horizon, y in the window; true states of K - N samples, written and read.
-/// - Impulse response: that of the plant. FIT on fresh data: u and y.
+/// - Impulse response: the impulse response of the plant. FIT on fresh data: u and y.
 fn bytes(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
     let m = 2 * n;
@@ -137,7 +137,7 @@ fn bytes(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
     }
 }
 
-/// Rows of D before all of `c'A^k` is below 2^-80 at a multiple of 32, for the true plant.
+/// Number of rows of D, for the true plant, until all of `c'A^k` is below 2^-80; the test is made at multiples of 32.
 fn rows(a: &[f64], window: usize) -> usize {
     let mut row = vec![0.0; a.len()];
     row[0] = 1.0;
@@ -206,7 +206,7 @@ impl<'e> Faer<'e> {
         Ok(this)
     }
 
-    /// As the lanes' kernel; but the solve makes its sums too.
+    /// Runs the same stage as the lanes' kernel, except that the solve also computes its sums.
     fn run(&mut self, kernel: Kernel) {
         let (cell, record) = (self.cell, &mut self.record);
         if kernel == Kernel::Draw {
@@ -286,12 +286,12 @@ impl<'e> Faer<'e> {
     }
 }
 
-/// One thing that is measured.
+/// A piece of code that is measured.
 struct Timed<'a> {
     run: Box<dyn FnMut() + 'a>,
-    /// How often it runs in a round.
+    /// Runs per round.
     count: u32,
-    /// Nanoseconds of a run, one for each round.
+    /// Nanoseconds per run, one number for each round.
     times: Vec<f64>,
 }
 
@@ -319,7 +319,7 @@ impl<'a> Timed<'a> {
     }
 }
 
-/// A kernel of the lanes, and of faer.
+/// The kernel of a stage in the lanes, and on faer.
 fn stage<'e>(
     fast: &'e Experiment,
     slow: &'e Experiment,
@@ -334,7 +334,7 @@ fn stage<'e>(
     ])
 }
 
-/// Whole trials, `at_once` in a run.
+/// Whole trials, `at_once` per run.
 fn whole<'e>(experiment: &Experiment, at_once: u64, mut worker: Worker<'e>) -> Timed<'e> {
     let (mut trials, mut from) = (Trials::new(experiment, &experiment.cells[0]), 0);
     Timed::new(move || {
@@ -351,7 +351,7 @@ fn median(mut x: Vec<f64>) -> f64 {
     x[x.len() / 2]
 }
 
-/// Prints nanoseconds of a trial in the lanes and on faer: the stages, all passes, the whole.
+/// Prints the nanoseconds of a trial in the lanes and on faer: the stages, all passes, the whole trial.
 fn print(isa: Isa, lanes: usize, cell: &Cell, rows: usize, peak: f64, times: &[[f64; 2]]) {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
     println!(
@@ -371,7 +371,7 @@ fn print(isa: Isa, lanes: usize, cell: &Cell, rows: usize, peak: f64, times: &[[
     let [iv_sums, estimate, whole] = [times[2], times[STAGES.len()], times[STAGES.len() + 1]];
     let (mut sum, mut sum_work) = ([0.0; 2], [0; 2]);
     for ((name, count, kernel), [fast, slow]) in STAGES.into_iter().zip(times.iter().copied()) {
-        // On faer a solve makes its sums.
+        // On faer a solve also computes its sums.
         let slow = if kernel == Kernel::Solve {
             slow - iv_sums[1]
         } else {

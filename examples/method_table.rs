@@ -1,4 +1,5 @@
-//! Prints the table of times in docs/performance.md from criterion's stored estimates (run `cargo bench --bench methods` first).
+//! Prints the table of times in docs/performance.md from criterion's stored estimates (run
+//! `cargo bench --bench methods` first).
 //!
 //! `cargo run --release --example method_table`
 
@@ -6,7 +7,7 @@ mod criterion;
 
 use asobench::estimator::EstimatorName;
 
-/// Criterion's median in text; "-" where it was not run.
+/// Formats criterion's median; "-" if it was not run.
 fn time(estimator: EstimatorName, size: &str) -> String {
     let benchmark = criterion::folder().join("methods").join(estimator.name());
     match criterion::median(&benchmark.join(size), "new") {

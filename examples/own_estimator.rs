@@ -1,4 +1,4 @@
-//! An estimator of your own (ridge) in a Monte-Carlo comparison, with the summary and a report of it:
+//! Compares a user-defined estimator (ridge) in a Monte-Carlo study, and writes its summary and report:
 //! `cargo run --release --example own_estimator`
 
 use asobench::estimator::information::Information;
@@ -9,7 +9,7 @@ use asobench::study::file::TrialRule;
 use faer::linalg::solvers::Solve;
 use std::path::Path;
 
-/// `p = (Phi'Phi + lambda I)^-1 Phi'y`; the buffers are made once per worker.
+/// `p = (Phi'Phi + lambda I)^-1 Phi'y`; each worker allocates the buffers once.
 struct Ridge {
     lambda: f64,
     information: Information,
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut experiment = Experiment::nikolov2023(1);
     experiment.file.trials = TrialRule::Fixed(2000);
     for lambda in [1.0, 10.0, 100.0, 1000.0] {
-        // Name and version are part of the design: results of another version are never taken up.
+        // Name and version are part of the design: results of another version are never reused.
         let ridge = Method::single(&format!("ridge {lambda}"), "1.1", move |shape| {
             let information = Information::new(shape.order);
             Ok(Box::new(Ridge {

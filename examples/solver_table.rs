@@ -15,7 +15,7 @@ use std::path::Path;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// Criterion's median time of a benchmark, in text; "-" where it was not run.
+/// Formats criterion's median time of a benchmark; "-" if it was not run.
 fn time(group: &str, solver: Solver, size: &str) -> String {
     let benchmark = criterion::folder().join(group).join(solver.name());
     match criterion::median(&benchmark.join(size), "new") {
@@ -72,7 +72,7 @@ fn error(name: &str, solver: Solver, instruments: bool) -> Result<f64> {
     Ok(differences.fold(0.0, f64::max))
 }
 
-/// Decimal digits of a relative error.
+/// The number of correct decimal digits for a relative error.
 fn digits(error: f64) -> String {
     format!("{:.1}", -error.max(1e-17).log10())
 }

@@ -1,20 +1,20 @@
-//! Enumerations that a user names on the command line or in a file: one list of names, parsing that
-//! suggests the nearest one, and the same name in every output.
+//! Enumerations that a user names on the command line or in a file. Each has one list of names for parsing, which
+//! suggests the nearest name, and for every output.
 
-/// A name that is none of the valid ones.
+/// A name that is not one of the valid ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown {what} '{given}'{}; expected {}", nearest(.given, .valid), .valid.join(", "))]
 pub struct UnknownName {
-    /// What was to be named.
+    /// The kind of thing to be named.
     pub what: String,
-    /// What was given.
+    /// The name given.
     pub given: String,
     /// The valid names.
     pub valid: Vec<String>,
 }
 
 impl UnknownName {
-    /// `given` where one of `valid` was expected.
+    /// The error for `given` if one of `valid` was expected.
     pub fn new(what: &str, given: &str, valid: &[&str]) -> Self {
         Self {
             what: what.to_owned(),
@@ -24,7 +24,7 @@ impl UnknownName {
     }
 }
 
-/// ", did you mean 'name'?" for the nearest valid name, or nothing where none is near.
+/// ", did you mean 'name'?" for the nearest valid name, or nothing if none is near.
 fn nearest(given: &str, valid: &[String]) -> String {
     valid
         .iter()
@@ -34,7 +34,7 @@ fn nearest(given: &str, valid: &[String]) -> String {
         .map_or_else(String::new, |(_, name)| format!(", did you mean '{name}'?"))
 }
 
-/// Defines an enumeration whose first variant is the default and whose variants have names.
+/// Defines an enumeration whose variants have names. The first variant is the default.
 macro_rules! named_enum {
     (
         $(#[$meta:meta])* $name:ident, $what:literal {
@@ -107,8 +107,8 @@ macro_rules! named_enum {
 }
 pub(crate) use named_enum;
 
-/// Defines a [`named_enum`] whose every variant has an entry of a table; the variant's doc comment
-/// is what `about` says. A variant without an entry does not compile.
+/// Defines a [`named_enum`] whose variants each have an entry of a table. A variant's doc comment is the text that
+/// `about` returns. A variant without an entry does not compile.
 macro_rules! named_table {
     (
         $(#[$meta:meta])* $name:ident, $what:literal, $entry:ty {
@@ -124,7 +124,7 @@ macro_rules! named_table {
         }
 
         impl $name {
-            /// What it is, in a sentence.
+            /// A description in one sentence.
             pub const fn about(self) -> &'static str {
                 match self {
                     Self::$first => concat!($($first_doc),+).trim_ascii_start(),
@@ -132,7 +132,7 @@ macro_rules! named_table {
                 }
             }
 
-            /// Its entry of the table.
+            /// The entry of the table.
             const fn entry(self) -> $entry {
                 match self {
                     Self::$first => $first_entry,

@@ -1,17 +1,16 @@
-//! Numbers with their standard errors in a few characters.
+//! Short forms of numbers with their standard errors.
 
 use crate::metric::Quantile;
 
-/// A value with its standard error in parentheses, in units of the last digit: `0.0879(5)`,
-/// `3.21(4)e-13`. The error is shown with one digit, rounded up where that digit would be 0.
+/// Formats a value with its standard error in parentheses, in units of the last digit: `0.0879(5)`, `3.21(4)e-13`. The
+/// error has one digit, at least 1.
 ///
-/// An undefined value is `-`; an error that is undefined or zero is left out, with four digits
-/// shown.
+/// An undefined value is `-`. If the error is undefined or zero, only the value is shown, with four digits.
 pub fn uncertain(value: f64, error: f64) -> String {
     rounded(value, error, 17)
 }
 
-/// A quantile with its standard error; `lost` where it falls among lost trials.
+/// Formats a quantile with its standard error; `lost` if it falls among lost trials.
 pub fn quantile(quantile: Quantile) -> String {
     if quantile.lost {
         "lost".to_owned()
@@ -20,8 +19,7 @@ pub fn quantile(quantile: Quantile) -> String {
     }
 }
 
-/// The same with at most `most` digits of the value; a smaller error is shown as 1 of the last of
-/// them.
+/// Like [`uncertain`] with at most `most` digits of the value; a smaller error is shown as 1 in the last of them.
 pub fn rounded(value: f64, error: f64, most: i32) -> String {
     if !value.is_finite() {
         return "-".to_owned();
@@ -41,7 +39,7 @@ pub fn rounded(value: f64, error: f64, most: i32) -> String {
     )
 }
 
-/// The value rounded to the decimal of its error's first digit, or to `most` digits.
+/// The value rounded to the decimal of the error's first digit, with at most `most` digits.
 fn with_error(value: f64, error: f64, most: i32) -> String {
     let mut decimals = -exponent_of(error);
     if digits(error, decimals) >= 10 {
@@ -57,12 +55,12 @@ fn exponent_of(x: f64) -> i32 {
     x.log10().floor() as i32
 }
 
-/// An error in units of the last of `decimals` decimals, at least 1.
+/// The error in units of the last of `decimals` decimals, at least 1.
 fn digits(error: f64, decimals: i32) -> u64 {
     ((error * 10.0_f64.powi(decimals)).round() as u64).max(1)
 }
 
-/// Four significant digits.
+/// The value with four significant digits.
 fn plain(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();

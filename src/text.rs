@@ -1,13 +1,12 @@
-//! Text of others, such as names, titles and paths: what of it is shown as it is, and which names
-//! are told apart.
+//! Text from users, such as names, titles and paths: how it is shown, and which names are equal.
 
 use std::fmt::{Display, Write as _};
 
-/// The most characters of a name: of a method, a claim, a plant and the like.
+/// Longest name in characters: of a method, a claim, a plant and the like.
 pub(crate) const NAME_LIMIT: usize = 200;
 
-/// Whether a character is not seen, or changes where others stand: controls, line ends, directions,
-/// and what Unicode calls default-ignorable.
+/// Whether a character is invisible or changes the position of others: controls, line ends, directions, and the
+/// default-ignorable characters of Unicode.
 fn is_unseen(c: char) -> bool {
     c.is_control()
         || matches!(c,
@@ -18,8 +17,8 @@ fn is_unseen(c: char) -> bool {
             | '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}' | '\u{e0000}'..='\u{e0fff}')
 }
 
-/// Whether an unseen character stands where words and emoji need it: joiners between two characters
-/// beyond ASCII, a variation selector behind one, or in a keycap.
+/// Whether an invisible character is needed by words or emoji: a joiner between two characters beyond ASCII, or a
+/// variation selector after one or in a keycap.
 fn joins(before: Option<char>, c: char, after: Option<char>) -> bool {
     const EMOJI: char = '\u{fe0f}';
     const KEYCAP: char = '\u{20e3}';
@@ -33,7 +32,7 @@ fn joins(before: Option<char>, c: char, after: Option<char>) -> bool {
     }
 }
 
-/// A text in which `replace` writes something else for every character that is not seen.
+/// Returns the text with every invisible character replaced by what `replace` writes.
 fn replace_unseen(text: &str, mut replace: impl FnMut(&mut String, char)) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut characters = text.chars().peekable();
@@ -50,14 +49,14 @@ fn replace_unseen(text: &str, mut replace: impl FnMut(&mut String, char)) -> Str
     shown
 }
 
-/// A text as people may see it, on one line: what is not seen is written as `\n` or `\u{202e}`.
+/// Returns the text on one line, as people may see it: invisible characters are written like `\n` or `\u{202e}`.
 pub(crate) fn visible(text: impl Display) -> String {
     replace_unseen(&text.to_string(), |shown, c| {
         shown.extend(c.escape_default());
     })
 }
 
-/// The same of a text of several lines.
+/// Like [`visible`] for a text of several lines.
 pub(crate) fn visible_lines(text: &str) -> String {
     replace_unseen(text, |shown, c| match c {
         '\n' => shown.push(c),
@@ -65,20 +64,20 @@ pub(crate) fn visible_lines(text: &str) -> String {
     })
 }
 
-/// JSON in which strings have nothing unseen; between them are blanks and line ends only.
+/// Returns JSON without invisible characters in its strings; between them are only blanks and line ends.
 pub(crate) fn visible_json(json: &str) -> String {
     replace_unseen(json, |shown, c| match c {
         '\n' => shown.push(c),
         c => {
             for unit in c.encode_utf16(&mut [0; 2]) {
-                // Writing to a string does not fail.
+                // Writing to a string cannot fail.
                 let _ = write!(shown, "\\u{unit:04x}");
             }
         }
     })
 }
 
-/// The beginning of a long text, with how much is left out.
+/// The beginning of a long text, with the number of characters left out.
 pub(crate) fn beginning(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         None => text.to_owned(),
@@ -89,7 +88,7 @@ pub(crate) fn beginning(text: &str, most: usize) -> String {
     }
 }
 
-/// A path or another word of a command, in quotes where a shell would read it otherwise.
+/// A path or another word of a command, quoted if a shell would misread it.
 pub(crate) fn shell_word(word: impl Display) -> String {
     let word = word.to_string();
     let plain = |c: char| c.is_alphanumeric() || "/._-+,@%:=".contains(c);
@@ -99,7 +98,7 @@ pub(crate) fn shell_word(word: impl Display) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-/// What of a name tells it from others: not case, not kinds and numbers of blanks, nothing unseen.
+/// The part of a name that distinguishes it: without case, number and kind of blanks, and invisible characters.
 pub(crate) fn folded(name: &str) -> String {
     let seen = |c: &char| c.is_whitespace() || !is_unseen(*c);
     let seen: String = name.chars().filter(seen).collect();
@@ -109,7 +108,7 @@ pub(crate) fn folded(name: &str) -> String {
     upper.flat_map(char::to_lowercase).collect()
 }
 
-/// The first name that cannot be told from one before it, and that one.
+/// Returns the first name that equals an earlier one when folded, with that earlier name first.
 pub(crate) fn alike<'a>(names: impl IntoIterator<Item = &'a str>) -> Option<[&'a str; 2]> {
     let mut seen = std::collections::BTreeMap::new();
     for name in names {
@@ -120,7 +119,7 @@ pub(crate) fn alike<'a>(names: impl IntoIterator<Item = &'a str>) -> Option<[&'a
     None
 }
 
-/// What is wrong with a name that a user gave, if anything is.
+/// Describes the fault of a name that a user gave; `None` if there is none.
 pub(crate) fn name_fault(name: &str) -> Option<String> {
     let shown = beginning(&visible(name), 60);
     let expected = if name.trim().is_empty() {
@@ -139,8 +138,8 @@ pub(crate) fn name_fault(name: &str) -> Option<String> {
     Some(format!("'{shown}'; expected {expected}"))
 }
 
-/// A paragraph of lines of at most `width` columns, each with its end and each but the first behind
-/// `indent`; a word that is longer than a line is cut.
+/// Wraps a paragraph to lines of at most `width` columns, each with a line end. All but the first begin with `indent`.
+/// A word longer than a line is cut.
 pub(crate) fn wrap(text: &str, width: usize, indent: &str) -> String {
     let count = |text: &str| text.chars().count();
     let mut lines: Vec<String> = Vec::new();
@@ -172,8 +171,7 @@ pub(crate) fn wrap(text: &str, width: usize, indent: &str) -> String {
         .collect()
 }
 
-/// A number in the shortest form that reads back to the same bits, with an exponent where it is
-/// large or small.
+/// The shortest form of a number that reads back to the same bits, with an exponent if it is large or small.
 pub(crate) fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e15).contains(&x.abs()) {
         x.to_string()
@@ -182,7 +180,7 @@ pub(crate) fn number(x: f64) -> String {
     }
 }
 
-/// A number with so many significant digits at most, trailing zeros left out.
+/// A number with at most `digits` significant digits, without trailing zeros.
 pub fn rounded(value: f64, digits: usize) -> String {
     let text = format!("{value:.*e}", digits.saturating_sub(1));
     number(text.parse().unwrap_or(value))
@@ -205,7 +203,7 @@ mod tests {
                 "a\u{200b}b\u{feff}\u{ad}\u{2028}",
                 "a\\u{200b}b\\u{feff}\\u{ad}\\u{2028}",
             ),
-            // Joiners and selectors that join nothing.
+            // Joiners and selectors without anything to join.
             ("a\u{200d}b\u{fe0f}", "a\\u{200d}b\\u{fe0f}"),
             (
                 "\u{5d0}\u{200d}\u{200d}\u{5d0}",
@@ -214,7 +212,7 @@ mod tests {
         ] {
             assert_eq!(visible(text), shown);
         }
-        // Hebrew, Persian with its non-joiner, a family, a heart, a keycap, accents.
+        // Hebrew, Persian with its zero-width non-joiner, a family, a heart, a keycap, accents.
         for text in [
             "\u{5e9}\u{5dc}\u{5d5}\u{5dd}",
             "\u{645}\u{6cc}\u{200c}\u{62e}\u{648}\u{627}\u{647}\u{645}",

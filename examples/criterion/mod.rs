@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Where criterion keeps them.
+/// The folder of the estimates.
 pub fn folder() -> PathBuf {
     let folder_in = |name| std::env::var_os(name).map(PathBuf::from);
     folder_in("CRITERION_HOME").unwrap_or_else(|| {

@@ -19,7 +19,7 @@ pub(super) struct Arguments {
     continuous: bool,
 }
 
-const HEAD: &str = r#"# An experiment of asobench: `asobench check THIS_FILE`, then `asobench run THIS_FILE`.
+const DISCRETE: &str = r#"# An experiment of asobench: `asobench check THIS_FILE`, then `asobench run THIS_FILE`.
 title = "My study"
 question = "What do I want to know?"
 hypothesis = "What do I expect?"
@@ -42,10 +42,8 @@ compare = [["iv(4)", "ls"]]
 eta = [2, 5, 10]
 window = [98, 218]
 noise = ["ar", "white"]
-# Every other setting with its default:
-"#;
+# Further down stands every other setting with its default.
 
-const TAIL: &str = r#"
 # Methods, all run on the same records; a list in an option makes one method per value.
 [[methods]]
 estimator = "iv"
@@ -77,8 +75,8 @@ iterations = 4
 # [[claims]]
 # id = "W1"
 # text = "In white noise IV(4) is more exact than least squares."
-# holds = "everywhere"       # or "typically", "somewhere"
-# where = { noise = "ar" }   # all cells where absent
+# holds = "everywhere"          # or "typically", "somewhere"
+# where = { noise = "white" }   # all cells without it
 # test = { ratio = "e_a", of = "iv(4)", to = "ls", below = 1.0 }
 
 # The plant 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2); `asobench check` prints each plant so.
@@ -97,9 +95,11 @@ iterations = 4
 # A run of a minute or less: `asobench run --quick`.
 [quick]
 trials = 50
+
+# Every other setting with its default, for the table [settings] above:
 "#;
 
-const CONTINUOUS_HEAD: &str = r#"# An experiment of asobench in continuous time: `asobench check THIS_FILE`, then `asobench run THIS_FILE`.
+const CONTINUOUS: &str = r#"# An experiment of asobench in continuous time: `asobench check THIS_FILE`, then `asobench run THIS_FILE`.
 title = "My study"
 question = "What do I want to know?"
 hypothesis = "What do I expect?"
@@ -125,10 +125,8 @@ level = [0.1, 0.3]
 phase = "random"
 noise_hold = 0.05
 step = 0.025
-# Every other setting with its default:
-"#;
+# Further down stands every other setting with its default.
 
-const CONTINUOUS_TAIL: &str = r#"
 # Observers, all run on the same trials.
 [[observers]]
 observer = "luenberger"      # full order
@@ -167,16 +165,21 @@ gains = [1e11, 1e13]
 # A run of a minute or less: `asobench run --quick`.
 [quick]
 trials = 20
+
+# Every other setting with its default, for the table [settings] above:
 "#;
 
 fn content(continuous: bool) -> String {
-    let (head, tail) = if continuous {
-        (CONTINUOUS_HEAD, CONTINUOUS_TAIL)
-    } else {
-        (HEAD, TAIL)
+    let text = if continuous { CONTINUOUS } else { DISCRETE };
+    let mut text = text.to_owned();
+    let (_, settings) = text.split_once("\n[settings]\n").unwrap_or_default();
+    let (settings, _) = settings.split_once("\n\n").unwrap_or_default();
+    let settings = settings.to_owned();
+    let given = |key: &Key| {
+        settings
+            .lines()
+            .any(|line| line.starts_with(&format!("{key} = ")))
     };
-    let mut text = head.to_owned();
-    let given = |key: &Key| head.contains(&format!("\n{key} = "));
     for key in Key::ALL
         .iter()
         .filter(|key| key.is_of(continuous) && !given(key))
@@ -198,7 +201,7 @@ fn content(continuous: bool) -> String {
             key.about()
         );
     }
-    text + tail
+    text
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -232,44 +235,55 @@ mod tests {
     use crate::study::Experiment;
     use crate::study::file::{ExperimentFile, Key};
 
+    /// The file, and the lines of its list of settings.
+    fn parts(continuous: bool) -> (String, Vec<String>) {
+        let content = super::content(continuous);
+        let (file, list) = content
+            .split_once("for the table [settings] above:\n")
+            .unwrap();
+        (file.to_owned(), list.lines().map(str::to_owned).collect())
+    }
+
+    /// With all that is commented out and is no sentence.
+    fn uncommented(file: &str, but: [&str; 2]) -> String {
+        let lines = file.lines().map(|line| {
+            let code = line.strip_prefix("# ").filter(|code| {
+                let key = code.split(" = ").next().unwrap_or_default();
+                let is_set = code.contains(" = ") && !key.is_empty() && !key.contains(' ');
+                (code.starts_with('[') || is_set) && !but.contains(&key)
+            });
+            code.unwrap_or(line).to_owned() + "\n"
+        });
+        lines.collect()
+    }
+
+    /// Each setting by itself makes a valid experiment: it clashes with none that is given.
+    fn every_setting_stands_alone(continuous: bool) -> usize {
+        let (file, list) = parts(continuous);
+        let list = list.iter().filter(|line| !line.starts_with("# Instead of"));
+        let settings = list.map(|line| {
+            let setting = line.strip_prefix("# ").unwrap();
+            let changed = file.replacen("[settings]\n", &format!("[settings]\n{setting}\n"), 1);
+            let experiment = ExperimentFile::parse(&changed).and_then(Experiment::new);
+            assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
+        });
+        settings.count()
+    }
+
     #[test]
     fn the_template_is_a_valid_experiment() {
-        let experiment =
-            Experiment::new(ExperimentFile::parse(&super::content(false)).unwrap()).unwrap();
+        let content = super::content(false);
+        let experiment = Experiment::new(ExperimentFile::parse(&content).unwrap()).unwrap();
         assert_eq!(
             (experiment.cells.len(), experiment.outputs().len()),
             (12, 5)
         );
-        // What is commented out is valid too.
-        let uncommented: String = super::content(false)
-            .lines()
-            .filter(|line| !line.starts_with("# trials") && !line.starts_with("# zip"))
-            .map(|line| {
-                let code = line.strip_prefix("# ").filter(|code| {
-                    code.starts_with('[')
-                        || code.split(" = ").next().is_some_and(|key| {
-                            !key.contains(' ') && !key.is_empty() && code.contains(" = ")
-                        })
-                });
-                code.unwrap_or(line).to_owned() + "\n"
-            })
-            .collect();
-        let file = ExperimentFile::parse(&uncommented);
-        assert!(file.is_ok(), "{file:?}\n{uncommented}");
-        // Each setting by itself makes a valid experiment: it clashes with none that is given.
-        let content = super::content(false);
-        let (_, settings) = content.split_once("with its default:\n").unwrap();
-        let settings = settings.lines().take_while(|line| !line.is_empty());
-        let mut seen = 0;
-        for line in settings.filter(|line| !line.starts_with("# Instead of")) {
-            let changed = content.replacen(line, line.strip_prefix("# ").unwrap(), 1);
-            let experiment = ExperimentFile::parse(&changed).and_then(Experiment::new);
-            assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
-            seen += 1;
-        }
+        let text = uncommented(&parts(false).0, ["trials", "zip"]);
+        let file = ExperimentFile::parse(&text);
+        assert!(file.is_ok(), "{file:?}\n{text}");
         // Three are given, and l is instead of one.
         let all = Key::ALL.iter().filter(|key| key.is_of(false)).count();
-        assert_eq!(seen, all - 4);
+        assert_eq!(every_setting_stands_alone(false), all - 4);
     }
 
     #[test]
@@ -277,24 +291,12 @@ mod tests {
         let content = super::content(true);
         let experiment = Experiment::new(ExperimentFile::parse(&content).unwrap()).unwrap();
         assert_eq!((experiment.cells.len(), experiment.outputs().len()), (4, 3));
-        let (_, settings) = content.split_once("with its default:\n").unwrap();
-        for line in settings.lines().take_while(|line| !line.is_empty()) {
-            let changed = content.replacen(line, line.strip_prefix("# ").unwrap(), 1);
-            let experiment = ExperimentFile::parse(&changed).and_then(Experiment::new);
-            assert!(experiment.is_ok(), "{line}: {:?}", experiment.err());
-        }
         // Own plant, own disturbance, the fourth observer and the claim.
-        let uncommented: String = content
-            .lines()
-            .map(|line| {
-                let code = line.strip_prefix("# ").filter(|code| {
-                    let key = code.split(" = ").next().unwrap_or_default();
-                    code.starts_with('[') || code.contains(" = ") && !key.contains(' ')
-                });
-                code.unwrap_or(line).to_owned() + "\n"
-            })
-            .collect();
-        let file = ExperimentFile::parse(&uncommented);
-        assert!(file.is_ok(), "{file:?}\n{uncommented}");
+        let text = uncommented(&parts(true).0, [""; 2]);
+        let file = ExperimentFile::parse(&text);
+        assert!(file.is_ok(), "{file:?}\n{text}");
+        // Five are given.
+        let all = Key::ALL.iter().filter(|key| key.is_of(true)).count();
+        assert_eq!(every_setting_stands_alone(true), all - 5);
     }
 }

@@ -241,13 +241,13 @@ fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error>
     let shown: String = shown.collect();
     if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
         return Err(Error::Input(format!(
-            "{}: methods that are programs: {}; expected --allow-commands, or a terminal to ask on",
+            "{}: this study starts a program ({}); add --allow-commands if that is what you want",
             path.display(),
             shown.trim().replace("\n  ", "; ")
         )));
     }
     let question = format!(
-        "{} runs programs, in {}:\n{shown}Run them? [y/N] ",
+        "{} starts these programs, in the folder {}:\n{shown}Is that what you want? [y/N] ",
         visible(path.display()),
         visible(folder.display())
     );
@@ -255,7 +255,7 @@ fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error>
     let mut line = String::new();
     io::stdin().read_line(&mut line).map_err(failed)?;
     if !matches!(line.trim(), "y" | "Y" | "yes") {
-        let message = "nobody agreed to its programs; nothing was started";
+        let message = "no program was started, since you did not agree";
         return Err(Error::Input(format!("{}: {message}", path.display())));
     }
     match place {

@@ -38,9 +38,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         }
         Format::Text => {
             print(HEAD)?;
+            // Limits do not depend on N, so cells that differ in it share a table.
+            let mut groups: Vec<(Vec<String>, String, Vec<usize>)> = Vec::new();
             for (number, cell) in cells {
-                let found = experiment.theory(number);
-                print(&of_cell_as_text(&experiment, number, cell, found))?;
+                let settings = differences(&experiment, cell);
+                let table = table(experiment.theory(number));
+                match groups
+                    .iter_mut()
+                    .find(|(of, text, _)| *of == settings && *text == table)
+                {
+                    Some((_, _, cells)) => cells.push(number),
+                    None => groups.push((settings, table, vec![number])),
+                }
+            }
+            for (settings, table, cells) in groups {
+                print(&(heading(&cells, &settings) + &table))?;
             }
         }
     }
@@ -140,12 +152,14 @@ rms of its errors about the limit and the median of e_a, and the trace of N cov.
 const WIDTH: usize = 80;
 const LABEL: usize = 24;
 
-/// A table of 80 columns.
-fn of_cell_as_text(experiment: &Experiment, number: usize, cell: &Cell, found: &Found) -> String {
-    let mut text = format!("cell {number}");
+/// Cells with one table, and their settings.
+fn heading(cells: &[usize], settings: &[String]) -> String {
+    let numbers: Vec<String> = cells.iter().map(ToString::to_string).collect();
+    let cells = if cells.len() == 1 { "cell" } else { "cells" };
+    let mut text = format!("{cells} {}", numbers.join(", "));
     let mut column = text.len();
-    for word in differences(experiment, cell) {
-        let word = visible(&word);
+    for word in settings {
+        let word = visible(word);
         if column + word.len() + 2 > WIDTH {
             text.push_str("\n ");
             column = 1;
@@ -155,6 +169,12 @@ fn of_cell_as_text(experiment: &Experiment, number: usize, cell: &Cell, found: &
         text.push_str(&word);
     }
     text.push('\n');
+    text
+}
+
+/// A table of 80 columns.
+fn table(found: &Found) -> String {
+    let mut text = String::new();
     match found {
         Err(why) => {
             let line = format!("  no theory: {why}\n");
@@ -217,10 +237,11 @@ fn line(label: &str, theory: &Result<Theory, Missing>) -> String {
     row(label, &values)
 }
 
-/// The settings that vary: "noise = white".
+/// The settings that vary, but the window, on which no limit depends: "noise = white".
 fn differences(experiment: &Experiment, cell: &Cell) -> Vec<String> {
     let keys = Key::ALL.iter();
-    let varying = keys.filter(|key| {
+    let others = keys.filter(|key| ![Key::Window, Key::L].contains(key));
+    let varying = others.filter(|key| {
         let mut cells = experiment.cells.iter().map(|cell| cell.settings.get(key));
         let first = cells.next();
         cells.any(|value| Some(value) != first)

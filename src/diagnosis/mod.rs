@@ -1,5 +1,5 @@
-//! What a record says of a model that was estimated from it: whether its residuals are white and free of the input, and
-//! how far its poles, zeros, responses and static gain may be from the truth.
+//! Judges a model by the record that it was estimated from: whether its residuals are white and uncorrelated with the
+//! input, and how uncertain its poles, zeros, responses and static gain are.
 
 mod precision;
 mod residuals;
@@ -13,11 +13,11 @@ pub use residuals::{Residuals, Whiteness};
 pub use response::{FrequencyPoint, StepPoint, frequency_response, step_response};
 pub use roots::{Cancellation, Root, RootError};
 
-/// The quantile of the standard normal law that 95 % intervals have at both ends.
+/// The standard normal quantile for 95 % intervals.
 pub const Z_95: f64 = 1.959_963_984_540_054;
 
-/// The same of 99 % intervals.
+/// The standard normal quantile for 99 % intervals.
 pub const Z_99: f64 = 2.575_829_303_548_900_4;
 
-/// The 95 % point of chi-square with 2 degrees of freedom, `-2 ln 0.05`: a normal pair lies within its ellipse.
+/// The 95 % point of chi-square with 2 degrees of freedom, `-2 ln 0.05`: it bounds the 95 % ellipse of a normal pair.
 pub const CHI_SQUARE_2_95: f64 = 5.991_464_547_107_979;

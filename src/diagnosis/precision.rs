@@ -1,18 +1,18 @@
-//! How far a model's poles, zeros and static gain may be from the truth: the covariance of its parameters, propagated by
-//! their derivatives (the delta method).
+//! Uncertainty of a model's poles, zeros and static gain. The covariance of the parameters is propagated by their
+//! derivatives (the delta method).
 
 use super::roots::{Cancellation, Root, Roots};
 use crate::model::LinearModel;
 use faer::c64;
 
-/// What follows from a model's parameters, with standard errors that follow from theirs.
+/// Quantities derived from a model's parameters, with standard errors derived from those of the parameters.
 #[derive(Clone, Debug)]
 pub struct Precision {
     /// Each pole of `B/(A F)`, in the order in which the poles were given.
     pub poles: Vec<Root>,
     /// Each zero of B without its delay, largest modulus first.
     pub zeros: Vec<Root>,
-    /// Poles with zeros that the record cannot tell from them, the closest pair first.
+    /// Pairs of a pole and a zero that the record cannot tell apart, closest first.
     pub cancellations: Vec<Cancellation>,
     /// `B(1)/(A(1) F(1))`.
     pub static_gain: f64,
@@ -21,7 +21,7 @@ pub struct Precision {
 }
 
 impl Precision {
-    /// Of a model; standard errors are NaN without a covariance.
+    /// Computes the precision of a model; standard errors are NaN without a covariance.
     pub fn new(model: &LinearModel, poles: &[c64]) -> Self {
         let sum = |c: &[f64]| c.iter().sum::<f64>();
         let (a, b, f) = (sum(&model.a), sum(&model.b), sum(&model.f));
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
     use crate::plant::PoleFinder;
 
-    /// Derivatives against differences of the poles and of the gain themselves.
+    /// Derivatives compared with differences of the poles and of the gain.
     #[test]
     fn derivatives_against_differences() {
         for orders in ["na=3,nb=3", "nb=3,nf=2", "na=1,nb=1,nf=2,nc=1"] {
@@ -70,7 +70,7 @@ mod tests {
             };
             let poles = poles_of(&model);
             for parameter in 0..n {
-                // With this covariance the standard error is the derivative's size.
+                // With this covariance the standard error is the size of the derivative.
                 let mut shown = model.clone();
                 shown.covariance = vec![0.0; n * n];
                 shown.covariance[parameter * (n + 1)] = 1.0;

@@ -1,4 +1,5 @@
-//! Tests of residuals: white, and free of the input (Ljung, *System Identification*, 2nd ed., section 16.6).
+//! Tests of residuals: whether they are white and uncorrelated with the input (Ljung, *System Identification*, 2nd ed.,
+//! section 16.6).
 
 use super::Z_99;
 use crate::metric::prediction_errors;
@@ -7,27 +8,27 @@ use crate::model::LinearModel;
 use serde::Serialize;
 use std::ops::Range;
 
-/// Lags that are looked at.
+/// Largest lag tested.
 const LAGS: usize = 25;
 
-/// What the tests are made at: this chance of a false alarm each.
+/// Level of the tests: the false-alarm probability of each.
 const LEVEL: f64 = 0.01;
 
 /// Correlations of residuals e with themselves and with the input u, over M samples:
 /// `R_e(tau) = 1/M sum e(k) e(k - tau)`, `R_eu(tau) = 1/M sum e(k) u(k - tau)`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Residuals {
-    /// How many there are, M.
+    /// Number M of residuals.
     pub rows: usize,
     /// `sum e^2`.
     pub rss: f64,
-    /// `R_e(tau)`, tau = 0 ... 25 (fewer in records of fewer than 101 residuals).
+    /// `R_e(tau)`, tau = 0 ... 25 (fewer if there are fewer than 100 residuals).
     #[serde(rename = "R_e")]
     pub autocovariances: Vec<f64>,
     /// `r_e = R_e / R_e(0)`.
     #[serde(rename = "r_e")]
     pub autocorrelations: Vec<f64>,
-    /// `R_eu(tau)`, tau = -25 ... 25: the past of u is at positive tau.
+    /// `R_eu(tau)`, tau = -25 ... 25; positive tau is the past of u.
     #[serde(rename = "R_eu")]
     pub crosscovariances: Vec<f64>,
     /// `r_eu = R_eu / sqrt(R_e(0) R_u(0))`.
@@ -38,7 +39,7 @@ pub struct Residuals {
     pub input_variance: f64,
     /// 99 % bound of one `|r_e(tau)|` of white residuals: `2.576 / sqrt(M)`.
     pub bound_r_e_99: f64,
-    /// The same of `|r_eu(tau)|` where e or u is white.
+    /// 99 % bound of one `|r_eu(tau)|` if e or u is white.
     pub bound_r_eu_simple_99: f64,
     /// `R_e(0) R_u(0) + 2 sum_(tau = 1)^25 R_e(tau) R_u(tau)`, the variance of `sqrt(M) R_eu(tau)`.
     #[serde(rename = "P1")]
@@ -56,20 +57,21 @@ pub struct Residuals {
     pub ljung_box: f64,
     /// The verdict on whiteness.
     pub white: Whiteness,
-    /// The verdict on `R_eu(tau)`, tau = nk ... 25, all at once: the model leaves out how u acts.
+    /// The test of `R_eu(tau)`, tau = nk ... 25, all at once. If it fails, the model misses part of the effect of u.
     pub free_of_past_input: Whiteness,
-    /// The same for tau below 0: y acts on u, as under feedback.
+    /// The same for tau below 0. If it fails, y acts on u, as under feedback.
     pub free_of_future_input: Whiteness,
 }
 
 /// A test at 1 %.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Whiteness {
-    /// Degrees of freedom, or how many lags share the 1 %.
+    /// Degrees of freedom, or the number of lags that share the 1 %.
     pub degrees: usize,
-    /// The chance of what was seen or worse where the residuals are as they should be; by Bonferroni where lags share it.
+    /// The probability of this result or a worse one if the residuals satisfy the hypothesis; by Bonferroni if lags
+    /// share it.
     pub p_value: f64,
-    /// Whether it is at least 1 %.
+    /// Whether the p-value is at least 1 %.
     pub passed: bool,
 }
 
@@ -82,7 +84,7 @@ impl Whiteness {
         }
     }
 
-    /// Of covariances that have mean zero and the standard deviation `unit`: the largest, by Bonferroni.
+    /// Tests the largest of covariances with mean zero and standard deviation `unit`, by Bonferroni.
     fn largest(covariances: &[f64], unit: f64) -> Self {
         let largest = covariances.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
         let (single, count) = (2.0 * normal_above(largest / unit), covariances.len());
@@ -91,11 +93,12 @@ impl Whiteness {
 }
 
 impl Residuals {
-    /// The one-step prediction errors of a model over a record, with the start of [`prediction_errors`]. `None` where
-    /// there is no start, where they are not at least three, or where they or u are all 0 or not finite.
+    /// Computes the one-step prediction errors of a model over a record, with the start of [`prediction_errors`], and
+    /// tests them. `None` if there is no start, if there are fewer than four residuals, or if residuals or u are all 0
+    /// or not finite.
     ///
-    /// Ljung and Box's statistic is compared with as many degrees of freedom as there are lags less the parameters of A,
-    /// C and D, which are fitted to the past of the noise; those of B and F are not, in open loop.
+    /// Ljung and Box's statistic has as many degrees of freedom as there are lags, less the parameters of A, C and D,
+    /// which are fitted to the past of the noise. In open loop those of B and F are not.
     pub fn new(model: &LinearModel, u: &[f64], y: &[f64]) -> Option<Self> {
         let (first, e) = prediction_errors(model, u, y, u.len())?;
         let orders = model.orders();
@@ -133,7 +136,7 @@ impl Residuals {
             .saturating_sub(orders.na + orders.nc + orders.nd)
             .max(1);
         let outside = |values: &[f64]| values.iter().filter(|r| r.abs() > bound).count();
-        // A sum cut at 25 lags need not be positive.
+        // A sum truncated at 25 lags need not be positive.
         let unit = (cross_variance.max(f64::EPSILON * scale * scale) / m).sqrt();
         let free = |range: Range<usize>| Whiteness::largest(&crosscovariances[range], unit);
         Some(Self {
@@ -158,9 +161,9 @@ impl Residuals {
         })
     }
 
-    /// The chance of what was seen, or more, where no feedback led y to u: of correlations with u(k) ... u(k + 5), where a
-    /// feedback acts first, or with all of its future, whichever is less likely, times two for two tests. The plant must
-    /// not have a direct term.
+    /// The probability of these correlations or larger ones if there is no feedback from y to u. Two tests are made: e
+    /// with u(k) ... u(k + 5), where feedback acts first, and e with all future u. The result is the smaller p-value
+    /// times two. The plant must not have a direct term.
     pub fn feedback_p_value(&self) -> f64 {
         const NEAR: usize = 5;
         let lags = self.lags();
@@ -189,7 +192,8 @@ mod tests {
         signal
     }
 
-    /// Of true residuals each test raises a false alarm in about 1 % of records, and in nearly all of wrong ones.
+    /// With true residuals each test raises a false alarm in about 1 % of the records; with wrong ones, an alarm in
+    /// nearly all.
     #[test]
     fn false_alarms_are_as_rare_as_stated() {
         let (n, trials) = (400, 2000);
@@ -214,7 +218,7 @@ mod tests {
                 *alarms += u32::from(!test.passed);
             }
             if trial < 100 {
-                // A second delay that the model does not have; noise with a memory.
+                // A second delay that the model does not have, and noise with memory.
                 for k in (2..n).rev() {
                     y[k] += 0.3 * u[k - 2];
                 }
@@ -226,7 +230,7 @@ mod tests {
                 found[1] += u32::from(!Residuals::new(&model, &u, &coloured).unwrap().white.passed);
             }
         }
-        // Five standard errors of a share of 1 % of 2000 are 1.1 %; chi-square and normal laws hold as N grows.
+        // Five standard errors of a share of 1 % of 2000 are 1.1 %. The chi-square and normal laws hold as N grows.
         for alarms in alarms {
             assert!((5..=45).contains(&alarms), "{alarms}");
         }

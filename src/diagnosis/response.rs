@@ -1,5 +1,5 @@
-//! Step and frequency response of `G = B/(A F)` with standard errors: the covariance of the parameters, propagated by the
-//! responses' derivatives (the delta method).
+//! Step and frequency response of `G = B/(A F)` with standard errors. The covariance of the parameters is propagated by
+//! the derivatives of the responses (the delta method).
 
 use crate::model::LinearModel;
 use crate::model::polynomial::divide;
@@ -29,7 +29,7 @@ pub struct FrequencyPoint {
     pub phase_se: f64,
 }
 
-/// The step response at k = 0 ... `samples` - 1. With `s = G 1`:
+/// Computes the step response at k = 0 ... `samples` - 1. With `s = G 1`:
 /// `ds/da_i = -q^-i s/A`, `ds/db_j = q^-(nk+j) 1/(A F)`, `ds/df_i = -q^-i s/F`.
 pub fn step_response(model: &LinearModel, samples: usize) -> Vec<StepPoint> {
     let orders = model.orders();
@@ -61,9 +61,9 @@ pub fn step_response(model: &LinearModel, samples: usize) -> Vec<StepPoint> {
     (0..samples).map(at).collect()
 }
 
-/// The frequency response at rising frequencies, rad/sample. With `z^-1 = e^(-i omega)`:
-/// `d ln G/da_i = -z^-i/A`, `d ln G/db_j = z^-(nk+j)/B`, `d ln G/df_i = -z^-i/F`; the real part is of `ln |G|`, the
-/// imaginary one of the phase.
+/// Computes the frequency response at ascending frequencies, in rad/sample. With `z^-1 = e^(-i omega)`:
+/// `d ln G/da_i = -z^-i/A`, `d ln G/db_j = z^-(nk+j)/B`, `d ln G/df_i = -z^-i/F`. The real part belongs to `ln |G|`,
+/// the imaginary part to the phase.
 pub fn frequency_response(model: &LinearModel, frequencies: &[f64]) -> Vec<FrequencyPoint> {
     let orders = model.orders();
     let mut before = 0.0;

@@ -1,5 +1,5 @@
-//! Poles and zeros with their covariance: that of the parameters, propagated by the derivatives of the roots (the delta
-//! method), and poles that the record cannot tell from zeros.
+//! Poles and zeros with their covariance, and poles that the record cannot tell from zeros. The covariance of the
+//! parameters is propagated by the derivatives of the roots (the delta method).
 
 use super::{CHI_SQUARE_2_95, Z_95};
 use crate::metric::tails::normal_above;
@@ -11,9 +11,9 @@ use serde::Serialize;
 /// A pole or a zero of `B/(A F)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Root {
-    /// Where it is.
+    /// Its value.
     pub at: c64,
-    /// How far from the truth it may be; NaN without a covariance, and of a multiple root, which has no derivative.
+    /// Its uncertainty; NaN without a covariance, and for a multiple root, which has no derivative.
     pub error: RootError,
 }
 
@@ -30,29 +30,31 @@ pub struct RootError {
     pub modulus: f64,
 }
 
-/// A pole and a zero that the record cannot tell apart: their difference lies within its 95 % region about 0, and so does
-/// `B` at the pole, which a zero far away with a large error does not make 0.
+/// A pole and a zero that the record cannot tell apart. Their difference lies within its 95 % region about 0, and so
+/// does `B` at the pole. The second condition excludes a distant zero with a large error.
 #[derive(Clone, Copy, Debug)]
 pub struct Cancellation {
-    /// The pole; of a complex pair the upper one.
+    /// The pole; the upper one of a complex pair.
     pub pole: c64,
     /// The zero.
     pub zero: c64,
-    /// The chance of such a difference, or a larger one, where both are the same: `d' S^-1 d` of the difference d with
-    /// its covariance S is chi-square, with 1 degree of freedom for real roots, with 2 for complex ones. At least 5 %.
+    /// The probability of such a difference, or a larger one, if pole and zero are equal; at least 5 %. For a
+    /// difference d with covariance S, `d' S^-1 d` is chi-square, with 1 degree of freedom for real roots and 2 for
+    /// complex ones.
     pub p_value: f64,
     /// Whether F has the pole, not A.
     in_f: bool,
 }
 
-/// A difference has to be as improbable as this to be one.
+/// A difference is significant if its probability is below this.
 const LEVEL: f64 = 0.05;
 
 impl Root {
-    /// The boundary of the root's 95 % region, as (real, imaginary): an ellipse in so many points, or the two ends of an
-    /// interval where the root is real. `None` without a finite error.
+    /// The boundary of the root's 95 % region as (real, imaginary): an ellipse of `points` points, or for a real root
+    /// the two ends of an interval. `None` without a finite error.
     ///
-    /// With `S = L L'` the covariance, the ellipse is `at + sqrt(5.991) L (cos t, sin t)`, its area `5.991 pi sqrt(det S)`.
+    /// With the covariance `S = L L'`, the ellipse is `at + sqrt(5.991) L (cos t, sin t)`; its area is
+    /// `5.991 pi sqrt(det S)`.
     pub fn region_95(&self, points: usize) -> Option<Vec<(f64, f64)>> {
         let RootError {
             re, im, covariance, ..
@@ -95,7 +97,7 @@ impl Cancellation {
     }
 }
 
-/// Poles and zeros of a model, and those that may cancel, the closest first.
+/// Poles and zeros of a model, and the pairs that may cancel, closest first.
 pub(super) struct Roots {
     pub(super) poles: Vec<Root>,
     pub(super) zeros: Vec<Root>,
@@ -103,7 +105,7 @@ pub(super) struct Roots {
 }
 
 impl Roots {
-    /// Of a model with given poles.
+    /// Computes the roots of a model with given poles.
     pub(super) fn new(model: &LinearModel, poles: &[c64]) -> Self {
         let numerator = Factor::numerator(model);
         let poles: Vec<Sensitive<'_>> = poles
@@ -127,7 +129,8 @@ impl Roots {
     }
 }
 
-/// A polynomial in falling powers of z whose coefficients, from the one at `skipped` on, are parameters from `first` on.
+/// A polynomial in falling powers of z. Its coefficients from index `skipped` on are the parameters from index `first`
+/// on.
 #[derive(Clone, Copy)]
 struct Factor<'a> {
     coefficients: &'a [f64],
@@ -136,7 +139,7 @@ struct Factor<'a> {
 }
 
 impl<'a> Factor<'a> {
-    /// B without its delay.
+    /// B without its delay and leading zeros.
     fn numerator(model: &'a LinearModel) -> Self {
         let b = &model.b[model.delay..];
         let zeros = b.iter().take_while(|b| **b == 0.0).count();
@@ -147,7 +150,7 @@ impl<'a> Factor<'a> {
         }
     }
 
-    /// A or F, which has the pole.
+    /// Returns A or F, whichever has the pole.
     fn of_pole(model: &'a LinearModel, pole: c64) -> Self {
         let orders = model.orders();
         let monic = |coefficients: &'a [f64], first| Self {
@@ -195,7 +198,7 @@ impl<'a> Factor<'a> {
         PoleFinder::new(a.len()).poles(&a)
     }
 
-    /// Adds `factor z^(n-i)` to the place of each coefficient i: the derivative of `factor P(z)`.
+    /// Adds `factor z^(n-i)` to the entry of each coefficient i: the derivative of `factor P(z)`.
     fn add_powers(self, z: c64, factor: c64, gradient: &mut [c64]) {
         let mut power = factor;
         for i in (self.skipped..self.coefficients.len()).rev() {
@@ -205,7 +208,7 @@ impl<'a> Factor<'a> {
     }
 }
 
-/// A root with its derivatives by the parameters, and these times the covariance of the parameters.
+/// A root with its gradient with respect to the parameters, and the covariance of the parameters times that gradient.
 struct Sensitive<'a> {
     at: c64,
     factor: Factor<'a>,
@@ -214,7 +217,7 @@ struct Sensitive<'a> {
 }
 
 impl<'a> Sensitive<'a> {
-    /// A root p of P: `dp/dc_i = -p^(n-i) / P'(p)`.
+    /// Computes the gradient of a root p of P: `dp/dc_i = -p^(n-i) / P'(p)`.
     fn new(model: &LinearModel, factor: Factor<'a>, at: c64) -> Self {
         let zero = c64::new(0.0, 0.0);
         let mut gradient = vec![zero; model.orders().parameters()];
@@ -262,7 +265,7 @@ impl RootError {
         let of_modulus =
             (at.re * at.re * re + 2.0 * at.re * at.im * covariance + at.im * at.im * im)
                 / at.norm_sqr();
-        // Rounding may make a variance of 0 negative; NaN stays.
+        // Rounding may make a zero variance negative; NaN is kept.
         let error = |variance: f64| if variance < 0.0 { 0.0 } else { variance.sqrt() };
         Self {
             re: error(re),
@@ -273,7 +276,8 @@ impl RootError {
     }
 }
 
-/// The chance of a complex number, or of a real one, as far from 0 as this; NaN where the covariance is singular.
+/// The probability of a complex or real number at least this far from 0; NaN if a complex number's covariance is
+/// singular.
 fn chance(value: c64, real: bool, [re, im, covariance]: [f64; 3]) -> f64 {
     if real {
         return 2.0 * normal_above(value.re.abs() / re.sqrt());
@@ -322,7 +326,7 @@ fn cancellations(
         }
     }
     pairs.sort_by(|a, b| a.distance().total_cmp(&b.distance()));
-    // Each pole and each zero once.
+    // Keeps each pole and each zero once.
     let mut kept: Vec<Cancellation> = Vec::new();
     for pair in pairs {
         if kept

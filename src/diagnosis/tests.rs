@@ -1,4 +1,4 @@
-//! Responses, regions and cancellations against formulas of the tests' own, and over many records.
+//! Tests of responses, regions and cancellations against independent formulas, and over many records.
 
 use super::*;
 use crate::estimator::{ArxOptions, Method, Pass, Shape, Window};
@@ -8,10 +8,10 @@ use crate::plant::PoleFinder;
 use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 use faer::c64;
 
-/// The step of derivatives along the imaginary axis, which subtract nothing and so have no rounding.
+/// Step of derivatives along the imaginary axis. They involve no subtraction, so they have no cancellation.
 const STEP: f64 = 1e-30;
 
-/// Parameters of a model of given orders, its poles inside the unit circle.
+/// A model of given orders with some parameters; its poles are inside the unit circle.
 fn model_of(orders: &str) -> LinearModel {
     let mut model = LinearModel::zero(orders.parse().unwrap());
     let n = model.orders().parameters();
@@ -41,7 +41,8 @@ fn moved(model: &LinearModel, parameter: usize) -> [Vec<c64>; 3] {
     ]
 }
 
-/// The model with a covariance by which the standard error of what follows is the size of its derivative by a parameter.
+/// The model with a covariance for which every standard error is the size of the derivative with respect to one
+/// parameter.
 fn of_one(model: &LinearModel, parameter: usize) -> LinearModel {
     let n = model.orders().parameters();
     let mut model = model.clone();
@@ -104,7 +105,7 @@ fn gain(model: &LinearModel, parameter: usize, by: f64, omega: f64) -> c64 {
     value(&model.b) / (value(&model.a) * value(&model.f))
 }
 
-/// Against central differences, whose error is of the order of `h^2` and of `eps/h`.
+/// Compared with central differences, whose error is of the order of `h^2` and `eps/h`.
 #[test]
 fn derivatives_of_the_frequency_response_by_differences() {
     let h = 1e-5;
@@ -131,7 +132,7 @@ fn derivatives_of_the_frequency_response_by_differences() {
     }
 }
 
-/// A delay of nk samples turns the phase by `-nk omega`, also beyond -180 degrees.
+/// A delay of nk samples adds `-nk omega` to the phase, also beyond -180 degrees.
 #[test]
 fn the_phase_of_a_delay_has_no_jumps() {
     let mut model = LinearModel::zero("nb=1,nk=7".parse().unwrap());
@@ -143,8 +144,8 @@ fn the_phase_of_a_delay_has_no_jumps() {
     }
 }
 
-/// `S = [4, 1.2; 1.2, 1]`, `det S = 2.56`: the polygon in the ellipse has `sin(2 pi/m)/(2 pi/m)` of its area, and every
-/// corner is on `d' S^-1 d = 5.991`.
+/// `S = [4, 1.2; 1.2, 1]`, `det S = 2.56`. The polygon inscribed in the ellipse has `sin(2 pi/m)/(2 pi/m)` of its area,
+/// and every corner satisfies `d' S^-1 d = 5.991`.
 #[test]
 fn an_ellipse_of_known_covariance() {
     let error = RootError {
@@ -192,7 +193,7 @@ fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
     signal
 }
 
-/// A record of `A y = B u + e`, u and e white and of unit variance, and its least-squares estimate of given orders.
+/// The least-squares estimate, of given orders, from a record of `A y = B u + e` with u and e white of unit variance.
 fn estimated(plant: &LinearModel, orders: &str, trial: u64, n: usize) -> LinearModel {
     let u = normal(trial, Purpose::Input, n);
     let mut y = vec![0.0; n];
@@ -234,8 +235,8 @@ fn four_errors(share: f64, trials: f64) -> f64 {
     4.0 * (share * (1.0 - share) / trials).sqrt()
 }
 
-/// Ljung's plant `1 - 1.5 q^-1 + 0.7 q^-2`, `q^-1 + 0.5 q^-2`: 95 % bands of the step response, the magnitude and the phase
-/// hold the true value in 95 % of the records, and the ellipse the true pole.
+/// Ljung's plant `1 - 1.5 q^-1 + 0.7 q^-2`, `q^-1 + 0.5 q^-2`. The 95 % bands of step response, magnitude and phase
+/// hold the true value in 95 % of the records, and the ellipse holds the true pole.
 #[test]
 fn bands_and_ellipses_hold_the_truth_as_often_as_they_say() {
     let plant = plant(&[-1.5, 0.7], &[1.0, 0.5]);
@@ -263,7 +264,7 @@ fn bands_and_ellipses_hold_the_truth_as_often_as_they_say() {
         for (held, score) in held.iter_mut().zip(scores) {
             *held += u64::from(score.abs() <= Z_95);
         }
-        // Inside of a convex polygon: at the left of every edge.
+        // A point inside a convex polygon lies to the left of every edge.
         let corners = pole.region_95(90).unwrap();
         let next = corners.iter().cycle().skip(1);
         let inside = corners.iter().zip(next).all(|(a, b)| {
@@ -278,8 +279,8 @@ fn bands_and_ellipses_hold_the_truth_as_often_as_they_say() {
     }
 }
 
-/// A model of order 2 of a plant of order 1 with white e has a pole and a zero that tend to 0 both: they are told from each
-/// other in 5 % of the records.
+/// A model of order 2 for a plant of order 1 with white e has a pole and a zero that both tend to 0. They are told
+/// apart in 5 % of the records.
 #[test]
 fn an_order_too_many_is_found() {
     let plant = plant(&[-0.8], &[1.0]);
@@ -301,8 +302,8 @@ fn an_order_too_many_is_found() {
     );
 }
 
-/// A pole at 0.5 and a zero at distance d, whose estimates' difference has the standard deviation s over the records: by the
-/// normal law a share of `Phi(1.96 - d/s) - Phi(-1.96 - d/s)` cannot tell them apart.
+/// A pole at 0.5 and a zero at distance d; the difference of their estimates has standard deviation s over the records.
+/// By the normal law a share of `Phi(1.96 - d/s) - Phi(-1.96 - d/s)` cannot tell them apart.
 #[test]
 fn separate_poles_and_zeros_are_told_apart_as_often_as_theory_says() {
     let (trials, n) = (500_u32, 4000);
@@ -324,7 +325,7 @@ fn separate_poles_and_zeros_are_told_apart_as_often_as_theory_says() {
         let expected = normal_above(far - Z_95) - normal_above(far + Z_95);
         let share = f64::from(found) / count;
         assert!(bounds.contains(&expected), "{expected}");
-        // s itself is known to 1/sqrt(2 trials): its error moves the share by the density times far.
+        // s itself has a relative error of 1/sqrt(2 trials), which changes the share by the density times `far`.
         let density = (-(far - Z_95) * (far - Z_95) / 2.0).exp() / std::f64::consts::TAU.sqrt();
         let of_s = 4.0 * density * far / (2.0 * count).sqrt();
         let limit = four_errors(expected.max(1.0 / count), count) + of_s;
@@ -335,8 +336,8 @@ fn separate_poles_and_zeros_are_told_apart_as_often_as_theory_says() {
     }
 }
 
-/// Complex pairs: a model of a resonance multiplied by a common factor with complex roots, its covariance so wide that the
-/// pairs may be one; and with a covariance so small that they may not.
+/// Complex pairs: a resonance times a common factor with complex roots. Once the covariance is so large that the pairs
+/// may be one, once so small that they may not.
 #[test]
 fn a_complex_pair_may_cancel_too() {
     // A = (1 - 0.9 q^-1)(1 - 0.8 q^-1 + 0.5 q^-2), B = q^-1 (1 - 0.82 q^-1 + 0.51 q^-2).

@@ -1,19 +1,19 @@
-//! The files that the program knows: how large they may be, and how it tells its own from others.
+//! The kinds of files that the program knows: their largest size, and how it recognises its own.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
 const MIB: u64 = 1 << 20;
 const GIB: u64 = 1 << 30;
-/// What is read of a file to tell whose it is.
+/// Bytes read from the beginning of a file to recognise it.
 const HEAD: u64 = 1 << 16;
-/// The longest end of a Parquet file that is looked at.
+/// Longest footer of a Parquet file that is searched.
 const LONGEST_FOOTER: u64 = 16 * MIB;
 
 /// A kind of file.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Kind {
-    /// An experiment file. It is the user's from the moment it is there.
+    /// An experiment file. Once it exists, it belongs to the user.
     Experiment,
     /// The samples of a disturbance, `t,delta`.
     Signal,
@@ -45,16 +45,16 @@ pub enum Kind {
     Plan,
     /// `run.json` of a process that computed blocks of a shard.
     Run,
-    /// A job script. It is the user's from the moment it is there.
+    /// A job script. Once it exists, it belongs to the user.
     Script,
-    /// `workers.log`: what methods that are programs printed.
+    /// `workers.log`: the output of external programs.
     Log,
-    /// The commands that the user agreed to.
+    /// The commands that the user has agreed to.
     Agreed,
 }
 
 impl Kind {
-    /// The kind of a file of a report or a figure by its name.
+    /// Returns the kind of a file of a report or a figure by its name.
     pub(crate) fn of_report(name: &str) -> Option<Self> {
         match name.rsplit_once('.')?.1 {
             "svg" => Some(Self::Figure),
@@ -65,7 +65,7 @@ impl Kind {
         }
     }
 
-    /// The most bytes that are read, or written to be read again.
+    /// Largest size in bytes of a file that is read, or written to be read again.
     pub const fn limit(self) -> u64 {
         match self {
             Self::Experiment | Self::Log | Self::Agreed => 64 * MIB,
@@ -79,7 +79,7 @@ impl Kind {
             | Self::Run
             | Self::Script => GIB,
             Self::Summary => 4 * GIB,
-            // Never read as a whole.
+            // Never read completely.
             Self::States
             | Self::Parquet
             | Self::Figure
@@ -114,8 +114,7 @@ impl Kind {
         }
     }
 
-    /// Whether a run must find it whole after a crash of the machine; anything else is made again
-    /// by its command.
+    /// Whether a run needs the complete file after a crash of the machine. Any other file is made again by its command.
     pub(super) const fn is_synced(self) -> bool {
         matches!(
             self,
@@ -129,8 +128,8 @@ impl Kind {
         )
     }
 
-    /// Whether the program wrote a file, by how it begins. An empty file holds nothing of
-    /// anybody's.
+    /// Whether the program wrote a file, judged by its beginning and, for Parquet, by its columns. An empty file
+    /// belongs to nobody.
     pub(super) fn is_own(self, file: &mut File) -> io::Result<bool> {
         let mut head = Vec::new();
         file.seek(SeekFrom::Start(0))?;
@@ -139,7 +138,7 @@ impl Kind {
             return Ok(true);
         }
         let text = String::from_utf8_lossy(&head);
-        // JSON that was only laid out anew is still the program's.
+        // JSON with another layout is still the program's own.
         let json: String = match self {
             Self::Manifest
             | Self::Design
@@ -187,11 +186,11 @@ impl Kind {
     }
 }
 
-/// How the figures of `reproduce` begin.
+/// Beginning of the figures of `reproduce`.
 const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" \
     xmlns=\"http://www.w3.org/2000/svg\">\n";
 
-/// What the header of every table of a report has one of.
+/// The header of a report's table contains at least one of these texts.
 const TABLES: [&str; 10] = [
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
@@ -205,8 +204,7 @@ const TABLES: [&str; 10] = [
     "value,verdict,p (pass),p (fail)",
 ];
 
-/// Whether the footer of a Parquet file, where its columns are named, has those that all tables of
-/// results have.
+/// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.
 fn has_own_columns(file: &mut File) -> io::Result<bool> {
     let length = file.seek(SeekFrom::End(0))?;
     let mut end = [0; 8];
@@ -237,7 +235,7 @@ mod tests {
         kind.is_own(&mut file).expect("readable")
     }
 
-    /// Every committed result is recognised; none is taken for a file of another kind.
+    /// Every committed result is recognised, and none is taken for another kind.
     #[test]
     fn committed_results_are_the_programs_own() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");

@@ -1,12 +1,11 @@
-//! The only door to the file system: everything that the program opens, writes, renames or removes.
+//! The only access to the file system: everything that the program opens, writes, renames or removes.
 //!
-//! What is written is made under a new temporary name beside its own and renamed. What stands there
-//! already is replaced or removed only if it is a regular file that is empty, or that the program
-//! recognises as its own by name and content ([`Kind`]). Links, folders, FIFOs and devices where a
-//! file belongs are refused and never followed, and so is everything else of others. Nothing is
-//! removed with what is in it.
+//! A file is written under a new temporary name in its folder and then renamed. An existing file is replaced or removed
+//! only if it is a regular file that is empty or that the program recognises as its own by name and content ([`Kind`]).
+//! Anything else is refused: links, folders, FIFOs, devices, and all files of others. Such a link is never followed.
+//! A folder is removed only if it is empty.
 //!
-//! Another program that swaps files for links while this one is at work is not guarded against.
+//! There is no protection against another program that swaps files for links at the same time.
 
 #![allow(
     clippy::disallowed_methods,
@@ -28,7 +27,7 @@ use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// What went wrong with a file or a folder.
+/// An error of a file or a folder.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {source}", .path.display())]
 pub struct PathError {
@@ -36,7 +35,7 @@ pub struct PathError {
     pub path: PathBuf,
     /// The error.
     pub source: io::Error,
-    /// Whether something is there that is not the program's own: the user's to mend.
+    /// Whether there is something that is not the program's own, so that the user must act.
     pub foreign: bool,
 }
 
@@ -50,7 +49,7 @@ impl PathError {
         }
     }
 
-    /// What is not the program's own.
+    /// An error for something that is not the program's own.
     pub(crate) fn foreign(path: &Path, what: &str) -> Self {
         Self {
             path: path.to_owned(),
@@ -59,16 +58,16 @@ impl PathError {
         }
     }
 
-    /// Something other than a regular file.
+    /// An error for something other than a regular file.
     fn irregular(path: &Path, what: &str) -> Self {
         Self::foreign(path, &format!("not a regular file but {what}"))
     }
 }
 
-/// What is said of another's file.
+/// The message about a file that is not the program's own.
 pub(crate) const NOT_OWN: &str = "not written by asobench; move it away or choose another place";
 
-/// What an entry of a folder is, where it is no regular file.
+/// Describes a folder entry that is not a regular file; `None` for a regular file.
 fn irregularity(metadata: &Metadata) -> Option<&'static str> {
     let kind = metadata.file_type();
     if kind.is_file() {
@@ -82,7 +81,7 @@ fn irregularity(metadata: &Metadata) -> Option<&'static str> {
     }
 }
 
-/// Opens a regular file without waiting for anything, and looks at what was opened once more.
+/// Opens a regular file without blocking, and checks the opened file once more.
 fn open_regular(path: &Path, follow: bool) -> Result<File, PathError> {
     let io = PathError::io(path);
     let check = |metadata: &Metadata| {
@@ -100,7 +99,7 @@ fn open_regular(path: &Path, follow: bool) -> Result<File, PathError> {
     Ok(file)
 }
 
-/// With the flags that neither wait nor, where asked for, follow a link.
+/// Adds the flags against blocking and, unless `follow`, against following a link.
 fn at_once(options: &mut OpenOptions, follow: bool) -> &mut OpenOptions {
     #[cfg(unix)]
     {
@@ -120,7 +119,7 @@ fn at_once(options: &mut OpenOptions, follow: bool) -> &mut OpenOptions {
     options
 }
 
-/// A reader that fails where there is more than a kind of file may have.
+/// A reader that fails if a file is larger than its kind may be.
 struct Limited<R> {
     from: R,
     left: u64,
@@ -143,11 +142,10 @@ fn limited<R: Read>(from: R, kind: Kind) -> Limited<R> {
     Limited { from, left, kind }
 }
 
-/// Opens a file that the user names: a regular one or a link to one, or `-`, which is standard
-/// input.
+/// Opens a file that the user names: a regular file, a link to one, or `-` for standard input.
 ///
 /// # Errors
-/// If it is neither. Reading fails beyond [`Kind::limit`].
+/// If it is something else. Reading beyond [`Kind::limit`] fails.
 pub fn open_named(path: &Path, kind: Kind) -> io::Result<Box<dyn Read>> {
     if path == Path::new("-") {
         return Ok(Box::new(limited(io::stdin().lock(), kind)));
@@ -169,10 +167,10 @@ pub fn read_named(path: &Path, kind: Kind) -> io::Result<String> {
     Ok(text)
 }
 
-/// Opens a file of a results folder; `None` where there is none.
+/// Opens a file of a results folder; `None` if it does not exist.
 ///
 /// # Errors
-/// If it is no regular file, or cannot be opened.
+/// If it is not a regular file, or cannot be opened.
 pub(crate) fn open_own(path: &Path) -> Result<Option<File>, PathError> {
     match open_regular(path, false) {
         Ok(file) => Ok(Some(file)),
@@ -181,7 +179,7 @@ pub(crate) fn open_own(path: &Path) -> Result<Option<File>, PathError> {
     }
 }
 
-/// Reads a file of a results folder; `None` where there is none.
+/// Reads a file of a results folder; `None` if it does not exist.
 ///
 /// # Errors
 /// As for [`open_own`], and if it cannot be read or is larger than [`Kind::limit`].
@@ -202,7 +200,7 @@ pub(crate) fn read_own(path: &Path, kind: Kind) -> Result<Option<Vec<u8>>, PathE
     Ok(Some(bytes))
 }
 
-/// Whether the program's own file of a kind is there.
+/// Whether the program's own file of this kind exists.
 ///
 /// # Errors
 /// As for [`open_own`], and if it cannot be read.
@@ -213,16 +211,15 @@ pub(crate) fn is_own(path: &Path, kind: Kind) -> Result<bool, PathError> {
     }
 }
 
-/// Whether anything is there.
+/// Whether anything exists at a path, even a broken link.
 pub(crate) fn is_there(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// Checks that a file may be written there: nothing is there, an empty file, or the program's own
-/// of this kind.
+/// Checks that a file may be written: the path is free, or has an empty file or the program's own of this kind.
 ///
 /// # Errors
-/// If it may not, or what is there cannot be read.
+/// If it may not, or if the existing file cannot be read.
 pub(crate) fn replaceable(path: &Path, kind: Kind) -> Result<(), PathError> {
     if is_there(path) && !is_own(path, kind)? {
         return Err(PathError::foreign(path, NOT_OWN));
@@ -230,11 +227,10 @@ pub(crate) fn replaceable(path: &Path, kind: Kind) -> Result<(), PathError> {
     Ok(())
 }
 
-/// Makes a new file; what is there is left alone, and nothing is left of a file that could not be
-/// written.
+/// Creates a new file. An existing file is left alone, and a file that could not be written is removed.
 ///
 /// # Errors
-/// If anything is there, or it cannot be written.
+/// If the path exists, or the file cannot be written.
 pub(crate) fn create(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = File::create_new(path)?;
     file.write_all(content).inspect_err(|_| {
@@ -243,10 +239,10 @@ pub(crate) fn create(path: &Path, content: &[u8]) -> io::Result<()> {
     })
 }
 
-/// Removes the program's own file of a kind, if it is there.
+/// Removes the program's own file of this kind, if it exists.
 ///
 /// # Errors
-/// If it is another's, or cannot be removed.
+/// If it is not the program's own, or cannot be removed.
 pub(crate) fn remove(path: &Path, kind: Kind) -> Result<(), PathError> {
     replaceable(path, kind)?;
     remove_file(path)
@@ -259,10 +255,10 @@ fn remove_file(path: &Path) -> Result<(), PathError> {
     }
 }
 
-/// Gives a regular file that is in the way a new name that ends in `.damaged`.
+/// Renames a regular file that is in the way. The new name ends in `.damaged`, with a number if that name is taken.
 ///
 /// # Errors
-/// If it is no regular file, or cannot be renamed.
+/// If it is not a regular file, or cannot be renamed.
 pub(crate) fn set_aside(path: &Path) -> Result<(), PathError> {
     open_own(path)?;
     let name = |number: u32| {
@@ -280,12 +276,12 @@ pub(crate) fn set_aside(path: &Path) -> Result<(), PathError> {
     fs::rename(path, free).map_err(PathError::io(path))
 }
 
-/// Makes a folder that the user names, and those above it. The last of them must be no link.
+/// Creates a folder that the user names, with its parents. The folder itself must not be a link.
 ///
 /// # Errors
-/// If something else is there, or it cannot be made.
+/// If something else exists there, or it cannot be created.
 pub(crate) fn make_folder(path: &Path) -> Result<(), PathError> {
-    // Without a slash at its end, which would follow a link.
+    // Without a trailing slash, which would follow a link.
     let bare: PathBuf = path.components().collect();
     if real_folder(&bare)? {
         return Ok(());
@@ -293,7 +289,7 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), PathError> {
     fs::create_dir_all(&bare).map_err(PathError::io(path))
 }
 
-/// Whether a folder is there, a real one.
+/// Whether a real folder exists at a path, not a link to one.
 fn real_folder(path: &Path) -> Result<bool, PathError> {
     match fs::symlink_metadata(path) {
         Ok(metadata) if metadata.is_dir() => Ok(true),
@@ -309,7 +305,7 @@ fn real_folder(path: &Path) -> Result<bool, PathError> {
     }
 }
 
-/// A folder within the program's own; `None` where there is none.
+/// A folder inside the program's own; `None` if it does not exist.
 ///
 /// # Errors
 /// If it is a link or something else.
@@ -318,10 +314,10 @@ pub(crate) fn subfolder(folder: &Path, name: &str) -> Result<Option<PathBuf>, Pa
     Ok(real_folder(&path)?.then_some(path))
 }
 
-/// A folder within the program's own, made where needed.
+/// Returns a folder inside the program's own, and creates it if needed.
 ///
 /// # Errors
-/// As for [`subfolder`], and if it cannot be made.
+/// As for [`subfolder`], and if it cannot be created.
 pub(crate) fn make_subfolder(folder: &Path, name: &str) -> Result<PathBuf, PathError> {
     let path = folder.join(name);
     if !real_folder(&path)? {
@@ -330,10 +326,10 @@ pub(crate) fn make_subfolder(folder: &Path, name: &str) -> Result<PathBuf, PathE
     Ok(path)
 }
 
-/// Makes a folder within another that is there; false where anything has that name already.
+/// Creates a folder in an existing one; returns false if the name is taken.
 ///
 /// # Errors
-/// If it cannot be made.
+/// If it cannot be created.
 pub(crate) fn make_new_subfolder(path: &Path) -> Result<bool, PathError> {
     match fs::create_dir(path) {
         Ok(()) => Ok(true),
@@ -342,7 +338,7 @@ pub(crate) fn make_new_subfolder(path: &Path) -> Result<bool, PathError> {
     }
 }
 
-/// What is in a folder: its files, and the folders within. Links are neither.
+/// The content of a folder: its files, then its subfolders. Links are left out.
 ///
 /// # Errors
 /// If it cannot be read.
@@ -362,7 +358,7 @@ pub(crate) fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), Pat
     Ok((found, folders))
 }
 
-/// Removes a folder if nothing is left in it.
+/// Removes a folder if it is empty.
 ///
 /// # Errors
 /// If it cannot be removed.
@@ -375,7 +371,7 @@ pub(crate) fn remove_empty(folder: &Path) -> Result<(), PathError> {
     }
 }
 
-/// The paths of what is in a folder.
+/// The paths of all entries of a folder.
 ///
 /// # Errors
 /// If it cannot be read.
@@ -387,10 +383,10 @@ pub(crate) fn list(folder: &Path) -> Result<Vec<PathBuf>, PathError> {
         .map_err(PathError::io(folder))
 }
 
-/// Opens the file of a lock, which stays empty, making it where needed.
+/// Opens the file of a lock, which stays empty, and creates it if needed.
 ///
 /// # Errors
-/// If something else is there, or it cannot be made.
+/// If something else exists there, or it cannot be created.
 pub(crate) fn open_lock(path: &Path) -> Result<File, PathError> {
     if is_there(path) {
         open_regular(path, false)?;

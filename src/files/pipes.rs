@@ -1,4 +1,4 @@
-//! Named pipes in a folder of their own, through which a program and its worker talk.
+//! Named pipes in a private folder, between the program and a worker.
 
 use super::PathError;
 use rustix::fs::{CWD, Mode, OFlags, fstat, mkfifoat};
@@ -10,17 +10,17 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A folder that only this user may enter, with two named pipes; both are removed when this is dropped.
+/// A folder with two named pipes that only this user may enter. Dropping it removes both pipes and the folder.
 #[derive(Debug)]
 pub struct Pipes {
     folder: PathBuf,
 }
 
 impl Pipes {
-    /// Makes them, in the folder for temporary files.
+    /// Creates folder and pipes, in the folder for temporary files.
     ///
     /// # Errors
-    /// If they cannot be made.
+    /// If they cannot be created.
     pub fn new() -> Result<Self, PathError> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let place = std::env::temp_dir();
@@ -37,14 +37,14 @@ impl Pipes {
                     }
                     return Ok(pipes);
                 }
-                // A folder that a killed process of this number left.
+                // A folder left by a killed process with the same process id.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(PathError::io(&folder)(error)),
             }
         }
     }
 
-    /// What tells the processes of these pipes from others; `printed` are ends of the pipes that they print to.
+    /// Returns the mark of the processes that use these pipes. `printed` are our ends of the pipes that they print to.
     pub fn mark(&self, printed: &[impl AsFd]) -> Mark {
         let number = |end| Some(format!("pipe:[{}]", fstat(end).ok()?.st_ino));
         Mark {
@@ -63,7 +63,7 @@ impl Pipes {
         self.folder.join("replies")
     }
 
-    /// The end that replies are read from; nothing waits.
+    /// Opens the end that replies are read from; does not block.
     ///
     /// # Errors
     /// If it cannot be opened.
@@ -71,7 +71,7 @@ impl Pipes {
         at_once(OpenOptions::new().read(true)).open(self.replies())
     }
 
-    /// The end that requests are written to; `None` as long as the worker has not opened the other.
+    /// Opens the end that requests are written to; `None` until the worker has opened the other end.
     ///
     /// # Errors
     /// If it cannot be opened.
@@ -92,7 +92,7 @@ fn at_once(options: &mut OpenOptions) -> &mut OpenOptions {
 
 impl Drop for Pipes {
     fn drop(&mut self) {
-        // Nothing more can be done here.
+        // A failure here cannot be handled.
         for path in [self.requests(), self.replies()] {
             let _ = fs::remove_file(path);
         }
@@ -100,8 +100,8 @@ impl Drop for Pipes {
     }
 }
 
-/// What a worker hands to every process that it starts, whatever group or session that is in: the folder of its pipes
-/// in the surroundings, and open files to write to.
+/// What every process started by a worker inherits, in any process group or session: the folder of its pipes in the
+/// environment, and open files to write to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mark {
     folder: PathBuf,
@@ -115,7 +115,7 @@ impl std::fmt::Display for Mark {
 }
 
 impl Mark {
-    /// Reads what [`Display`](std::fmt::Display) writes.
+    /// Parses the output of [`Display`](std::fmt::Display).
     pub fn read(text: &str) -> Option<Self> {
         let (printed, folder) = text.split_once(' ')?;
         Some(Self {
@@ -124,12 +124,12 @@ impl Mark {
         })
     }
 
-    /// The folder of the pipes, which no two marks share.
+    /// The folder of the pipes; it is different for every mark.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The processes that have it.
+    /// The processes that have this mark.
     pub fn processes(&self) -> Vec<i32> {
         let Ok(entries) = fs::read_dir("/proc") else {
             return Vec::new();
@@ -138,7 +138,7 @@ impl Mark {
         numbers.filter(|number| self.is_of(*number)).collect()
     }
 
-    /// Whether a process has it.
+    /// Whether a process has this mark.
     pub fn is_of(&self, number: i32) -> bool {
         let process = PathBuf::from(format!("/proc/{number}"));
         self.is_around(&process) || self.is_open(&process)
@@ -152,7 +152,8 @@ impl Mark {
             .any(|part| part.starts_with(text) && part.ends_with(b"/"))
     }
 
-    /// Whether a process may write to one of the pipes to this one: this one, and a child that it is starting, may not.
+    /// Whether a process can write to one of the pipes that lead here. This process and a child that it is starting
+    /// cannot.
     fn is_open(&self, process: &Path) -> bool {
         let Ok(open) = fs::read_dir(process.join("fd")) else {
             return false;
@@ -160,7 +161,7 @@ impl Mark {
         let replies = self.folder.join("replies");
         open.flatten().any(|file| {
             let link = fs::read_link(file.path()).unwrap_or_default();
-            // Once it is removed, its name is followed by " (deleted)".
+            // The name of a removed file is followed by " (deleted)".
             let name = link.as_os_str().as_bytes();
             let is_own = name.starts_with(replies.as_os_str().as_bytes())
                 || self.printed.iter().any(|pipe| name == pipe.as_bytes());

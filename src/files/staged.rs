@@ -1,4 +1,4 @@
-//! Files that are written under temporary names beside their own, then renamed.
+//! Files that are first written under temporary names in the same folder, then renamed.
 
 use super::{Kind, PathError, irregularity, remove_file, replaceable};
 use std::fs::{self, File};
@@ -6,10 +6,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Names that are tried for a temporary file before it is given up.
+/// Attempts to find a free temporary name.
 const ATTEMPTS: usize = 1000;
 
-/// A file under its temporary name.
+/// A file that still has its temporary name.
 #[derive(Debug)]
 struct Pending {
     temporary: PathBuf,
@@ -17,17 +17,15 @@ struct Pending {
     kind: Kind,
 }
 
-/// Files that wait to be renamed to their names; what was not renamed is removed when this is
-/// dropped.
+/// Files that wait to be renamed. Dropping this removes those that were not renamed.
 #[derive(Debug, Default)]
 pub struct Staged(Vec<Pending>);
 
 impl Staged {
-    /// A new file that will become `path`, and the name that it has until then.
+    /// Creates a new file that will become `path`, and returns it with its temporary name.
     ///
     /// # Errors
-    /// If something stands at `path` that is not the program's own file of this kind, or no file
-    /// can be made.
+    /// If `path` exists and is not the program's own file of this kind, or if no file can be created.
     pub fn create(&mut self, path: &Path, kind: Kind) -> Result<(File, PathBuf), PathError> {
         replaceable(path, kind)?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -43,7 +41,7 @@ impl Staged {
     /// Writes a file that will become `path`.
     ///
     /// # Errors
-    /// As for [`Self::create`], if it cannot be written, or is larger than can be read again.
+    /// As for [`Self::create`]; if it cannot be written; or if it is too large to be read again.
     pub fn write(&mut self, path: &Path, kind: Kind, content: &[u8]) -> Result<(), PathError> {
         if content.len() as u64 > kind.limit() {
             return Err(PathError::io(path)(too_large(kind)));
@@ -58,23 +56,23 @@ impl Staged {
         written.map_err(PathError::io(path))
     }
 
-    /// Checks once more that every file may be written to its place.
+    /// Checks once more that every file may be put in its place.
     ///
     /// # Errors
-    /// Of the first that may not.
+    /// The first file that may not.
     pub fn check(&self) -> Result<(), PathError> {
         let mut files = self.0.iter();
         files.try_for_each(|file| replaceable(&file.path, file.kind))
     }
 
-    /// Renames every file to its name, in the order in which they were made, but a manifest last.
+    /// Renames every file to its final name, in the order of creation, but a manifest last.
     ///
     /// # Errors
-    /// If one of them may not be replaced, before any is renamed; if one cannot be renamed.
+    /// If a file may not be replaced (then none is renamed), or if one cannot be renamed.
     pub fn publish(&mut self) -> Result<(), PathError> {
         self.check()?;
         self.0.sort_by_key(|file| file.kind == Kind::Manifest);
-        // From the end, so that what was not renamed is still there to be removed.
+        // Taken from the end, so files that were not renamed are still listed and will be removed.
         self.0.reverse();
         while let Some(Pending {
             temporary, path, ..
@@ -90,13 +88,13 @@ impl Staged {
 impl Drop for Staged {
     fn drop(&mut self) {
         for Pending { temporary, .. } in &self.0 {
-            // Nothing more can be done here.
+            // A failure here cannot be handled.
             let _ = fs::remove_file(temporary);
         }
     }
 }
 
-/// Writes one file whole.
+/// Writes one file completely.
 ///
 /// # Errors
 /// As for [`Staged::write`].
@@ -106,10 +104,10 @@ pub fn replace(path: &Path, kind: Kind, content: &[u8]) -> Result<(), PathError>
     staged.publish()
 }
 
-/// Makes and removes a file in a folder, to see whether that can be done.
+/// Creates and removes a file in a folder, to test whether this is possible.
 ///
 /// # Errors
-/// If it cannot be done.
+/// If it is not.
 pub(crate) fn probe(folder: &Path) -> Result<(), PathError> {
     let made = create_temporary(folder, Kind::Manifest).and_then(|(mut file, path)| {
         let written = file.write_all(b"asobench");
@@ -118,7 +116,7 @@ pub(crate) fn probe(folder: &Path) -> Result<(), PathError> {
     made.map_err(PathError::io(folder))
 }
 
-/// A new file of the program's own pattern; nothing that is there is opened or followed.
+/// Creates a file with a name of the program's temporary pattern. An existing file is never opened or followed.
 fn create_temporary(folder: &Path, kind: Kind) -> io::Result<(File, PathBuf)> {
     static NUMBER: AtomicU64 = AtomicU64::new(0);
     let mut made = Err(io::Error::from(io::ErrorKind::AlreadyExists));
@@ -138,7 +136,7 @@ fn create_temporary(folder: &Path, kind: Kind) -> io::Result<(File, PathBuf)> {
     made
 }
 
-/// Whether a name is one of a temporary file of a kind.
+/// Whether a name is that of a temporary file of this kind.
 fn is_temporary(name: &str, kind: Kind) -> bool {
     let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     name.strip_prefix(".asobench-")
@@ -149,8 +147,8 @@ fn is_temporary(name: &str, kind: Kind) -> bool {
         .is_some_and(|(process, count)| number(process) && number(count))
 }
 
-/// Removes temporary files of some kinds that a killed run left in a folder. The caller has the
-/// folder's lock, and no other command makes files of these kinds there.
+/// Removes temporary files of some kinds that a killed run left in a folder. The caller must hold the folder's lock,
+/// and no other command may create files of these kinds there.
 ///
 /// # Errors
 /// If the folder cannot be read or a file cannot be removed.

@@ -1,30 +1,31 @@
-//! Whether the standard errors that a method prints can be trusted.
+//! Tests whether the standard errors that a method prints can be trusted.
 //!
-//! Measures and Monte-Carlo standard errors of Morris, White and Crowther, *Statistics in Medicine* 38 (2019), table 6;
-//! the spread of moments is taken from fourth moments instead of the normal law.
+//! Measures and Monte-Carlo standard errors follow Morris, White and Crowther, *Statistics in Medicine* 38 (2019),
+//! table 6. The spread of moments is taken from fourth moments instead of the normal law.
 
 use super::{Estimate, Sample, Share, Sketch};
 use serde::{Deserialize, Serialize};
 
-/// What 95 % intervals `estimate -+ 1.96 se` of one number do over trials.
+/// Coverage of the 95 % intervals `estimate -+ 1.96 se` of one number over trials.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
-    /// The share of the intervals that hold the truth, of the trials with an interval.
+    /// Share of the intervals that hold the truth, among the trials with an interval.
     pub covered: Share,
-    /// The share that hold the mean of the estimates: what is left where bias is no reason.
+    /// Share of the intervals that hold the mean of the estimates: the coverage without the effect of bias.
     pub bias_eliminated: Share,
     /// The mean error.
     pub bias: Estimate,
     /// The standard deviation of the estimates.
     pub empirical_se: Estimate,
-    /// The root mean square of the standard errors that the method printed.
+    /// Root mean square of the standard errors that the method printed.
     pub model_se: Estimate,
     /// `model_se / empirical_se - 1`.
     pub relative_error: Estimate,
 }
 
 impl Coverage {
-    /// Of errors, standard errors, and both ends of the intervals of the error; those of trials without one are missing.
+    /// Computes the coverage from errors, standard errors, and both ends of the intervals of the error. Trials without
+    /// an interval are missing in `low` and `high`.
     pub fn new(error: &Sample, se: &Sample, low: &Sketch, high: &Sketch) -> Self {
         let (empirical, model) = (error.sd(), se.rmse());
         let ratio = model.value / empirical.value;
@@ -40,7 +41,7 @@ impl Coverage {
         }
     }
 
-    /// Whether a stored one can be of so many trials.
+    /// Whether a stored coverage can be that of this many trials.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let intervals = self.covered.total;
         intervals <= trials
@@ -57,7 +58,7 @@ impl Coverage {
     }
 }
 
-/// The share of the intervals that hold x: those that begin below it and do not end below it. For x = 0 it is exact.
+/// The share of the intervals that hold x: those with `low < x` and not `high < x`. Exact for x = 0.
 fn holding(x: f64, low: &Sketch, high: &Sketch) -> Share {
     let count = low.count();
     if x.is_nan() {
@@ -81,7 +82,8 @@ mod tests {
         Coverage::new(&sample(errors), &sample(ses), &ends(-1.0), &ends(1.0))
     }
 
-    /// By hand: errors 0, 1, 2 ... 39 with standard errors of 5: |e| < 9.8 holds 0, |e - 19.5| < 9.8 the mean.
+    /// By hand: errors 0, 1, 2 ... 39 with standard errors 5. Intervals hold the truth if |e| < 9.8, the mean if |e -
+    /// 19.5| < 9.8.
     #[test]
     fn counts_by_hand() {
         let errors: Vec<f64> = (0..40).map(f64::from).collect();

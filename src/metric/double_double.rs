@@ -1,17 +1,17 @@
-//! Double-double arithmetic: numbers of 106 bits as the unevaluated sum of two doubles (Dekker
-//! 1971; Hida, Li and Bailey 2001). Errors of one operation are a few 2^-104 of its result, for
-//! sums of their larger term where it cancels.
+//! Double-double arithmetic: numbers of 106 bits as the unevaluated sum of two doubles (Dekker 1971; Hida, Li and
+//! Bailey 2001). The error of one operation is a few 2^-104 of its result; for sums with cancellation, of the larger
+//! term.
 
 use std::ops::{Add, Mul, Sub};
 
-/// `x y` as its rounded value and what was rounded off.
+/// Returns `x y` as its rounded value and the rounding error.
 #[inline(always)]
 pub(super) fn two_product(x: f64, y: f64) -> (f64, f64) {
     let product = x * y;
     (product, x.mul_add(y, -product))
 }
 
-/// `x^2`, `x^3` and `x^4`, each as two doubles: the square exactly, the others to some 2^-104.
+/// Returns `x^2`, `x^3` and `x^4`, each as two doubles: the square exactly, the others to about 2^-104.
 #[inline(always)]
 pub(super) fn powers(x: f64) -> [(f64, f64); 3] {
     let (high, low) = two_product(x, x);
@@ -109,7 +109,7 @@ impl Mul for Dd {
 mod tests {
     use super::*;
 
-    /// (1 + 2^-60)^2 - 1 = 2^-59 + 2^-120, and 1/3 three times is 1 to 2^-104.
+    /// (1 + 2^-60)^2 - 1 = 2^-59 + 2^-120, and three times 1/3 is 1 to 2^-104.
     #[test]
     fn results_have_106_bits() {
         let one = Dd::from(1.0);

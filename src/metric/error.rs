@@ -2,7 +2,7 @@
 
 use crate::real::Real;
 
-/// `|| v - v_hat || / || v ||`: the reading `relative`.
+/// Computes `|| v - v_hat || / || v ||`: the reading `relative`.
 ///
 /// # Panics
 /// If the lengths differ.
@@ -15,8 +15,8 @@ pub fn relative_error<R: Real>(v: &[R], v_hat: &[R]) -> R {
     (square_distance(v, v_hat) / size).sqrt()
 }
 
-/// `sqrt( sum (v - v_hat)^2 / sum v )`: the reading `as-printed`, its minus sign dropped. NaN
-/// (undefined) where `sum v <= 0`.
+/// Computes `sqrt( sum (v - v_hat)^2 / sum v )`: the reading `as-printed` without its minus sign. NaN (undefined) if
+/// `sum v <= 0`.
 ///
 /// # Panics
 /// If the lengths differ.
@@ -40,7 +40,7 @@ fn square_distance<R: Real>(v: &[R], v_hat: &[R]) -> R {
     sum
 }
 
-/// The state's errors e_x(k), gathered over k: maximum and root mean square, both readings of E3.
+/// Collects the state errors e_x(k) over k: maximum and root mean square, in both readings of E3.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StateError {
     relative: Gathered,
@@ -75,18 +75,16 @@ impl Gathered {
         }
     }
 
-    /// NaN where nothing was gathered.
+    /// The root mean square; NaN if nothing was added.
     fn rms(self) -> f64 {
         (self.sum / f64::from(self.count)).sqrt()
     }
 }
 
 impl StateError {
-    /// Adds x(k) and its estimate; returns `e_x(k)^2` in the reading `relative`, NaN where
-    /// undefined.
+    /// Adds x(k) and its estimate. Returns `e_x(k)^2` in the reading `relative`, NaN if undefined.
     ///
-    /// A k where a reading is undefined (x(k) = 0; or `sum x(k) <= 0` as printed) is left out of
-    /// it.
+    /// A reading leaves out every k where it is undefined: x(k) = 0 for `relative`, `sum x(k) <= 0` for `as-printed`.
     #[inline(always)]
     pub fn add(&mut self, x: &[f64], x_hat: &[f64]) -> f64 {
         let (mut distance, mut size, mut sum) = (0.0, 0.0, 0.0);
@@ -110,28 +108,27 @@ impl StateError {
         relative
     }
 
-    /// Largest `e_x(k)`, reading `relative`; NaN where no k was gathered.
+    /// Largest `e_x(k)`, reading `relative`; NaN if no k was added.
     pub fn maximum(&self) -> f64 {
         self.relative.maximum()
     }
 
-    /// Root mean square of `e_x(k)`, reading `relative`; NaN where no k was gathered.
+    /// Root mean square of `e_x(k)`, reading `relative`; NaN if no k was added.
     pub fn rms(&self) -> f64 {
         self.relative.rms()
     }
 
-    /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`; NaN where no k was gathered.
+    /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`; NaN if no k was added.
     pub fn absolute_rms(&self) -> f64 {
         self.absolute.rms()
     }
 
-    /// Largest `e_x(k)` as printed, over the k where it is defined; NaN where there is none.
+    /// Largest `e_x(k)`, reading `as-printed`, over the k where it is defined; NaN if there is none.
     pub fn maximum_as_printed(&self) -> f64 {
         self.as_printed.maximum()
     }
 
-    /// Root mean square of `e_x(k)` as printed, over the k where it is defined; NaN where there is
-    /// none.
+    /// Root mean square of `e_x(k)`, reading `as-printed`, over the k where it is defined; NaN if there is none.
     pub fn rms_as_printed(&self) -> f64 {
         self.as_printed.rms()
     }
@@ -154,7 +151,7 @@ mod tests {
         errors.add(&[0.0, 0.0], &[1.0, 1.0]);
         assert_eq!(errors.maximum(), 0.2);
         assert!((errors.rms() - 0.02_f64.sqrt()).abs() < 1e-16);
-        // Squares 1, 0 and 2 of three samples: x = 0 counts here.
+        // The squares of three samples are 1, 0 and 2; this measure includes x = 0.
         assert_eq!(errors.absolute_rms(), 1.0);
         assert_eq!(errors.maximum_as_printed(), (1.0_f64 / 7.0).sqrt());
         errors.add(&[1.0, 1.0], &[f64::NAN, 1.0]);

@@ -5,22 +5,22 @@ use serde::{Deserialize, Serialize};
 
 /// Limbs of 32 bits: 2098 for the doubles from 2^-1074 to 2^1024, 78 more for the number of terms.
 const LIMBS: usize = 68;
-/// Additions that a limb of 64 bits takes before carries must run: each adds less than 2^32, and
-/// two sums at this limit can still be merged.
+/// Additions that a limb of 64 bits takes before carries must be propagated. Each adds less than 2^32, and two sums at
+/// this limit can still be merged.
 const LIMIT: u32 = 1 << 29;
 const MANTISSA: u64 = (1 << 52) - 1;
 const LOW: i64 = 0xffff_ffff;
 
 /// The exact sum of doubles: a fixed-point number of 2176 bits in units of 2^-1074.
 ///
-/// This is the small superaccumulator of Neal (2015), "Fast exact summation using small and large
-/// superaccumulators". An addition is exact, so the sum does not depend on the order of its terms
-/// nor on how partial sums were merged. Equality and the serialised bytes are those of the number:
-/// sign, first digit, and digits of 32 bits without zeros at the ends.
+/// This is the small superaccumulator of Neal (2015), "Fast exact summation using small and large superaccumulators".
+/// An addition is exact, so the sum does not depend on the order of its terms or on how partial sums were merged.
+/// Equality and the serialised bytes depend on the number alone: sign, index of the first digit, and digits of 32 bits
+/// without zeros at either end.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(into = "Canonical", try_from = "Canonical")]
 pub struct ExactSum {
-    /// Digits in base 2^32, lowest first, each with carries that have not run.
+    /// Digits in base 2^32, lowest first, with carries that are still to be propagated.
     limbs: [i64; LIMBS],
     /// Bound on every limb's size, in units of 2^32.
     pending: u32,
@@ -64,11 +64,9 @@ impl ExactSum {
         self.limbs[limb + 2] += signed(high);
     }
 
-    /// Adds `x y` without rounding: its rounded value and what was rounded off, by fused
-    /// multiply-add.
+    /// Adds `x y` without rounding: its rounded value and the rounding error, by fused multiply-add.
     ///
-    /// Exact where the product is zero or above 2^-969; below, the second part is rounded to
-    /// 2^-1074.
+    /// Exact if the product is zero or above 2^-969. Below that, the rounding error is itself rounded to 2^-1074.
     ///
     /// # Panics
     /// In debug builds, if the product is not finite.
@@ -90,7 +88,7 @@ impl ExactSum {
         }
     }
 
-    /// Runs the carries: every limb but the last, which has the sign, comes into [0, 2^32).
+    /// Propagates the carries: every limb except the last, which has the sign, is brought into [0, 2^32).
     fn carry(&mut self) {
         let mut carry = 0;
         for limb in &mut self.limbs[..LIMBS - 1] {
@@ -121,14 +119,14 @@ impl ExactSum {
         (negative, digits)
     }
 
-    /// The sum, rounded to the nearest double, ties to even; infinite where it is out of range.
+    /// Returns the sum rounded to the nearest double, ties to even; infinite if it is out of range.
     pub fn value(&self) -> f64 {
         let (negative, digits) = self.magnitude();
         let size = round(&digits);
         if negative { -size } else { size }
     }
 
-    /// The sum as two doubles: the nearest double, and the nearest one to what is left, at most
+    /// Returns the sum as two doubles: the nearest double, and the double nearest to the remainder, which is at most
     /// half a unit in the last place of the first.
     pub fn value_dd(&self) -> (f64, f64) {
         let high = self.value();
@@ -141,7 +139,7 @@ impl ExactSum {
     }
 }
 
-/// The mantissa with its sign, and the exponent's bits: `x = mantissa 2^(max(exponent, 1) - 1075)`.
+/// The signed mantissa and the exponent bits: `x = mantissa 2^(max(exponent, 1) - 1075)`.
 #[inline(always)]
 fn parts(x: f64) -> (i64, usize) {
     debug_assert!(x.is_finite());
@@ -152,25 +150,25 @@ fn parts(x: f64) -> (i64, usize) {
     ((mantissa.cast_signed() ^ sign) - sign, exponent as usize)
 }
 
-/// Numbers on their way into an [`ExactSum`]: the mantissas of each exponent are summed first, one
-/// addition for each number instead of three (Neal's large superaccumulator).
+/// A buffer in front of an [`ExactSum`]: it first sums the mantissas of each exponent. This takes one addition per
+/// number instead of three (Neal's large superaccumulator).
 pub(super) struct Buckets {
-    /// By exponent, in four parts: an addition need not wait for the one before it.
+    /// Sums by exponent, each in four parts, so that an addition need not wait for the one before it.
     sums: Box<[[i64; 4]; 2048]>,
     lowest: usize,
     highest: usize,
-    /// Numbers since the sums were zero.
+    /// Numbers added since the sums were zero.
     count: usize,
 }
 
-/// Numbers that are added to buckets at a time: few enough that the additions to several buckets
-/// overlap.
+/// How many numbers are added to the buckets at once: few enough that the additions to several buckets overlap.
 pub(super) const BUNDLE: usize = 16;
 
-/// As many numbers as there are, and zeros.
+/// A bundle of numbers; unused places are zero.
 pub(super) type Bundle = [f64; BUNDLE];
 
-/// Numbers in bundles, the last one filled up with zeros; beside each the numbers alone.
+/// Splits numbers into bundles, the last one filled up with zeros; beside each bundle stand its numbers without the
+/// zeros.
 #[inline(always)]
 pub(super) fn bundles<T: Copy + Default>(
     numbers: &[T],
@@ -183,7 +181,7 @@ pub(super) fn bundles<T: Copy + Default>(
 }
 
 impl Buckets {
-    /// Mantissas of 53 bits that a sum of 63 bits takes.
+    /// How many mantissas of 53 bits a sum of 63 bits can hold.
     const LIMIT: usize = (1 << 10) - 1;
 
     #[expect(
@@ -199,7 +197,7 @@ impl Buckets {
         }
     }
 
-    /// Adds numbers to what will enter `sum`.
+    /// Adds numbers that will be part of `sum`.
     ///
     /// # Panics
     /// In debug builds, if a number is not finite.
@@ -213,7 +211,7 @@ impl Buckets {
         for i in 0..BUNDLE {
             let (mantissa, exponent) = parts(terms[i]);
             mantissas[i] = mantissa;
-            // Zero goes anywhere.
+            // For zero the bucket does not matter.
             exponents[i] = if mantissa == 0 { 1023 } else { exponent };
         }
         for i in 0..BUNDLE {
@@ -225,7 +223,7 @@ impl Buckets {
         }
     }
 
-    /// Adds everything to `sum`.
+    /// Adds everything to `sum` and empties the buckets.
     pub(super) fn empty_into(&mut self, sum: &mut ExactSum) {
         for exponent in self.lowest..=self.highest {
             let parts = std::mem::take(&mut self.sums[exponent]);
@@ -256,7 +254,7 @@ fn round(digits: &[u32; LIMBS]) -> f64 {
         let sticky = below || digits[..limb].iter().any(|digit| *digit != 0);
         mantissa += u64::from(half && (sticky || mantissa & 1 == 1));
     }
-    // The mantissa's leading bit, where there is one, counts the exponent up by one.
+    // A leading bit of the mantissa, if there is one, raises the exponent by one.
     let bits = ((lowest as u64) << 52) + mantissa;
     f64::from_bits(bits.min(f64::INFINITY.to_bits()))
 }
@@ -275,7 +273,7 @@ impl std::fmt::Debug for ExactSum {
     }
 }
 
-/// The one form of a sum that is stored.
+/// The canonical stored form of a sum.
 #[derive(Serialize, Deserialize)]
 struct Canonical {
     negative: bool,
@@ -307,7 +305,7 @@ impl From<ExactSum> for Canonical {
     }
 }
 
-/// A stored sum that no sum is stored as.
+/// A stored sum that is not in the canonical form.
 #[derive(Debug, thiserror::Error)]
 #[error("not an exact sum: digits beyond the range of doubles, or zeros at their ends")]
 struct NotCanonical;
@@ -407,7 +405,7 @@ mod tests {
         assert_eq!(sum([-max, -max]).value(), f64::NEG_INFINITY);
         assert_eq!(sum([0.1; 10]).value(), 1.0);
         assert_eq!(sum([-0.0]).value().to_bits(), 0);
-        // Ties go to even, and anything below the tie decides it.
+        // Ties go to even; anything below the tie decides it.
         let half = f64::EPSILON / 2.0;
         assert_eq!(sum([1.0, half]).value(), 1.0);
         assert_eq!(sum([1.0, half, tiny]).value(), 1.0 + f64::EPSILON);
@@ -415,13 +413,12 @@ mod tests {
             sum([1.0, f64::EPSILON, half]).value(),
             1.0 + 2.0 * f64::EPSILON
         );
-        // The largest double and half its unit in the last place round to infinity, anything less
-        // does not.
+        // The largest double plus half its unit in the last place rounds to infinity, anything less does not.
         let unit = 2.0_f64.powi(970);
         assert_eq!(sum([max, unit]).value(), f64::INFINITY);
         assert_eq!(sum([max, unit, -tiny]).value(), max);
         assert_eq!(sum([1.0, 1e-20, 1e-40]).value_dd(), (1.0, 1e-20));
-        // What is left is just below half a unit and rounds up to it.
+        // The remainder is just below half a unit and rounds up to it.
         let odd = 1.0 + f64::EPSILON;
         assert_eq!(sum([odd, half, -tiny]).value_dd(), (odd, half));
         assert_eq!(sum([1e-310, -1e-300]).value(), 1e-310 - 1e-300);
@@ -430,7 +427,7 @@ mod tests {
     #[test]
     fn carries_run_when_limbs_are_full() {
         let mut total = sum([f64::MAX, -1.0]);
-        // Doubling is 2^40 additions.
+        // 40 doublings: 2^40 additions.
         for _ in 0..40 {
             let copy = total.clone();
             total.merge(&copy);
@@ -440,7 +437,7 @@ mod tests {
             back.carry();
         }
         assert_eq!(total, back);
-        // -2^40 is left when the large terms are taken away again.
+        // -2^40 remains when the large terms are subtracted again.
         let mut large = sum([-f64::MAX]);
         for _ in 0..40 {
             let copy = large.clone();
@@ -484,9 +481,9 @@ mod tests {
     }
 
     proptest! {
-        /// Terms m 2^e with |m| < 2^53 and 0 <= e < 60: their sum in units of 2^-60 is a 128-bit
-        /// integer, whose conversion to a double is correctly rounded. `scale` moves it all over
-        /// the range. More terms than buckets take at once, of all sizes.
+        /// Terms are m 2^e with |m| < 2^53 and 0 <= e < 60. Their sum in units of 2^-60 is a 128-bit integer, whose
+        /// conversion to a double is correctly rounded. `scale` moves the terms over the whole range. There are more
+        /// terms than the buckets hold at once, of all sizes.
         #[test]
         fn by_buckets_it_is_the_same_sum(terms in prop::collection::vec(finite(), 0..3000)) {
             let (mut buckets, mut by_buckets) = (Buckets::new(), ExactSum::default());
@@ -507,7 +504,7 @@ mod tests {
             let (a, b) = (scale / 2, scale - scale / 2);
             let scaled = |x: f64| x * 2.0_f64.powi(a) * 2.0_f64.powi(b);
             let found = sum(terms.iter().map(|(m, e)| scaled((i128::from(*m) << e) as f64)));
-            // Scaling rounds only below the normal range, and integers times 2^-1074 never do.
+            // Scaling rounds only below the normal range; integers times 2^-1074 are never rounded.
             prop_assert_eq!(found.value().to_bits(), scaled(exact as f64 + 0.0).to_bits());
         }
 
@@ -533,8 +530,8 @@ mod tests {
             prop_assert_eq!(bytes(&whole), bytes(&merged));
             let (high, low) = whole.value_dd();
             prop_assert_eq!(merged.value_dd(), (high, low));
-            // Half a unit in the last place. It may be rounded up to the half itself, so that
-            // high + low in doubles is a tie and need not be high.
+            // The remainder is at most half a unit in the last place. It may be rounded up to the half itself; high +
+            // low in doubles is then a tie and need not equal high.
             let unit = high.abs().next_up() - high.abs();
             prop_assert!(!high.is_finite() || low.abs() <= 0.5 * unit);
             let read: ExactSum = postcard::from_bytes(&bytes(&whole)).unwrap();

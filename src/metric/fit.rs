@@ -5,21 +5,20 @@ use crate::model::LinearModel;
 use crate::plant::simulate;
 use std::ops::Range;
 
-/// `100 (1 - || y - yhat || / || y - mean(y) ||)` per cent on some samples; NaN where y is
-/// constant.
+/// `100 (1 - || y - yhat || / || y - mean(y) ||)` per cent over a range of samples; NaN if y is constant there.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Fit {
-    /// With yhat simulated from x0: only u is used.
+    /// FIT with yhat simulated from x0, using u only.
     pub simulated: f64,
-    /// With yhat predicted one step ahead, y up to k - 1 being used, from the start of [`prediction_errors`]; NaN where
-    /// there is none.
+    /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`prediction_errors`]; NaN if
+    /// there is no start.
     pub one_step: f64,
 }
 
-/// A model as [`fit`] needs it.
+/// A model in the form that [`fit`] needs.
 #[derive(Clone, Copy, Debug)]
 pub struct FitModel<'a> {
-    /// The model, which predicts.
+    /// The model, used for prediction.
     pub model: &'a LinearModel,
     /// Last row of A, n numbers.
     pub a: &'a [f64],
@@ -31,8 +30,8 @@ pub struct FitModel<'a> {
     pub x0: &'a [f64],
 }
 
-/// FIT of a model on the samples k in `range` of a record that begins at k = 0; the first `window` samples start the
-/// predictor.
+/// Computes the FIT of a model on the samples k in `range` of a record that begins at k = 0. The first `window` samples
+/// determine the start of the predictor.
 ///
 /// # Panics
 /// If u and y differ in length, or the window or the range reaches beyond them.

@@ -1,8 +1,8 @@
-//! One measure over trials: moments and quantiles, each with its Monte-Carlo standard error.
+//! Moments and quantiles of one measure over trials, each with its Monte-Carlo standard error.
 //!
-//! The formulas are those of Morris, White and Crowther (2019), table 6, where they have one: mean
-//! (bias), standard deviation (empirical standard error), mean square. What they state for normal
-//! numbers is stated here by the fourth moment, and square roots by the delta method.
+//! Mean (bias), standard deviation (empirical standard error) and mean square use the formulas of Morris, White and
+//! Crowther (2019), table 6. Where their formula assumes normal numbers, this module uses the fourth moment. Square
+//! roots use the delta method.
 
 use super::double_double::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
@@ -13,8 +13,7 @@ use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
 
-/// A measure over trials, gathered so that nothing depends on the order of trials, on blocks or on
-/// merges.
+/// A measure over trials, gathered so that the result does not depend on the order of trials, on blocks or on merges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     count: u64,
@@ -22,7 +21,7 @@ pub struct Sample {
     overflowed: u64,
     sum: ExactSum,
     squares: ExactSum,
-    /// Of cubes and fourth powers in double-double.
+    /// Sums of cubes; like those of fourth powers, of terms in double-double.
     cubes: ExactSum,
     fourths: ExactSum,
     /// Smallest and largest.
@@ -31,7 +30,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Gathers the measure of some trials. NaN is no measure: it is counted and left out.
+    /// Gathers the measure of some trials. NaN means "no measure": the trial is counted and left out.
     pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sample = Self::default();
         let mut defined = Vec::new();
@@ -61,7 +60,7 @@ impl Sample {
         sample
     }
 
-    /// Adds numbers and their second to fourth powers; zeros at the bundle's end add nothing.
+    /// Adds numbers and their second to fourth powers; the zeros that fill up the bundle add nothing.
     #[inline(always)]
     fn add_powers(&mut self, bundle: &Bundle, numbers: &[f64], buckets: &mut [Buckets; 4]) {
         // High and low part of each power.
@@ -72,7 +71,7 @@ impl Sample {
             [terms[0][i], terms[1][i]] = [square.0, square.1];
             [terms[2][i], terms[3][i]] = [cube.0, cube.1];
             [terms[4][i], terms[5][i]] = [fourth.0, fourth.1];
-            // 0, but NaN where a power is beyond the range.
+            // 0, or NaN if a power is out of range.
             check[i] = (fourth.0 + fourth.1) * 0.0;
         }
         if check.iter().sum::<f64>() != 0.0 {
@@ -90,8 +89,8 @@ impl Sample {
         }
     }
 
-    /// The same of one number, whose powers may be beyond the range of doubles: those that are not
-    /// enter.
+    /// Like `add_powers` for one number whose powers may be out of the range of doubles. Only powers in range
+    /// are added.
     #[cold]
     fn add_far_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
         let alone = |x: f64| std::array::from_fn(|i| if i == 0 { x } else { 0.0 });
@@ -126,7 +125,7 @@ impl Sample {
         self.sketch.merge(&other.sketch);
     }
 
-    /// Adds all of another sample but its sketch.
+    /// Adds everything of another sample except its sketch.
     fn merge_sums(&mut self, other: &Self) {
         self.count += other.count;
         self.undefined += other.undefined;
@@ -141,8 +140,7 @@ impl Sample {
         };
     }
 
-    /// Whether this can be the measure of so many trials: what of a stored sample is checked before
-    /// it is used.
+    /// Checks a stored sample before use: returns whether it can be the measure of this many trials.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let extremes_fit = match (self.extremes, self.sketch.ends()) {
             (None, None) => true,
@@ -168,13 +166,12 @@ impl Sample {
         self.count
     }
 
-    /// Trials whose measure was NaN. But for the quantiles over all trials they enter nothing else.
+    /// Trials whose measure is NaN. They enter nothing but the quantiles over all trials.
     pub fn undefined(&self) -> u64 {
         self.undefined
     }
 
-    /// Trials whose figure's fourth power is beyond the range of doubles: no moment that needs it
-    /// is given.
+    /// Trials whose value has a fourth power out of the range of doubles. Moments that need it are then undefined.
     pub fn overflowed(&self) -> u64 {
         self.overflowed
     }
@@ -184,13 +181,13 @@ impl Sample {
         &self.sketch
     }
 
-    /// Largest |x|; 0 of no trial.
+    /// Largest |x|; 0 without trials.
     pub fn largest(&self) -> f64 {
         self.extremes
             .map_or(0.0, |(low, high)| low.abs().max(high.abs()))
     }
 
-    /// The trials without a measure, at the worse end of the order.
+    /// Places the trials without a measure at the worse end of the order.
     fn lost(&self, worse: Worse) -> Others {
         let mut others = Others::default();
         match worse {
@@ -208,13 +205,14 @@ impl Sample {
         }
     }
 
-    /// The q-quantile over all trials by the sketch, within smallest and largest value; trials
-    /// without a measure stand at the worse end.
+    /// The q-quantile over all trials from the sketch, clamped to the smallest and largest value. Trials without a
+    /// measure stand at the worse end.
     pub fn quantile(&self, q: f64, worse: Worse) -> Quantile {
         self.quantile_among(q, self.lost(worse))
     }
 
-    /// Several quantiles over all trials, or over those with a measure.
+    /// The reported quantiles, with the trials without a measure given by `others` (none: over trials with a measure
+    /// only).
     fn quantiles(&self, others: Others) -> Quantiles {
         let at = |q: f64| self.quantile_among(q, others);
         Quantiles {
@@ -227,7 +225,7 @@ impl Sample {
     }
 
     fn clamp(&self, x: f64) -> f64 {
-        // Not `f64::clamp`, which panics on what only a forged file holds.
+        // Not `f64::clamp`: that panics on limits that only a forged file can hold.
         match self.extremes {
             Some((low, _)) if x < low => low,
             Some((_, high)) if x > high => high,
@@ -235,7 +233,7 @@ impl Sample {
         }
     }
 
-    /// The median over all trials alone; infinite where it falls among those without a measure.
+    /// The value of the median over all trials; infinite if it falls among trials without a measure.
     pub(super) fn median_value(&self, worse: Worse) -> f64 {
         let median = self.sketch.among(self.lost(worse)).quantile_value(0.5);
         if median.is_finite() {
@@ -259,10 +257,10 @@ impl Sample {
         Estimate::new(self.sum.value() / m, mcse)
     }
 
-    /// `s^2 = sum (x - mean)^2 / (M - 1)`, NaN where it is undefined.
+    /// `s^2 = sum (x - mean)^2 / (M - 1)`; NaN if undefined.
     ///
-    /// With c the rounded mean, `sum (x - c)^2 = sum x^2 - 2 c sum x + M c^2` is taken in exact
-    /// arithmetic; what is left of the mean, `(sum x - M c)^2 / M`, is subtracted.
+    /// With c the rounded mean, `sum (x - c)^2 = sum x^2 - 2 c sum x + M c^2` is computed in exact arithmetic. The
+    /// rounding error of the mean is then corrected by subtracting `(sum x - M c)^2 / M`.
     fn variance(&self) -> f64 {
         let m = self.count as f64;
         let c = self.sum.value() / m;
@@ -290,8 +288,8 @@ impl Sample {
 
     /// The standard deviation s.
     ///
-    /// `Var s^2 = (mu_4 - sigma^4 (M - 3) / (M - 1)) / M`, whatever the distribution; MCSE
-    /// `sqrt(Var s^2) / (2 s)` by the delta method, mu_4 estimated by `sum (x - mean)^4 / M`.
+    /// For any distribution, `Var s^2 = (mu_4 - sigma^4 (M - 3) / (M - 1)) / M`. The MCSE is `sqrt(Var s^2) / (2 s)` by
+    /// the delta method, with mu_4 estimated by `sum (x - mean)^4 / M`.
     pub fn sd(&self) -> Estimate {
         let m = self.count as f64;
         let variance = self.variance();
@@ -305,7 +303,7 @@ impl Sample {
         Estimate::new(variance.sqrt(), self.with_fourths(mcse))
     }
 
-    /// `sum (x - mean)^4 / M` in double-double: error some 1e-31 of `mean x^4`.
+    /// `sum (x - mean)^4 / M` in double-double; the error is about 1e-31 of `mean x^4`.
     fn fourth_central(&self) -> f64 {
         let m = Dd::from(self.count as f64);
         let s1 = Dd::from(self.sum.value_dd());
@@ -320,7 +318,7 @@ impl Sample {
         not_negative(sum.over(m).value())
     }
 
-    /// The mean square, MCSE the standard deviation of `x^2` over `sqrt M`.
+    /// The mean square; its MCSE is the standard deviation of `x^2` over `sqrt M`.
     pub fn mse(&self) -> Estimate {
         let m = self.count as f64;
         let largest = self.largest();
@@ -334,7 +332,7 @@ impl Sample {
         Estimate::new(s2.value() / m, self.with_fourths(mcse))
     }
 
-    /// The root of the mean square, `MCSE = MCSE(MSE) / (2 RMSE)` by the delta method.
+    /// The root mean square, `MCSE = MCSE(MSE) / (2 RMSE)` by the delta method.
     pub fn rmse(&self) -> Estimate {
         let mse = self.mse();
         let rmse = mse.value.sqrt();
@@ -346,8 +344,8 @@ impl Sample {
         Estimate::new(rmse, self.with_fourths(mcse))
     }
 
-    /// An error that needs fourth powers: NaN where one is missing or there are fewer trials than
-    /// [`FEWEST_FOR_SQUARES`].
+    /// Returns an error that needs fourth powers, or NaN if one is missing or there are fewer than
+    /// [`FEWEST_FOR_SQUARES`] trials.
     fn with_fourths(&self, mcse: f64) -> f64 {
         if self.overflowed == 0 && self.count >= FEWEST_FOR_SQUARES {
             mcse
@@ -356,7 +354,7 @@ impl Sample {
         }
     }
 
-    /// `sqrt(mean x^2)` alone, of several samples together.
+    /// `sqrt(mean x^2)` of several samples together, without standard error.
     pub(super) fn rmse_of_all<'a>(samples: impl Iterator<Item = &'a Self>) -> f64 {
         let (mut count, mut squares, mut largest) = (0, ExactSum::default(), 0.0_f64);
         for sample in samples {
@@ -371,8 +369,7 @@ impl Sample {
         }
     }
 
-    /// `max x^2 / sum x^2`; 0 where all are 0, NaN where the squares are out of range or there is
-    /// none.
+    /// `max x^2 / sum x^2`; 0 if all values are 0, NaN if there are none or the squares are out of range.
     pub fn largest_share(&self) -> f64 {
         largest_share(self.count, self.largest(), &self.squares)
     }
@@ -400,13 +397,13 @@ impl Sample {
     }
 }
 
-/// Whether a sum can be that of so many powers of numbers up to `largest`, which is one of them.
-/// Sums are rounded to some 2^-52 here, and below the normal range.
+/// Whether `sum` can be the sum of `count` powers of numbers of size up to `largest`, one of which is `largest`. The
+/// tolerance covers rounding, to about 2^-52 and below the normal range.
 pub(super) fn sum_fits(count: u64, power: i32, largest: f64, sum: &ExactSum) -> bool {
     let (sum, m, most) = (sum.value(), count as f64, largest.powi(power));
     let tiny = m * f64::MIN_POSITIVE;
     let above = m * most * (1.0 + 1e-9) + tiny;
-    // Powers that overflow are left out.
+    // Powers that overflow are not in the sum.
     let below = match power % 2 {
         0 if most.is_finite() => most * (1.0 - 1e-9) - tiny,
         0 => -tiny,
@@ -426,7 +423,7 @@ pub(super) fn largest_share(count: u64, largest: f64, squares: &ExactSum) -> f64
     }
 }
 
-/// Smallest and largest of some numbers; `None` where there is none.
+/// Smallest and largest of some numbers; `None` for no numbers.
 #[inline(always)]
 fn extremes(numbers: &[f64]) -> Option<(f64, f64)> {
     let first = *numbers.first()?;
@@ -493,13 +490,13 @@ mod tests {
         assert_eq!((found.min, found.max, found.count), (1.0, m, 1000));
         near(found.largest_share, 1.0 / mse * m, eps);
         assert!(!found.dominated);
-        // Integers stand where their bins begin, so the sketch takes each too large.
+        // Integers are the lower edges of their bins, so the sketch overestimates each.
         near(found.trimmed.value, 500.5, crate::metric::SKETCH_ERROR);
         near(found.q25.value, 250.75, 2.0 * crate::metric::SKETCH_ERROR);
     }
 
-    /// An offset of 2^40 costs x^4 160 bits against the spread's, and leaves sd and its error
-    /// alone: x + 2^40 is exact for these x, so both must be those without the offset.
+    /// With an offset of 2^40, x^4 needs 160 bits more than the spread. sd and its error must not change: x + 2^40 is
+    /// exact for these x.
     #[test]
     fn offsets_do_not_cancel() {
         let plain = Sample::from_values((0..500).map(|i| f64::from((i * i) % 97)));
@@ -509,7 +506,7 @@ mod tests {
             near(b.value, a.value, 1e-15);
             near(moved.mean().mcse, plain.mean().mcse, 1e-15);
             assert_eq!(moved.mean().value, plain.mean().value + offset);
-            // mu_4 carries 2^-104 of mean x^4: (offset / sd)^4 2^-104.
+            // mu_4 has an error of 2^-104 of mean x^4: (offset / sd)^4 2^-104.
             let condition = (offset / a.value).powi(4) * 2.0_f64.powi(-100);
             if condition < 0.01 {
                 near(b.mcse, a.mcse, condition.max(1e-14));
@@ -521,9 +518,9 @@ mod tests {
         assert_eq!(constant.q50.value, 0.1);
     }
 
-    /// Theory, at a million values within 4.5 standard errors, the errors themselves within 2 %:
-    /// uniform (mean 1/2, variance 1/12, mu_4 = 1/80), normal (sd error sigma / sqrt(2 M)),
-    /// exponential (mean and sd 1, mu_4 = 9, E x^4 = 24, median ln 2).
+    /// Theory, at a million values: statistics within 4.5 standard errors, the standard errors within 2 %. Uniform:
+    /// mean 1/2, variance 1/12, mu_4 = 1/80; normal: error of sd sigma / sqrt(2 M); exponential: mean and sd 1, mu_4 =
+    /// 9, E x^4 = 24, median ln 2.
     #[test]
     fn known_distributions() {
         let count = 1 << 20;
@@ -571,9 +568,9 @@ mod tests {
         }
     }
 
-    /// 101 trials of which those with 0 ... 60 have a measure: the median is the 51st of all, 50;
-    /// the upper quartile, the 76th, is lost. Where larger is better, the 40 lost ones are the
-    /// smallest: the lower quartile, the 26th, is lost, the median is the 11th of the others, 10.
+    /// Of 101 trials, those with the values 0 ... 60 have a measure. The median is the 51st of all, 50; the upper
+    /// quartile, the 76th, is lost. If larger is better, the 40 lost trials are the smallest: the lower quartile, the
+    /// 26th, is lost, and the median is the 11th of the others, 10.
     #[test]
     fn quantiles_are_over_all_trials_with_lost_ones_at_the_worse_end() {
         let values = (0..101).map(|i| if i <= 60 { f64::from(i) } else { f64::NAN });
@@ -582,7 +579,7 @@ mod tests {
         assert!((found.q50.value - 50.0).abs() < 0.03, "{found:?}");
         assert!((found.q25.value - 25.0).abs() < 0.02);
         assert!(found.q75.lost && found.q75.value.is_nan() && found.q75.mcse.is_nan());
-        // Its interval, 51 -+ 9.9 ranks, ends at 60.9, the last but a part of one.
+        // Its interval, 51 -+ 9.9 ranks, ends at rank 60.9, just below the last measure.
         assert!(found.q50.mcse > 0.0 && !found.q50.lost);
         let conditional = found.conditional.unwrap();
         assert!((conditional.q50.value - 30.0).abs() < 0.02);
@@ -614,7 +611,7 @@ mod tests {
         let square = Sample::from_values([1e200, 1.0, -1.0]).statistics(Worse::Larger);
         assert!(square.mean.value.is_finite() && square.mean.mcse.is_nan());
         assert!(square.sd.value.is_nan() && square.mse.value.is_nan() && square.dominated);
-        // Each power is in range, their sum is not.
+        // Each power is in range, but their sum is not.
         let sum = Sample::from_values([1e77, -1e77, 9e76].repeat(50)).statistics(Worse::Larger);
         assert!(sum.overflowed == 0 && sum.mse.value.is_finite() && sum.sd.value.is_finite());
         assert!(sum.mse.mcse.is_nan() && sum.rmse.mcse.is_nan() && sum.sd.mcse.is_nan());
@@ -628,8 +625,8 @@ mod tests {
         assert!(empty.mean.value.is_nan() && empty.min.is_nan() && !empty.dominated);
     }
 
-    /// From [`FEWEST_FOR_MEANS`] and [`FEWEST_FOR_SQUARES`] on, and where the interval of a
-    /// quantile exists.
+    /// Errors begin at [`FEWEST_FOR_MEANS`] and [`FEWEST_FOR_SQUARES`] trials, and for quantiles when their interval
+    /// exists.
     #[test]
     fn errors_begin_with_enough_trials() {
         let z = normals(9, 100);

@@ -1,4 +1,4 @@
-//! Two methods on the same trials.
+//! Comparison of two methods on the same trials.
 
 use super::double_double::{Dd, powers, product};
 use super::estimate::{Estimate, FEWEST_FOR_SQUARES, ascend, not_negative};
@@ -10,13 +10,11 @@ use super::{ExactSum, Quantile, Sample, Share, Sketch, Worse};
 use crate::signal::arithmetic::with_fma;
 use serde::{Deserialize, Serialize};
 
-/// One measure of two methods over the same trials, gathered independently of order, as [`Sample`]
-/// is.
+/// One measure of two methods over the same trials, independent of their order like [`Sample`].
 ///
-/// The rule for trials without measure: in ratios and in the share of smaller ones a trial that
-/// only one method has is a loss of the other, and one that neither has is a tie. Differences and
-/// both RMSEs are over the trials where both methods have the measure; the others are counted
-/// beside them. NaN is no measure.
+/// NaN means "no measure". In ratios and in the share of smaller ones, a trial that only one method has is a loss of
+/// the other, and a trial that neither has is a tie. Differences and both RMSEs use the trials where both methods have
+/// the measure; the others are counted separately.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Paired {
     both: u64,
@@ -25,11 +23,11 @@ pub struct Paired {
     neither: u64,
     smaller: u64,
     ties: u64,
-    /// Pairs with a fourth power beyond the range of doubles.
+    /// Pairs with a fourth power out of the range of doubles.
     overflowed: u64,
     /// first - second
     difference: Sample,
-    /// first / second where it is a number and the two are not equal
+    /// first / second if it is a number and the two are not equal
     ratio: Sketch,
     first: Powers,
     second: Powers,
@@ -46,7 +44,7 @@ struct Powers {
 }
 
 impl Powers {
-    /// Whether these can be the sums of so many trials.
+    /// Whether these can be the sums of this many trials.
     fn are_of(&self, count: u64) -> bool {
         self.largest >= 0.0
             && self.largest.is_finite()
@@ -62,7 +60,7 @@ impl Powers {
 }
 
 impl Paired {
-    /// Gathers the measures (first, second) of some trials, None or NaN where a method has none.
+    /// Gathers the measures (first, second) of some trials; `None` or NaN if a method has none.
     pub fn from_pairs(pairs: impl IntoIterator<Item = (Option<f64>, Option<f64>)>) -> Self {
         let mut paired = Self::default();
         let mut both = Vec::new();
@@ -106,7 +104,7 @@ impl Paired {
         ]
     }
 
-    /// Adds pairs; zeros at the bundle's end add nothing.
+    /// Adds pairs; the zeros that fill up the bundle add nothing.
     #[inline(always)]
     fn add_powers(
         &mut self,
@@ -145,8 +143,7 @@ impl Paired {
         }
     }
 
-    /// Whether this can be the comparison of so many trials: what of a stored one is checked before
-    /// it is used.
+    /// Checks a stored comparison before use: returns whether it can be one of this many trials.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let sum = |counts: &[u64]| counts.iter().try_fold(0, |sum: u64, n| sum.checked_add(*n));
         let all = [self.both, self.only_first, self.only_second, self.neither];
@@ -176,17 +173,17 @@ impl Paired {
         self.product.merge(&other.product);
     }
 
-    /// Everything of the differences first - second.
+    /// The sample of the differences first - second.
     pub fn difference(&self) -> &Sample {
         &self.difference
     }
 
-    /// The distribution of the ratios first / second that are not 1.
+    /// The distribution of the ratios first / second, without ties.
     pub fn ratio(&self) -> &Sketch {
         &self.ratio
     }
 
-    /// The trials whose ratio is in no bin: ties, and those that one method lost.
+    /// The trials whose ratio is in no bin: ties, and trials that one method lost.
     fn others(&self, worse: Worse) -> Others {
         let (below, above) = match worse {
             Worse::Larger => (self.only_first, self.only_second),
@@ -201,10 +198,10 @@ impl Paired {
 
     /// `R = RMSE(first) / RMSE(second)` over the M pairs.
     ///
-    /// By the delta method on `sqrt(X / Y)`, X and Y the mean squares,
-    /// `MCSE = R/2 sqrt( sum (x^2/X - y^2/Y)^2 / (M (M - 1)) )`, which the sums of `x^4`, `x^2 y^2`
-    /// and `y^4` give in double-double, from [`FEWEST_FOR_SQUARES`] pairs on. Undefined where a
-    /// fourth power overflows or second is all 0.
+    /// By the delta method on `sqrt(X / Y)`, with the mean squares X and Y,
+    /// `MCSE = R/2 sqrt( sum (x^2/X - y^2/Y)^2 / (M (M - 1)) )`. It is computed in double-double from the sums of
+    /// `x^4`, `x^2 y^2` and `y^4`, and given for [`FEWEST_FOR_SQUARES`] pairs or more. Undefined if a fourth power
+    /// overflows or second is all 0.
     pub fn rmse_ratio(&self) -> Estimate {
         if self.overflowed > 0 || self.both == 0 {
             return Estimate::UNDEFINED;
@@ -225,7 +222,7 @@ impl Paired {
         Estimate::new(ratio, mcse)
     }
 
-    /// Everything that is reported of a comparison.
+    /// Computes all statistics reported of a comparison.
     pub fn statistics(&self, worse: Worse) -> PairedStatistics {
         let others = self.others(worse);
         let ratio = |q: f64| self.ratio.among(others).quantile(q).ranked();
@@ -254,10 +251,10 @@ impl Paired {
     }
 }
 
-/// What is reported of two methods on the same trials. Undefined numbers are NaN, in files null.
+/// The statistics reported of two methods on the same trials. Undefined numbers are NaN, in files null.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairedStatistics {
-    /// Trials where both methods have the measure; differences and RMSEs are over these.
+    /// Trials where both methods have the measure: the basis of differences and RMSEs.
     pub both: u64,
     /// Trials where only the first has it.
     pub only_first: u64,
@@ -265,13 +262,12 @@ pub struct PairedStatistics {
     pub only_second: u64,
     /// Trials where neither has it.
     pub neither: u64,
-    /// Mean of first - second, MCSE from the differences themselves, so that what both methods
-    /// share drops out.
+    /// Mean of first - second. Its MCSE comes from the differences themselves, so whatever both methods share cancels.
     pub mean_difference: Estimate,
     /// Median of first - second.
     pub median_difference: Quantile,
-    /// Median of first / second over all trials: 0 or infinite, which is null and `lost`, where one
-    /// method lost the trial, 1 where both did.
+    /// Median of first / second over all trials. A trial that one method lost has the ratio 0 or infinity; one that
+    /// both lost has 1. A median among lost trials is null, with `lost` set.
     pub median_ratio: Quantile,
     /// 5 % quantile of the ratio.
     pub ratio_q05: Quantile,
@@ -281,16 +277,15 @@ pub struct PairedStatistics {
     pub ratio_q75: Quantile,
     /// 95 % quantile of the ratio.
     pub ratio_q95: Quantile,
-    /// Share of all trials with first < second, Wilson's interval; a lost trial stands at the worse
-    /// end. Ties are left out, as in the sign test, and counted in `ties`: of two equal methods
-    /// this share is undefined, not 0.
+    /// Share of trials with first < second, with Wilson's interval; a lost trial stands at the worse end. Ties are left
+    /// out, as in the sign test, and counted in `ties`. For two equal methods this share is undefined, not 0.
     pub share_smaller: Share,
-    /// Trials with first = second, or that both lost.
+    /// Trials with first = second, and trials that both methods lost.
     pub ties: u64,
     /// RMSE of first over RMSE of second.
     pub rmse_ratio: Estimate,
-    /// Whether one trial has more than [`DOMINANT_SHARE`] of either sum of squares, or a fourth
-    /// power overflowed: then `mean_difference` and `rmse_ratio` are not to be trusted.
+    /// Whether one trial has more than [`DOMINANT_SHARE`] of either sum of squares, or a fourth power overflowed. Then
+    /// do not trust `mean_difference` and `rmse_ratio`.
     pub dominated: bool,
 }
 
@@ -300,14 +295,14 @@ impl PairedStatistics {
         self.both + self.only_first + self.only_second + self.neither
     }
 
-    /// How many trials are paired, of which one or both methods may have no measure.
+    /// The number of paired trials, including those where a method has no measure; `None` if the counts overflow.
     pub(crate) fn checked_trials(&self) -> Option<u64> {
         let counts = [self.both, self.only_first, self.only_second, self.neither];
         let mut counts = counts.iter();
         counts.try_fold(0, |sum: u64, n| sum.checked_add(*n))
     }
 
-    /// Whether stored statistics can be those of so many trials.
+    /// Whether stored statistics can be those of this many trials.
     pub(crate) fn are_of(&self, trials: u64) -> bool {
         let ratios = [
             self.ratio_q05,
@@ -347,8 +342,7 @@ mod tests {
         shared.iter().zip(&own).map(pair).collect()
     }
 
-    /// The linearised ratio, trial by trial: sd of x^2/X - y^2/Y over the trials, times R/2 over
-    /// sqrt M.
+    /// The linearised ratio trial by trial: the sd of x^2/X - y^2/Y over the trials, times R/2 over sqrt M.
     #[test]
     fn the_ratio_of_rmses_by_residuals() {
         let pairs = pairs(1000);
@@ -367,9 +361,8 @@ mod tests {
         assert!((found.mcse / expected - 1.0).abs() < 1e-12);
     }
 
-    /// Equal methods: no difference at all, and no share. Nearly equal ones, y = x (1 + 1e-9 w):
-    /// the error of the ratio is some 1e-9 / sqrt M, which sums in doubles (1e-16 of 1) would not
-    /// show to three digits.
+    /// Equal methods have no difference and no share. For nearly equal ones, y = x (1 + 1e-9 w), the error of the ratio
+    /// is about 1e-9 / sqrt M. Sums in doubles (1e-16 of 1) would not give it to three digits.
     #[test]
     fn methods_that_hardly_differ() {
         let x = normals(2, 400);
@@ -408,9 +401,8 @@ mod tests {
         }
     }
 
-    /// Ratios 1/2 (30 trials), exactly 1 (25 equal and 6 that both lost), 2 (20), 0 where the
-    /// second alone is lost (10), infinite where the first is (10): of 101 the median is the 51st,
-    /// a tie.
+    /// Ratios: 1/2 (30 trials), exactly 1 (25 equal and 6 that both lost), 2 (20), 0 (10 that only the second lost),
+    /// infinity (10 that only the first lost). Of 101 trials the median is the 51st, a tie.
     #[test]
     fn lost_trials_lose_and_ties_are_exactly_one() {
         let some = |x: f64, y: f64| (Some(x), Some(y));
@@ -436,7 +428,7 @@ mod tests {
         );
         assert_eq!(found.ties, 31);
         assert!(found.are_of(101));
-        // Where larger is better, a lost trial is the smaller one.
+        // If larger is better, a lost trial counts as the smaller one.
         let fit = pair.statistics(Worse::Smaller).share_smaller;
         assert_eq!((fit.count, fit.total), (40, 70));
     }
@@ -461,7 +453,7 @@ mod tests {
         ];
         assert_eq!(counts, [4, 1, 1, 1]);
         assert_eq!(found.ties, 3);
-        // 1/2 and 2, a loss of either; two ties and one that both lost.
+        // 1/2 and 2, one loss of each method; two ties and one trial that both lost.
         assert_eq!(
             (found.share_smaller.count, found.share_smaller.total),
             (2, 4)

@@ -1,4 +1,4 @@
-//! One-step predictions of a record from the best start.
+//! One-step predictions of a record from the best initial state.
 
 use crate::estimator::Window;
 use crate::estimator::initial_state::InitialState;
@@ -6,17 +6,17 @@ use crate::model::LinearModel;
 use crate::model::polynomial::multiply;
 use crate::plant::canonical::reverse_negated;
 
-/// The errors of a model's one-step predictions over a record, and the first sample that counts. `None` where no start is
-/// found: the predictor is unstable and overflows, or the window is shorter than its memory.
+/// Returns the errors of a model's one-step predictions over a record, and the first sample that counts. `None` if no
+/// start is found: the predictor is unstable and overflows, or the window is shorter than its memory.
 ///
-/// A predictor without C, D, F has no memory but the record: its first `max(na, nb + nk - 1)` samples, where it looks back
-/// beyond the record, do not count. Any other one begins from the state that makes the sum of squared errors over the
-/// first `window` samples smallest, as MATLAB's `compare` and `predict` do. A start adds `P(q)/(C F)` to the errors with a
-/// free polynomial P of degree below `n = max(na + nf + nd, nb + nk - 1 + nd, nc + nf)`; in state space it is
-/// `c'A^k x0` with A of C F, so that stage 6 finds x0.
+/// A predictor without C, D, F has no memory but the record. Its first `max(na, nb + nk - 1)` samples look back beyond
+/// the record and do not count. Any other predictor starts from the state that minimises the sum of squared errors over
+/// the first `window` samples, as MATLAB's `compare` and `predict` do. A start adds `P(q)/(C F)` to the errors, with a
+/// free polynomial P of degree below `n = max(na + nf + nd, nb + nk - 1 + nd, nc + nf)`. In state space this is
+/// `c'A^k x0` with the A of C F, so stage 6 finds x0.
 ///
 /// # Panics
-/// If u and y differ in length or the window is longer.
+/// If u and y differ in length, or the window is longer than they are.
 pub fn prediction_errors(
     model: &LinearModel,
     u: &[f64],
@@ -47,8 +47,8 @@ pub fn prediction_errors(
 mod tests {
     use super::*;
 
-    /// `y = B/F u + C/D e` whose signals began long before the record: the errors are the innovations again, and neither
-    /// an offset of the past nor its noise shows in the first samples.
+    /// `y = B/F u + C/D e` with signals that began long before the record: the errors equal the innovations. The first
+    /// samples show neither an offset from the past nor its noise.
     #[test]
     fn a_record_that_began_before_is_predicted_from_its_first_sample() {
         for orders in [
@@ -64,7 +64,7 @@ mod tests {
             if model.orders().nf == 2 {
                 model.f = vec![1.0, -1.5, 0.7];
             }
-            // The record is the end of a longer one; its innovations are 0 but at one sample.
+            // The record is the end of a longer one; its innovations are 0 except at one sample.
             let (long, start) = (400, 300);
             let u: Vec<f64> = (0..long).map(|k| 10.0 + f64::from((k * 7) % 5)).collect();
             let mut e = vec![0.0; long as usize];
@@ -75,7 +75,7 @@ mod tests {
             crate::model::polynomial::divide(&model.d, &mut noise);
             crate::model::polynomial::divide(&model.a, &mut noise);
             let y: Vec<f64> = driven.iter().zip(&noise).map(|(y, v)| y + v).collect();
-            // The start is fitted before the innovation, which it knows nothing of.
+            // The start is fitted to samples before the innovation, so it does not depend on it.
             let (first, found) = prediction_errors(&model, &u[start..], &y[start..], 40).unwrap();
             assert_eq!((first, found.len()), (0, 100));
             for (found, e) in found.iter().zip(&e[start..]) {

@@ -9,17 +9,17 @@ pub struct Quantile {
     /// The quantile: linear between order statistics, type 7 of Hyndman and Fan (1996).
     #[serde(with = "nan_is_null")]
     pub value: f64,
-    /// Half the width of the 95 % order-statistic interval over 1.96, of the ranks
-    /// `M q + 1/2 -+ 1.96 sqrt(M q (1 - q))`; NaN unless both are within 1 ... M. That is from M =
-    /// 6 on for the median, 16 for the quartiles, 92 for 5 and 95 %.
+    /// Half the width of the 95 % order-statistic interval over 1.96, with the ranks
+    /// `M q + 1/2 -+ 1.96 sqrt(M q (1 - q))`. NaN unless both ranks are within 1 ... M. This requires M >= 6 for the
+    /// median, 16 for the quartiles, 92 for 5 and 95 %.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
-    /// Whether it falls among the trials that have no finite value; then it is NaN.
+    /// Whether the quantile falls among trials without a finite value; its value is then NaN.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub lost: bool,
 }
 
-/// At which end of the order the trials stand that have no value: the worse one.
+/// Which values are worse. Trials without a value stand at the worse end of the order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Worse {
     /// Smaller values are better.
@@ -37,7 +37,7 @@ impl Quantile {
         lost: false,
     };
 
-    /// A quantile over all trials; an infinite one is that of a trial without a value.
+    /// Turns a quantile over all trials that is infinite, so that of a trial without a value, into a lost one.
     pub(super) fn ranked(self) -> Self {
         if self.value.is_infinite() {
             return Self {
@@ -55,7 +55,7 @@ impl Quantile {
         }
     }
 
-    /// Whether a stored one can be a quantile: its error is not negative.
+    /// Whether a stored triple can be a quantile: value not infinite, error not negative, and no value if lost.
     pub(super) fn is_sound(&self) -> bool {
         !(self.value.is_infinite() || self.mcse < 0.0 || self.lost && self.value.is_finite())
     }
@@ -72,8 +72,8 @@ impl Default for Quantile {
     }
 }
 
-/// The positions between the order statistics 0 ... M-1 where the 95 % interval of the q-quantile
-/// of M values ends; None where one of them is beyond the sample.
+/// The positions between the order statistics 0 ... M-1 at the ends of the 95 % interval of the q-quantile of M values.
+/// `None` if one of them is outside the sample.
 pub(super) fn interval_ends(count: u64, q: f64) -> Option<[f64; 2]> {
     let m = count as f64;
     let half = Z * (m * q * (1.0 - q)).sqrt();
@@ -82,7 +82,7 @@ pub(super) fn interval_ends(count: u64, q: f64) -> Option<[f64; 2]> {
     (ends[0] >= 0.0 && ends[1] <= m - 1.0).then_some(ends)
 }
 
-/// The q-quantile of a sample sorted in ascending order; NaN for an empty one.
+/// The q-quantile of a sample sorted in ascending order; NaN for an empty sample.
 ///
 /// # Panics
 /// In debug builds, if `sorted` is not sorted or q is not in [0, 1].
@@ -127,10 +127,9 @@ mod tests {
         assert_eq!(quantile(&[2.0], 0.5).value, 2.0);
     }
 
-    /// The order statistics of the interval exist from the M on that solve M p - 1.96 sqrt(M p (1 -
-    /// p)) = 1/2 with p the smaller of q and 1 - q: M = 5.7, 15.2, 91.9. Binomial tails say the
-    /// same: both ends of the sample hold the median with 95 % from M = 6 on (2 / 2^M < 0.05), the
-    /// 5 % quantile from M = 72 (0.95^M < 0.025).
+    /// The order statistics of the interval exist for M at least the solution of M p - 1.96 sqrt(M p (1 - p)) = 1/2,
+    /// with p the smaller of q and 1 - q: M = 5.7, 15.2, 91.9. Binomial tails agree: the ends of the sample enclose the
+    /// median with 95 % from M = 6 on (2 / 2^M < 0.05), the 5 % quantile from M = 72 on (0.95^M < 0.025).
     #[test]
     fn quantiles_have_errors_from_where_the_interval_is_within_the_sample() {
         for (q, from) in [(0.5, 6), (0.25, 16), (0.75, 16), (0.05, 92), (0.95, 92)] {
@@ -148,7 +147,7 @@ mod tests {
         assert_eq!(quantile(&[2.0; 6], 0.5).mcse, 0.0);
     }
 
-    /// For uniform numbers the q-quantile of M has standard deviation sqrt(q (1 - q) / M).
+    /// For uniform numbers, the q-quantile of M has standard deviation sqrt(q (1 - q) / M).
     #[test]
     fn the_standard_error_of_a_quantile_of_evenly_spaced_numbers() {
         let sample: Vec<f64> = (0..10_000)

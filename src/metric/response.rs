@@ -1,11 +1,11 @@
-//! Models of any order against the plant: by impulse response, and by their output under a fresh
-//! input. Over [`Real`]: one trial, or one in each lane.
+//! Compares models of any order with the plant: by impulse response, and by their output under a fresh input. Generic
+//! over [`Real`]: one trial, or one per lane.
 
 use crate::plant::inlined::{decay, simulate};
 use crate::real::Real;
 
-/// A system by its last row of A and its input vector, of one length, and its direct term: a plant
-/// or a model, not necessarily of one order.
+/// A system given by the last row of A, its input vector of the same length, and its direct term. It is a plant or a
+/// model; their orders may differ.
 #[derive(Clone, Copy, Debug)]
 pub struct System<'a, R = f64> {
     /// Last row of A.
@@ -17,7 +17,7 @@ pub struct System<'a, R = f64> {
 }
 
 impl<R: Real> System<'_, R> {
-    /// Where all coefficients are finite.
+    /// A mask of the lanes in which all coefficients are finite.
     #[inline(always)]
     fn is_finite(self) -> R::Mask {
         let mut check = R::zero();
@@ -30,26 +30,26 @@ impl<R: Real> System<'_, R> {
     }
 }
 
-/// The plant's responses over L samples, with buffers of their own: one value per worker.
+/// The plant's responses over L samples, and their buffers; each worker has one.
 ///
-/// Every `x` is room for the state of the system that it comes with; what it held is overwritten.
-/// Callers that care for speed call from within [`Real::run`].
+/// Every argument `x` is scratch space for the state of the system passed with it; its contents are overwritten. For
+/// speed, call these functions from within [`Real::run`].
 #[derive(Clone, Debug)]
 pub struct Response<R = f64> {
     /// Markov parameters g(1) ... g(L) of the plant, `g(k) = c'A^(k-1) b`.
     markov: Vec<R>,
     /// `|| g ||^2`.
     size: R,
-    /// The fresh input.
+    /// The fresh input u.
     u: Vec<R>,
-    /// The plant's noise-free output under it, from rest.
+    /// The plant's noise-free output under u, from rest.
     y: Vec<R>,
     /// `|| y - mean(y) ||^2`.
     spread: R,
 }
 
 impl<R: Real> Response<R> {
-    /// Buffers for L samples.
+    /// Allocates buffers for L samples.
     pub fn new(samples: usize) -> Self {
         let zero = R::zero();
         let zeros = || vec![zero; samples];
@@ -62,7 +62,7 @@ impl<R: Real> Response<R> {
         }
     }
 
-    /// Takes the impulse response of a plant.
+    /// Computes and stores the impulse response of a plant.
     ///
     /// # Panics
     /// If a, b and `x` differ in length or are empty.
@@ -83,12 +83,12 @@ impl<R: Real> Response<R> {
         self.size = size;
     }
 
-    /// The fresh input, L samples, to be filled before [`Self::set_fresh_output`].
+    /// The fresh input, L samples. Fill it before calling [`Self::set_fresh_output`].
     pub fn input(&mut self) -> &mut [R] {
         &mut self.u
     }
 
-    /// Takes the noise-free output of a plant from rest under the fresh input.
+    /// Computes and stores the noise-free output of a plant, from rest, under the fresh input.
     ///
     /// # Panics
     /// If a, b and `x` differ in length or are empty.
@@ -116,10 +116,10 @@ impl<R: Real> Response<R> {
         self.spread = spread;
     }
 
-    /// `|| g - ghat || / || g ||` over the first L Markov parameters and the direct term, which the plant does not have.
+    /// `|| g - ghat || / || g ||` over the direct term, which is zero for the plant, and the first L Markov parameters.
     ///
-    /// Infinite where the response of an unstable model overflows; NaN where g is zero or
-    /// overflows, or where a coefficient of the model is not finite.
+    /// Infinite if the response of an unstable model overflows. NaN if g is zero or overflows, or if a coefficient of
+    /// the model is not finite.
     ///
     /// # Panics
     /// If the model's a, b and `x` differ in length or are empty.
@@ -140,11 +140,11 @@ impl<R: Real> Response<R> {
         relative(error, self.size, model)
     }
 
-    /// FIT per cent, `100 (1 - || y - yhat || / || y - mean(y) ||)`, of the model's simulated
-    /// output on the fresh input; plant and model from rest, without noise.
+    /// The FIT in per cent, `100 (1 - || y - yhat || / || y - mean(y) ||)`, of the model's simulated output under the
+    /// fresh input. Plant and model start from rest, without noise.
     ///
-    /// Minus infinity where the output of an unstable model overflows; NaN where y is constant (as
-    /// without input) or overflows, or where a coefficient of the model is not finite.
+    /// Minus infinity if the output of an unstable model overflows. NaN if y is constant (as without input) or
+    /// overflows, or if a coefficient of the model is not finite.
     ///
     /// # Panics
     /// If the model's a, b and `x` differ in length or are empty.
@@ -167,8 +167,8 @@ impl<R: Real> Response<R> {
     }
 }
 
-/// The root of a model's sum of squared errors over the plant's. A sum that is NaN has overflowed
-/// (as infinity minus infinity); NaN where there is nothing to compare.
+/// The root of the ratio of a model's sum of squared errors to the plant's sum of squares. An error sum that is NaN has
+/// overflowed (as infinity minus infinity) and counts as infinite. NaN if there is nothing to compare.
 #[inline(always)]
 fn relative<R: Real>(error: R, size: R, model: System<'_, R>) -> R {
     let is_number = error.at_most(R::splat(f64::INFINITY));
@@ -182,7 +182,7 @@ mod tests {
     use super::*;
     use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 
-    /// Of a plant of the first order, under random signs.
+    /// The responses of a plant of the first order, with random signs as input.
     fn response(a: f64, b: f64, samples: usize) -> Response {
         let mut response = Response::new(samples);
         let input = Input::new(InputLaw::Signs, 2.0, Sequence::Independent);
@@ -212,20 +212,20 @@ mod tests {
         assert!((error - expected).abs() < 1e-14, "{error} {expected}");
     }
 
-    /// A model of higher order with a pole and a zero that cancel is the plant.
+    /// A model of higher order whose extra pole and zero cancel equals the plant.
     #[test]
     fn cancelling_poles_and_zeros_do_not_count() {
         // (z - 0.3) / ((z - 0.5)(z - 0.3)): a = (-0.15, 0.8), h = (1, -0.3), b = (1, 0.5).
         let response = response(0.5, 1.0, 100);
         let [error, fit] = errors(&response, &[-0.15, 0.8], &[1.0, 0.5]);
         assert!(error < 1e-15 && (fit - 100.0).abs() < 1e-12);
-        // Its zero output explains next to nothing.
+        // A model with zero output explains next to nothing.
         let [error, fit] = errors(&response, &[0.0], &[0.0]);
         assert_eq!(error, 1.0);
         assert!(fit <= 1e-12 && fit > -10.0);
     }
 
-    /// g(0) = 3 beside the plant's own response: 9 over `sum 0.25^k`.
+    /// A direct term g(0) = 3 adds 9 to the squared error, relative to `sum 0.25^k`.
     #[test]
     fn a_direct_term_counts() {
         let response = response(0.5, 1.0, 60);
@@ -236,7 +236,7 @@ mod tests {
         };
         let error = response.impulse_response_error(model, &mut [0.0]);
         assert!((error - (9.0_f64 * 0.75).sqrt()).abs() < 1e-14, "{error}");
-        // 3 u with |u| = 2 is 6 beside the plant's output in every sample.
+        // 3 u with |u| = 2 adds 6 to the output in every sample.
         let fit = response.fresh_fit(model, &mut [0.0]);
         let expected = 100.0 * (1.0 - 6.0 * (60.0 / response.spread).sqrt());
         assert!((fit - expected).abs() < 1e-10, "{fit} {expected}");

@@ -1,4 +1,4 @@
-//! Shares of trials, and what they say of a bound.
+//! Shares of trials, and what they say about a bound.
 
 use super::estimate::{Z, nan_is_null};
 use crate::names::named_enum;
@@ -7,28 +7,28 @@ use serde::{Deserialize, Serialize};
 /// A share of trials with its standard error and 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Share {
-    /// Trials that count.
+    /// Number of trials counted.
     pub count: u64,
-    /// Trials in all.
+    /// Number of all trials.
     #[serde(rename = "of")]
     pub total: u64,
-    /// `count / of`; NaN of no trial.
+    /// `count / of`; NaN without trials.
     #[serde(with = "nan_is_null")]
     pub share: f64,
-    /// `sqrt(share (1 - share) / of)`; NaN unless `share -+ 1.96` times that is within 0 to 1 and
-    /// not a point, that is `of share >= 1.96^2 (1 - share)` and the same of the others.
+    /// `sqrt(share (1 - share) / of)`. NaN unless the interval `share -+ 1.96 mcse` lies within 0 to 1 and is not a
+    /// point, that is unless `of share >= 1.96^2 (1 - share)`, and the same with share and 1 - share exchanged.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Lower end of Wilson's 95 % score interval (Wilson 1927).
     #[serde(with = "nan_is_null")]
     pub low: f64,
-    /// Upper end.
+    /// Upper end of that interval.
     #[serde(with = "nan_is_null")]
     pub high: f64,
 }
 
 impl Share {
-    /// Whether a stored share, its numbers rounded to nine digits, is one of so many trials.
+    /// Whether a stored share, its numbers rounded to nine digits, can be a share of this many trials.
     pub(crate) fn is_of(&self, trials: u64) -> bool {
         let same = |x: f64, y: f64| x.is_nan() && y.is_nan() || (x - y).abs() <= 1e-8;
         let own = Self::new(self.count, self.total);
@@ -64,19 +64,19 @@ impl Share {
 }
 
 named_enum! {
-    /// What a share says of a bound that was printed for a single run.
+    /// What a share says about a bound that was printed for a single run.
     BoundVerdict, "verdict" {
-        /// The interval holds 1/2.
+        /// The 95 % interval holds 1/2.
         Undecided = "undecided",
-        /// More than half of all realisations meet the bound.
+        /// More than half of all realisations satisfy the bound.
         Typical = "typical",
-        /// Less than half do.
+        /// Less than half of them do.
         NotTypical = "not typical",
     }
 }
 
-/// "typical" where the lower end of the 95 % Wilson interval is above 1/2, "not typical" where the
-/// upper end is below, else "undecided".
+/// Returns "typical" if the lower end of the 95 % Wilson interval is above 1/2, "not typical" if the upper end is below
+/// 1/2, otherwise "undecided".
 pub fn verdict(share: Share) -> BoundVerdict {
     if share.low > 0.5 {
         BoundVerdict::Typical
@@ -91,7 +91,8 @@ pub fn verdict(share: Share) -> BoundVerdict {
 mod tests {
     use super::*;
 
-    /// The ends solve |share - p| = 1.96 sqrt(p (1 - p) / M), found here by bisection elsewhere.
+    /// The ends solve |share - p| = 1.96 sqrt(p (1 - p) / M). These references were found by bisection in another
+    /// program.
     #[test]
     fn wilson_intervals() {
         let share = Share::new(10, 50);
@@ -108,7 +109,7 @@ mod tests {
         assert_eq!(verdict(Share::new(35, 100)), BoundVerdict::NotTypical);
     }
 
-    /// A share p has an error from 1.96^2 (1 - p) / p trials on: 3.84 for 1/2, 34.6 for 1/10.
+    /// A share p has an error if there are at least 1.96^2 (1 - p) / p trials: 3.84 for 1/2, 34.6 for 1/10.
     #[test]
     fn errors_begin_where_the_interval_is_within_0_and_1() {
         for (part, from) in [(2, 4), (10, 40)] {

@@ -1,40 +1,39 @@
-//! How values are distributed, in fixed bins: order-independent, mergeable, small.
+//! The distribution of values in fixed bins: independent of order, mergeable, small.
 
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, Z, not_negative};
 use super::quantile::interval_ends;
 use super::{Quantile, Share};
 use serde::{Deserialize, Serialize, Serializer};
 
-/// Largest error of a value taken as the middle of its bin, relative to the value, for normal
-/// numbers: 1024 bins of equal width in every octave. Subnormal numbers have bins of width 2^-1032.
+/// Largest relative error of a normal number that is replaced by the middle of its bin: every octave has 1024 bins of
+/// equal width. Subnormal numbers have bins of width 2^-1032.
 pub const SKETCH_ERROR: f64 = 1.0 / 2048.0;
 
-/// Bits of the mantissa that a bin leaves open.
+/// Bits of the mantissa that vary within a bin.
 const OPEN_BITS: u32 = 42;
-/// The bin of plus infinity; that of minus infinity is its negative.
+/// The bin of plus infinity; the bin of minus infinity is its negative.
 const INFINITE: i32 = (0x7ff << 10) + 1;
 
-/// Counts of values in bins that depend on nothing: sign, exponent and the first ten bits of the
-/// mantissa.
+/// Counts of values in fixed bins. A bin is given by the sign, the exponent and the first ten bits of the mantissa.
 ///
-/// Zero has a bin of its own, as have the infinities; -0 is 0. Counts are integers, so a sketch
-/// does not depend on the order of values or merges. The j-th of the c values of a bin [low, high)
-/// is taken to be `low + (j + 1/2) / c (high - low)`, j = 0 ... c-1.
+/// Zero and the infinities have bins of their own; -0 counts as 0. Counts are integers, so a sketch does not depend on
+/// the order of values or merges. The j-th of the c values of a bin [low, high) is taken to be
+/// `low + (j + 1/2) / c (high - low)`, j = 0 ... c-1.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Canonical")]
 pub struct Sketch {
-    /// Bins with their counts above zero, in ascending order of value.
+    /// Bins with counts above zero, in ascending order of value.
     bins: Vec<(i32, u64)>,
 }
 
-/// How many bins a sketch of so many values has, about: values whose spread is a third of their
-/// size take some 2000 bins, the tails a few more with every value.
+/// The approximate number of bins that a sketch of this many values has. Values whose spread is a third of their size
+/// take about 2000 bins; the tails add a few with every value.
 pub fn expected_bins(values: f64) -> f64 {
     const USUAL: f64 = 2000.0;
     USUAL * (1.0 - (-values / USUAL).exp())
 }
 
-/// The bin of a value; bins ascend with values.
+/// Returns the bin of a value; bins ascend with values.
 #[inline(always)]
 fn bin_of(x: f64) -> i32 {
     let size = (x.abs().to_bits() >> OPEN_BITS) as i32 + 1;
@@ -47,7 +46,7 @@ fn bin_of(x: f64) -> i32 {
     }
 }
 
-/// Where a bin begins and ends.
+/// Returns the lower and upper edge of a bin.
 fn edges(bin: i32) -> (f64, f64) {
     if bin < 0 {
         let (low, high) = edges(-bin);
@@ -61,7 +60,7 @@ fn edges(bin: i32) -> (f64, f64) {
     }
 }
 
-/// The value at `part` of 1 of a bin.
+/// The value at the fraction `part` of a bin's width.
 fn inside(bin: i32, part: f64) -> f64 {
     let (low, high) = edges(bin);
     between(low, high, part)
@@ -76,7 +75,7 @@ fn between(low: f64, high: f64, part: f64) -> f64 {
     }
 }
 
-/// An order statistic as the sketch knows it.
+/// An order statistic to the resolution of the sketch.
 #[derive(Clone, Copy, Debug)]
 struct OrderStatistic {
     value: f64,
@@ -85,7 +84,7 @@ struct OrderStatistic {
 }
 
 impl Sketch {
-    /// The sketch of some values.
+    /// Builds the sketch of some values.
     ///
     /// # Panics
     /// In debug builds, if a value is NaN.
@@ -98,8 +97,7 @@ impl Sketch {
         let ends = keys.iter().fold((i32::MAX, i32::MIN), |(low, high), key| {
             (low.min(*key), high.max(*key))
         });
-        // Bins are close together where there are many values: counting them takes less than
-        // sorting.
+        // If there are many values, they lie in neighbouring bins, and counting is faster than sorting.
         let width = i64::from(ends.1) - i64::from(ends.0) + 1;
         if (1..=8 * keys.len() as i64).contains(&width) {
             return Self::counted(&keys, ends.0, width as usize);
@@ -117,8 +115,7 @@ impl Sketch {
         for key in keys {
             counts[(key - lowest) as usize] += 1;
         }
-        // Every bin is put where the next one goes, and stays where it is not empty: no branch to
-        // be guessed.
+        // Without a branch: every bin is written to the next free place, which is kept only if the bin is not empty.
         let mut bins = vec![(0, 0); width + 1];
         let mut filled = 0;
         for (bin, count) in (lowest..).zip(counts) {
@@ -163,7 +160,7 @@ impl Sketch {
         self.bins.iter().map(|(_, count)| count).sum()
     }
 
-    /// The lowest and the highest bin; None of an empty sketch.
+    /// The lowest and the highest bin; `None` for an empty sketch.
     pub(super) fn ends(&self) -> Option<(i32, i32)> {
         Some((self.bins.first()?.0, self.bins.last()?.0))
     }
@@ -173,7 +170,7 @@ impl Sketch {
         (bin_of(low), bin_of(high))
     }
 
-    /// The order statistic of a rank in 0 ... count-1.
+    /// Returns the order statistic of a rank in 0 ... count-1.
     fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
         let mut before = 0;
         for &(bin, count) in &self.bins {
@@ -190,7 +187,7 @@ impl Sketch {
         None
     }
 
-    /// The values with others that are in no bin.
+    /// Combines the values with others that are in no bin.
     pub(super) fn among(&self, others: Others) -> Among<'_> {
         Among {
             sketch: self,
@@ -198,9 +195,9 @@ impl Sketch {
         }
     }
 
-    /// The q-quantile of the values: type 7 of Hyndman and Fan (1996) on the order statistics as
-    /// the sketch knows them. NaN for an empty sketch. The MCSE is what [`Quantile::mcse`] says,
-    /// but at least half the width of the value's bin over 1.96.
+    /// The q-quantile of the values: type 7 of Hyndman and Fan (1996), on the order statistics to the sketch's
+    /// resolution. NaN for an empty sketch. The MCSE is that of [`Quantile::mcse`], but at least half the width of the
+    /// value's bin over 1.96.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
@@ -208,13 +205,12 @@ impl Sketch {
         self.among(Others::default()).quantile(q)
     }
 
-    /// The mean without the `g = floor(gamma M)` smallest and largest of M values.
+    /// The mean of M values without the `g = floor(gamma M)` smallest and largest. Undefined for an empty sketch.
     ///
-    /// Its standard error is Tukey and McLaughlin's (1963): `s_w / ((1 - 2 g / M) sqrt M)`, with
-    /// s_w the standard deviation (divisor M - 1) of the winsorised sample, in which the values
-    /// left out are replaced by the nearest one kept. Its law is Student's with M - 2 g - 1 degrees
-    /// of freedom, so it is given where [`FEWEST_FOR_MEANS`] values are kept. Undefined for an
-    /// empty sketch.
+    /// Its standard error is Tukey and McLaughlin's (1963): `s_w / ((1 - 2 g / M) sqrt M)`. Here s_w is the standard
+    /// deviation (divisor M - 1) of the winsorised sample, in which each value left out is replaced by the nearest one
+    /// kept. The error follows Student's law with M - 2 g - 1 degrees of freedom, so it is given if at least
+    /// [`FEWEST_FOR_MEANS`] values are kept.
     ///
     /// # Panics
     /// In debug builds, if gamma is not in [0, 1/2).
@@ -233,7 +229,7 @@ impl Sketch {
         let high = self
             .order_statistic(count - cut - 1)
             .map_or(last.0, |at| at.value);
-        // Winsorised, about the trimmed mean.
+        // Sums over the winsorised sample, about the trimmed mean.
         let all = || kept.iter().copied().chain([(low, g), (high, g)]);
         let sum: f64 = all().map(|(x, n)| (x - mean) * n).sum();
         let squares: f64 = all().map(|(x, n)| (x - mean) * (x - mean) * n).sum();
@@ -246,8 +242,7 @@ impl Sketch {
         Estimate::new(mean, mcse)
     }
 
-    /// The order statistics of the ranks in `from..to`: the mean of those in one bin, and their
-    /// number.
+    /// The order statistics of the ranks in `from..to`, by bin: mean and number of those in the bin.
     fn kept(&self, from: u64, to: u64) -> Vec<(f64, f64)> {
         let mut before = 0;
         let mut kept = Vec::with_capacity(self.bins.len());
@@ -263,8 +258,8 @@ impl Sketch {
         kept
     }
 
-    /// The share of values below x. Of the values in x's own bin those count that the sketch places
-    /// below x, so it is exact for x >= 0 of at most 11 significant bits, which begins a bin.
+    /// The share of values below x. Of the values in x's own bin, those count that the sketch places below x. So the
+    /// share is exact if x begins a bin, that is for x >= 0 with at most 11 significant bits.
     pub fn share_below(&self, x: f64) -> Share {
         let own = bin_of(x);
         let (low, high) = edges(own);
@@ -282,18 +277,18 @@ impl Sketch {
     }
 }
 
-/// Values that are in no bin of a sketch.
+/// Numbers of values that are in no bin of a sketch.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Others {
-    /// Below all others.
+    /// Values below all others.
     pub(super) below: u64,
-    /// Exactly 1.
+    /// Values that are exactly 1.
     pub(super) ones: u64,
-    /// Above all others.
+    /// Values above all others.
     pub(super) above: u64,
 }
 
-/// The values of a sketch with others, in order.
+/// The values of a sketch together with others, in order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Among<'a> {
     sketch: &'a Sketch,
@@ -306,7 +301,7 @@ impl Among<'_> {
         below + ones + above + self.sketch.count()
     }
 
-    /// The order statistic of a rank in 0 ... count-1; those below and above are infinite.
+    /// Returns the order statistic of a rank in 0 ... count-1; it is infinite among those below and above.
     fn order_statistic(self, rank: u64) -> Option<OrderStatistic> {
         let exactly = |value: f64| OrderStatistic {
             value,
@@ -329,8 +324,8 @@ impl Among<'_> {
         inside.or_else(|| (rank < self.sketch.count() + above).then(|| exactly(f64::INFINITY)))
     }
 
-    /// The value at a fractional position between the order statistics 0 ... count-1, and the half
-    /// width of the wider of the two bins; None where there is no value.
+    /// The value at a fractional position between the order statistics 0 ... count-1, and the half width of the wider
+    /// of the two bins. `None` if there are no values.
     fn at(self, count: u64, position: f64) -> Option<OrderStatistic> {
         let position = position.clamp(0.0, count.saturating_sub(1) as f64);
         let rank = position.floor() as u64;
@@ -342,12 +337,12 @@ impl Among<'_> {
         })
     }
 
-    /// The q-quantile: type 7 of Hyndman and Fan (1996) on the order statistics as the sketch knows
-    /// them. NaN where there is no value.
+    /// The q-quantile: type 7 of Hyndman and Fan (1996), on the order statistics to the sketch's resolution. NaN if
+    /// there are no values.
     ///
-    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as
-    /// [`Quantile::mcse`] says, but at least half the width of the value's bin over 1.96: where the
-    /// values are denser than the bins, the bin bounds what is known.
+    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as in [`Quantile::mcse`], but at
+    /// least half the width of the value's bin over 1.96. If the values are denser than the bins, the bin limits the
+    /// accuracy.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
@@ -359,7 +354,7 @@ impl Among<'_> {
         };
         let half = interval_ends(count, q).and_then(|[low, high]| {
             let half = (self.at(count, high)?.value - self.at(count, low)?.value) / 2.0;
-            // NaN, between infinities, is kept.
+            // NaN, a difference of infinities, is kept.
             Some(if half < at.half_width {
                 at.half_width
             } else {
@@ -373,7 +368,7 @@ impl Among<'_> {
         }
     }
 
-    /// The value of [`Self::quantile`] alone.
+    /// The value of [`Self::quantile`] without its error.
     pub(super) fn quantile_value(self, q: f64) -> f64 {
         let count = self.count();
         self.at(count, q * (count as f64 - 1.0))
@@ -381,8 +376,8 @@ impl Among<'_> {
     }
 }
 
-/// A sketch as it is stored: the gap between a bin and the one before (the first: from the lowest
-/// bin there is), and the count.
+/// A sketch in its stored form: for each bin the gap to the bin before (for the first: to the lowest possible bin) and
+/// the count.
 #[derive(Deserialize)]
 struct Canonical(Vec<(u32, u64)>);
 
@@ -397,7 +392,7 @@ impl Serialize for Sketch {
     }
 }
 
-/// A stored sketch that no sketch is stored as.
+/// A stored sketch that is not in the canonical form.
 #[derive(Debug, thiserror::Error)]
 #[error("not a sketch: bins out of range or order, or empty, or more values than can be counted")]
 struct NotCanonical;
@@ -476,15 +471,14 @@ mod tests {
         assert_eq!(lone.quantile(0.3).value, middle);
         assert_eq!(lone.trimmed_mean(0.4).value, middle);
         assert!(lone.quantile(0.3).mcse.is_nan() && lone.trimmed_mean(0.4).mcse.is_nan());
-        // Of equal values nothing is known beyond the bin; zero is known exactly.
+        // For equal values, only the bin limits the accuracy; zero is known exactly.
         let alike = Sketch::from_values([4.0; 10]).quantile(0.5);
         assert!((alike.mcse - 4.0 * SKETCH_ERROR / Z).abs() < 1e-15);
         let zero = Sketch::from_values([0.0; 10]).quantile(0.5);
         assert_eq!((zero.value, zero.mcse), (0.0, 0.0));
     }
 
-    /// Within the bins' resolution of the quantiles of the sorted values, and their standard
-    /// errors.
+    /// Quantiles agree with those of the sorted values, to the resolution of the bins; so do their standard errors.
     #[test]
     fn quantiles_agree_with_sorted_values() {
         for count in [1, 2, 3, 10, 400, 20_000] {
@@ -493,7 +487,7 @@ mod tests {
             sorted.sort_by(f64::total_cmp);
             for q in [0.0, 0.01, 0.05, 0.25, 0.5, 0.6, 0.95, 1.0] {
                 let (exact, found) = (quantile(&sorted, q), sketch.quantile(q));
-                // Neighbours share at most the size of the next order statistic.
+                // Neighbours are at most as large as the next order statistic.
                 let scale = sorted[((q * count as f64) as usize).min(count - 1)].abs() + 0.1;
                 assert!(
                     (exact.value - found.value).abs() <= 2.0 * SKETCH_ERROR * scale,
@@ -505,8 +499,8 @@ mod tests {
         }
     }
 
-    /// 2^20 values in one octave are 1024 to a bin: positions inside bins are then far finer than a
-    /// bin, and the standard error stays at the bin's half width over 1.96.
+    /// 2^20 values in one octave are 1024 to a bin. Positions inside a bin are then much finer than the bin, but the
+    /// standard error stays at the bin's half width over 1.96.
     #[test]
     fn dense_values_are_resolved_by_rank() {
         let m = 1 << 20;
@@ -525,8 +519,8 @@ mod tests {
         assert!((sketch.share_below(1.123_456).share - 0.123_456).abs() < 1e-5);
     }
 
-    /// By hand: 0 and 100 are cut of 0, 1, 2, 3, 4, 5, 6, 7, 8, 100; winsorised 1, 1, 2, ..., 8, 8.
-    /// The integers are taken as middles of their bins, so to 2^-11 of the largest.
+    /// By hand: 0 and 100 are cut from 0, 1, 2, 3, 4, 5, 6, 7, 8, 100; winsorised 1, 1, 2, ..., 8, 8. The integers are
+    /// replaced by the middles of their bins, so the tolerance is 2^-11 of the largest.
     #[test]
     fn trimmed_means_by_hand() {
         let values = [5.0, 0.0, 1.0, 2.0, 100.0, 3.0, 4.0, 6.0, 7.0, 8.0];
@@ -535,7 +529,7 @@ mod tests {
         // Sum of squares about 4.5: 2 (3.5^2 + 3.5^2 + 2.5^2 + 1.5^2 + 0.5^2) = 66.5
         let expected = (66.5_f64 / 9.0).sqrt() / (0.8 * 10.0_f64.sqrt());
         assert!((found.mcse - expected).abs() <= expected * 4.0 * SKETCH_ERROR);
-        // Nothing cut: the mean and its standard error.
+        // Nothing is cut: the mean and its standard error.
         let all = Sketch::from_values(values).trimmed_mean(0.05);
         assert!((all.value - 13.6).abs() <= 100.0 * SKETCH_ERROR);
     }

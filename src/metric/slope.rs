@@ -1,18 +1,18 @@
-//! Rates: slopes in log-log coordinates over cells that share their random numbers.
+//! Rates: log-log slopes over cells that share their random numbers.
 
 use super::estimate::nan_is_null;
 use super::{Sample, Worse};
 use crate::names::named_enum;
 use serde::{Deserialize, Serialize};
 
-/// Groups of trials that the jackknife deletes in turn; a trial's group is its index modulo this.
+/// Groups of trials that the jackknife leaves out in turn. A trial's group is its index modulo this number.
 pub const JACKKNIFE_GROUPS: usize = 20;
 
 /// Student's 97.5 % point for `JACKKNIFE_GROUPS - 1` = 19 degrees of freedom.
 const T19: f64 = 2.093_024_054_408_263;
 
 named_enum! {
-    /// The statistic of a cell whose rate is wanted.
+    /// The statistic of a cell that the rate is fitted to.
     SlopeOf, "statistic" {
         /// Root mean square over trials.
         Rmse = "rmse",
@@ -27,41 +27,40 @@ pub struct Slope {
     /// The slope by ordinary least squares.
     #[serde(with = "nan_is_null")]
     pub value: f64,
-    /// The jackknife's standard error, from G = [`JACKKNIFE_GROUPS`] groups; NaN of medians where a
-    /// group has a single measure. Leaving one value out moves a median by a single gap, whatever
-    /// the distribution.
+    /// The jackknife's standard error, from G = [`JACKKNIFE_GROUPS`] groups. NaN for medians if a group has a single
+    /// measure: leaving one value out moves a median by a single gap, whatever the distribution.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
-    /// Cells.
+    /// Number of cells.
     pub points: usize,
 }
 
 impl Slope {
-    /// Whether a stored slope can be one over so many cells.
+    /// Whether a stored slope can be one over this many cells.
     pub(crate) fn is_over(&self, cells: usize) -> bool {
         self.points == cells && !self.value.is_infinite() && !(self.mcse < 0.0)
     }
 
-    /// The 95 % interval `value -+ t mcse`, t = 2.093 of Student's law with G - 1 = 19 degrees of
-    /// freedom: an error from 20 groups is too uncertain for 1.96, which would cover 93.5 %.
+    /// The 95 % interval `value -+ t mcse`, with t = 2.093 of Student's law with G - 1 = 19 degrees of freedom. An
+    /// error from 20 groups is too uncertain for 1.96, which would cover 93.5 %.
     pub fn interval(&self) -> (f64, f64) {
         (self.value - T19 * self.mcse, self.value + T19 * self.mcse)
     }
 }
 
-/// What a slope needs of a cell: its statistic of all trials, and with each group of them left out.
+/// What a slope needs of a cell: its statistic over all trials, and with each group left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jackknife {
     all: f64,
     without: [f64; JACKKNIFE_GROUPS],
-    /// Whether the spread of `without` is an error.
+    /// Whether the spread of `without` can be used as an error.
     has_error: bool,
 }
 
 /// Why there is no slope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoSlope {
-    /// As many abscissas as cells, and at least two, are needed.
+    /// There must be as many abscissas as cells, and at least two.
     #[error("a slope needs at least two points, each with its cell")]
     TooFewPoints,
     /// An abscissa is not positive and finite, or all are equal.
@@ -73,7 +72,7 @@ pub enum NoSlope {
         /// Index of the cell.
         cell: usize,
     },
-    /// A cell's statistic, of all trials or with a group left out, is zero, negative or undefined.
+    /// A cell's statistic, over all trials or with a group left out, is zero, negative or undefined.
     #[error("cell {cell}: the statistic is zero, negative or undefined, so it has no logarithm")]
     Statistic {
         /// Index of the cell.
@@ -81,19 +80,17 @@ pub enum NoSlope {
     },
 }
 
-/// The slope of log(statistic) on log(x) by ordinary least squares over cells, with its standard
-/// error.
+/// Computes the slope of log(statistic) on log(x) by ordinary least squares over cells, with its standard error.
 ///
-/// `cells[i]` has the measure of x\[i\] in [`JACKKNIFE_GROUPS`] samples, one per group of trials.
-/// Cells that share their random numbers are dependent, so the residuals of the line say nothing of
-/// its error. The same group is left out of all cells at once:
-/// `MCSE^2 = (G - 1)/G sum_g (b_(g) - mean b)^2` (Efron and Stein 1981). This is the error of the
-/// slope of the line that fits these cells best; whether a line fits is not asked.
+/// `cells[i]` has the measure at x\[i\] in [`JACKKNIFE_GROUPS`] samples, one per group of trials. Cells that share
+/// their random numbers are dependent, so the residuals of the line do not give its error. Instead the same group is
+/// left out of all cells at once: `MCSE^2 = (G - 1)/G sum_g (b_(g) - mean b)^2` (Efron and Stein 1981). This is the
+/// error of the slope of the best-fitting line; it does not tell whether a line fits.
 ///
-/// Logarithms are the platform's, so the last bits may differ between machines.
+/// Logarithms are those of the platform, so the last bits may differ between machines.
 ///
 /// # Errors
-/// [`NoSlope`] where the slope is undefined.
+/// [`NoSlope`] if the slope is undefined.
 pub fn slope(x: &[f64], cells: &[Vec<Sample>], statistic: SlopeOf) -> Result<Slope, NoSlope> {
     let cells: Vec<Option<Jackknife>> = cells
         .iter()
@@ -102,10 +99,10 @@ pub fn slope(x: &[f64], cells: &[Vec<Sample>], statistic: SlopeOf) -> Result<Slo
     slope_of_statistics(x, &cells)
 }
 
-/// [`slope`] from what it needs of each cell; `None` where a cell does not have its groups.
+/// Computes [`slope`] from what it needs of each cell; `None` for a cell without its groups.
 ///
 /// # Errors
-/// [`NoSlope`] where the slope is undefined.
+/// [`NoSlope`] if the slope is undefined.
 pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slope, NoSlope> {
     if x.len() != cells.len() || x.len() < 2 {
         return Err(NoSlope::TooFewPoints);
@@ -144,8 +141,8 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
 }
 
 impl Jackknife {
-    /// The statistics of a cell's groups; `None` where there are not [`JACKKNIFE_GROUPS`], each
-    /// with a measure.
+    /// Computes the statistics of a cell's groups; `None` unless there are [`JACKKNIFE_GROUPS`] groups, each with a
+    /// measure.
     pub fn from_groups(groups: &[Sample], statistic: SlopeOf, worse: Worse) -> Option<Self> {
         if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
             return None;
@@ -157,8 +154,7 @@ impl Jackknife {
     }
 }
 
-/// The weights w of the slope `sum_i w_i log(statistic_i)`:
-/// `w_i = (l_i - mean l) / sum (l - mean l)^2` with l = log x.
+/// The weights w in the slope `sum_i w_i log(statistic_i)`: `w_i = (l_i - mean l) / sum (l - mean l)^2` with l = log x.
 fn weights(x: &[f64]) -> Option<Vec<f64>> {
     if !x.iter().all(|x| *x > 0.0 && x.is_finite()) || x.iter().all(|other| *other == x[0]) {
         return None;
@@ -169,7 +165,7 @@ fn weights(x: &[f64]) -> Option<Vec<f64>> {
     (squares > 0.0).then(|| logs.iter().map(|l| (l - mean) / squares).collect())
 }
 
-/// The RMSE of all groups, and without each of them.
+/// The RMSE over all groups, and with each group left out.
 fn rmses(groups: &[Sample]) -> Jackknife {
     let without = |left_out: usize| {
         let others = groups.iter().enumerate();
@@ -182,7 +178,7 @@ fn rmses(groups: &[Sample]) -> Jackknife {
     }
 }
 
-/// The median over all trials of all groups, and without each of them.
+/// The median over all trials of all groups, and with each group left out.
 fn medians(groups: &[Sample], worse: Worse) -> Jackknife {
     let merged = |samples: &mut dyn Iterator<Item = &Sample>| {
         let mut merged = Sample::default();
@@ -221,8 +217,8 @@ mod tests {
         z
     }
 
-    /// Cells that are multiples x^-1/2 of the same numbers: the slope is -1/2 without error; that
-    /// of the medians to the resolution of the bins.
+    /// Cells that are multiples x^-1/2 of the same numbers: the slope is -1/2 without error, for medians to the
+    /// resolution of the bins.
     #[test]
     fn shared_numbers_leave_no_error() {
         let z: Vec<f64> = normals(0, 400).iter().map(|z| z.abs()).collect();
@@ -235,7 +231,7 @@ mod tests {
         assert!((found.value + 0.5).abs() < 1e-3 && found.mcse < 1e-3);
     }
 
-    /// Two cells, RMSE: the slope is log(R2/R1)/log(x2/x1); the jackknife written out.
+    /// Two cells, RMSE: the slope is log(R2/R1)/log(x2/x1), and the jackknife is written out.
     #[test]
     fn two_cells_by_hand() {
         let (a, b) = (normals(1, 200), normals(2, 200));
@@ -253,11 +249,11 @@ mod tests {
         let mean = deleted.iter().sum::<f64>() / 20.0;
         let squares: f64 = deleted.iter().map(|b| (b - mean).powi(2)).sum();
         assert!((found.mcse - (0.95 * squares).sqrt()).abs() < 1e-13);
-        // Theory: log of an RMSE of 200 normal numbers has error 1/sqrt(400); two of them.
+        // In theory the log of an RMSE of 200 normal numbers has error 1/sqrt(400); here there are two of them.
         assert!((found.mcse / (2.0_f64 / 400.0).sqrt() - 1.0).abs() < 0.5);
     }
 
-    /// A group of one trial says nothing of a median.
+    /// A group of one trial is not enough for the error of a median.
     #[test]
     fn medians_need_two_trials_in_every_group() {
         for (trials, known) in [(20, false), (39, false), (40, true)] {

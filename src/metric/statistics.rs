@@ -1,17 +1,17 @@
-//! What is reported of a measure over trials.
+//! The statistics reported of a measure over trials.
 
 use super::estimate::{ascend, nan_is_null};
 use super::{Estimate, Quantile};
 use serde::{Deserialize, Serialize};
 use std::ops::Deref;
 
-/// Share of the sum of squares that a single trial may have; see [`Statistics::dominated`].
+/// Largest share of the sum of squares that a single trial may have; see [`Statistics::dominated`].
 pub const DOMINANT_SHARE: f64 = 0.1;
 
 /// Share of the trials that the trimmed mean leaves out on either side.
 pub const TRIM: f64 = 0.05;
 
-/// Quantiles of a measure, by the sketch.
+/// Quantiles of a measure, from the sketch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
     /// 5 % quantile.
@@ -27,7 +27,7 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// Those of no value.
+    /// The quantiles of an empty sample.
     pub const UNDEFINED: Self = Self {
         q05: Quantile::UNDEFINED,
         q25: Quantile::UNDEFINED,
@@ -36,51 +36,52 @@ impl Quantiles {
         q95: Quantile::UNDEFINED,
     };
 
-    /// In ascending order.
+    /// The five quantiles in ascending order of q.
     pub fn all(&self) -> [Quantile; 5] {
         [self.q05, self.q25, self.q50, self.q75, self.q95]
     }
 }
 
-/// What is reported of a measure over trials. Undefined numbers are NaN, in files null.
+/// The statistics reported of a measure over trials. Undefined numbers are NaN, in files null.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
-    /// Trials with a measure: M.
+    /// Number M of trials with a measure.
     pub count: u64,
-    /// Trials whose measure is NaN; but for the quantiles they enter nothing else.
+    /// Trials whose measure is NaN. They enter nothing but the quantiles over all trials.
     pub undefined: u64,
-    /// Trials whose figure's fourth power is beyond the range of doubles.
+    /// Trials whose value has a fourth power out of the range of doubles.
     pub overflowed: u64,
     /// Arithmetic mean.
     pub mean: Estimate,
     /// Standard deviation, divisor M - 1.
     pub sd: Estimate,
-    /// Mean square, about 0: the mean square error where the measure is an error.
+    /// Mean square about 0: the mean square error if the measure is an error.
     pub mse: Estimate,
-    /// Its root.
+    /// Root mean square.
     pub rmse: Estimate,
-    /// Mean without the 5 % smallest and the 5 % largest ([`TRIM`]), by the sketch.
+    /// Mean without the 5 % smallest and the 5 % largest ([`TRIM`]), from the sketch.
     pub trimmed: Estimate,
     /// Quantiles over all trials, those without a measure at the worse end.
     #[serde(flatten)]
     pub quantiles: Quantiles,
-    /// Quantiles over the trials with a measure; only where some trials have none.
+    /// Quantiles over the trials with a measure; present only if some trials have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conditional: Option<Quantiles>,
-    /// Smallest, as it was.
+    /// Smallest value, exact.
     #[serde(with = "nan_is_null")]
     pub min: f64,
-    /// Largest, as it was.
+    /// Largest value, exact.
     #[serde(with = "nan_is_null")]
     pub max: f64,
-    /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or squares are out
-    /// of range. Then the measure has a heavy tail (or there are fewer than some ten trials): mean,
-    /// sd, MSE and RMSE say little, and their standard errors, which rest on fourth moments, even
-    /// less. Read the quantiles and the trimmed mean. Of studies of exp(1.5 z), z normal, over 90 %
-    /// are flagged; their 95 % intervals of the RMSE hold the truth in some 60 %
-    /// (`tests/coverage.rs`). The reverse does not hold: of studies of Student's law with 4 degrees
-    /// of freedom, whose squares have no variance, 10 to 30 % are flagged, and the intervals hold
-    /// the truth in 89 %.
+    /// Whether one trial has more than [`DOMINANT_SHARE`] of the sum of squares, or the squares are out of range. Then
+    /// the measure has a heavy tail, or there are fewer than about ten trials. Mean, sd, MSE and RMSE say little, and
+    /// their standard errors, which rest on fourth moments, say even less. Read the quantiles and the trimmed mean
+    /// instead.
+    ///
+    /// Of studies of exp(1.5 z), z normal, over 90 % are flagged; their 95 % intervals of the RMSE hold the truth in
+    /// about 60 % (`tests/coverage.rs`). But a measure without this flag may still have a heavy tail: of studies of
+    /// Student's law with 4 degrees of freedom, whose squares have no variance, 10 to 30 % are flagged, and the
+    /// intervals hold the truth in 89 %.
     pub dominated: bool,
     /// The largest `x^2` over the sum of `x^2`.
     #[serde(with = "nan_is_null")]
@@ -88,7 +89,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Whether stored statistics can be those of so many trials.
+    /// Whether stored statistics can be those of this many trials.
     pub(crate) fn are_of(&self, trials: u64) -> bool {
         let estimates = [self.mean, self.sd, self.mse, self.rmse, self.trimmed];
         let conditional = self.conditional.unwrap_or(self.quantiles);
@@ -114,7 +115,7 @@ impl Statistics {
     }
 }
 
-/// The quantiles over all trials are read as `statistics.q50`.
+/// Makes the quantiles over all trials available as `statistics.q50`.
 impl Deref for Statistics {
     type Target = Quantiles;
 

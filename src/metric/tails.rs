@@ -1,8 +1,7 @@
 //! Tails of the normal, Student's, the chi-square and the binomial law.
 //!
-//! statrs has them too, but stops the continued fraction of the incomplete beta function after 140
-//! terms without a word: of 10^7 trials its binomial tail at one half is 0.365. Here as many terms
-//! are taken as the sum needs.
+//! statrs has them too, but stops the continued fraction of the incomplete beta function after 140 terms without a
+//! warning: for 10^7 trials its binomial tail at one half is 0.365. This module takes as many terms as the sum needs.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -25,8 +24,7 @@ pub(crate) fn normal_above(z: f64) -> f64 {
         }
         return 0.5 - density * sum;
     }
-    // density / (z + 1/(z + 2/(z + 3/(z + ...)))), from the inside; 80 levels are enough from z = 3
-    // on.
+    // density / (z + 1/(z + 2/(z + 3/(z + ...)))), evaluated from the inside; for z >= 3, 80 levels are enough.
     let tail = (1..=80).rev().fold(z, |inner, k| z + f64::from(k) / inner);
     density / tail
 }
@@ -45,8 +43,7 @@ pub(crate) fn normal_point(p: f64) -> f64 {
     f64::midpoint(low, high)
 }
 
-/// P(T > t) of Student's law with nu degrees of freedom, which need not be whole; of the normal law
-/// where nu is infinite.
+/// P(T > t) of Student's law with nu degrees of freedom; nu need not be an integer. Infinite nu means the normal law.
 pub(crate) fn student_above(t: f64, nu: f64) -> f64 {
     if nu == f64::INFINITY {
         return normal_above(t);
@@ -63,9 +60,9 @@ pub(crate) fn student_above(t: f64, nu: f64) -> f64 {
     }
 }
 
-/// The t with P(T > t) = p, by the expansion of Cornish and Fisher (Abramowitz and Stegun 26.7.5)
-/// about the normal point z: for the planning of trials, where its error of some thousandths from 5
-/// degrees of freedom on does not matter.
+/// The t with P(T > t) = p, by the expansion of Cornish and Fisher (Abramowitz and Stegun 26.7.5) about the normal
+/// point z. Use it to plan numbers of trials: from 5 degrees of freedom on its error is a few thousandths, which does
+/// not matter there.
 pub(crate) fn student_point(z: f64, nu: f64) -> f64 {
     let s = z * z;
     let terms = [
@@ -77,17 +74,18 @@ pub(crate) fn student_point(z: f64, nu: f64) -> f64 {
     z * (1.0 + terms.iter().rev().fold(0.0, |sum, term| (sum + term) / nu))
 }
 
-/// `P(X > x)` for X of the chi-square law with so many degrees of freedom (at least 1).
+/// `P(X > x)` for X of the chi-square law with `degrees` degrees of freedom (at least 1).
 ///
 /// With `h = x/2`: for an even number of degrees `exp(-h) sum_(i < k/2) h^i / i!`, for an odd one
-/// `2 P(Z > sqrt x) + exp(-h) sum_(1 <= i <= (k-1)/2) h^(i - 1/2) / Gamma(i + 1/2)` (Abramowitz and Stegun, 26.4.4 and 26.4.5).
+/// `2 P(Z > sqrt x) + exp(-h) sum_(1 <= i <= (k-1)/2) h^(i - 1/2) / Gamma(i + 1/2)` (Abramowitz and Stegun, 26.4.4 and
+/// 26.4.5).
 pub(crate) fn chi_square_above(x: f64, degrees: usize) -> f64 {
     if !(x > 0.0) {
         return if x.is_nan() { f64::NAN } else { 1.0 };
     }
     let half = x / 2.0;
     let odd = degrees % 2 == 1;
-    // The term of i, by its logarithm: exp(-h) underflows long before the sum does.
+    // The term of i as a logarithm: exp(-h) underflows long before the sum does.
     let mut log_term = if odd {
         // h^(1/2) / Gamma(3/2)
         0.5 * half.ln() - (0.5 * PI.sqrt()).ln()
@@ -117,7 +115,7 @@ pub(crate) fn binomial_at_least(k: u64, n: u64, p: f64) -> f64 {
     }
 }
 
-/// P(K <= k).
+/// P(K <= k) of the same K.
 pub(crate) fn binomial_at_most(k: u64, n: u64, p: f64) -> f64 {
     if k >= n {
         1.0
@@ -126,9 +124,8 @@ pub(crate) fn binomial_at_most(k: u64, n: u64, p: f64) -> f64 {
     }
 }
 
-/// The regularised incomplete beta function I_x(a, b), y = 1 - x, by the continued fraction of
-/// Didonato and Morris in Lentz's form (Press et al. 2007, 6.4). It needs some sqrt(max(a, b))
-/// terms where x is near its mean a / (a + b).
+/// The regularised incomplete beta function I_x(a, b), with y = 1 - x, by the continued fraction of Didonato and Morris
+/// in Lentz's form (Press et al. 2007, 6.4). It needs about sqrt(max(a, b)) terms if x is near the mean a / (a + b).
 fn beta_share(x: f64, y: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 || y <= 0.0 {
         return if x <= 0.0 { 0.0 } else { 1.0 };
@@ -140,7 +137,7 @@ fn beta_share(x: f64, y: f64, a: f64, b: f64) -> f64 {
 }
 
 fn beta_share_below(x: f64, y: f64, a: f64, b: f64) -> f64 {
-    /// In place of a zero denominator.
+    /// Replaces a zero denominator.
     const TINY: f64 = 1e-300;
     let away = |x: f64| if x.abs() < TINY { TINY } else { x };
     let log = ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b) + a * x.ln() + b * y.ln();
@@ -165,8 +162,7 @@ fn beta_share_below(x: f64, y: f64, a: f64, b: f64) -> f64 {
     (log.exp() * fraction / a).min(1.0)
 }
 
-/// The logarithm of the gamma function for x > 0, by Stirling's series from x = 10 on (Abramowitz
-/// and Stegun 6.1.41).
+/// The logarithm of the gamma function for x > 0, by Stirling's series for x >= 10 (Abramowitz and Stegun 6.1.41).
 fn ln_gamma(x: f64) -> f64 {
     if x < 10.0 {
         let steps = (10.0 - x).ceil() as u32;
@@ -197,7 +193,7 @@ mod tests {
         );
     }
 
-    /// What is left where logarithms of gamma functions of n, of size n ln n, cancel.
+    /// The rounding error left when logarithms of gamma functions of n, of size n ln n, cancel.
     fn rounding(n: f64) -> f64 {
         1e-12 + 4.0 * f64::EPSILON * n * n.ln()
     }
@@ -221,8 +217,8 @@ mod tests {
         assert!(normal_above(f64::NAN).is_nan());
     }
 
-    /// mpmath: `betainc(nu / 2, 1 / 2, 0, nu / (nu + t^2), regularized = True) / 2`. Of one degree
-    /// of freedom P(T > 1) = 1/4 (Cauchy's law).
+    /// mpmath: `betainc(nu / 2, 1 / 2, 0, nu / (nu + t^2), regularized = True) / 2`. For one degree of freedom
+    /// P(T > 1) = 1/4 (Cauchy's law).
     #[test]
     fn student_tails() {
         const STUDENT: [(f64, f64, f64); 6] = [
@@ -245,8 +241,8 @@ mod tests {
         }
     }
 
-    /// mpmath: sums of binomial terms, and by the incomplete beta function for many trials. By
-    /// hand: 2 or more heads of 3 are 1/2, none of 10 with p = 0.01 is 0.99^10.
+    /// mpmath: sums of binomial terms, and for many trials the incomplete beta function. By hand: 2 or more heads of 3
+    /// have probability 1/2, none of 10 with p = 0.01 has 0.99^10.
     #[test]
     fn binomial_tails() {
         const BINOMIAL: [(u64, u64, f64, f64); 6] = [

@@ -1,6 +1,5 @@
-//! A page of every kind of figure and table from made-up numbers, to look at:
-//! `ASOBENCH_DEMO=DIR cargo test --release --lib demo` writes it as `DIR/demo.html` with its
-//! figures beside it.
+//! A page with every kind of figure and table, from made-up numbers:
+//! `ASOBENCH_DEMO=DIR cargo test --release --lib demo` writes it as `DIR/demo.html`, with its figures beside it.
 
 use super::html::{CellText, Column, Page, Table, Verdict};
 use super::markup::elements;
@@ -371,7 +370,7 @@ fn a_page_of_everything_is_well_formed_and_always_the_same() {
     assert_eq!(html, page().html());
     let body = html.split("<body>").nth(1).unwrap();
     let names = elements(body.split("<script>").next().unwrap()).unwrap();
-    // A nested viewport for the references and one for each series are elements svg, too.
+    // The nested viewports for the references and for each series are svg elements too.
     assert_eq!(names.iter().filter(|name| *name == "figure").count(), 8);
     assert!(!html.contains("NaN") && html.len() < 1_000_000);
     let Some(folder) = std::env::var_os("ASOBENCH_DEMO") else {

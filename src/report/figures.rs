@@ -1,11 +1,10 @@
-//! Figures 1 to 3 of Nikolov et al. as distributions: e_x(k), e_a and e_b over k, median and 5-95 %
-//! band.
+//! Figures 1 to 3 of Nikolov et al. as distributions: e_x(k), e_a and e_b over k, with median and 5-95 % band.
 
 use super::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::metric::Statistics;
 use crate::study::{CellSummary, CurveQuantiles, Measure};
 
-/// The quantiles of a curve over k, undefined where they are not there.
+/// The quantiles of a curve over k; undefined where missing.
 pub(super) fn curve(curve: &CurveQuantiles) -> Vec<Point> {
     let value = |quantiles: &[Option<f64>], k: usize| {
         quantiles.get(k).copied().flatten().unwrap_or(f64::NAN)
@@ -18,7 +17,7 @@ pub(super) fn curve(curve: &CurveQuantiles) -> Vec<Point> {
     (0..curve.q50.len()).map(point).collect()
 }
 
-/// A constant from k = N to K - 1: the estimate is made once.
+/// A constant from k = N to K - 1, because the estimate is made once.
 fn constant(statistics: &Statistics, cell: &CellSummary) -> Vec<Point> {
     let point = |k: usize| {
         Point::interval(
@@ -34,7 +33,7 @@ fn constant(statistics: &Statistics, cell: &CellSummary) -> Vec<Point> {
     ends.map(point).collect()
 }
 
-/// One of the three plots: the first output and the last, and the paper's bound.
+/// One of the three plots: the first and the last output, and the paper's bound.
 fn panel(cell: &CellSummary, measure: Measure, name: &str, label: &str) -> Plot {
     let x = PlotAxis::linear("k, samples").range(0.0, cell.horizon as f64);
     let mut plot = Plot::new("", x, PlotAxis::log(label));

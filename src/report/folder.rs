@@ -1,4 +1,4 @@
-//! Writes the files of a report: all of them, or none.
+//! Writes the files of a report: all of them or none.
 
 use super::document::Files;
 use crate::files::{self, Kind, PathError, Staged};
@@ -6,14 +6,13 @@ use std::path::Path;
 
 /// The last file of a report.
 const PAGE: &str = "report.html";
-/// The folders of its other files.
+/// The folders of the other files.
 const SUBFOLDERS: [&str; 2] = ["figures", "tables"];
 
-/// Makes the folder of a report where needed, and looks whether the page and the folders beside it
-/// can be written.
+/// Creates the folder of a report if needed, and checks that the page and its subfolders can be written.
 ///
 /// # Errors
-/// What is in the way, and why.
+/// The path that is in the way, and why.
 pub fn prepare(folder: &Path) -> Result<(), PathError> {
     files::make_folder(folder)?;
     for name in SUBFOLDERS {
@@ -22,7 +21,7 @@ pub fn prepare(folder: &Path) -> Result<(), PathError> {
     files::replaceable(&folder.join(PAGE), Kind::Page)
 }
 
-/// Writes files under a folder, under temporary names first, so that nothing is replaced before all
+/// Writes files under a folder. All are first written under temporary names, so nothing is replaced before everything
 /// is written. The last file is renamed last.
 ///
 /// # Errors

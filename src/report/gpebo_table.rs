@@ -4,10 +4,10 @@ use super::number::uncertain;
 use crate::study::{CellSummary, Measure, OutputTrace, Summary, Traces};
 use std::fmt::{self, Write};
 
-/// The table of a study of one trial in continuous time whose course was kept, 80 columns wide.
+/// The table of a continuous-time study of one trial with a stored course, 80 columns wide.
 pub fn example_table(summary: &Summary, scored_from: f64) -> String {
     let mut text = String::new();
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let _ = write_table(&mut text, summary, scored_from);
     text
 }
@@ -22,18 +22,19 @@ fn write_table(text: &mut String, summary: &Summary, scored_from: f64) -> fmt::R
     else {
         return Ok(());
     };
-    let rule = "-".repeat(80);
-    writeln!(
-        text,
-        "{:<12} {:>20} {:>20}   {:<22}",
-        "", "theta_1", "theta_2", "rms error of the state"
-    )?;
-    let half = "mean  half range";
-    writeln!(
-        text,
-        "{:<12} {half:>20} {half:>20} {:>10} {:>10}",
-        "observer", "x_1", "x_2"
-    )?;
+    let n = traces.theta.len();
+    let states: Vec<Measure> = Measure::STATES.into_iter().take(n).collect();
+    let columns = |of: &dyn Fn(usize) -> String, width: usize| {
+        let columns = (1..=n).map(|i| format!(" {:>width$}", of(i)));
+        columns.collect::<String>()
+    };
+    let theta = columns(&|i| format!("theta_{i}"), 20);
+    let caption = "rms error of the state";
+    writeln!(text, "{:<12}{theta}   {caption:<22}", "")?;
+    let half = columns(&|_| "mean  half range".to_owned(), 20);
+    let names = columns(&|i| format!("x_{i}"), 10);
+    writeln!(text, "{:<12}{half}{names}", "observer")?;
+    let rule = "-".repeat(12 + n * 21 + states.len().max(2) * 11 + 4);
     writeln!(text, "{rule}")?;
     let theta: Vec<String> = traces
         .theta
@@ -46,29 +47,23 @@ fn write_table(text: &mut String, summary: &Summary, scored_from: f64) -> fmt::R
         format!("{:<12} {}", "true", theta.join(" ")).trim_end()
     )?;
     for (output, trace) in cell.outputs.iter().zip(&traces.outputs) {
-        let rms = [Measure::RmsState1, Measure::RmsState2].map(|measure| {
+        let rms = states.iter().map(|measure| {
             let value = output
                 .measures
-                .get(&measure)
+                .get(measure)
                 .map_or(f64::NAN, |statistics| statistics.mean.value);
-            digits(value)
+            format!(" {:>10}", digits(value))
         });
+        let rms: String = rms.collect();
         let theta: Vec<String> = (0..traces.theta.len())
             .map(|i| course(traces, trace, i, scored_from))
             .collect();
-        writeln!(
-            text,
-            "{:<12} {} {:>10} {:>10}",
-            output.label(),
-            theta.join(" "),
-            rms[0],
-            rms[1]
-        )?;
+        writeln!(text, "{:<12} {}{rms}", output.label(), theta.join(" "))?;
     }
     writeln!(text, "{rule}")
 }
 
-/// Four digits after the point; "-" where undefined.
+/// Formats four decimals; "-" if undefined.
 fn digits(value: f64) -> String {
     if value.is_finite() {
         format!("{value:.4}")
@@ -77,7 +72,7 @@ fn digits(value: f64) -> String {
     }
 }
 
-/// Mean and half range of an estimate over the scored time.
+/// Mean and half the range of an estimate over the scored time.
 fn course(traces: &Traces, trace: &OutputTrace, i: usize, from: f64) -> String {
     let Some(values) = trace.theta_hat.get(i) else {
         return format!("{:>9} {:>10}", "-", "");
@@ -90,8 +85,7 @@ fn course(traces: &Traces, trace: &OutputTrace, i: usize, from: f64) -> String {
     format!("{mean:>9.4} {:>10.4}", (high - low) / 2.0)
 }
 
-/// The end of an estimate of theta at every cell, to compare steps: "step 0.005 s: 1.00279006
-/// 1.89516278".
+/// The final estimate of theta in every cell, to compare steps: "step 0.005 s: 1.00279006 1.89516278".
 pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
     let line = |cell: &CellSummary| {
         let place = cell

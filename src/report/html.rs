@@ -1,6 +1,6 @@
-//! A report as one HTML page without network: light and dark, printable, for screens from 400 px.
+//! A report as one HTML page that needs no network: light and dark, printable, for screens from 400 px.
 //!
-//! Every text is escaped; words between backticks become code.
+//! All text is escaped; words between backticks become code.
 
 mod table;
 mod verdict;
@@ -32,13 +32,13 @@ impl Page {
         }
     }
 
-    /// Adds what stands above the table of contents.
+    /// Adds content above the table of contents.
     pub fn introduction(&mut self, write: impl FnOnce(&mut Section)) {
         write(&mut self.introduction);
     }
 
-    /// Adds a section. Its id, the target of links, keeps letters, digits and `-_.` of the given
-    /// one, and gets a number if it is taken.
+    /// Adds a section. Its id, the target of links, keeps only letters, digits and `-_.` of the given id, and gets a
+    /// number if it is taken.
     pub fn section(&mut self, id: &str, heading: &str, write: impl FnOnce(&mut Section)) {
         let before = self.sections.last().unwrap_or(&self.introduction);
         let mut section = Section {
@@ -95,7 +95,7 @@ impl Page {
     }
 }
 
-/// A section of a page, or what is inside of a detail.
+/// A section of a page, or the content of a detail.
 #[derive(Clone, Debug, Default)]
 pub struct Section {
     id: String,
@@ -113,30 +113,30 @@ impl Section {
         }
     }
 
-    /// A paragraph.
+    /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) {
         self.add(&["<p>", &inline(text), "</p>\n"]);
     }
 
-    /// The question that an experiment answers.
+    /// Adds the question that an experiment answers.
     pub fn question(&mut self, text: &str) {
         self.add(&["<p class=\"question\">", &inline(text), "</p>\n"]);
     }
 
-    /// What somebody claims.
+    /// Adds the text of a claim.
     pub fn claim(&mut self, text: &str) {
         self.add(&["<p class=\"claim\">", &inline(text), "</p>\n"]);
     }
 
-    /// The answer in a sentence behind its verdict; the sign also stands in the table of contents
-    /// where all answers of a section have the same.
+    /// Adds the answer in a sentence after its verdict. If all answers of a section have the same verdict, its sign
+    /// also stands in the table of contents.
     pub fn answer(&mut self, verdict: Verdict, sentence: &str) {
         self.verdicts.push(verdict);
         let (badge, sentence) = (verdict.badge(), inline(sentence));
         self.add(&["<p class=\"answer\">", &badge, " ", &sentence, "</p>\n"]);
     }
 
-    /// A part that a link `#SECTION:ID` leads to, under a heading with a verdict.
+    /// Adds a part with its own link `#SECTION:ID`, under a heading with a verdict.
     pub fn part(
         &mut self,
         id: &str,
@@ -160,12 +160,12 @@ impl Section {
         ]);
     }
 
-    /// A heading inside the section.
+    /// Adds a heading inside the section.
     pub fn heading(&mut self, text: &str) {
         self.add(&["<h3>", &inline(text), "</h3>\n"]);
     }
 
-    /// A list of short texts; nothing where there are none.
+    /// Adds a list of short texts; nothing if it is empty.
     pub fn list(&mut self, items: &[impl AsRef<str>]) {
         if items.is_empty() {
             return;
@@ -177,7 +177,7 @@ impl Section {
         self.add(&["</ul>\n"]);
     }
 
-    /// Names with values: settings, versions.
+    /// Adds names with values: settings, versions.
     pub fn settings(&mut self, pairs: &[(impl AsRef<str>, impl AsRef<str>)]) {
         self.add(&["<dl>\n"]);
         for (name, value) in pairs {
@@ -187,7 +187,7 @@ impl Section {
         self.add(&["</dl>\n"]);
     }
 
-    /// Files beside the page: label and relative path.
+    /// Adds links to files beside the page: label and relative path.
     pub fn files(&mut self, files: &[(impl AsRef<str>, impl AsRef<str>)]) {
         let links = files.iter().map(|(label, path)| {
             let (label, path) = (escape(label.as_ref()), address(path.as_ref()));
@@ -197,17 +197,17 @@ impl Section {
         self.add(&["<p>Files: ", &links, "</p>\n"]);
     }
 
-    /// A table with its number on the page.
+    /// Adds a table and numbers it.
     pub fn table(&mut self, table: &Table) {
         self.tables += 1;
         self.add(&[&table.html(self.tables)]);
     }
 
-    /// A figure: an SVG document, taken as it is, over its number on the page and its caption.
+    /// Adds a figure: an unchanged SVG document above its number and caption.
     pub fn figure(&mut self, svg: &str, caption: &str) {
         self.figures += 1;
         let start = svg.find("<svg").unwrap_or(svg.len());
-        // The page has this style once.
+        // The page contains this style once.
         let svg = svg[start..].replace(plot::STYLE, "");
         let (number, caption) = (self.figures.to_string(), inline(caption));
         self.add(&[
@@ -223,13 +223,13 @@ impl Section {
         ]);
     }
 
-    /// Code or a command, as it is.
+    /// Adds code or a command, unchanged.
     pub fn code(&mut self, code: &str) {
         let code = escape(code.trim_end());
         self.add(&["<pre tabindex=\"0\"><code>", &code, "</code></pre>\n"]);
     }
 
-    /// What is seen after a click on the summary, and in print.
+    /// Adds content that is visible after a click on the summary, and in print.
     pub fn details(&mut self, summary: &str, write: impl FnOnce(&mut Self)) {
         let body = self.inside(write);
         let summary = inline(summary);
@@ -242,7 +242,7 @@ impl Section {
         ]);
     }
 
-    /// What is written into a part of the section, with its numbers of tables and figures.
+    /// Collects what is written into a part of the section, and updates the numbers of tables and figures.
     fn inside(&mut self, write: impl FnOnce(&mut Self)) -> String {
         let mut inner = Self {
             tables: self.tables,
@@ -255,7 +255,7 @@ impl Section {
         inner.body
     }
 
-    /// The line of the table of contents.
+    /// The line in the table of contents.
     fn entry(&self) -> String {
         let (id, heading) = (escape(&self.id), inline(&self.heading));
         let (first, rest) = (self.verdicts.first(), self.verdicts.get(1..));
@@ -274,7 +274,7 @@ impl Section {
     }
 }
 
-/// An escaped text, with code between pairs of backticks.
+/// Escapes a text and turns pairs of backticks into code.
 fn inline(text: &str) -> String {
     let parts: Vec<&str> = text.split('`').collect();
     let mut html = String::with_capacity(text.len());
@@ -286,7 +286,7 @@ fn inline(text: &str) -> String {
                     html.push_str(piece);
                 }
             }
-            // A backtick without a second one is a backtick.
+            // A backtick without a partner stays a backtick.
             (true, true) => {
                 html.push('`');
                 html.push_str(&escape(part));

@@ -1,5 +1,4 @@
-//! What a report asks of a study again and again, found once: the values of every setting, and
-//! which one a cell has.
+//! Look-ups that a report needs often, computed once: the values of every setting, and the value of each cell.
 
 use crate::study::file::Key;
 use crate::study::{OutputSummary, Summary};
@@ -8,11 +7,11 @@ use std::collections::{BTreeMap, HashMap};
 /// The values of one setting over the cells of a study.
 #[derive(Clone, Debug)]
 struct Values {
-    /// By size where all are numbers, else in the order of appearance.
+    /// Sorted by size if all are numbers, otherwise in order of appearance.
     names: Vec<String>,
-    /// The same as numbers, where all of them are.
+    /// The values as numbers, if all of them are numbers.
     numbers: Option<Vec<f64>>,
-    /// For every cell the place of its value; empty where all cells have the same.
+    /// For every cell the index of its value; empty if all cells have the same value.
     of_cell: Vec<u32>,
 }
 
@@ -43,7 +42,7 @@ impl Values {
         values
     }
 
-    /// Puts numbers in their order.
+    /// Sorts numbers by size.
     fn sort(&mut self) {
         let Some(numbers) = &self.numbers else {
             return;
@@ -65,7 +64,7 @@ impl Values {
         self.of_cell.get(cell).map_or(0, |place| *place as usize)
     }
 
-    /// Whether the value of another setting gives the one of this.
+    /// Whether the value of another setting determines the value of this one.
     fn follows(&self, from: &Self) -> bool {
         let mut seen: Vec<Option<u32>> = vec![None; from.names.len()];
         let cells = self.of_cell.iter().enumerate();
@@ -80,17 +79,17 @@ impl Values {
 #[derive(Clone, Debug)]
 pub(super) struct Index {
     values: BTreeMap<Key, Values>,
-    /// The settings that tell cells apart, without those that follow from another one.
+    /// The settings that distinguish cells, without those determined by another one.
     pub(super) varying: Vec<Key>,
-    /// Every output's label, in order.
+    /// The label of every output, in order.
     pub(super) labels: Vec<String>,
     outputs: HashMap<String, usize>,
-    /// Whether a cell has noise.
+    /// Whether any cell has noise.
     pub(super) noisy: bool,
 }
 
 impl Index {
-    /// The index of a summary, whose cells have the outputs of the first one.
+    /// Builds the index of a summary. All cells must have the outputs of the first one.
     pub(super) fn new(summary: &Summary, continuous: bool) -> Self {
         let values = Key::ALL
             .iter()
@@ -115,17 +114,17 @@ impl Index {
         self.values.get(&key).map_or(&[], |values| &values.names)
     }
 
-    /// The same as numbers, where all of them are.
+    /// The values as numbers, if all of them are numbers.
     pub(super) fn numbers(&self, key: Key) -> Option<&[f64]> {
         self.values.get(&key)?.numbers.as_deref()
     }
 
-    /// The place of a cell's value among those of a setting.
+    /// The index of a cell's value among those of a setting.
     pub(super) fn place(&self, cell: usize, key: Key) -> usize {
         self.values.get(&key).map_or(0, |values| values.place(cell))
     }
 
-    /// The place of an output in every cell.
+    /// The index of an output, which is the same in every cell.
     pub(super) fn output(&self, label: &str) -> Option<usize> {
         self.outputs.get(label).copied()
     }

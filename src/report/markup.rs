@@ -3,8 +3,8 @@
 use crate::text::visible_lines;
 use std::fmt::Write as _;
 
-/// Text as content or attribute value of XML or HTML. Characters that are not seen, or turn the
-/// direction of others, are written out as `\u{202e}`.
+/// Escapes a text as content or attribute value of XML or HTML. Characters that are invisible or change the direction
+/// of others are written like `\u{202e}`.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in visible_lines(text).chars() {
@@ -20,7 +20,7 @@ pub(super) fn escape(text: &str) -> String {
     escaped
 }
 
-/// The target of a link, `#id` or a path relative to the page, as the value of `href`.
+/// Encodes the target of a link, `#id` or a path relative to the page, as the value of `href`.
 pub(super) fn address(target: &str) -> String {
     let (mark, rest) = match target.strip_prefix('#') {
         Some(id) => ("#", id),
@@ -33,7 +33,7 @@ pub(super) fn address(target: &str) -> String {
         } else {
             let mut bytes = [0; 4];
             for byte in c.encode_utf8(&mut bytes).bytes() {
-                // Writing to a string does not fail.
+                // Writing to a string cannot fail.
                 let _ = write!(address, "%{byte:02X}");
             }
         }
@@ -41,8 +41,7 @@ pub(super) fn address(target: &str) -> String {
     address
 }
 
-/// The names of the elements of a well-formed document in order of opening, or what is wrong with
-/// it.
+/// The element names of a well-formed document in order of opening, or a description of the fault.
 #[cfg(test)]
 pub(super) fn elements(xml: &str) -> Result<Vec<String>, String> {
     let (mut open, mut seen) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Claims, tables and figures: readers of stored results, never of a running study.
+//! Claims, tables and figures. They read stored results, never a running study.
 
 #[cfg(test)]
 mod demo;

@@ -1,8 +1,8 @@
-//! Forged files with the right checksum: whatever a block, a manifest or a summary says, it is
-//! refused in a line or taken, decoded, merged, summarised and reported. Nothing panics.
+//! Forged files with the right checksum. Whatever a block, a manifest or a summary contains, it is either refused with
+//! a message of one line, or decoded, merged, summarised and reported. Nothing panics.
 //!
-//! `ASOBENCH_MUTATIONS=100000 cargo test --release --lib forged -- --nocapture` makes so many and
-//! counts what came of them.
+//! `ASOBENCH_MUTATIONS=100000 cargo test --release --lib forged -- --nocapture` tries that many and counts the
+//! outcomes.
 
 #![expect(clippy::print_stdout, reason = "the counts that were found")]
 
@@ -20,8 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use xxhash_rust::xxh3::xxh3_128;
 
-/// Pairs, slopes, curves, parameters, bounds and failures; with more of the file, other engines and
-/// stores.
+/// Pairs, slopes, curves, parameters, bounds and failures; the rest of the file adds other engines and stores.
 const DISCRETE: &str = r#"
 trials = 60
 measures = ["e_a", "e_x_max", "condition"]
@@ -43,7 +42,7 @@ figure = "e_a"
 below = 0.5
 "#;
 
-/// Random disturbances with a course.
+/// Random disturbances with a stored course.
 const CONTINUOUS: &str = r#"
 trials = 6
 store = "trials"
@@ -72,7 +71,7 @@ gains = [1e11, 1e13]
 struct Original {
     experiment: Experiment,
     folder: tempfile::TempDir,
-    /// Of every cell its first block.
+    /// The first block of every cell.
     blocks: Vec<(PathBuf, Vec<u8>)>,
     manifest: Value,
     summary: Value,
@@ -111,7 +110,7 @@ impl Original {
         }
     }
 
-    /// What a block file holds; None where it is refused.
+    /// Decodes a block file; `None` if it is refused.
     fn decode(&self, path: &Path, bytes: Vec<u8>) -> Option<(Span, Content)> {
         let blocks = BlockFolder::open(self.folder.path(), &self.experiment).unwrap();
         let refused = |reason: String| assert!(!reason.contains('\n'), "one line: {reason}");
@@ -126,8 +125,7 @@ impl Original {
         content.ok().map(|content| (span, content))
     }
 
-    /// Decodes a block, merges it with the true ones, and reports what comes out; true where it was
-    /// not refused.
+    /// Decodes a block, merges it with the true ones and reports the result. Returns false if it was refused.
     fn take_block(&self, cell: usize, bytes: Vec<u8>) -> bool {
         let Some((span, content)) = self.decode(&self.blocks[cell].0, bytes) else {
             return false;
@@ -152,7 +150,7 @@ impl Original {
         true
     }
 
-    /// Reports from a manifest and a summary; true where they were not refused.
+    /// Reports from a manifest and a summary. Returns false if they were refused.
     fn take_results(&self, manifest: &Value, summary: &Value) -> bool {
         let path = self.folder.path().join("manifest.json");
         let Ok(manifest) = parse_manifest(path, manifest.to_string().as_bytes()) else {
@@ -177,7 +175,7 @@ impl Original {
     }
 }
 
-/// What alters files.
+/// Alters files.
 struct Forger(Xoshiro256PlusPlus);
 
 impl Forger {
@@ -189,8 +187,7 @@ impl Forger {
         items[self.below(items.len())].clone()
     }
 
-    /// Alters a block's content, or its head behind the fingerprint, and seals it with the right
-    /// checksum.
+    /// Alters a block's content or the part of its head after the fingerprint, and gives it the right checksum.
     fn block(&mut self, mut bytes: Vec<u8>) -> Vec<u8> {
         const SPAN: usize = 28;
         const CONTENT: usize = 48;
@@ -239,7 +236,7 @@ impl Forger {
                 bytes[at..to].copy_from_slice(&number[..to - at]);
             }
             _ => {
-                // The largest varint, and lengths that nothing holds.
+                // The largest varint, and lengths beyond any buffer.
                 let long = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 1];
                 let to = end(at, 1, bytes);
                 bytes.splice(at..to, long[self.below(9)..].to_vec());
@@ -247,14 +244,14 @@ impl Forger {
         }
     }
 
-    /// Alters some nodes of a tree.
+    /// Alters some nodes of a JSON tree.
     fn json(&mut self, value: &mut Value) {
         for _ in 0..=self.below(3) {
             self.node(value);
         }
     }
 
-    /// Walks down to a node and alters it there.
+    /// Descends to a random node and alters it.
     fn node(&mut self, value: &mut Value) {
         let stop = self.below(12) == 0;
         match value {
@@ -323,16 +320,16 @@ impl Forger {
     }
 }
 
-/// What came of the forged files of one kind.
+/// The outcomes for the forged files of one kind.
 #[derive(Default)]
 struct Count {
     refused: usize,
     taken: usize,
-    /// The numbers of those that made a panic.
+    /// The numbers of the files that caused a panic.
     panics: Vec<u64>,
 }
 
-/// Forges a file by number; the same number is the same file.
+/// Forges the file with a number; equal numbers give equal files.
 fn forge(originals: &[Original], number: u64, counts: &mut [Count; 3]) {
     let mut forger = Forger(Xoshiro256PlusPlus::seed_from_u64(number));
     let original = &originals[forger.below(originals.len())];

@@ -1,4 +1,4 @@
-//! A results folder as a report sees it: what was asked, what came out.
+//! A results folder as a report sees it: the experiment and its results.
 
 use super::index::Index;
 use crate::claim::{Judged, judge};
@@ -18,28 +18,28 @@ use std::path::{Path, PathBuf};
 /// Why results cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
-    /// The folder holds no results.
+    /// The folder has no results.
     #[error(
         "{}: no results there (no manifest.json); run an experiment with --out {} first",
         .0.display(),
         .0.display()
     )]
     NoResults(PathBuf),
-    /// The manifest.
+    /// The manifest cannot be read.
     #[error(transparent)]
     Folder(#[from] crate::study::FolderError),
-    /// A file of the folder that cannot be opened.
+    /// A file of the folder cannot be opened.
     #[error(transparent)]
     Path(#[from] PathError),
-    /// A file of the folder.
+    /// A file of the folder is invalid.
     #[error("{}: {reason}", .path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
-    /// Nothing to show.
+    /// There is nothing to show.
     #[error("{}: the summary has no cell", .0.display())]
     Empty(PathBuf),
 }
@@ -54,25 +54,25 @@ struct Times {
 /// A study with its results.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// What the study is called: its folder's name.
+    /// The name of the study, which is that of its folder.
     pub name: String,
     /// The folder.
     pub folder: PathBuf,
-    /// The experiment, every default written out.
+    /// The experiment with all defaults written out.
     pub file: ExperimentFile,
     /// The program's version.
     pub version: String,
-    /// The revision of its source, where known.
+    /// The revision of the program's source, if known.
     pub revision: Option<String>,
     /// The results.
     pub summary: Summary,
-    /// Times, where they were measured.
+    /// The times, if they were measured.
     pub times: Vec<Time>,
-    /// The processor that they were measured on.
+    /// The processor on which they were measured.
     pub(super) machine: Option<String>,
-    /// What they say of the claims of the experiment file.
+    /// The verdicts on the claims of the experiment file.
     pub judged: Vec<Judged>,
-    /// What is looked up in the summary.
+    /// The look-ups in the summary.
     pub(super) index: Index,
 }
 
@@ -80,7 +80,7 @@ impl Study {
     /// Reads a results folder.
     ///
     /// # Errors
-    /// [`ResultsError`], one line that names the file.
+    /// [`ResultsError`], a message of one line that names the file.
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let manifest = read_manifest(folder)?;
         let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
@@ -97,10 +97,10 @@ impl Study {
         Self::decode(folder, &manifest, &summary, times.as_deref())
     }
 
-    /// Judges other claims by these results. Those that were not there at the run are marked.
+    /// Judges other claims with these results. Claims that were not part of the run are marked.
     ///
     /// # Errors
-    /// If a claim is wrong, or speaks of what the study does not have.
+    /// If a claim is invalid, or refers to something that the study does not have.
     pub fn judge_others(&mut self, claims: &[ClaimTable]) -> Result<(), FileError> {
         let mut file = ExperimentFile {
             claims: claims.to_vec(),
@@ -118,11 +118,11 @@ impl Study {
         Ok(())
     }
 
-    /// A study of what its files hold, whoever wrote them: a manifest, a summary, and times where
+    /// Builds a study from the contents of its files, which may come from anyone: a manifest, a summary, and times if
     /// they were measured.
     ///
     /// # Errors
-    /// [`ResultsError`], one line that names the file.
+    /// [`ResultsError`], a message of one line that names the file.
     pub(super) fn decode(
         folder: &Path,
         manifest: &Value,
@@ -170,7 +170,7 @@ impl Study {
         })
     }
 
-    /// The title, or the name where there is none.
+    /// The title, or the name if there is none.
     pub fn title(&self) -> &str {
         if self.summary.title.is_empty() {
             &self.name
@@ -179,7 +179,7 @@ impl Study {
         }
     }
 
-    /// What is said of results that lack trials.
+    /// A line about results that lack trials; `None` if none are missing.
     pub fn partial_line(&self) -> Option<String> {
         let (cells, trials) = (self.summary.cells.len(), self.trials());
         self.summary.partial.then(|| {
@@ -190,23 +190,22 @@ impl Study {
         })
     }
 
-    /// Every output's label, in order.
+    /// The label of every output, in order.
     pub fn labels(&self) -> &[String] {
         &self.index.labels
     }
 
-    /// The settings that tell cells apart, without those that follow from another one.
+    /// The settings that distinguish cells, without those determined by another one.
     pub fn varying(&self) -> Vec<Key> {
         self.index.varying.clone()
     }
 
-    /// The values of a setting over the cells, in order: by size where all are numbers, else of
-    /// appearance.
+    /// The values of a setting over the cells: sorted by size if all are numbers, otherwise in order of appearance.
     pub fn values(&self, key: Key) -> &[String] {
         self.index.names(key)
     }
 
-    /// The values of a setting as numbers, in order; `None` where one is not a number.
+    /// The values of a setting as numbers, in the same order; `None` if any is not a number.
     pub fn numbers(&self, key: Key) -> Option<&[f64]> {
         self.index.numbers(key)
     }
@@ -216,17 +215,17 @@ impl Study {
         self.numbers(key).is_some()
     }
 
-    /// The place of a cell's value among the values of a setting.
+    /// The index of a cell's value among the values of a setting.
     pub fn place(&self, cell: &CellSummary, key: Key) -> usize {
         self.index.place(cell.cell, key)
     }
 
-    /// The output of a label in a cell.
+    /// The output with a label in a cell.
     pub fn output<'a>(&self, cell: &'a CellSummary, label: &str) -> Option<&'a OutputSummary> {
         cell.outputs.get(self.index.output(label)?)
     }
 
-    /// Statistics of a measure of an output of a cell.
+    /// The statistics of a measure, for one output of a cell.
     pub fn statistics<'a>(
         &self,
         cell: &'a CellSummary,
@@ -236,7 +235,7 @@ impl Study {
         self.output(cell, label)?.measures.get(&measure)
     }
 
-    /// Whether a cell has no noise where others have.
+    /// Whether a cell has no noise while others have.
     pub fn is_quiet(&self, cell: &CellSummary) -> bool {
         cell.eta == 0.0 && self.index.noisy
     }
@@ -258,7 +257,7 @@ impl Study {
         self.summary.cells.iter().filter(fits).collect()
     }
 
-    /// The outputs that the claims of the file speak of, in order of the outputs.
+    /// The outputs named by the claims of the file, in the order of the outputs.
     pub fn claimed(&self) -> Vec<String> {
         let labels = self.labels().iter();
         let claimed = labels.filter(|label| {
@@ -268,7 +267,7 @@ impl Study {
         claimed.cloned().collect()
     }
 
-    /// What sentences are about: the output of the first claim, else the last one.
+    /// The output that sentences are about: that of the first claim, otherwise the last one.
     pub fn main_output(&self) -> Option<String> {
         let labels = self.labels();
         let mut claimed = self.file.claims.iter().flat_map(outputs_of);
@@ -276,12 +275,12 @@ impl Study {
         first.or_else(|| labels.last().cloned())
     }
 
-    /// Trials in all.
+    /// The total number of trials.
     pub fn trials(&self) -> u64 {
         self.summary.cells.iter().map(|cell| cell.trials).sum()
     }
 
-    /// What runs the study again, and where its results then are.
+    /// The command that repeats the study, and the folder for its results.
     pub fn command(&self) -> (String, String) {
         let manifest = shell_word(self.folder.join("manifest.json").display());
         let to = shell_word(format!("results/{}-again", self.name));
@@ -289,7 +288,7 @@ impl Study {
     }
 }
 
-/// What results say of the claims of a file. A verdict on times says whose they are.
+/// Judges the claims of a file. A verdict on times names the machine.
 fn judged(
     file: &ExperimentFile,
     summary: &Summary,
@@ -306,7 +305,7 @@ fn judged(
     judged
 }
 
-/// The outputs or methods that a claim's tests look at, those that others are compared with last.
+/// The outputs or methods that a claim's tests use; the ones to compare with come last.
 fn outputs_of(claim: &ClaimTable) -> Vec<String> {
     let tests = claim.all_tests();
     let others = tests.iter().filter_map(|test| test.kind.other());
@@ -315,14 +314,14 @@ fn outputs_of(claim: &ClaimTable) -> Vec<String> {
     all.cloned().collect()
 }
 
-/// The folder's name.
+/// The name of a folder.
 fn name(folder: &Path) -> String {
     let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let name = folder.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
 
-/// The values of some settings of a cell in words.
+/// The values of some settings of a cell, in words.
 pub fn place(cell: &CellSummary, keys: &[Key]) -> String {
     cell.place().words(keys)
 }

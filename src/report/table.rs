@@ -6,13 +6,13 @@ use crate::study::{BoundSummary, CellSummary, OutputShare, Summary};
 use crate::text::{number, visible};
 use std::fmt::{self, Write};
 
-/// Columns of `median [5 %, 95 %]`.
+/// Width of the column `median [5 %, 95 %]`.
 const SPREAD: usize = 39;
 
-/// The verdicts on every bound, with the figures behind them.
+/// The verdicts on every bound, with the numbers behind them.
 ///
 /// # Panics
-/// Never: writing to a string does not fail.
+/// Never: writing to a string cannot fail.
 pub fn verdict_table(summary: &Summary) -> String {
     let mut text = String::new();
     write_table(&mut text, summary).expect("writing to a string does not fail");
@@ -96,8 +96,8 @@ fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> f
     Ok(())
 }
 
-/// A share in per cent with its standard error, where it has one; where no trial or every trial
-/// counts, the other end of the 95 % interval instead.
+/// A share in per cent with its standard error, if it has one. If no trial or every trial counts, the other end of the
+/// 95 % interval replaces the error.
 pub fn share(met: Share) -> String {
     let percent = |share: f64| 100.0 * share;
     if met.count == 0 {
@@ -115,8 +115,7 @@ pub fn share(met: Share) -> String {
     }
 }
 
-/// `median [5 %, 95 %]`, each with its standard error; with fewer digits where the column is too
-/// narrow.
+/// `median [5 %, 95 %]`, each with its standard error, and with fewer digits if the column is too narrow.
 fn spread(statistics: &Statistics) -> String {
     let spread = |text: fn(Quantile) -> String| {
         format!(

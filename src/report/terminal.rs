@@ -1,5 +1,5 @@
-//! What a run ends with on a terminal: its first measures by cells and outputs, at most a screen,
-//! and the verdict on every claim.
+//! The final output of a run on a terminal: its first measures by cells and outputs, at most one screen, and the
+//! verdict on every claim.
 
 use super::document::lead_outputs;
 use super::results::Study;
@@ -11,19 +11,20 @@ use crate::text::{shell_word, visible, wrap};
 
 /// Columns of a terminal.
 const WIDTH: usize = 80;
-/// Lines of a screen: the table with all that is said of it.
+/// Lines of a screen, for the table and all its notes.
 const LINES: usize = 24;
-/// Lines of the key of columns.
+/// Lines for the key of columns.
 const KEY_LINES: usize = 6;
-/// The longest name of a row and of a column; a longer one stands in a key below the table.
+/// Longest names of a row and of a column; a longer name is replaced by a short one, and a key below the table explains
+/// it.
 const ROW_NAME: usize = 40;
 const COLUMN_NAME: usize = 14;
-/// Measures of the table.
+/// Measures in the table.
 const MEASURES: usize = 3;
-/// Outputs of which all are columns.
+/// Largest number of outputs that are all shown.
 const OUTPUTS: usize = 6;
 
-/// The first measures of a study by cells and outputs, what is lost, and how to see more.
+/// The first measures of a study by cells and outputs, the lost trials, and how to see more.
 pub fn overview(study: &Study) -> String {
     let mut text = String::new();
     if let Some(line) = study.partial_line() {
@@ -31,7 +32,7 @@ pub fn overview(study: &Study) -> String {
     }
     text.push_str("Medians; in parentheses the standard error of the last digit:\n\n");
     let worst = wrap(&worst(study), WIDTH, "  ");
-    // Beside the table there are two lines above it, and the last one.
+    // Besides the table there are two lines above it and the last line.
     let sheet = Sheet::new(study, LINES.saturating_sub(3 + worst.lines().count()));
     text.push_str(&sheet.text());
     text.push_str(&worst);
@@ -40,7 +41,7 @@ pub fn overview(study: &Study) -> String {
         visible(shell_word(study.folder.display()))
     );
     let left = sheet.left_out();
-    // A command stays on one line, however long it is.
+    // A command stays on one line, whatever its length.
     if left.is_empty() {
         text.push_str(&format!("All measures and pictures: {report}\n"));
     } else {
@@ -49,13 +50,13 @@ pub fn overview(study: &Study) -> String {
     text
 }
 
-/// The verdict on every claim, each in a line or more that begin with its id and verdict.
+/// The verdict on every claim, in one or more lines that begin with its id and verdict.
 pub fn verdicts(study: &Study) -> String {
     let lines = study.judged.iter().map(|claim| visible(&claim.line));
     lines.map(|line| wrap(&line, WIDTH, "    ")).collect()
 }
 
-/// The measures of the study, those that its claims speak of first.
+/// The measures of the study, beginning with those that its claims use.
 fn measures(study: &Study) -> Vec<Measure> {
     let tests = study.file.claims.iter().flat_map(ClaimTable::all_tests);
     let claimed = tests.flat_map(|test| test.measures());
@@ -69,8 +70,7 @@ fn measures(study: &Study) -> Vec<Measure> {
     measures
 }
 
-/// The outputs: all in their order if they are few, else those that claims speak of, and one of
-/// each estimator.
+/// The outputs: all in order if they are few, otherwise those named by claims and one of each estimator.
 fn outputs(study: &Study) -> Vec<String> {
     let labels = study.labels();
     if labels.len() <= OUTPUTS {
@@ -93,7 +93,7 @@ fn per_cent(share: Share) -> String {
     uncertain(100.0 * share.share, 100.0 * share.mcse)
 }
 
-/// Where the share of lost trials is largest.
+/// The output and cell with the largest share of lost trials.
 fn worst(study: &Study) -> String {
     let cells = study.summary.cells.iter();
     let all = cells.flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)));
@@ -115,7 +115,7 @@ fn worst(study: &Study) -> String {
     }
 }
 
-/// What a group of columns shows.
+/// The content of a group of columns.
 #[derive(Clone, Copy, PartialEq)]
 enum Shown {
     Median(Measure),
@@ -146,7 +146,7 @@ impl Shown {
     }
 }
 
-/// The first measures, and what is lost where anything is.
+/// The first measures, and the lost trials if there are any.
 fn groups(cells: &[CellSummary], measures: &[Measure]) -> Vec<Shown> {
     let measures = measures.iter().take(MEASURES);
     let mut groups: Vec<Shown> = measures.map(|measure| Shown::Median(*measure)).collect();
@@ -157,16 +157,16 @@ fn groups(cells: &[CellSummary], measures: &[Measure]) -> Vec<Shown> {
     groups
 }
 
-/// Names of rows or columns, short enough to stand beside numbers.
+/// Names of rows or columns, short enough to fit beside numbers.
 struct Names {
     heading: String,
     shown: Vec<String>,
-    /// The whole names of those that are too long, wrapped; else empty.
+    /// The complete names of those that are too long, wrapped; the others are empty.
     key: Vec<String>,
 }
 
 impl Names {
-    /// Names of which those of more than `most` characters get a short one instead.
+    /// Makes names; those of more than `most` characters are replaced by short ones.
     fn new(heading: &str, whole: Vec<String>, most: usize) -> Self {
         let taken = whole.clone();
         let mut free = letters().filter(|letter| !taken.contains(letter));
@@ -189,7 +189,7 @@ impl Names {
         }
     }
 
-    /// A column for every setting that varies, or the cells' numbers where these are too wide.
+    /// One column for every setting that varies, or the numbers of the cells if these are too wide.
     fn of_cells(study: &Study) -> Self {
         let keys = study.varying();
         let cells = &study.summary.cells;
@@ -251,14 +251,14 @@ fn widest(texts: &[String]) -> usize {
 
 /// A column of numbers.
 struct Column {
-    /// Which of the groups, and which of the names.
+    /// Its group and its name, as indices.
     group: usize,
     name: usize,
     numbers: Vec<String>,
     width: usize,
 }
 
-/// How far the columns of a block reach, and the heading of the last group.
+/// The width of a block so far, and the heading of the last group.
 #[derive(Clone, Copy, Default)]
 struct Line {
     columns: usize,
@@ -280,7 +280,7 @@ impl Line {
         self.columns.max(self.heading)
     }
 
-    /// Adds a column; gives where the gap before it begins.
+    /// Adds a column; returns where the gap before it begins.
     fn add(&mut self, column: &Column, heading: &str) -> usize {
         self.begins = self.group != Some(column.group);
         let start = if self.begins {
@@ -297,20 +297,20 @@ impl Line {
     }
 }
 
-/// Rows of cells and columns of outputs; turned where there are more outputs than cells.
+/// Cells as rows and outputs as columns, or the reverse if there are more outputs than cells.
 struct Sheet {
     rows: Names,
     columns: Names,
     groups: Vec<Shown>,
-    /// The blocks that are shown, one below the other, of so many rows.
+    /// The blocks shown, one below the other, each with `count` rows.
     blocks: Vec<Vec<Column>>,
     count: usize,
-    /// Cells, outputs and measures that are not shown.
+    /// Numbers of cells, outputs and measures that are not shown.
     left: [usize; 3],
 }
 
 impl Sheet {
-    /// A sheet of so many lines.
+    /// Fills a sheet of at most `room` lines.
     fn new(study: &Study, room: usize) -> Self {
         let cells = &study.summary.cells;
         let (labels, all) = (outputs(study), measures(study));
@@ -349,8 +349,8 @@ impl Sheet {
         sheet
     }
 
-    /// Takes as many rows as there is room for, then as many blocks of columns; gives the number of
-    /// columns of the first group that are shown.
+    /// Takes as many rows as fit, then as many blocks of columns. Returns how many columns of the first group are
+    /// shown.
     fn fill(&mut self, room: usize, number: impl Fn(Shown, usize, usize) -> String) -> usize {
         let height = |text: &String| text.lines().count();
         let mut names = 0;
@@ -391,7 +391,7 @@ impl Sheet {
         self.leave_parts(names)
     }
 
-    /// Lines of a block above its rows.
+    /// Number of lines above the rows of a block.
     fn heads(&self) -> usize {
         let named = self.columns.shown.iter().any(|name| !name.is_empty());
         1 + usize::from(named)
@@ -402,13 +402,13 @@ impl Sheet {
         rows.max(self.rows.heading.chars().count())
     }
 
-    /// Puts columns side by side, and into further blocks while there is room for lines.
+    /// Puts columns side by side, and starts further blocks while there is room for their lines.
     fn arrange(&mut self, groups: Vec<Vec<Column>>, mut room: usize) {
         let height = 1 + self.heads() + self.count;
         let start = Line::from(self.row_width());
         let mut line = start;
         for group in groups {
-            // A group that fits into a block is not divided.
+            // A group that fits into one block is not divided.
             let end = |line: Line| {
                 group
                     .iter()
@@ -436,7 +436,7 @@ impl Sheet {
         }
     }
 
-    /// Leaves whole groups, or a part of the first one; gives how many columns of that there are.
+    /// Keeps only whole groups, or a part of the first one; returns how many of its columns are left.
     fn leave_parts(&mut self, names: usize) -> usize {
         let whole = self.blocks.iter().flatten().count() / names.max(1);
         for block in &mut self.blocks {
@@ -447,7 +447,7 @@ impl Sheet {
         all.filter(|column| column.group == 0).count()
     }
 
-    /// A line with one more column.
+    /// The line with one more column.
     fn with(&self, mut line: Line, column: &Column) -> Line {
         line.add(column, &self.groups[column.group].heading());
         line

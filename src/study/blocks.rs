@@ -24,7 +24,7 @@ use xxhash_rust::xxh3::xxh3_128;
 
 const MAGIC: &[u8; 8] = b"asobench";
 /// The format of block files.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 const HEAD: usize = 8 + 4 + 16 + 4 + 8 + 8;
 const CHECKSUM: usize = 16;
 

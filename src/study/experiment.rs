@@ -560,6 +560,13 @@ impl Experiment {
                 }
             }
         }
+        let states = self.cells.iter().map(Cell::plant_order).max();
+        let most = states.unwrap_or(usize::MAX);
+        let mut measures = self.file.measures.iter();
+        if let Some(measure) = measures.find(|measure| measure.least_order() > most) {
+            let message = format!("no plant has so many states; expected at most 'rms_x{most}'");
+            return Err(FileError::key(&format!("measures: '{measure}'"), message));
+        }
         let open = |cell: &Cell| cell.settings.get(&Key::Feedback) == Some(&"none".into());
         if self.cells.iter().all(open) {
             for (i, method) in self.methods.iter().enumerate() {

@@ -137,6 +137,18 @@ named_table! {
         RmsState1 = "rms_x1": Entry { label: "rms error of x_1", of_state: true, ..CONTINUOUS },
         /// Continuous time: of x_2 - xhat_2.
         RmsState2 = "rms_x2": Entry { label: "rms error of x_2", of_state: true, ..CONTINUOUS },
+        /// Continuous time: of x_3 - xhat_3.
+        RmsState3 = "rms_x3": Entry { label: "rms error of x_3", of_state: true, ..CONTINUOUS },
+        /// Continuous time: of x_4 - xhat_4.
+        RmsState4 = "rms_x4": Entry { label: "rms error of x_4", of_state: true, ..CONTINUOUS },
+        /// Continuous time: of x_5 - xhat_5.
+        RmsState5 = "rms_x5": Entry { label: "rms error of x_5", of_state: true, ..CONTINUOUS },
+        /// Continuous time: of x_6 - xhat_6.
+        RmsState6 = "rms_x6": Entry { label: "rms error of x_6", of_state: true, ..CONTINUOUS },
+        /// Continuous time: of x_7 - xhat_7.
+        RmsState7 = "rms_x7": Entry { label: "rms error of x_7", of_state: true, ..CONTINUOUS },
+        /// Continuous time: of x_8 - xhat_8.
+        RmsState8 = "rms_x8": Entry { label: "rms error of x_8", of_state: true, ..CONTINUOUS },
         /// Continuous time: relative error of theta at the end.
         Theta = "e_theta": Entry { label: "e_theta", relative: true, ..CONTINUOUS },
         /// Continuous time: its root mean square over the scored time.
@@ -189,6 +201,24 @@ named_table! {
 }
 
 impl Measure {
+    /// The root mean square errors of x_1, x_2, ... in continuous time.
+    pub const STATES: [Self; 8] = [
+        Self::RmsState1,
+        Self::RmsState2,
+        Self::RmsState3,
+        Self::RmsState4,
+        Self::RmsState5,
+        Self::RmsState6,
+        Self::RmsState7,
+        Self::RmsState8,
+    ];
+
+    /// The least order of a plant that has the measure.
+    pub fn least_order(self) -> usize {
+        let state = Self::STATES.iter().position(|measure| *measure == self);
+        state.map_or(0, |i| i + 1)
+    }
+
     /// As texts name it, without its unit.
     pub const fn label(self) -> &'static str {
         self.entry().label

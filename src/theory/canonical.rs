@@ -1,24 +1,24 @@
-//! Parameters of a model and the paper's forms of them, with their derivatives.
+//! Parameters of a model in the paper's forms, with derivatives.
 
 use super::population::Population;
 use crate::model::Orders;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz};
 use faer::Mat;
 
-/// A limit with the covariance P of `sqrt(N) (p_hat - p)`, `p = (alpha, beta)` of order m.
+/// A limit, and the covariance P of `sqrt(N) (p_hat - p)`, with `p = (alpha, beta)` of order m.
 #[derive(Clone, Debug)]
 pub struct Asymptotic {
     /// The limit, 2m numbers.
     pub p: Vec<f64>,
-    /// Whether it is the truth.
+    /// Whether the limit is the truth.
     pub is_consistent: bool,
     /// P, 2m x 2m.
     pub covariance: Mat<f64>,
-    /// Limit and covariance of the p whose b is reported, where that is another one.
+    /// Limit and covariance of the p that the reported b comes from, if it is another one.
     pub of_b: Option<(Vec<f64>, Mat<f64>)>,
 }
 
-/// The shape of a model whose parameters are a denominator's `d_1 ...`, then the coefficients of B.
+/// The orders of a model whose parameters are the coefficients `d_1 ...` of one denominator, then those of B.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
     /// Free coefficients of the denominator, A or F.
@@ -30,7 +30,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// That of a model with one of A and F.
+    /// The shape of a model that has A or F, not both.
     pub fn new(orders: Orders) -> Self {
         Self {
             denominator: orders.na + orders.nf,
@@ -39,7 +39,7 @@ impl Shape {
         }
     }
 
-    /// The true parameters, where the model can have them.
+    /// The true parameters, if the model can have them.
     pub fn truth(self, population: &Population) -> Option<Vec<f64>> {
         let Population { alpha, beta, .. } = population;
         let size = beta.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
@@ -53,7 +53,7 @@ impl Shape {
         fits.then(|| denominator.chain(numerator).collect())
     }
 
-    /// `p = (alpha, beta)` of parameters, and its derivative: `beta_i = b_i - b_0 alpha_i`.
+    /// Converts parameters to `p = (alpha, beta)` and returns the derivative too: `beta_i = b_i - b_0 alpha_i`.
     pub fn canonical(self, theta: &[f64]) -> (Vec<f64>, Mat<f64>) {
         let Self {
             denominator,
@@ -85,7 +85,7 @@ impl Shape {
         (p, slopes)
     }
 
-    /// The same for an estimate of parameters with its covariance.
+    /// Converts an estimate of parameters and its covariance to p.
     pub fn asymptotic(self, theta: &[f64], is_consistent: bool, of: &Mat<f64>) -> Asymptotic {
         let (p, slopes) = self.canonical(theta);
         Asymptotic {
@@ -97,7 +97,7 @@ impl Shape {
     }
 }
 
-/// b of p, `T b = h`, Eq. (5), and its derivative after p: `T db = dbeta - dT b`, `T_ij = alpha_(i-j)`.
+/// b as a function of p, from `T b = h`, Eq. (5), and its derivative: `T db = dbeta - dT b`, `T_ij = alpha_(i-j)`.
 pub fn input_vector(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
     let n = p.len() / 2;
     let (alpha, h) = p.split_at(n);
@@ -109,7 +109,7 @@ pub fn input_vector(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
     for j in 0..2 * n {
         let mut column = vec![0.0; n];
         if j < n {
-            // alpha_(j+1) stands in T's entries j + 1 below the diagonal.
+            // alpha_(j+1) is on the diagonal of T that lies j + 1 below the main one.
             for i in j + 1..n {
                 column[i] = -b[i - j - 1];
             }
@@ -124,7 +124,7 @@ pub fn input_vector(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
     (b, slopes)
 }
 
-/// h of (alpha, b), `h = T b`, and its derivatives after alpha and after b.
+/// `h = T b` as a function of (alpha, b), and its derivatives with respect to alpha and b.
 pub fn numerator(alpha: &[f64], b: &[f64]) -> (Vec<f64>, Mat<f64>, Mat<f64>) {
     let n = alpha.len();
     let mut a = vec![0.0; n];

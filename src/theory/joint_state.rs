@@ -1,24 +1,24 @@
 //! The joint state of signals: covariances and long-run covariances by Lyapunov equations, exact to rounding.
 //!
-//! Each source w through each monic D of its signals is one companion block, `v(k) = w(k) - d_1 v(k-1) - ...` with its
-//! past; all blocks make `x(k+1) = F x(k) + G w(k+1)`, and every signal is a row c of numerators, `c x(k)`. With
-//! `P = F P F' + sum_s sigma_s^2 g_s g_s'` a covariance is `E[a(k+t) b(k)] = c_a F^t P c_b'`, t >= 0.
+//! Each pair of a source w and a monic denominator D is one companion block, `v(k) = w(k) - d_1 v(k-1) - ...` with its
+//! past. All blocks together form `x(k+1) = F x(k) + G w(k+1)`, and every signal is `c x(k)` with a row c of
+//! numerators. With `P = F P F' + sum_s sigma_s^2 g_s g_s'` a covariance is `E[a(k+t) b(k)] = c_a F^t P c_b'`, t >= 0.
 
 use super::NoTheory;
 use super::population::is_stable;
 use super::signal::{Part, Signal, Source};
 use faer::Mat;
 
-/// Powers `F^(2^j)` of which no entry is larger than this add nothing.
+/// Powers `F^(2^j)` with no entry larger than this add nothing.
 const LOST: f64 = 1e-14;
 
-/// Doublings: a pole that is not lost after so many is on the unit circle.
+/// Number of doublings. A pole that has not decayed after these is on the unit circle.
 const DOUBLINGS: usize = 50;
 
 struct Block {
     source: usize,
     denominator: Vec<f64>,
-    /// Where it begins in the state, and how long it is.
+    /// Index of its first state, and its number of states.
     first: usize,
     length: usize,
     /// `F, F^2, F^4, ...` of the block.
@@ -99,8 +99,8 @@ impl JointState {
         Ok(state)
     }
 
-    /// The solution of `X = F X F' + Q`, Q symmetric, by doubling (Smith 1968): `X = sum_i F^i Q F'^i`, 2^j terms after j
-    /// steps.
+    /// Solves `X = F X F' + Q`, Q symmetric, by doubling (Smith 1968): after j steps `X = sum_i F^i Q F'^i` has 2^j
+    /// terms.
     fn lyapunov(&self, mut x: Mat<f64>) -> Mat<f64> {
         for (i, a) in self.blocks.iter().enumerate() {
             for b in &self.blocks[i..] {
@@ -139,7 +139,7 @@ impl JointState {
 /// `E[left(k) right(k)']`.
 ///
 /// # Errors
-/// [`NoTheory::NotStationary`] where a denominator is not stable.
+/// [`NoTheory::NotStationary`] if a denominator is not stable.
 pub fn covariance(
     sources: &[Source],
     left: &[Signal],
@@ -156,9 +156,9 @@ pub fn covariance(
 /// S_ij = sum_t (R_aiaj(t) R_bibj(t) + R_aibj(t) R_biaj(t)) + sum_s kappa_s (a_i b_i)_s (a_j b_j)_s,
 /// ```
 ///
-/// kappa_s the fourth cumulant of source s and `(a b)_s` the sum of the products of the two impulse responses from it
-/// (Brillinger, Time Series, 1975, section 2.3: cumulants of products of linear processes). The sum over t >= 0 is
-/// `c_ai X_j c_bi'` with `X_j = F X_j F' + P (c_aj' c_bj + c_bj' c_aj) P`.
+/// Here kappa_s is the fourth cumulant of source s, and `(a b)_s` the sum of the products of the two impulse responses
+/// from it (Brillinger, Time Series, 1975, section 2.3: cumulants of products of linear processes). The sum over t >= 0
+/// is `c_ai X_j c_bi'` with `X_j = F X_j F' + P (c_aj' c_bj + c_bj' c_aj) P`.
 ///
 /// # Errors
 /// As for [`covariance`].
@@ -190,7 +190,7 @@ pub fn long_run_covariance(
         if source.excess == 0.0 {
             continue;
         }
-        // The part of E[a b] that comes from this source is sigma^2 (a b)_s.
+        // The part of E[a b] due to this source is sigma^2 (a b)_s.
         let mut of_source = a.clone();
         for block in state.blocks.iter().filter(|block| block.source != number) {
             of_source

@@ -1,4 +1,4 @@
-//! Estimates `theta = (sum z phi')^-1 sum z y`: limits, and what moves them about their limits.
+//! Limits of the estimates `theta = (sum z phi')^-1 sum z y`, and their fluctuation about the limits.
 
 use super::joint_state::{covariance, long_run_covariance};
 use super::population::{NOISE, Population};
@@ -7,14 +7,14 @@ use super::{Missing, NoTheory};
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 
-/// A correlation below this is none: instruments and error that have nothing to do with each other.
+/// Smaller correlations count as zero: instruments and error are then uncorrelated.
 const ORTHOGONAL: f64 = 1e-9;
 
-/// The smallest reciprocal condition number of a matrix that is inverted, rows and columns scaled.
+/// Smallest reciprocal condition number of a matrix that may be inverted, after scaling its rows and columns.
 const SINGULAR: f64 = 1e-14;
 
-/// How an estimate moves about its limit: `sqrt(N) (theta_hat - theta) = N^(-1/2) sum_k W m(k)`, m the products
-/// `a_i(k) b_i(k)` less their means.
+/// The fluctuation of an estimate about its limit: `sqrt(N) (theta_hat - theta) = N^(-1/2) sum_k W m(k)`, with m the
+/// products `a_i(k) b_i(k)` less their means.
 #[derive(Clone, Debug)]
 pub struct Influence {
     /// The products.
@@ -33,7 +33,7 @@ impl Influence {
         Ok(&self.weights * s * self.weights.transpose())
     }
 
-    /// Adds `matrix` times the influence of another estimate, without what is lost in rounding.
+    /// Adds `matrix` times the influence of another estimate, without columns that are only rounding.
     fn add(&mut self, matrix: &Mat<f64>, other: &Self) {
         let more = matrix * &other.weights;
         let largest = self.weights.norm_max();
@@ -59,21 +59,21 @@ impl Influence {
     }
 }
 
-/// One linear problem in the limit.
+/// A linear estimate in the limit.
 pub struct Linear {
     /// The limit.
     pub theta: Vec<f64>,
-    /// Whether it is the truth.
+    /// Whether the limit is the truth.
     pub is_consistent: bool,
     /// `y - phi'theta` at the limit.
     pub error: Signal,
-    /// How the estimate moves about it.
+    /// The fluctuation of the estimate about the limit.
     pub influence: Influence,
     factors: PartialPivLu<f64>,
 }
 
 impl Linear {
-    /// The estimate with instruments z; `truth` is the true theta, where there is one, with its error.
+    /// The estimate with instruments z. `truth` is the true theta with its error, if the model has one.
     ///
     /// # Errors
     /// [`Missing`], above all [`Missing::Singular`].
@@ -130,21 +130,21 @@ impl Linear {
         })
     }
 
-    /// Adds what the instruments take over from another estimate that they are made of: `slopes` is
-    /// `E[(dz / dtheta') e]`, theta that estimate's parameters.
+    /// Adds to `to` the influence that the instruments inherit from another estimate that they are built from. `slopes`
+    /// is `E[(dz / dtheta') e]`, with theta the parameters of that estimate.
     pub fn follow(&self, slopes: &Mat<f64>, other: &Influence, to: &mut Influence) {
         to.add(&self.factors.solve(slopes), other);
     }
 }
 
-/// The derivative of `E[z e]` after the logarithm of s: twice the part of the measurement noise.
+/// The derivative of `E[z e]` with respect to log s: twice the part due to the measurement noise.
 fn by_noise_scale(sources: &[Source], z: &[Signal], error: &Signal) -> Result<Vec<f64>, NoTheory> {
     let of_noise: Vec<Signal> = z.iter().map(|z| z.from_source(NOISE)).collect();
     let moments = covariance(sources, &of_noise, &[error.from_source(NOISE)])?;
     Ok((0..z.len()).map(|i| 2.0 * moments[(i, 0)]).collect())
 }
 
-/// Factors of `E[z phi']`.
+/// LU factors of `E[z phi']`.
 ///
 /// # Errors
 /// [`Missing::Singular`].
@@ -158,7 +158,7 @@ pub fn invertible(
     Ok(g.partial_piv_lu())
 }
 
-/// Whether a square matrix can be inverted, rows and columns scaled by their largest entries.
+/// Checks that a square matrix can be inverted, after scaling rows and columns by their largest entries.
 ///
 /// # Errors
 /// [`Missing::Singular`].

@@ -1,4 +1,5 @@
-//! Measures that are smooth in p, to first order about a limit: `e - e_limit = |L z|`, z standard normal over sqrt(N).
+//! Measures that are smooth in p, to first order about a limit: `e - e_limit = |L z|`, with z standard normal over
+//! sqrt(N).
 
 use super::canonical::{Asymptotic, input_vector};
 use super::population::Population;
@@ -8,11 +9,11 @@ use crate::model::polynomial::divide;
 use crate::names::named_enum;
 use faer::{Mat, Side};
 
-/// Markov parameters over which e_g is taken.
+/// Number of Markov parameters in e_g.
 const RESPONSE: usize = 200;
 
 named_enum! {
-    /// A measure that theory knows.
+    /// A measure that the theory covers.
     SmoothMeasure, "measure of theory" {
         /// Relative error of a.
         Ea = "e_a",
@@ -25,14 +26,14 @@ named_enum! {
     }
 }
 
-/// What theory says of a measure.
+/// The theory of a measure.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// The measure of the limit.
+    /// The measure at the limit.
     pub limit: f64,
     /// sqrt(N) times the root mean square of `|v_hat - v_limit| / |v|`, v the true vector.
     pub sqrt_n_rms: f64,
-    /// The weights of the squares of independent normal numbers that make N times its square.
+    /// The weights w: `sum_i w_i z_i^2`, z independent standard normal, is N times the square of that ratio.
     weights: Vec<f64>,
 }
 
@@ -43,7 +44,7 @@ impl Figure {
     }
 }
 
-/// A measure of an estimate; `None` where its order is not the plant's.
+/// Computes a measure of an estimate; `None` if it needs the plant's order and the estimate has another.
 pub fn figure(
     population: &Population,
     estimate: &Asymptotic,
@@ -82,7 +83,7 @@ pub fn figure(
     })
 }
 
-/// The eigenvalues of `P G`, both symmetric and not negative: those of `R G R'`, `P = R'R`.
+/// The eigenvalues of `P G`, both symmetric and not negative, computed as those of `R G R'` with `P = R'R`.
 fn eigenvalues_of_product(p: &Mat<f64>, g: &Mat<f64>) -> Option<Vec<f64>> {
     let n = p.nrows();
     let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (p[(i, j)] + p[(j, i)]));
@@ -94,7 +95,8 @@ fn eigenvalues_of_product(p: &Mat<f64>, g: &Mat<f64>) -> Option<Vec<f64>> {
     Some(values.into_iter().map(|w| w.max(0.0)).collect())
 }
 
-/// g(1) ... of B/A, and its derivative after p: `dg / dalpha_i = -g(k-i) / A`, `dg / dbeta_i = delta(k-i) / A`.
+/// g(1) ... of B/A, and its derivative with respect to p: `dg / dalpha_i = -g(k-i) / A`,
+/// `dg / dbeta_i = delta(k-i) / A`.
 fn impulse_response(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
     let m = p.len() / 2;
     let a = [&[1.0], &p[..m]].concat();

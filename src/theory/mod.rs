@@ -1,19 +1,19 @@
-//! What theory says of a cell as N grows: limits, asymptotic covariances of `sqrt(N) (theta_hat - limit)`, Cramer-Rao
-//! bounds, and the distribution of the measures that are smooth in theta.
+//! Theory of a cell as N grows: limits, asymptotic covariances of `sqrt(N) (theta_hat - limit)`, Cramer-Rao bounds, and
+//! the distribution of measures that are smooth in theta.
 //!
 //! `theta = p = (alpha, beta)`, as in the specification. Every signal of a cell is a sum of rational filters of
-//! independent white sources ([`Signal`]); all covariances and their sums over lags follow from Lyapunov equations of
-//! their joint state ([`joint_state`]), with no series cut off and nothing simulated. An estimate
-//! `theta = (sum z phi')^-1 sum z y` has with `e = y - phi'theta` at its limit
+//! independent white sources ([`Signal`]). All covariances and their sums over lags follow from Lyapunov equations of
+//! their joint state ([`joint_state`]); no series is truncated and nothing is simulated. For an estimate
+//! `theta = (sum z phi')^-1 sum z y` with the error `e = y - phi'theta` at its limit,
 //!
 //! ```text
 //! sqrt(N) (theta_hat - theta) = N^(-1/2) sum_k G^-1 (z(k) e(k) + H xi(k) + 2 E_w[z e] delta(k)),   G = E[z phi'],
 //! ```
 //!
-//! xi the same of the estimate that the instruments are made of and `H = E[(dz/dtheta') e]`; delta is the relative change
-//! of the noise's factor s where eta holds exactly in each window, E_w the part of the measurement noise. The covariance
-//! of such sums holds the fourth cumulants of the input and of the noise's drive. Where the estimate is consistent in open
-//! loop only `z e` is left, `P = G^-1 sum_t (E[z z'](t) E[v v](t)) G^-T`.
+//! Here xi is the same sum for the estimate that the instruments are built from, and `H = E[(dz/dtheta') e]`. If eta
+//! holds exactly in each window, delta is the relative change of the noise's factor s; E_w is the part due to the
+//! measurement noise. The covariance of such sums contains the fourth cumulants of the input and of the noise's source.
+//! In open loop, a consistent estimate has only the term `z e`: `P = G^-1 sum_t (E[z z'](t) E[v v](t)) G^-T`.
 //!
 //! Sources: Soderstrom and Stoica, System Identification, 1989, chapters 7, 8, 10; Ljung, System Identification, 2nd ed.,
 //! chapter 9; docs/theory.md.
@@ -50,88 +50,88 @@ pub enum NoTheory {
     /// Continuous time.
     #[error("continuous time: there is no record to estimate from")]
     ContinuousTime,
-    /// Random plants.
+    /// Each trial has its own random plant.
     #[error("every trial has a plant of its own")]
     RandomPlant,
     /// A periodic input.
     #[error("the input repeats itself: every trial has a limit of its own")]
     PeriodicInput,
-    /// Given samples.
+    /// An input given sample by sample.
     #[error("the input is given sample by sample: it is no stationary process")]
     GivenInput,
     /// An input that is not white.
     #[error("the input is not white, which is not covered")]
     FilteredInput,
-    /// Noise that is drawn from given numbers.
+    /// Noise drawn from given numbers.
     #[error("the noise is drawn from given numbers, which is not covered")]
     DrawnNoise,
-    /// A controller that identifies first.
+    /// A controller based on an estimate.
     #[error("state feedback is made of an estimate: the record is not stationary")]
     Controlled,
-    /// r = 0.
+    /// r = 0 in closed loop.
     #[error("no reference drives the loop")]
     NoReference,
-    /// An output without stationary variance.
+    /// An unstable plant: the output has no stationary variance.
     #[error("the plant is not stable, so that its output is not stationary")]
     UnstablePlant,
-    /// The same in closed loop.
+    /// An unstable closed loop.
     #[error("the closed loop is not stable, so that nothing is stationary")]
     UnstableLoop,
-    /// No noise of this level.
+    /// No noise has this level.
     #[error("there is no noise of this level")]
     NoLevel,
-    /// A signal without covariance.
+    /// A signal without a stationary covariance.
     #[error("a signal is not stationary")]
     NotStationary,
 }
 
-/// Why an output, or a bound, of a cell that has theory has none.
+/// Why an output or a bound is missing in a cell that has theory.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Missing {
-    /// The process.
+    /// The process has no theory.
     #[error(transparent)]
     Process(#[from] NoTheory),
     /// A matrix to be inverted is singular.
     #[error("the information matrix is singular")]
     Singular,
-    /// A model on the way is unstable.
+    /// A model or predictor is unstable in the limit.
     #[error("a model or predictor is not stable in the limit")]
     UnstableModel,
-    /// The true process is no model of the structure.
+    /// The true process is not in the model structure.
     #[error("the true process is outside of its model structure")]
     Structure,
-    /// The estimate is biased, by an amount that is not computed.
+    /// The estimate is biased, and the bias is not computed.
     #[error("biased here, and its limit is not known")]
     Biased,
-    /// Noise beside the measurement noise.
+    /// There is other noise than the measurement noise.
     #[error("no bound with process noise or noise on the input")]
     OtherNoise,
-    /// A zero on the unit circle.
+    /// The noise has a zero on the unit circle.
     #[error("the noise has a zero on the unit circle")]
     NoNoiseModel,
-    /// A reading that is not covered.
+    /// A reading that the theory does not cover.
     #[error("{0} = \"{1}\" is not covered")]
     Reading(&'static str, &'static str),
-    /// A method that is not covered.
+    /// A method that the theory does not cover.
     #[error("there is no covariance of {0}")]
     Method(&'static str),
 }
 
-/// What theory says of an estimate or of a bound.
+/// The theory of an estimate or of a bound.
 #[derive(Clone, Debug)]
 pub struct Theory {
     /// Whether the limit is the truth.
     pub is_consistent: bool,
     /// The trace of P.
     pub trace: f64,
-    /// Measures; those that the estimate does not have are left out.
+    /// The measures; those that the estimate does not have are left out.
     pub figures: Vec<(SmoothMeasure, Figure)>,
     /// The limit and P.
     pub asymptotic: Asymptotic,
 }
 
 impl Theory {
-    /// What theory says of a measure.
+    /// Returns the theory of a measure, if the estimate has it.
     pub fn figure(&self, measure: SmoothMeasure) -> Option<&Figure> {
         let mut figures = self.figures.iter();
         let found = figures.find(|(of, _)| *of == measure);
@@ -167,24 +167,24 @@ impl Theory {
     }
 }
 
-/// What theory says of a cell.
+/// The theory of a cell.
 #[derive(Clone, Debug)]
 pub struct CellTheory {
-    /// The outputs of all methods, in their order: label and theory.
+    /// The outputs of all methods, in order: label and theory.
     pub outputs: Vec<(String, Result<Theory, Missing>)>,
-    /// The Cramer-Rao bound where A is common to plant and noise, as under 1/A noise.
+    /// The Cramer-Rao bound if plant and noise share A, as under 1/A noise.
     pub shared: Result<Theory, Missing>,
-    /// The Cramer-Rao bound where the noise model has its own poles.
+    /// The Cramer-Rao bound if the noise model has its own poles.
     pub separate: Result<Theory, Missing>,
     /// Instrumental variables with optimal instruments.
     pub optimal_instruments: Result<Theory, Missing>,
 }
 
 impl CellTheory {
-    /// The theory of a process at noise level `eta` (per cent) for estimators of an order and methods.
+    /// Computes the theory of a process at noise level `eta` (per cent) for estimators of an order, and for methods.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is none.
     pub fn new(
         process: &Process,
         eta: f64,
@@ -245,7 +245,7 @@ fn estimates(
         M::Sriv(_) | M::Oe(_) => prediction_error::output_error(population, orders, false),
         M::Stmcb(_) => prediction_error::output_error(population, orders, true),
         M::Armax(_) => prediction_error::armax(population, orders),
-        // Where it rests, the gradient of `bj` is zero.
+        // At a fixed point of `riv` the gradient of `bj` is zero.
         M::Riv(_) | M::Bj(_) => prediction_error::bj(population, orders),
         M::Moesp(_) | M::N4sid(_) => Err(Missing::Method("subspace methods")),
         M::Known(_) => Err(Missing::Method("a known plant")),

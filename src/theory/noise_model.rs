@@ -1,4 +1,4 @@
-//! The measurement noise as its innovations see it: lowest terms, zeros inside the unit circle.
+//! The innovations form of the measurement noise: lowest terms, zeros inside the unit circle.
 
 use super::Missing;
 use super::population::{NOISE, Population, is_stable};
@@ -7,7 +7,7 @@ use crate::model::polynomial::multiply;
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, c64};
 
-/// What is left of a common factor, relative, below which there is one.
+/// Two polynomials have a common factor if the relative residual is below this.
 const COMMON: f64 = 1e-10;
 
 /// `f = C/D e`, C and D monic without a common factor, both stable.
@@ -17,17 +17,17 @@ pub struct NoiseModel {
     pub c: Vec<f64>,
     /// `1, d_1, ...`.
     pub d: Vec<f64>,
-    /// e.
+    /// The innovations e.
     pub innovation: Signal,
     /// The variance of e.
     pub variance: f64,
 }
 
 impl NoiseModel {
-    /// Of the noise f of a population.
+    /// Builds the model of the noise f of a population.
     ///
     /// # Errors
-    /// [`Missing::NoNoiseModel`] where a zero of C is on the unit circle.
+    /// [`Missing::NoNoiseModel`] if a zero of C is on the unit circle.
     pub fn new(population: &Population) -> Result<Self, Missing> {
         let (numerator, denominator) = &population.noise;
         let first = numerator.iter().position(|c| *c != 0.0);
@@ -49,7 +49,7 @@ impl NoiseModel {
             });
         }
         let (reflected, gain) = reflected(&c).ok_or(Missing::NoNoiseModel)?;
-        // e = D / C_reflected f, white as w is: what stands between them passes all frequencies alike.
+        // e = D / C_reflected f is white like w, because the filter between them is all-pass.
         let all_pass: Vec<f64> = c.iter().map(|c| c * lead).collect();
         Ok(Self {
             innovation: Signal::new(NOISE, &all_pass, &reflected),
@@ -59,14 +59,14 @@ impl NoiseModel {
         })
     }
 
-    /// C and D of `A(q) f = C/D e` in lowest terms.
+    /// Returns C and D of `A(q) f = C/D e` in lowest terms.
     pub fn equation_error(&self, alpha: &[f64]) -> (Vec<f64>, Vec<f64>) {
         lowest_terms(&multiply(alpha, &self.c), &self.d)
     }
 }
 
-/// Two monic polynomials without their common factor. For the degree g of it, the largest first, the two quotients
-/// solve `C d' = D c'`, a linear problem of least squares that leaves nothing where the factor exists.
+/// Divides two monic polynomials by their common factor. It tries the degrees of the factor, largest first: the two
+/// quotients solve `C d' = D c'` by least squares, with zero residual if the factor exists.
 pub fn lowest_terms(c: &[f64], d: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let degree = |p: &[f64]| p.iter().rposition(|c| *c != 0.0).unwrap_or(0);
     let (nc, nd) = (degree(c), degree(d));
@@ -108,8 +108,8 @@ pub fn lowest_terms(c: &[f64], d: &[f64]) -> (Vec<f64>, Vec<f64>) {
     (c.to_vec(), d.to_vec())
 }
 
-/// The polynomial with its zeros outside the unit circle reflected into it, and the product of their moduli; `None`
-/// where one is on the circle.
+/// Reflects the zeros of a polynomial that are outside the unit circle into it. Returns the new polynomial and the
+/// product of their moduli, or `None` if a zero is on the circle.
 fn reflected(c: &[f64]) -> Option<(Vec<f64>, f64)> {
     let n = c.len() - 1;
     let companion = Mat::from_fn(n, n, |i, j| match (i, j) {

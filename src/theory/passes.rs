@@ -1,4 +1,4 @@
-//! Least squares and the paper's passes of instrumental variables (stages 7 to 11) in the limit.
+//! Limits of least squares and of the paper's instrumental-variable passes (stages 7 to 11).
 
 use super::Missing;
 use super::canonical::{Asymptotic, Shape, input_vector, numerator};
@@ -10,14 +10,14 @@ use crate::estimator::{Auxiliary, Drive, InstrumentSource, IvOptions, Stage10};
 use crate::model::Orders;
 use faer::Mat;
 
-/// `-y(k-1) ... -y(k-count)`, then `u(k-nk) ... u(k-nk-nb+1)`.
+/// The regressors `-y(k-1) ... -y(k-count)`, then `u(k-nk) ... u(k-nk-nb+1)`.
 pub fn regressors(y: &Signal, u: &Signal, shape: Shape) -> Vec<Signal> {
     let mut phi = y.lags(-1.0, 1, shape.denominator);
     phi.extend(u.lags(1.0, shape.nk, shape.nb));
     phi
 }
 
-/// Least squares of any orders, `theta = R^-1 E[phi y]`.
+/// Least squares of any orders: `theta = R^-1 E[phi y]`.
 ///
 /// # Errors
 /// [`Missing::Singular`].
@@ -28,7 +28,7 @@ pub fn least_squares(population: &Population, shape: Shape) -> Result<Linear, Mi
     Linear::new(population, &phi, &phi, &population.y, truth)
 }
 
-/// `-x(k-1) ...` with the inputs, x the output of the model `beta / alpha` under `input`.
+/// The instruments `-x(k-1) ...`, then the inputs. x is the output of the model `beta / alpha` with `input`.
 ///
 /// # Errors
 /// [`Missing::UnstableModel`].
@@ -41,7 +41,7 @@ pub fn model_instruments(
     Ok(regressors(&input.through(&b, &a), input, shape))
 }
 
-/// Denominator and B of parameters; the model must be stable.
+/// Splits parameters into denominator and B; the model must be stable.
 fn polynomials(theta: &[f64], shape: Shape) -> Result<(Vec<f64>, Vec<f64>), Missing> {
     let (denominator, b) = theta.split_at(shape.denominator);
     let a = [&[1.0], denominator].concat();
@@ -53,16 +53,16 @@ fn polynomials(theta: &[f64], shape: Shape) -> Result<(Vec<f64>, Vec<f64>), Miss
     }
 }
 
-/// One pass at its limit, before what it takes over from earlier ones.
+/// One pass at its limit, without the influence of earlier passes.
 struct Step {
     /// (alpha, beta) of the auxiliary model.
     model: Vec<f64>,
     linear: Linear,
-    /// `E[(dz / d(alpha, beta)') e]`; `None` where z and e have nothing to do with each other.
+    /// `E[(dz / d(alpha, beta)') e]`; `None` if z and e are uncorrelated.
     slopes: Option<Mat<f64>>,
 }
 
-/// What is there of a pass.
+/// The result of a pass.
 #[derive(Clone)]
 struct Done {
     theta: Vec<f64>,
@@ -71,17 +71,17 @@ struct Done {
     covariance: Option<Mat<f64>>,
 }
 
-/// The passes of the paper, of one population and order.
+/// The paper's passes for one population and order.
 pub struct Passes<'a> {
     population: &'a Population,
     options: &'a IvOptions,
     shape: Shape,
-    /// The pass that was made last.
+    /// The last pass computed.
     step: Option<Step>,
 }
 
 impl<'a> Passes<'a> {
-    /// For an order of the estimators.
+    /// Prepares the passes for an order of the estimators.
     pub fn new(population: &'a Population, options: &'a IvOptions, order: usize) -> Self {
         Self {
             population,
@@ -91,7 +91,7 @@ impl<'a> Passes<'a> {
         }
     }
 
-    /// The outputs of `reported` passes, ascending; pass 0 is least squares.
+    /// Returns the outputs of the passes in `reported`, which must ascend. Pass 0 is least squares.
     pub fn run(mut self, reported: &[usize]) -> Vec<Result<Asymptotic, Missing>> {
         let mut outputs = Vec::new();
         let first = least_squares(self.population, self.shape).map(|linear| Done {
@@ -163,7 +163,7 @@ impl<'a> Passes<'a> {
         })
     }
 
-    /// The pass after `last`.
+    /// Computes the pass after `last`.
     fn pass(&mut self, first: &Done, last: &Done) -> Result<Done, Missing> {
         if self.options.stage10 != Stage10::Corrected {
             return Err(Missing::Reading("stage10", self.options.stage10.name()));
@@ -241,8 +241,8 @@ impl<'a> Passes<'a> {
         })
     }
 
-    /// `E[(dz / d(alpha, beta)') e]`: with x the auxiliary model's output, `dx / dalpha_m = -x(k-m) / A` and
-    /// `dx / dbeta_m = u(k-m) / A`; the inputs among the instruments do not move.
+    /// `E[(dz / d(alpha, beta)') e]`. With x the auxiliary model's output, `dx / dalpha_m = -x(k-m) / A` and
+    /// `dx / dbeta_m = u(k-m) / A`; the inputs among the instruments do not depend on the model.
     fn slopes(
         &self,
         model: &[f64],
@@ -269,7 +269,7 @@ impl<'a> Passes<'a> {
     }
 }
 
-/// Equal but for rounding.
+/// Whether the numbers are equal up to rounding.
 fn are_close(first: &[f64], second: &[f64]) -> bool {
     let size = first.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let mut pairs = first.iter().zip(second);

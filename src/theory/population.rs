@@ -9,14 +9,14 @@ use crate::plant::StateSpace;
 use crate::plant::stability::StepDown;
 use crate::signal::{Input, LevelOf, LevelOver, Sequence};
 
-/// The source of the reference, which is the input in open loop.
+/// Source of the reference; in open loop this is the input.
 pub const REFERENCE: usize = 0;
-/// The source of the measurement noise, of standard deviation s.
+/// Source of the measurement noise, with standard deviation s.
 pub const NOISE: usize = 1;
-/// The source of the input-measurement noise; those of the process noise follow it.
+/// Source of the input-measurement noise; the sources of the process noise follow it.
 const INPUT_NOISE: usize = 2;
 
-/// A process in its stationary state. Lengths: n the plant's order.
+/// A process in its stationary state; n is the plant's order.
 #[derive(Clone, Debug)]
 pub struct Population {
     /// The plant.
@@ -33,26 +33,26 @@ pub struct Population {
     pub u: Signal,
     /// Reference.
     pub r: Signal,
-    /// `y - y0`, y0 what the measured input makes: `v = A(q)` of it.
+    /// `y - y0`, with y0 the plant's response to the measured input; `v = A(q)` times it.
     pub output_error: Signal,
     /// The equation error `v = A(q) y - B(q) u`.
     pub equation_error: Signal,
     /// C and D of the noise filter.
     pub noise: (Vec<f64>, Vec<f64>),
-    /// Numerator and denominator of K(q), where there is feedback.
+    /// Numerator and denominator of K(q), if there is feedback.
     pub feedback: Option<(Vec<f64>, Vec<f64>)>,
     /// Whether only the reference and the measurement noise drive the record.
     pub is_plain: bool,
-    /// Where eta holds exactly in each window: products a b with weights, such that the window's relative change of s is
-    /// `sum_i weight_i (mean(a_i b_i) - E[a_i b_i])` to first order.
+    /// Set only if eta holds exactly in each window: weights with products a b. To first order the window's relative
+    /// change of s is `sum_i weight_i (mean(a_i b_i) - E[a_i b_i])`.
     pub level: Vec<(f64, Signal, Signal)>,
 }
 
 impl Population {
-    /// The process of a cell at noise level `eta`, per cent.
+    /// Builds the stationary process of a cell at noise level `eta`, in per cent.
     ///
     /// # Errors
-    /// Why the process has no theory.
+    /// The reason why the process has no theory.
     pub fn new(process: &Process, eta: f64) -> Result<Self, NoTheory> {
         let settings = process.settings();
         let PlantSource::Fixed(plant) = &settings.plant else {
@@ -114,7 +114,7 @@ impl Population {
         Ok(population)
     }
 
-    /// The signals of `y = B/A u + f`, `u = r - K y`; with `Pi = A D_K + B C_K`
+    /// The signals of `y = B/A u + f`, `u = r - K y`. With `Pi = A D_K + B C_K` they are
     /// `y = (B D_K r + A D_K f) / Pi`, `u = (A D_K r - A C_K f) / Pi`.
     fn closed(
         plant: &StateSpace,
@@ -163,7 +163,7 @@ impl Population {
         }
     }
 
-    /// In a loop K acts on y, so the measured input's error stays outside.
+    /// Adds the error of the measured input. In closed loop K acts on y, so this error is not fed back.
     fn add_input_error(&mut self, error: &Signal) {
         let u = std::mem::take(&mut self.u);
         self.u = u.plus(1.0, error);
@@ -173,7 +173,7 @@ impl Population {
         self.output_error = e.plus(-1.0, &error.through(&self.beta, &self.alpha));
     }
 
-    /// White noise on every state, in open loop: the plant's response to it, component by component.
+    /// Adds white noise on every state, in open loop: the plant's response to it, component by component.
     fn add_process_noise(&mut self) {
         let n = self.plant.order();
         for i in 0..n {
@@ -207,9 +207,10 @@ impl Population {
         Ok(())
     }
 
-    /// Sets s, Eq. (6), and what its reading in each window adds. With `Y = E[y0^2]`, `F = E[f^2]` and e = eta/100
-    /// `s^2 = e^2 Y / F` of the noise-free output, over `1 - e^2` of the measured one. In the window
-    /// `ds/s = (dY/Y - dF/F) / 2`, and `+ s dC / Y` of the measured output, C the covariance of y0 and f.
+    /// Sets s, Eq. (6), and the terms of a level that holds in each window. With `Y = E[y0^2]`, `F = E[f^2]` and e =
+    /// eta/100: `s^2 = e^2 Y / F` for a level relative to the noise-free output. Relative to the measured one, this is
+    /// divided by `1 - e^2`. In the window `ds/s = (dY/Y - dF/F) / 2`, and for the measured output `+ s dC / Y`, with C
+    /// the covariance of y0 and f.
     fn set_level(&mut self, process: &Process, eta: f64) -> Result<(), NoTheory> {
         let noiseless = [NOISE, INPUT_NOISE];
         let mut y0 = Signal::default();
@@ -264,7 +265,7 @@ pub fn sum(first: &[f64], second: &[f64]) -> Vec<f64> {
     (0..length).map(|i| at(first, i) + at(second, i)).collect()
 }
 
-/// Whether the zeros of a monic polynomial are inside the unit circle.
+/// Whether all zeros of a monic polynomial are inside the unit circle.
 pub fn is_stable(polynomial: &[f64]) -> bool {
     StepDown::new(&polynomial[1..]).is_some()
 }

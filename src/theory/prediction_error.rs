@@ -1,5 +1,5 @@
-//! Prediction error estimates and Cramer-Rao bounds: `P = lambda (E psi psi')^-1`, psi minus the gradient of the
-//! stationary prediction error (Ljung, System Identification, 2nd ed., sections 9.3 and 9.4).
+//! Prediction-error estimates and Cramer-Rao bounds: `P = lambda (E psi psi')^-1`, with psi the negative gradient of
+//! the stationary prediction error (Ljung, System Identification, 2nd ed., sections 9.3 and 9.4).
 
 use super::Missing;
 use super::canonical::{Asymptotic, Shape};
@@ -14,7 +14,7 @@ use crate::model::polynomial::divide;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
-/// The predictor needs this filter, which must be stable.
+/// Checks that a filter of the predictor is stable.
 fn stable(polynomial: &[f64]) -> Result<&[f64], Missing> {
     if is_stable(polynomial) {
         Ok(polynomial)
@@ -31,7 +31,8 @@ fn plain(population: &Population) -> Result<(), Missing> {
     }
 }
 
-/// The first `count` rows and columns of `lambda (E psi psi')^-1`; where lambda is 0 nothing is left to estimate.
+/// The first `count` rows and columns of `lambda (E psi psi')^-1`. If lambda is 0, the noise's parameters are left out
+/// and the bound is 0.
 fn bound(
     population: &Population,
     psi: &[Signal],
@@ -48,7 +49,7 @@ fn bound(
     }))
 }
 
-/// psi of A, B in `e = D/C (A y - B u)`, then of C and of D, so many coefficients each.
+/// psi of A and B in `e = D/C (A y - B u)`, then of `counts` coefficients of C and D.
 fn equation_error_gradient(
     population: &Population,
     shape: Shape,
@@ -86,8 +87,8 @@ fn output_error_gradient(
     Ok(regressors(&x, &u, shape))
 }
 
-/// The bound where plant and noise share the poles that they have in common: `A y = B/F u + C/D e`, all in lowest terms
-/// with as many coefficients as the truth has. Under 1/A noise F, C and D are 1; without a common pole A is.
+/// The bound if plant and noise share their common poles: `A y = B/F u + C/D e`, all in lowest terms and with the
+/// orders of the truth. Under 1/A noise F, C and D are 1; without a common pole A is 1.
 ///
 /// # Errors
 /// [`Missing`].
@@ -103,7 +104,7 @@ pub fn shared_bound(population: &Population) -> Result<Mat<f64>, Missing> {
     if na == 0 {
         return separate_bound(population);
     }
-    // alpha / F, without a rest.
+    // alpha / F; the remainder is zero.
     let mut a = alpha.clone();
     divide(&f, &mut a);
     a.truncate(na + 1);
@@ -126,7 +127,7 @@ pub fn shared_bound(population: &Population) -> Result<Mat<f64>, Missing> {
     Ok(&slopes * covariance * slopes.transpose())
 }
 
-/// The bound where the noise has a model of its own: `y = B/A u + C/D e`.
+/// The bound if the noise has its own model: `y = B/A u + C/D e`.
 ///
 /// # Errors
 /// [`Missing`].
@@ -142,7 +143,7 @@ pub fn separate_bound(population: &Population) -> Result<Mat<f64>, Missing> {
     )
 }
 
-/// In open loop the noise's parameters have nothing to do with the plant's.
+/// In open loop the estimates of the noise's and the plant's parameters are uncorrelated.
 fn box_jenkins(
     population: &Population,
     noise: &NoiseModel,
@@ -158,8 +159,9 @@ fn box_jenkins(
     bound(population, &psi, count, noise.variance)
 }
 
-/// Instrumental variables with optimal instruments, `lambda (E phi_H phi_H')^-1`: phi_H the regressors' part from the
-/// reference, through `1/H` of the equation error `H e` (Soderstrom and Stoica, System Identification, section 8.2).
+/// Instrumental variables with optimal instruments, `lambda (E phi_H phi_H')^-1`. phi_H is the part of the regressors
+/// due to the reference, filtered by `1/H`, where the equation error is `H e` (Soderstrom and Stoica, System
+/// Identification, section 8.2).
 ///
 /// # Errors
 /// [`Missing`].
@@ -187,7 +189,7 @@ fn truth(population: &Population, shape: Shape) -> Result<Vec<f64>, Missing> {
     shape.truth(population).ok_or(Missing::Structure)
 }
 
-/// `armax`.
+/// The limit of `armax`.
 ///
 /// # Errors
 /// [`Missing`].
@@ -206,7 +208,7 @@ pub fn armax(population: &Population, orders: Orders) -> Result<Asymptotic, Miss
     Ok(shape.asymptotic(&theta, true, &covariance))
 }
 
-/// `bj`.
+/// The limit of `bj`.
 ///
 /// # Errors
 /// [`Missing`].
@@ -222,8 +224,8 @@ pub fn bj(population: &Population, orders: Orders) -> Result<Asymptotic, Missing
     Ok(shape.asymptotic(&theta, true, &covariance))
 }
 
-/// `oe` and `sriv`, which solve `sum psi (y - B/F u) = 0`; `stmcb`, with y instead of its model's output in psi. The noise
-/// may have any colour that is uncorrelated with the left factor.
+/// The limits of `oe` and `sriv`, which solve `sum psi (y - B/F u) = 0`, and of `stmcb`, whose left factor has y
+/// instead of the model's output. The noise may have any colour if it is uncorrelated with the left factor.
 ///
 /// # Errors
 /// [`Missing`].
@@ -253,7 +255,7 @@ pub fn output_error(
     Ok(shape.asymptotic(&theta, true, &covariance))
 }
 
-/// `iv4`: the instruments of the true model and the prefilter L, an autoregression of the equation error.
+/// The limit of `iv4`: the instruments of the true model, and the prefilter L, an autoregression of the equation error.
 ///
 /// # Errors
 /// [`Missing`].
@@ -296,8 +298,8 @@ pub fn four_steps(population: &Population, orders: Orders) -> Result<Asymptotic,
     Ok(shape.asymptotic(&last.theta, true, &covariance))
 }
 
-/// `iv-delayed`, two-stage least squares: `K S K'`, `K = (G'W^-1 G)^-1 G'W^-1`, `G = E[z phi']`, `W = E[z z']`, S the
-/// long-run covariance of `z v`.
+/// The limit of `iv-delayed`, two-stage least squares: `K S K'`, `K = (G'W^-1 G)^-1 G'W^-1`, `G = E[z phi']`,
+/// `W = E[z z']`, with S the long-run covariance of `z v`.
 ///
 /// # Errors
 /// [`Missing`].

@@ -1,8 +1,8 @@
-//! Quantiles of `|L z|`, z standard normal: of the root of `sum_i w_i z_i^2`, w the eigenvalues of `L L'`.
+//! Quantiles of `|L z|`, z standard normal. It is the root of `sum_i w_i z_i^2`, with w the eigenvalues of `L L'`.
 
 use faer::c64;
 
-/// Nodes of the upper half of the contour: an error of 2.85^-26, rounding times exp(26 pi/12).
+/// Nodes on the upper half of the contour. The error is 2.85^-26 plus rounding times exp(26 pi/12).
 const NODES: usize = 26;
 
 /// `P(sum_i w_i z_i^2 <= x)` for weights w >= 0.
@@ -32,9 +32,9 @@ pub fn distribution(weights: &[f64], x: f64) -> f64 {
     (sum.re * 2.0 * scale * step / std::f64::consts::PI).clamp(0.0, 1.0)
 }
 
-/// The quantile of `|L z|`, 0 < p < 1; 0 where all weights are.
+/// Returns the quantile of `|L z|`, 0 < p < 1; 0 if all weights are 0.
 ///
-/// By false position, an end that stays twice halved (the Illinois method).
+/// Uses false position and halves the value at an end that stays for two steps (the Illinois method).
 pub fn quantile(weights: &[f64], p: f64) -> f64 {
     let sum: f64 = weights.iter().sum();
     if !(sum > 0.0 && sum.is_finite()) {
@@ -75,7 +75,8 @@ pub fn quantile(weights: &[f64], p: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Chi-squared of 2 degrees: 1 - exp(-x/2); of 1: erf(sqrt(x/2)), 0.6826894921370859 at 1 (tables).
+    /// Chi-squared with 2 degrees of freedom: 1 - exp(-x/2); with 1: erf(sqrt(x/2)), at x = 1 0.6826894921370859
+    /// (tables).
     #[test]
     fn chi_squared() {
         for x in [0.01, 0.5, 1.0, 3.0, 12.0] {

@@ -7,11 +7,11 @@ use crate::model::polynomial::multiply;
 pub struct Source {
     /// Its variance.
     pub variance: f64,
-    /// Its fourth cumulant over the square of the variance: 0 for Gaussian numbers, -2 for random signs.
+    /// The fourth cumulant over the squared variance: 0 for Gaussian numbers, -2 for random signs.
     pub excess: f64,
 }
 
-/// `sum_s N_s(q) / D_s(q) w_s(k)` of the sources w_s, a sum of parts; polynomials in q^-1, D monic.
+/// `sum_s N_s(q) / D_s(q) w_s(k)` over the sources w_s, one part per term; polynomials in q^-1, D monic.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signal {
     pub(super) parts: Vec<Part>,
@@ -50,7 +50,7 @@ impl Signal {
         }
     }
 
-    /// The signal through a further filter.
+    /// Passes the signal through a further filter.
     #[must_use]
     pub fn through(&self, numerator: &[f64], denominator: &[f64]) -> Self {
         let mut result = Self::default();
@@ -88,14 +88,14 @@ impl Signal {
         }
     }
 
-    /// `-x(k-1) ... -x(k-count)` with sign -1, from the lag `first` on.
+    /// The lags `sign x(k-first) ... sign x(k-first-count+1)` of the signal x.
     pub fn lags(&self, sign: f64, first: usize, count: usize) -> Vec<Self> {
         let lag = |i: usize| Self::default().plus(sign, &self.delayed(first + i));
         (0..count).map(lag).collect()
     }
 }
 
-/// Without the zeros at its end.
+/// The polynomial without trailing zeros.
 fn trimmed(mut polynomial: Vec<f64>) -> Vec<f64> {
     while polynomial.len() > 1 && polynomial.last() == Some(&0.0) {
         polynomial.pop();

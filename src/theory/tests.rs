@@ -1,4 +1,5 @@
-//! Each covariance by another way: spectra integrated over frequency, sums of impulse responses, other people's numbers.
+//! Tests of each covariance against another method: spectra integrated over frequency, sums of impulse responses,
+//! published numbers.
 
 use super::joint_state::{covariance, long_run_covariance};
 use super::linear::Influence;

@@ -1,19 +1,19 @@
-//! Where there is no Linux: no process is started.
+//! Replacements for systems other than Linux: no process is started.
 
-/// The guard of `guard.rs`.
+/// Replaces the guard of `guard.rs`.
 pub mod guard {
     use std::io::{BufRead, Error};
     use std::path::Path;
 
-    /// The subcommand that a guard runs.
+    /// The subcommand that runs a guard.
     pub const SUBCOMMAND: &str = "guard-workers";
 
-    /// There is none.
+    /// A guard cannot exist here.
     #[derive(Debug)]
     pub enum Guard {}
 
     impl Guard {
-        /// Starts none.
+        /// Returns an error.
         ///
         /// # Errors
         /// Always.
@@ -26,9 +26,10 @@ pub mod guard {
     pub fn stand(_input: impl BufRead) {}
 }
 
-/// The processes of `process.rs`.
+/// Replaces the processes of `process.rs`.
 pub mod process {
     use super::guard::Guard;
+    use crate::worker::fault::Fault;
     use crate::worker::log::Log;
     use crate::worker::message::{Answer, Awaited};
     use std::path::Path;
@@ -36,20 +37,7 @@ pub mod process {
     use std::sync::atomic::AtomicBool;
     use std::time::Duration;
 
-    /// Why there is no answer.
-    #[derive(Clone, Debug, PartialEq, Eq)]
-    pub enum Fault {
-        /// None in time, and what came instead.
-        Timeout(String),
-        /// The process ended, or closed a pipe.
-        Crashed,
-        /// None by the protocol.
-        Malformed(String),
-        /// The run is to stop.
-        Stopped,
-    }
-
-    /// How a process is started.
+    /// Settings to start a process with.
     pub struct Start<'a> {
         pub command: &'a [String],
         pub folder: &'a Path,
@@ -57,21 +45,21 @@ pub mod process {
         pub log: &'a Log,
     }
 
-    /// There is none.
+    /// A process cannot exist here.
     pub enum Process {}
 
     impl Process {
-        /// Starts none.
+        /// Returns an error.
         pub fn start(_of: &Start<'_>) -> Result<Self, String> {
             Err("methods that are programs need Linux".to_owned())
         }
 
-        /// Of no process.
+        /// Never called.
         pub fn is_clean(&mut self) -> bool {
             match *self {}
         }
 
-        /// Of no process.
+        /// Never called.
         pub fn ask(
             &mut self,
             _message: &[u8],
@@ -82,7 +70,7 @@ pub mod process {
             match *self {}
         }
 
-        /// Of no process.
+        /// Never called.
         pub fn end(self) {
             match self {}
         }

@@ -1,8 +1,8 @@
-//! The estimator whose models a program makes, a batch of trials at a time.
+//! The estimator that gets its models from an external program, a batch of trials at a time.
 
+use super::fault::Fault;
 use super::message::{Batch, Hello, PROTOCOL, Reply};
 use super::options::Told;
-use super::process::Fault;
 use super::program::{Lease, Program};
 use crate::data::Feedback;
 use crate::estimator::{Estimator, FailureKind, Pass, Problem, ProgramError, Records, Window};
@@ -11,25 +11,25 @@ use serde_json::json;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What came of a trial: its place in a reply, or why it is in none.
+/// The outcome of a trial: its reply and its place there, or why it has no model.
 type Outcome = Result<(Arc<Reply>, usize), FailureKind>;
 
-/// An estimator whose models a program makes.
+/// An estimator that gets its models from an external program.
 ///
-/// Trials go to it in batches that begin at multiples of `batch`, whole whichever of them are wanted: so a trial's model
-/// is a function of its own batch alone.
+/// Batches begin at multiples of `batch` and are always sent whole, whichever of their trials are wanted. So a trial's
+/// model depends on its own batch alone.
 pub(super) struct External {
     program: Arc<Program>,
     hello: String,
     batch: Batch,
-    /// The first trial of the batch that is there.
+    /// The first trial of the current batch.
     first: Option<u64>,
-    /// What came of its trials; `None` of one without a record.
+    /// The outcomes of its trials; `None` for a trial without a record.
     outcomes: Vec<Option<Outcome>>,
     current: usize,
 }
 
-/// What a program is told of a problem.
+/// Builds the greeting that describes a problem to a program.
 pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
     let order = problem.shape.order;
     let settings = problem.process.map(|(process, _)| process.settings());
@@ -59,11 +59,12 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
     hello.asking(orders.unwrap_or(Orders::arx(order, order, 1)))
 }
 
-/// A fault in words.
+/// Describes a fault in words.
 pub(super) fn fault_words(fault: &Fault) -> String {
     match fault {
         Fault::Timeout(came) => format!("timeout: {came}"),
-        Fault::Crashed | Fault::Stopped => "crashed: the process ended or closed a pipe".to_owned(),
+        Fault::Crashed(how) => format!("crashed: {how}"),
+        Fault::Stopped => "the run is to stop".to_owned(),
         Fault::Malformed(what) => format!("malformed: {what}"),
     }
 }
@@ -83,7 +84,7 @@ impl External {
         }
     }
 
-    /// Draws the records of a batch; of each trial its place among those that there are.
+    /// Draws the records of a batch. Returns for each trial its place among the records; `None` if it has none.
     fn draw(&mut self, trials: Range<u64>, records: &mut dyn Records) -> Vec<Option<usize>> {
         let Batch {
             trials: numbers,
@@ -115,7 +116,7 @@ impl External {
         places
     }
 
-    /// Has a part of the batch estimated, halving it where no process answers it.
+    /// Gets the models of a part of the batch. If no process answers the part, it is halved.
     fn estimate_part(
         &self,
         part: Range<usize>,
@@ -142,15 +143,18 @@ impl External {
         Ok(())
     }
 
-    /// Sends a part of the batch. A fault counts only of a process that has answered nothing before, a crash of two of
-    /// them: what an earlier batch left behind, or a signal from elsewhere, is no trial's fault.
+    /// Sends a part of the batch. A fault counts only if the process had answered nothing before; for the whole batch
+    /// or a single trial, a crash counts only if it happens twice. So no trial is blamed for the effects of an earlier
+    /// batch or for a signal from elsewhere.
     fn ask(&self, part: &Range<usize>) -> Result<Result<Reply, FailureKind>, ProgramError> {
         let mut lease = self.program.lease(&self.hello)?;
         let ends = part.len() == 1 || part.len() == self.batch.trials.len();
         let mut spared = usize::from(ends);
         loop {
-            let fresh = lease.is_fresh();
-            let asked = lease.ask(|number| self.batch.frame(number, part.clone()), part.len());
+            let fresh = lease.answered() == 0;
+            let number = self.batch.number(lease.answered(), part.clone());
+            let message = self.batch.frame(number, part.clone());
+            let asked = lease.ask(number, &message, part.len());
             let fault = match asked {
                 Ok(reply) => {
                     lease.give_back();
@@ -162,7 +166,7 @@ impl External {
             self.note(part, &fault);
             let kind = match fault {
                 Fault::Timeout(_) => FailureKind::Timeout,
-                Fault::Crashed | Fault::Stopped => FailureKind::Crashed,
+                Fault::Crashed(_) | Fault::Stopped => FailureKind::Crashed,
                 Fault::Malformed(_) => FailureKind::Malformed,
             };
             if fresh && (kind != FailureKind::Crashed || spared == 0) {

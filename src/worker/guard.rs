@@ -1,4 +1,4 @@
-//! What kills workers when the program that asks them is killed itself.
+//! The guard: kills workers if the program that uses them is killed itself.
 
 use crate::files::Mark;
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open, pidfd_send_signal};
@@ -10,14 +10,15 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// The subcommand that a guard runs.
+/// The subcommand that runs a guard.
 pub const SUBCOMMAND: &str = "guard-workers";
-/// Instead of a group: what follows is killed already.
+/// Sent instead of a group number: the processes with the mark that follows are already killed.
 const FORGET: &str = "forget";
-/// For a process that is being started to have its command.
+/// Time for a process that is being started to execute its command.
 const STARTING: Duration = Duration::from_millis(200);
 
-/// A process that outlives this one by a moment: once its input ends, it kills the groups that were not forgotten.
+/// A process that outlives this one by a moment. Once its input ends, it kills all groups that it was not told to
+/// forget.
 #[derive(Debug)]
 pub struct Guard {
     child: Child,
@@ -25,7 +26,7 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Starts one, by the program's own file.
+    /// Starts a guard from the program's own executable.
     ///
     /// # Errors
     /// If it cannot be started.
@@ -41,14 +42,14 @@ impl Guard {
         Ok(Self { child, input })
     }
 
-    /// Kills a group, and the processes with this mark, if this process ends before it is forgotten.
-    /// Without a group, what is about to be started.
+    /// Asks the guard to kill a group, and the processes with this mark, if this process ends before [`Self::forget`].
+    /// Without a group, the mark is that of a process about to be started.
     pub fn watch(&self, group: Option<Pid>, mark: &Mark) {
         let group = group.map_or(0, |group| group.as_raw_nonzero().get());
         self.say(&format!("{group} {mark}"));
     }
 
-    /// What has this mark is killed already.
+    /// Tells the guard that the processes with this mark are already killed.
     pub fn forget(&self, mark: &Mark) {
         self.say(&format!("{FORGET} {mark}"));
     }
@@ -56,7 +57,7 @@ impl Guard {
     fn say(&self, line: &str) {
         let mut input = self.input.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(input) = &mut *input {
-            // Without a guard, workers still end with their requests.
+            // Without a guard, workers still end when their requests end.
             let _ = writeln!(input, "{line}");
         }
     }
@@ -65,12 +66,13 @@ impl Guard {
 impl Drop for Guard {
     fn drop(&mut self) {
         *self.input.get_mut().unwrap_or_else(PoisonError::into_inner) = None;
-        // It ends with its input.
+        // The guard ends with its input.
         let _ = self.child.wait();
     }
 }
 
-/// What the subcommand does: reads groups to watch, with their marks, and to forget, and kills what is left.
+/// Runs the subcommand: reads groups to watch, with their marks, and marks to forget. At the end of its input it kills
+/// what is left.
 pub fn stand(input: impl BufRead) {
     let mut watched = BTreeMap::new();
     for line in input.lines().map_while(Result::ok) {
@@ -88,7 +90,7 @@ pub fn stand(input: impl BufRead) {
         }
     }
     if watched.values().any(|(group, _)| group.is_none()) {
-        // It may be between its start and its command.
+        // That process may not have executed its command yet.
         std::thread::sleep(STARTING);
     }
     for (group, mark) in watched.into_values() {
@@ -98,7 +100,7 @@ pub fn stand(input: impl BufRead) {
 
 /// Kills a process group and all processes with a mark, whatever group they are in.
 pub fn kill_all(group: Option<Pid>, mark: &Mark) {
-    // Nothing more can be done where a process cannot be killed; it may have ended by itself.
+    // If a process cannot be killed, nothing more can be done; it may have ended by itself.
     let _ = group.map(|group| kill_process_group(group, Signal::KILL));
     let leader = group.map(|group| group.as_raw_nonzero().get());
     for _ in 0..3 {
@@ -108,7 +110,8 @@ pub fn kill_all(group: Option<Pid>, mark: &Mark) {
             break;
         }
         for number in found {
-            // Held before it is looked at again: the number cannot become another process's meanwhile.
+            // The process is held by a descriptor before the mark is checked again, so its number cannot pass to
+            // another process.
             let process = Pid::from_raw(number);
             let held = process.and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok());
             if let Some(held) = held.filter(|_| mark.is_of(number)) {

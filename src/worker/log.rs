@@ -1,14 +1,14 @@
-//! What workers print: the beginning and the end of it.
+//! The output of workers: its beginning and its end.
 
 use std::collections::VecDeque;
 use std::io::Read;
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Bytes that are kept of the beginning, and of the end.
+/// Bytes kept from the beginning, and the same number from the end.
 const KEPT: usize = 1 << 16;
 
-/// How the file begins.
+/// First line of the file.
 pub(crate) const TITLE: &str = "# asobench: what workers printed\n";
 
 #[derive(Default)]
@@ -18,12 +18,12 @@ struct Content {
     left_out: u64,
 }
 
-/// What workers print, bounded in size; shared by the threads that read it.
+/// The output of workers, bounded in size and shared by the threads that read it.
 #[derive(Clone, Default)]
 pub struct Log(Arc<Mutex<Content>>);
 
 impl Log {
-    /// Adds what was printed.
+    /// Adds output of a worker.
     pub fn add(&self, mut bytes: &[u8]) {
         let mut content = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let room = (KEPT - content.first.len()).min(bytes.len());
@@ -37,12 +37,12 @@ impl Log {
         content.left_out += (skipped + over) as u64;
     }
 
-    /// Adds a line of the program's own.
+    /// Adds a line that the program itself writes.
     pub fn note(&self, line: &str) {
         self.add(format!("[asobench] {line}\n").as_bytes());
     }
 
-    /// Reads all that comes, on a thread of its own, for as long as it comes. What is given back hangs up at the end.
+    /// Reads a stream to its end on a new thread. The returned channel closes at the end.
     pub fn drain(&self, mut from: impl Read + Send + 'static) -> Receiver<()> {
         let (end, ended) = channel();
         let log = self.clone();
@@ -56,7 +56,7 @@ impl Log {
         ended
     }
 
-    /// All that is kept; `None` where nothing was printed.
+    /// All output that is kept; `None` if nothing was printed.
     pub fn text(&self) -> Option<Vec<u8>> {
         let content = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if content.first.is_empty() {
@@ -74,13 +74,13 @@ impl Log {
         Some(text)
     }
 
-    /// How many bytes were added.
+    /// Number of bytes added so far.
     pub fn length(&self) -> u64 {
         let content = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         (content.first.len() + content.last.len()) as u64 + content.left_out
     }
 
-    /// The last lines that were printed since there were so many bytes, such as what a crash says.
+    /// Returns the last lines printed since the log had `since` bytes, for example the message of a crash.
     pub fn last_lines(&self, since: u64, most: usize) -> Vec<String> {
         let (new, text) = (self.length() - since, self.text().unwrap_or_default());
         let from = text.len().saturating_sub(new as usize).max(TITLE.len());

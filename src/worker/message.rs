@@ -1,20 +1,23 @@
-//! Messages between the program and a worker: docs/protocol.md.
+//! Messages between the program and a worker; see docs/protocol.md.
 
 use super::model::Layout;
 use crate::model::Orders;
 use serde::Serialize;
 use serde_json::{Map, Value};
+use xxhash_rust::xxh3::xxh3_64;
 
-/// The protocol's version.
+/// The version of the protocol.
 pub const PROTOCOL: u64 = 1;
-/// The most bytes of a header, its line end counted.
+/// Longest header in bytes, including its line end.
 pub const LONGEST_HEADER: usize = 1 << 16;
-/// The most bytes of a reply's blocks.
+/// Largest size of a reply's blocks, in bytes.
 pub const LARGEST_REPLY: usize = 1 << 27;
-/// The most characters of a worker's name, and of its version.
+/// Largest number of a message: every language has integers of 31 bits.
+const LARGEST_NUMBER: u64 = (1 << 31) - 1;
+/// Longest name of a worker in characters; also the limit for its version.
 const LONGEST_NAME: usize = 100;
 
-/// What a worker is told of a cell.
+/// The greeting that describes a cell to a worker.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hello {
     pub frame: &'static str,
@@ -38,14 +41,14 @@ pub struct Hello {
 }
 
 impl Hello {
-    /// The line that is sent.
+    /// Returns the line to send.
     pub fn line(&self) -> String {
         let mut line = serde_json::to_string(self).unwrap_or_default();
         line.push('\n');
         line
     }
 
-    /// Sets what of a model's orders is asked for.
+    /// Sets the orders of the model that is asked for.
     pub fn asking(mut self, orders: Orders) -> Self {
         let Orders {
             na,
@@ -61,16 +64,16 @@ impl Hello {
     }
 }
 
-/// What a worker says of itself.
+/// A worker's answer to the greeting.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ready {
     /// Its name.
     pub name: String,
     /// Its version.
     pub version: String,
-    /// Whether its models are matrices instead of polynomials.
+    /// Whether its models are matrices, not polynomials.
     pub matrices: bool,
-    /// Whether the same batch has the same reply, bit for bit.
+    /// Whether equal batches have equal replies, bit for bit.
     pub deterministic: bool,
 }
 
@@ -80,10 +83,10 @@ impl Ready {
         format!("{} {}", self.name, self.version)
     }
 
-    /// Reads the header of its answer.
+    /// Reads a worker's answer from its header.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// A description of the fault.
     pub fn read(header: &Map<String, Value>) -> Result<Self, String> {
         expect_frame(header, "ready")?;
         let protocol = header.get("protocol").and_then(Value::as_u64);
@@ -121,7 +124,7 @@ impl Ready {
     }
 }
 
-/// An error where a header is of another frame.
+/// Returns an error if a header is not that of the frame `name`.
 fn expect_frame(header: &Map<String, Value>, name: &str) -> Result<(), String> {
     match header.get("frame").and_then(Value::as_str) {
         Some(found) if found == name => Ok(()),
@@ -129,7 +132,7 @@ fn expect_frame(header: &Map<String, Value>, name: &str) -> Result<(), String> {
     }
 }
 
-/// Records on their way to a worker.
+/// Records to send to a worker.
 #[derive(Default)]
 pub struct Batch {
     pub trials: Vec<u64>,
@@ -141,7 +144,17 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// The frame of some of its records.
+    /// The number of the message with the records in the range `of`, for a process that has answered `answered`
+    /// messages. It depends on the seeds, which the process cannot know before it reads the message. So no answer can
+    /// arrive before its question.
+    pub fn number(&self, answered: u64, of: std::ops::Range<usize>) -> u64 {
+        let seeds = self.seeds[of].iter();
+        let bytes = seeds.flat_map(|seed| seed.to_le_bytes());
+        let bytes: Vec<u8> = bytes.chain(answered.to_le_bytes()).collect();
+        1 + xxh3_64(&bytes) % LARGEST_NUMBER
+    }
+
+    /// The message with the records in the range `of`.
     pub fn frame(&self, number: u64, of: std::ops::Range<usize>) -> Vec<u8> {
         let (count, samples) = (of.len(), self.samples);
         let bytes = 8 * count * (2 + 3 * samples);
@@ -163,7 +176,7 @@ impl Batch {
     }
 }
 
-/// What a worker answers.
+/// An answer of a worker.
 pub enum Answer {
     Ready(Ready),
     Reply(Reply),
@@ -171,13 +184,13 @@ pub enum Answer {
 
 /// The numbers of a reply.
 pub struct Reply {
-    /// The header's line.
+    /// The header line.
     pub header: String,
     pub layout: Layout,
     pub numbers: Vec<f64>,
 }
 
-/// What is waited for.
+/// The kind of answer that is awaited.
 #[derive(Clone, Copy)]
 pub enum Awaited {
     Ready,
@@ -188,13 +201,13 @@ pub enum Awaited {
     },
 }
 
-/// Bytes of a worker, as they come.
+/// Bytes received from a worker.
 #[derive(Default)]
 pub struct Incoming {
     bytes: Vec<u8>,
-    /// How far no line end was found.
+    /// Number of bytes searched without finding a line end.
     searched: usize,
-    /// The header's length and what it says, once it is there.
+    /// Length and content of the header, once it is complete.
     header: Option<(usize, Layout)>,
 }
 
@@ -203,17 +216,17 @@ impl Incoming {
         self.bytes.is_empty()
     }
 
-    /// How many bytes may be read before what is there is looked at.
+    /// Number of bytes to read at most before they are looked at.
     pub const ROOM: usize = 1 << 16;
 
     pub fn add(&mut self, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// The answer, once all of it is there.
+    /// Takes the answer once it is complete.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// A description of the fault.
     pub fn take(&mut self, awaited: Awaited) -> Result<Option<Answer>, String> {
         if self.header.is_none() {
             if self.bytes.first().is_some_and(|first| *first != b'{') {
@@ -272,7 +285,7 @@ impl Incoming {
         })))
     }
 
-    /// What came of an answer that is not whole.
+    /// Describes how much of an incomplete answer has arrived.
     pub fn came(&self) -> String {
         let count = self.bytes.len();
         match &self.header {
@@ -290,7 +303,7 @@ impl Incoming {
         }
     }
 
-    /// Forgets an answer of so many bytes. What comes after it belongs to nothing that was asked.
+    /// Removes an answer of `length` bytes. Bytes that follow it answer no request.
     fn forget(&mut self, length: usize) {
         self.bytes.drain(..length);
         self.bytes.shrink_to(Self::ROOM);
@@ -342,7 +355,7 @@ mod tests {
         let frame = batch().frame(1, 0..1);
         assert_eq!(frame, [BATCH.as_bytes(), &shown(BATCH)].concat());
         let bytes = [REPLY.as_bytes(), &shown(REPLY)].concat();
-        // However they come.
+        // In pieces of any size.
         for size in [1, 7, bytes.len()] {
             let mut incoming = Incoming::default();
             let mut answer = None;
@@ -365,7 +378,7 @@ mod tests {
             assert_eq!(reply.seconds(0), 0.001);
             assert!(incoming.is_empty());
         }
-        // Without its line end it is not whole, and that is told.
+        // Without its line end the reply is incomplete, and `came` says so.
         let mut incoming = Incoming::default();
         assert_eq!(incoming.came(), "nothing came");
         incoming.add(&bytes[..bytes.len() - 1]);
@@ -384,7 +397,7 @@ mod tests {
         assert_eq!(ready.identity(), "least squares 1.0");
     }
 
-    /// What is wrong with an answer is told before more of it is waited for.
+    /// A fault in an answer is reported before more of the answer is awaited.
     #[test]
     fn malformed_answers() {
         let blocks = shown(REPLY);

@@ -1,12 +1,13 @@
-//! Methods that are programs: the only place that starts a process. docs/protocol.md says what is sent.
+//! Methods that are external programs. Only this module starts processes. docs/protocol.md defines the messages.
 //!
-//! [`Program`] keeps the processes of a method, which the threads of a run share; `process` is one of them,
-//! `message` what goes through its pipes, `model` what becomes of a reply, `external` the estimator that sends
-//! batches and finds the trial that a process does not survive.
+//! [`Program`] keeps the processes of a method, which the threads of a run share. `process` is one of them; `message`
+//! has the messages in its pipes, `model` the models in a reply. `external` is the estimator: it sends batches and
+//! finds the trial that crashes a process.
 
 #[cfg(not(target_os = "linux"))]
 mod elsewhere;
 mod external;
+mod fault;
 #[cfg(target_os = "linux")]
 mod guard;
 mod log;
@@ -33,12 +34,12 @@ use crate::signal::{Purpose, stream};
 use rand::Rng as _;
 use std::sync::Arc;
 
-/// The seed of a trial that programs are given, below 2^53: nothing of the record can be told from it.
+/// The seed of a trial that is given to programs, below 2^53. It reveals nothing about the record.
 pub fn seed_of(seed: u64, trial: u64) -> u64 {
     stream(seed, trial, Purpose::Program).next_u64() >> 11
 }
 
-/// The method that a program is, with this name in the results.
+/// Makes a method of a program, with the program's name in the results.
 pub fn method(program: &Arc<Program>) -> Method {
     let output = Output {
         estimator: program.name.clone(),
@@ -51,7 +52,7 @@ pub fn method(program: &Arc<Program>) -> Method {
     })
 }
 
-/// Starts a program and asks what it is, for a problem.
+/// Starts a program and asks for its name and version, for a problem.
 ///
 /// # Errors
 /// If it does not run.

@@ -9,10 +9,10 @@ use crate::plant::polynomial_from_poles;
 use faer::MatRef;
 use serde_json::{Map, Value};
 
-/// The largest order and delay of a model.
+/// Largest order and largest delay of a model.
 pub const LARGEST_ORDER: usize = 1000;
 
-/// The blocks of a reply, a row for each trial in each: status, seconds, then the model.
+/// The blocks of a reply: status, seconds, then the model. Each has a row per trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     trials: usize,
@@ -20,10 +20,10 @@ pub struct Layout {
     reasons: Vec<Reason>,
 }
 
-/// How a model is written.
+/// The form of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
-    /// The free coefficients of A, B, C, D, F; then the variance of e, and the covariance of the coefficients.
+    /// The free coefficients of A, B, C, D, F, then the variance of e and the covariance of the coefficients.
     Polynomials {
         orders: Orders,
         variance: bool,
@@ -34,7 +34,7 @@ enum Form {
 }
 
 impl Form {
-    /// Each block of the model, with the numbers of a trial in it.
+    /// Each block of the model, with the number of its values per trial.
     fn blocks(self) -> Vec<(&'static str, usize)> {
         match self {
             Self::Polynomials {
@@ -61,7 +61,7 @@ impl Layout {
     /// Reads the header of a reply.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// A description of the fault.
     pub fn read(
         header: &Map<String, Value>,
         number: u64,
@@ -132,7 +132,7 @@ impl Layout {
         Ok(layout)
     }
 
-    /// How many numbers the blocks have.
+    /// The number of values in all blocks.
     pub fn numbers(&self) -> usize {
         let widths = self.form.blocks().into_iter().map(|(_, width)| width);
         self.trials * (2 + widths.sum::<usize>())
@@ -152,10 +152,10 @@ fn reasons(header: &Map<String, Value>) -> Result<Vec<Reason>, String> {
 }
 
 impl Reply {
-    /// Whether every status is one.
+    /// Checks that every status is valid.
     ///
     /// # Errors
-    /// The first that is none.
+    /// A description of the first invalid status.
     pub fn check(&self) -> Result<(), String> {
         let most = 1.0 + self.layout.reasons.len() as f64;
         let known = |status: &f64| *status >= 0.0 && *status <= most && status.fract() == 0.0;
@@ -170,7 +170,7 @@ impl Reply {
         }
     }
 
-    /// Why a trial has no model, by the worker.
+    /// Why a trial has no model, according to the worker; `None` if it has one.
     pub fn failure(&self, place: usize) -> Option<FailureKind> {
         match self.numbers[place] as usize {
             0 => None,
@@ -179,12 +179,12 @@ impl Reply {
         }
     }
 
-    /// The seconds that a trial took, by the worker.
+    /// The time of a trial in seconds, according to the worker.
     pub fn seconds(&self, place: usize) -> f64 {
         self.numbers[self.layout.trials + place]
     }
 
-    /// Each block with its name and the numbers of a trial in it.
+    /// Each block with its name, its numbers, and how many of them belong to one trial.
     pub fn blocks(&self) -> Vec<(&'static str, Vec<f64>, usize)> {
         let names = [("status", 1), ("seconds", 1)].into_iter();
         let mut from = 0;
@@ -209,7 +209,7 @@ impl Reply {
         rows.collect()
     }
 
-    /// Takes the model of a trial into a pass, with x0 of stage 6 where the worker gives none.
+    /// Copies the model of a trial into a pass; if the worker gives no x0, stage 6 computes it.
     pub fn fill(&self, place: usize, window: Window<'_>, pass: &mut Pass) {
         if let Some(kind) = self.failure(place) {
             return pass.fail(kind.into());
@@ -250,8 +250,8 @@ fn polynomials(orders: Orders, rows: &[&[f64]]) -> LinearModel {
     model
 }
 
-/// `B/F` of `x(k+1) = A x(k) + b u(k)`, `y(k) = c x(k) + d u(k)`, F the characteristic polynomial of A; and x0 in the
-/// paper's coordinates, `c A^i x0`, unless it is NaN.
+/// Converts `x(k+1) = A x(k) + b u(k)`, `y(k) = c x(k) + d u(k)` to `B/F`, with F the characteristic polynomial of A.
+/// Also returns x0 in the paper's coordinates, `c A^i x0`, unless it is NaN.
 fn matrices(n: usize, rows: &[&[f64]]) -> Result<(LinearModel, Option<Vec<f64>>), FailureKind> {
     let [a, b, c, d, x0] = rows else {
         return Err(FailureKind::Malformed);

@@ -1,8 +1,8 @@
-//! Some records into a worker, outside of a study: for `asobench test-method` and replays.
+//! Sends some records to a worker outside a study, for `asobench test-method` and replays.
 
 use super::external::{fault_words, hello};
+use super::fault::Fault;
 use super::message::{Batch, Reply};
-use super::process::Fault;
 use super::program::Program;
 use crate::estimator::{Pass, Problem, ProgramError, Window};
 use std::fmt::Write as _;
@@ -30,21 +30,21 @@ impl Record {
     }
 }
 
-/// What a worker answered.
+/// A worker's answer.
 pub struct Answered {
     /// The models, or failures.
     pub passes: Vec<Pass>,
-    /// From the first byte that was sent to the last one that came.
+    /// Time from the first byte sent to the last one received.
     pub elapsed: Duration,
-    /// The seconds that the worker says, of each record.
+    /// The seconds of each record, according to the worker.
     pub seconds: Vec<f64>,
-    /// Both messages as text.
+    /// The message sent and the answer, as text.
     pub messages: [String; 2],
     reply: Reply,
 }
 
 impl Answered {
-    /// Whether statuses and models are the same bit for bit.
+    /// Whether statuses and models agree bit for bit.
     pub fn same_bits(&self, other: &Self) -> bool {
         let bits = |of: &Self| -> Vec<u64> {
             let numbers = of.reply.blocks().into_iter();
@@ -57,7 +57,7 @@ impl Answered {
     }
 }
 
-/// Sends records of one length to a program; the inner error says what is wrong with its answer.
+/// Sends records of equal length to a program. The inner error describes a fault in its answer.
 ///
 /// # Errors
 /// If it does not run.
@@ -78,15 +78,10 @@ pub fn ask_once(
         batch.y.extend_from_slice(&record.y);
         batch.r.extend_from_slice(&record.r);
     }
-    let mut sent = Vec::new();
+    let number = batch.number(lease.answered(), 0..records.len());
+    let sent = batch.frame(number, 0..records.len());
     let begin = Instant::now();
-    let asked = lease.ask(
-        |number| {
-            sent = batch.frame(number, 0..records.len());
-            sent.clone()
-        },
-        records.len(),
-    );
+    let asked = lease.ask(number, &sent, records.len());
     let elapsed = begin.elapsed();
     let reply = match asked {
         Ok(reply) => reply,
@@ -119,13 +114,13 @@ pub fn ask_once(
     }))
 }
 
-/// A message as text: its header, then a line for each row of each block.
+/// Formats a message: its header, then a line for each row of each block.
 fn text(header: &str, blocks: Vec<(&str, Vec<f64>, usize)>) -> String {
     let mut text = format!("{}\n", header.trim_end());
     for (name, numbers, width) in blocks {
         for row in numbers.chunks(width.max(1)) {
             let numbers: Vec<String> = row.iter().map(ToString::to_string).collect();
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "{name}: {}", numbers.join(" "));
         }
     }

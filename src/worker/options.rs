@@ -1,19 +1,19 @@
-//! The keys of a method that is a program, in an experiment file.
+//! The keys of an external program as a method, in an experiment file.
 
 use crate::model::Orders;
 use crate::names::named_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The most records of a message.
+/// Largest number of records in a message.
 const LARGEST_BATCH: u64 = 1 << 16;
-/// The longest time for a message, seconds.
+/// Longest time limit for a message, in seconds.
 const LONGEST: f64 = 1e6;
-/// The most processes.
+/// Largest number of processes.
 const MOST_WORKERS: u64 = 1024;
 
 named_enum! {
-    /// What a program may be told of a cell beside its records.
+    /// What a program may know about a cell besides its records.
     Told, "thing to be told" {
         /// The noise level and the noise filter.
         Noise = "noise",
@@ -33,7 +33,7 @@ pub enum Workers {
     Most(u64),
 }
 
-/// The text "auto".
+/// Reads and writes the text "auto".
 mod automatic {
     use serde::{Deserialize, Deserializer, Serializer, de};
 
@@ -85,10 +85,10 @@ fn default_timeout() -> f64 {
 }
 
 impl CommandOptions {
-    /// Whether everything is within its bounds.
+    /// Checks that every value is in its range.
     ///
     /// # Errors
-    /// The key, and what was expected.
+    /// The key, and the value expected.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         let whole = |text: &String| !text.contains('\0');
         let named = self.command.first().is_some_and(|name| !name.is_empty());
@@ -111,7 +111,7 @@ impl CommandOptions {
         }
     }
 
-    /// The command as it would be typed.
+    /// The command as it would be typed in a shell.
     pub fn typed(&self) -> String {
         let words: Vec<String> = self.command.iter().map(crate::text::shell_word).collect();
         words.join(" ")

@@ -1,11 +1,12 @@
-//! One process of a worker: started, asked, killed with all that it started.
+//! One process of a worker. It is killed with everything that it started.
 
+use super::fault::Fault;
 use super::guard::{Guard, kill_all};
 use super::log::Log;
 use super::message::{Answer, Awaited, Incoming};
 use crate::files::{Mark, Pipes};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
+use rustix::process::{Pid, WaitId, WaitIdOptions, WaitIdStatus, waitid};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -17,32 +18,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-/// Between two looks at whether the process still runs, and whether to stop.
+/// Time between two checks whether the process still runs and whether to stop.
 const LOOK: Duration = Duration::from_millis(50);
-/// Between two attempts to open the pipe that a starting process has not opened.
+/// Time between two attempts to open the pipe of a starting process.
 const KNOCK: Duration = Duration::from_millis(2);
-/// For a process to end by itself once its requests have ended.
+/// Time for a process to end by itself after its requests were closed.
 const GRACE: Duration = Duration::from_secs(2);
-/// For what a killed process printed to be read to its end.
+/// Time to read the rest of what a killed process printed.
 const SETTLE: Duration = Duration::from_millis(200);
 
-/// How many threads linear algebra takes, in OpenMP, OpenBLAS and MKL.
+/// Environment variables that set the number of threads for linear algebra: OpenMP, OpenBLAS and MKL.
 const THREADS: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
 
-/// Why there is no answer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// None in time, and what came instead.
-    Timeout(String),
-    /// The process ended, or closed a pipe.
-    Crashed,
-    /// None by the protocol.
-    Malformed(String),
-    /// The run is to stop.
-    Stopped,
-}
-
-/// How a process is started.
+/// Settings to start a process with.
 pub struct Start<'a> {
     pub command: &'a [String],
     pub folder: &'a Path,
@@ -50,28 +38,28 @@ pub struct Start<'a> {
     pub log: &'a Log,
 }
 
-/// A process of a worker, the first of a process group.
+/// A process of a worker, and leader of its process group.
 pub struct Process {
     child: Child,
     group: Pid,
     guard: Option<Arc<Guard>>,
-    /// What tells its descendants from other processes.
+    /// Identifies its descendants.
     mark: Mark,
-    /// Each hangs up when what was printed there was read to its end.
+    /// Each channel closes when all that the process printed on one pipe has been read.
     printed: Vec<Receiver<()>>,
     pipes: Option<Pipes>,
     requests: Option<File>,
     replies: File,
     incoming: Incoming,
-    /// Room for what is read at once.
+    /// Buffer for one read.
     room: Vec<u8>,
 }
 
 impl Process {
-    /// Starts one; it has opened nothing yet.
+    /// Starts a process, which has not opened its pipes yet.
     ///
     /// # Errors
-    /// Why it cannot be started.
+    /// The reason why it cannot be started.
     pub fn start(of: &Start<'_>) -> Result<Self, String> {
         let pipes = Pipes::new().map_err(|error| error.to_string())?;
         let replies = pipes.open_replies().map_err(|error| error.to_string())?;
@@ -86,7 +74,8 @@ impl Process {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .process_group(0);
-        // A process for each thread of the run: more threads of each would only wait for each other.
+        // Each thread of the run has its own process. With more threads per process, they would only wait for each
+        // other.
         for name in THREADS {
             if std::env::var_os(name).is_none() {
                 command.env(name, "1");
@@ -127,9 +116,9 @@ impl Process {
         })
     }
 
-    /// Whether nothing came that was not asked for.
+    /// Whether nothing arrived that was not asked for.
     pub fn is_clean(&mut self) -> bool {
-        // What came with an answer, or since; or the end.
+        // This includes bytes after an answer, bytes since then, and the end of the pipe.
         self.read().is_none() && self.incoming.is_empty()
     }
 
@@ -151,7 +140,7 @@ impl Process {
             let taken = self.incoming.take(awaited).map_err(Fault::Malformed)?;
             match taken {
                 Some(answer) if sent == message.len() => {
-                    // Whoever answers has opened both pipes.
+                    // A process that answers has opened both pipes.
                     self.pipes = None;
                     return Ok(answer);
                 }
@@ -159,7 +148,7 @@ impl Process {
                     let early = "an answer before the message was read to its end";
                     return Err(Fault::Malformed(early.to_owned()));
                 }
-                None if is_gone => return Err(Fault::Crashed),
+                None if is_gone => return Err(self.crash()),
                 None => {}
             }
             if stop.load(Ordering::Relaxed) {
@@ -179,7 +168,7 @@ impl Process {
         }
     }
 
-    /// What came until now of an answer to a message.
+    /// Describes how much of the answer to a message has arrived.
     fn came(&self, sent: usize, message: usize) -> String {
         if self.requests.is_none() {
             "it has not opened its requests".to_owned()
@@ -190,7 +179,8 @@ impl Process {
         }
     }
 
-    /// Waits until something can be written or read, or for [`LOOK`]; true where replies can be read, or have ended.
+    /// Waits until something can be written or read, at most for [`LOOK`]. Returns true if replies can be read or have
+    /// ended.
     fn wait(&mut self, writes: bool, left: Duration) -> Result<bool, Fault> {
         if self.requests.is_none() {
             let opened = self.pipes.as_ref().map(Pipes::open_requests);
@@ -200,7 +190,7 @@ impl Process {
                     std::thread::sleep(KNOCK.min(left));
                     return Ok(false);
                 }
-                _ => return Err(Fault::Crashed),
+                _ => return Err(self.crash()),
             }
         }
         let mut watched = vec![PollFd::new(&self.replies, PollFlags::IN)];
@@ -213,11 +203,11 @@ impl Process {
             tv_nsec: time.subsec_nanos().into(),
         };
         let ready = poll(&mut watched, Some(&time)).unwrap_or(0);
-        // No end is told before the other side was opened once.
+        // No end is reported before the other side was opened once.
         Ok(ready > 0 && !watched[0].revents().is_empty())
     }
 
-    /// Writes what the pipe takes.
+    /// Writes as much as the pipe accepts.
     fn write(&mut self, message: &[u8]) -> Result<usize, Fault> {
         let Some(requests) = self.requests.as_mut().filter(|_| !message.is_empty()) else {
             return Ok(0);
@@ -225,11 +215,11 @@ impl Process {
         match requests.write(message) {
             Ok(written) => Ok(written),
             Err(error) if is_later(&error) => Ok(0),
-            Err(_) => Err(Fault::Crashed),
+            Err(_) => Err(self.crash()),
         }
     }
 
-    /// Reads what there is: `Some(0)` where the other end was closed, `None` where nothing is there.
+    /// Reads what is available: `Some(0)` if the other end was closed, `None` if nothing is available.
     fn read(&mut self) -> Option<usize> {
         match self.replies.read(&mut self.room) {
             Ok(read) => {
@@ -241,10 +231,30 @@ impl Process {
         }
     }
 
-    /// Whether the process has ended; it stays to be waited for.
+    /// Whether the process has ended; its exit status is left to be collected.
     fn has_ended(&self) -> bool {
+        !matches!(self.look(), Ok(None))
+    }
+
+    fn look(&self) -> rustix::io::Result<Option<WaitIdStatus>> {
         let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
-        !matches!(waitid(WaitId::Pid(self.group), look), Ok(None))
+        waitid(WaitId::Pid(self.group), look)
+    }
+
+    /// How it ended, or that it closed a pipe. A process that ends closes its pipes a moment before.
+    fn crash(&self) -> Fault {
+        let begin = Instant::now();
+        while !self.has_ended() && begin.elapsed() < LOOK {
+            std::thread::sleep(KNOCK);
+        }
+        let status = self.look().ok().flatten();
+        let ended = status.and_then(|status| {
+            let exited = status.exit_status();
+            let killed = status.terminating_signal();
+            let exited = exited.map(|code| format!("the process ended with exit status {code}"));
+            exited.or_else(|| Some(format!("the process was ended by signal {}", killed?)))
+        });
+        Fault::Crashed(ended.unwrap_or_else(|| "the process closed a pipe".to_owned()))
     }
 }
 
@@ -253,7 +263,7 @@ fn is_later(error: &std::io::Error) -> bool {
 }
 
 impl Process {
-    /// Ends its requests and gives it time to end by itself.
+    /// Closes its requests and gives it time to end by itself.
     pub fn end(mut self) {
         self.requests = None;
         let begin = Instant::now();
@@ -264,9 +274,9 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// Kills it with all that it started, whatever group that is in.
+    /// Kills it with everything that it started, whatever process group that is in.
     fn drop(&mut self) {
-        // The group cannot be another's: its first process has not been waited for.
+        // The group number cannot have passed to others, because its first process has not been waited for.
         kill_all(Some(self.group), &self.mark);
         if let Some(guard) = &self.guard {
             guard.forget(&self.mark);

@@ -1,66 +1,67 @@
-//! A program that is a method: its processes, which the threads of a run share.
+//! An external program that is a method. The threads of a run share its processes.
 
+use super::fault::Fault;
 use super::guard::Guard;
 use super::log::Log;
 use super::message::{Answer, Awaited, Hello, Ready};
 use super::options::{CommandOptions, Workers};
-use super::process::{Fault, Process, Start};
+use super::process::{Process, Start};
 use crate::estimator::ProgramError;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
-/// For a process to say that it is ready, at least.
+/// Shortest time limit for a process to become ready.
 const STARTING: Duration = Duration::from_mins(2);
-/// Attempts to start one.
+/// Attempts to start a process.
 const ATTEMPTS: usize = 3;
 
-/// What lets a program run.
+/// The permission to run a program.
 #[derive(Clone, Debug)]
 pub struct Permit {
     /// The folder in which it runs.
     pub folder: PathBuf,
-    /// Raised where the run is to stop.
+    /// Set when the run must stop.
     pub stop: Arc<AtomicBool>,
-    /// What kills it when this process is killed.
+    /// Kills the program's processes if this process is killed.
     pub guard: Option<Arc<Guard>>,
 }
 
-/// A program that is a method.
+/// An external program that is a method.
 pub struct Program {
     /// The method's name.
     pub name: String,
-    /// What the file says of it.
+    /// Its options in the experiment file.
     pub options: CommandOptions,
-    /// What tells the study from others, without the program's version.
+    /// A fingerprint of the study that does not include the program's version.
     pub fingerprint: String,
-    /// What its processes print.
+    /// The output of its processes.
     pub log: Log,
     permit: OnceLock<Permit>,
     idle: Mutex<Idle>,
     freed: Condvar,
 }
 
-/// Processes without work.
+/// The idle processes.
 #[derive(Default)]
 struct Idle {
     processes: Vec<Greeted>,
-    /// How many are at work.
+    /// Number of processes at work.
     leased: u64,
 }
 
-/// A process that has said what it is.
+/// A process that has answered the greeting.
 struct Greeted {
     process: Process,
     hello: String,
     ready: Ready,
-    /// Messages that it has answered.
+    /// Number of messages that it has answered.
     served: u64,
 }
 
 impl Program {
-    /// A program that nobody agreed to yet.
+    /// Creates a program without a permit.
     pub fn new(name: String, options: CommandOptions, fingerprint: String) -> Self {
         Self {
             name,
@@ -73,9 +74,9 @@ impl Program {
         }
     }
 
-    /// Lets it run from now on.
+    /// Permits it to run from now on.
     pub fn permit(&self, permit: Permit) {
-        // The first one stands.
+        // Only the first permit is kept.
         let _ = self.permit.set(permit);
     }
 
@@ -84,21 +85,21 @@ impl Program {
         self.permit.get().is_some()
     }
 
-    /// What a message may take.
+    /// The time limit for a message.
     pub fn time(&self) -> Duration {
         Duration::from_secs_f64(self.options.timeout)
     }
 
-    /// Starts it and asks what it is.
+    /// Starts a process and returns its answer to the greeting.
     ///
     /// # Errors
-    /// If it may not run, does not start, or is another than the file says.
+    /// If the program has no permit, does not start, or is not the one named in the file.
     pub fn introduce(self: &Arc<Self>, hello: &Hello) -> Result<Ready, ProgramError> {
         let lease = self.lease(&hello.line())?;
         Ok(lease.ready().clone())
     }
 
-    /// A process that was told of the cell: one without work, or another.
+    /// Returns a process that knows the cell: an idle one if possible, otherwise a new one.
     pub(super) fn lease(self: &Arc<Self>, hello: &str) -> Result<Lease, ProgramError> {
         let mut idle = self.idle();
         if let Workers::Most(most) = self.options.workers {
@@ -144,7 +145,7 @@ impl Program {
         }
     }
 
-    /// Tells a process that has worked already of another cell; false where it does not answer as before.
+    /// Greets a process again, for another cell. Returns false if its answer has changed.
     fn greet(&self, greeted: &mut Greeted, hello: &str) -> Result<bool, ProgramError> {
         let permit = self.permit.get();
         let Permit { stop, .. } = permit.ok_or(ProgramError::NotAgreed(self.name.clone()))?;
@@ -161,7 +162,7 @@ impl Program {
         }
     }
 
-    /// A new process that has said what it is.
+    /// Starts a new process and greets it.
     fn start(&self, hello: &str) -> Result<Greeted, ProgramError> {
         let permit = self.permit.get();
         let permit = permit.ok_or(ProgramError::NotAgreed(self.name.clone()))?;
@@ -199,8 +200,8 @@ impl Program {
                 Err(Fault::Malformed(what)) => {
                     reason = format!("its answer to \"hello\" is none by docs/protocol.md: {what}");
                 }
-                Err(Fault::Crashed) => {
-                    reason = format!("'{}' ended before it was ready", self.options.typed());
+                Err(Fault::Crashed(how)) => {
+                    reason = format!("'{}' was not ready: {how}", self.options.typed());
                 }
             }
             drop(process);
@@ -208,7 +209,7 @@ impl Program {
         Err(self.failed(reason))
     }
 
-    /// Whether it is the program that the file says.
+    /// Checks that this is the program named in the file.
     fn check(&self, ready: &Ready) -> Result<(), ProgramError> {
         match &self.options.worker {
             Some(agreed) if *agreed != ready.identity() => Err(self.failed(format!(
@@ -220,7 +221,7 @@ impl Program {
         }
     }
 
-    /// Takes the permit and the processes of another, and its log.
+    /// Takes over the permit, the idle processes and the log of another program.
     pub fn take_over(&self, other: &Self) {
         if let Some(permit) = other.permit.get() {
             self.permit(permit.clone());
@@ -232,7 +233,7 @@ impl Program {
         self.idle().processes.extend(processes);
     }
 
-    /// Ends the processes without work, politely at first.
+    /// Ends the idle processes; they are killed only if they do not end by themselves.
     pub fn end(&self) {
         let processes = std::mem::take(&mut self.idle().processes);
         let threads = processes.into_iter();
@@ -240,13 +241,13 @@ impl Program {
             .map(|greeted| std::thread::spawn(move || greeted.process.end()))
             .collect();
         for thread in threads {
-            // A thread that panicked has killed its process.
+            // If a thread panicked, its process has been killed.
             let _ = thread.join();
         }
     }
 }
 
-/// A process at work; where it is not given back it is killed.
+/// A process at work. It is killed unless it is given back.
 pub(super) struct Lease {
     program: Arc<Program>,
     hello: String,
@@ -254,7 +255,7 @@ pub(super) struct Lease {
 }
 
 impl Lease {
-    /// Takes a new process instead.
+    /// Replaces the process by a new one.
     pub(super) fn renew(&mut self) -> Result<(), ProgramError> {
         self.at_work = None;
         self.at_work = Some(self.program.start(&self.hello)?);
@@ -267,45 +268,45 @@ impl Lease {
             .expect("a process until it is dropped")
     }
 
-    /// What it says of itself.
+    /// The process's answer to the greeting.
     pub(super) fn ready(&self) -> &Ready {
         &self.greeted().ready
     }
 
-    /// Whether it has answered no message yet.
-    pub(super) fn is_fresh(&self) -> bool {
-        self.greeted().served == 0
+    /// How many messages the process has answered.
+    pub(super) fn answered(&self) -> u64 {
+        self.greeted().served
     }
 
-    /// Sends the message that `frame` makes of its number, and takes the reply.
+    /// Sends the message with this number, and returns the reply.
     pub(super) fn ask(
         &mut self,
-        frame: impl FnOnce(u64) -> Vec<u8>,
+        number: u64,
+        message: &[u8],
         trials: usize,
     ) -> Result<super::message::Reply, Fault> {
         let stop = &self.program.permit.get().ok_or(Fault::Stopped)?.stop;
-        let greeted = self.at_work.as_mut().ok_or(Fault::Crashed)?;
+        let greeted = self.at_work.as_mut().ok_or(Fault::Stopped)?;
         if !greeted.process.is_clean() {
             let stray = "bytes that nothing asked for, or an end of its replies";
             return Err(Fault::Malformed(stray.to_owned()));
         }
-        let number = greeted.served + 1;
         let awaited = Awaited::Reply {
             number,
             trials,
             matrices: greeted.ready.matrices,
         };
         let time = self.program.time();
-        let answer = greeted.process.ask(&frame(number), awaited, time, stop)?;
+        let answer = greeted.process.ask(message, awaited, time, stop)?;
         let Answer::Reply(reply) = answer else {
             return Err(Fault::Malformed("expected a reply".to_owned()));
         };
         reply.check().map_err(Fault::Malformed)?;
-        greeted.served = number;
+        greeted.served += 1;
         Ok(reply)
     }
 
-    /// Puts the process among those without work.
+    /// Returns the process to the idle ones.
     pub(super) fn give_back(mut self) {
         let greeted = self.at_work.take();
         self.program.idle().processes.extend(greeted);
@@ -314,7 +315,7 @@ impl Lease {
 
 impl Drop for Lease {
     fn drop(&mut self) {
-        // Killed before another may start in its place.
+        // The process is killed before another one may start.
         self.at_work = None;
         self.program.idle().leased -= 1;
         self.program.freed.notify_one();

@@ -1,4 +1,4 @@
-//! What tests that start the program share.
+//! Functions shared by the tests that start the program.
 
 use std::path::Path;
 use std::process::Output;
@@ -9,7 +9,7 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("UTF-8")
 }
 
-/// Copies a folder with all that is in it.
+/// Copies a folder with all its content.
 pub fn copy(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).expect("a folder");
     for entry in std::fs::read_dir(from).expect("a folder") {

@@ -144,3 +144,27 @@ fn of_ten_thousand_trials_the_others_are_undisturbed() {
     assert_eq!(seen.len() as u64, KINDS, "{seen:?}");
     all_gone(&processes);
 }
+
+/// An answer that comes before its question was read is none, whatever number it has.
+#[test]
+fn an_early_answer_is_not_taken() {
+    const TRIALS: u64 = 12;
+    if !runs(&["python3", "-c", "1"]) {
+        return;
+    }
+    let worker = root().join("tests/external/early.py").display().to_string();
+    let found = |arguments: &[&str]| {
+        let command = list(&[&["python3", &worker], arguments].concat());
+        let study = format!(
+            "measures = [\"e_a\"]\n[settings]\neta = 10\nwindow = 18\n[[methods]]\nname = \"early\"\nbatch = 4\n\
+             command = {command}\n"
+        );
+        rows(&permitted(&study), TRIALS, 1)
+    };
+    let (calm, early) = (found(&[]), found(&["early"]));
+    assert_eq!(calm.len() as u64, TRIALS);
+    for ((_, calm), (_, early)) in calm.iter().zip(&early) {
+        assert_eq!(early.status(), "ok", "trial {}", early.trial);
+        assert!(early.same_bits(calm), "trial {}", early.trial);
+    }
+}

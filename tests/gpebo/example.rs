@@ -236,7 +236,7 @@ fn the_example_reaches_and_settles() {
     for step in [0.025, 0.005] {
         let found = halve(&example(0.3, step), |_| {}).summary;
         let times = |observer: usize| {
-            let accuracy = found.observers[observer].accuracy;
+            let accuracy = &found.observers[observer].accuracy;
             [accuracy.reached, accuracy.settled].map(Option::unwrap)
         };
         let close = |found: f64, exact: f64, digit: f64| {
@@ -260,7 +260,7 @@ fn the_example_reaches_and_settles() {
 #[test]
 fn a_sine_of_the_plants_own_frequency_is_a_part_of_theta() {
     let found = halve(&example_of([0.3, 3.0], 0.025, &observers()), |_| {}).summary;
-    let [gradient, proposed] = [1, 2].map(|observer| found.observers[observer].accuracy);
+    let [gradient, proposed] = [1, 2].map(|observer| &found.observers[observer].accuracy);
     let theta = 0.18 / 5_f64.sqrt();
     assert!((gradient.theta / theta - 1.0).abs() < 1e-6, "{gradient:?}");
     // The full-order observer forgets the start and takes sin 3t for the plant's: it ends there

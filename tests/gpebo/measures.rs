@@ -114,10 +114,10 @@ fn the_step_error_covers_the_mean_squares() {
     for step in [0.1, 0.05, 0.025] {
         for (observer, error, estimates) in observers() {
             let found = integrator(observer.clone(), step);
-            let accuracy = found.summary.observers[0].accuracy;
+            let accuracy = &found.summary.observers[0].accuracy;
             let says = found.observers[0].relative();
             let exact = rms(&error);
-            let off = (accuracy.rms[0] / exact - 1.0).abs();
+            let off = (accuracy.rms_state / exact - 1.0).abs();
             assert!(
                 off <= 2.0 * says + 1e-13,
                 "{observer:?} {step}: {off:e} {says:e}"
@@ -125,7 +125,7 @@ fn the_step_error_covers_the_mean_squares() {
             assert!(says < 2e-2 * step * step, "{observer:?} {step}: {says:e}");
             if estimates {
                 // e_theta = |x - xhat| / 2 here.
-                let theta = accuracy.rms[3] * THETA / accuracy.rms[0];
+                let theta = accuracy.rms_theta * THETA / accuracy.rms_state;
                 assert!((theta - 1.0).abs() < 1e-12);
                 let end = error(HORIZON).abs() / THETA;
                 assert!(
@@ -147,7 +147,7 @@ fn times_are_as_exact_as_the_estimate() {
             let exact = entries(&error);
             let outside = error(HORIZON).abs() >= BAND * THETA;
             let found = integrator(observer.clone(), step);
-            let accuracy = found.summary.observers[0].accuracy;
+            let accuracy = &found.summary.observers[0].accuracy;
             let theta = found.observers[0].theta;
             let close = |found: f64, (exact, speed): (f64, f64)| {
                 let tolerance = 3.0 * theta.error / speed + step.powi(5);
@@ -167,4 +167,48 @@ fn times_are_as_exact_as_the_estimate() {
         }
     }
     assert!(different > 0, "the last entry is not always the first");
+}
+
+/// Of A = diag(-1, -2, -3) and L = 0 the error of x_i is `x_i(0) e^(-i t)`, so its mean square from 0 to T is
+/// `x_i(0)^2 (1 - e^(-2 i T)) / (2 i T)`.
+#[test]
+fn every_state_has_its_root_mean_square() {
+    let rows: Vec<Vec<f64>> = (1..=3)
+        .map(|i| {
+            (1..=3)
+                .map(|j| if i == j { -f64::from(i) } else { 0.0 })
+                .collect()
+        })
+        .collect();
+    let plant = ContinuousPlant::new(&rows, vec![1.0; 3], vec![1.0; 3]).unwrap();
+    let x0 = [1.0, -2.0, 5.0];
+    let scenario = Scenario {
+        u: Signal::default(),
+        delta: Signal::default(),
+        x0: x0.to_vec(),
+        horizon: HORIZON,
+        scored_from: 0.0,
+        step: 0.01,
+    };
+    let options = GpeboOptions {
+        xi0: vec![0.0; 3],
+        filters: vec![1.0, 2.0],
+    };
+    let observer = ObserverSpec::Luenberger {
+        gain: vec![0.0; 3],
+        x0: vec![0.0; 3],
+    };
+    let cascade = Cascade::new(&plant, &scenario, &options, &[observer]).unwrap();
+    let found = halve(&cascade, |_| {}).summary;
+    let accuracy = &found.observers[0].accuracy;
+    assert_eq!(accuracy.rms_states.len(), 3);
+    let mut all = 0.0;
+    for (i, (x0, rms)) in x0.iter().zip(&accuracy.rms_states).enumerate() {
+        let rate = 2.0 * (i + 1) as f64;
+        let exact = x0 * x0 * (1.0 - (-rate * HORIZON).exp()) / (rate * HORIZON);
+        assert!((rms * rms / exact - 1.0).abs() < 1e-9, "x_{}: {rms}", i + 1);
+        all += exact;
+    }
+    assert!((accuracy.rms_state.powi(2) / all - 1.0).abs() < 1e-9);
+    assert!(accuracy.rms_theta.is_nan());
 }

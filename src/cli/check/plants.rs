@@ -1,12 +1,15 @@
-//! The plants of a study as difference equations, so that a mistake in a sign is seen before a run.
+//! The plants of a study as difference equations, so that a mistake in a sign is seen before a run. In continuous time
+//! their poles, and those of the full-order observers.
 
 use crate::cli::equation::broken;
 use crate::data::PlantSource;
 use crate::model::LinearModel;
-use crate::plant::{PoleFinder, StateSpace};
-use crate::study::Experiment;
+use crate::observer::gpebo::ObserverSpec;
+use crate::plant::{ContinuousPlant, PoleFinder, StateSpace};
 use crate::study::file::Key;
+use crate::study::{ContinuousCell, Experiment, Source};
 use crate::text::{rounded, visible};
+use faer::{Mat, MatRef, c64};
 use std::fmt::Write as _;
 
 /// So many plants are shown.
@@ -21,28 +24,36 @@ const LONGEST: usize = 100_000;
 /// Of its last value: within this share it has settled.
 const SETTLED: f64 = 0.02;
 
+/// Numbers below this share of the largest one are rounding: they are shown as 0.
+const ROUNDING: f64 = 1e-14;
+
 /// Every plant of the cells: its equation, poles, static gain and settling time.
 pub(super) fn plants(experiment: &Experiment) -> String {
-    let mut plants: Vec<(String, &PlantSource)> = Vec::new();
+    // Each description once, with the names of all plants that it fits.
+    let mut plants: Vec<(String, Vec<String>)> = Vec::new();
     for cell in &experiment.cells {
-        let Some(process) = cell.process() else {
-            continue;
-        };
-        let plant = &process.settings().plant;
         let name = cell.settings.get(&Key::Plant).map(ToString::to_string);
-        if !plants.iter().any(|(_, other)| *other == plant) {
-            plants.push((name.unwrap_or_default(), plant));
+        let name = name.unwrap_or_default();
+        let text = match &cell.source {
+            Source::Continuous(of) => described_in_continuous_time(of, experiment),
+            Source::Record(process) => match &process.settings().plant {
+                PlantSource::Fixed(plant) => described(plant),
+                PlantSource::Random { order, radius } => {
+                    let radius = rounded(*radius, 6);
+                    format!("of order {order}, poles within {radius}\n")
+                }
+            },
+        };
+        match plants.iter_mut().find(|(other, _)| *other == text) {
+            Some((_, names)) if names.contains(&name) => {}
+            Some((_, names)) => names.push(name),
+            None => plants.push((text, vec![name])),
         }
     }
     let more = plants.len().saturating_sub(SHOWN);
-    let lines = plants.iter().take(SHOWN).map(|(name, plant)| match plant {
-        PlantSource::Fixed(plant) => described(name, plant),
-        PlantSource::Random { order, radius } => {
-            format!(
-                "plant     random, of order {order}, poles within {}\n",
-                rounded(*radius, 6)
-            )
-        }
+    let lines = plants.iter().take(SHOWN).map(|(text, names)| {
+        let names = names.join(", ");
+        format!("{:<INDENT$}{}\n{text}", "plant", visible(&names))
     });
     let mut text: String = lines.collect();
     if more > 0 {
@@ -52,25 +63,82 @@ pub(super) fn plants(experiment: &Experiment) -> String {
     text
 }
 
-fn described(name: &str, plant: &StateSpace) -> String {
+fn described(plant: &StateSpace) -> String {
     let indent = " ".repeat(INDENT);
-    let head = format!("{:<INDENT$}{}: ", "plant", visible(name));
-    let model = LinearModel::from(plant);
+    let mut model = LinearModel::from(plant);
+    without_rounding(&mut model.b);
     let equation = model.equation().rounded(6).to_string();
-    let equation = broken(&equation, head.chars().count(), INDENT + 4);
+    let equation = broken(&equation, INDENT, INDENT + 4);
     let poles = PoleFinder::new(plant.order()).poles(plant.a());
-    let poles = poles.iter().filter(|pole| pole.im >= 0.0);
-    let poles: Vec<String> = poles
-        .map(|pole| match pole.im {
-            0.0 => rounded(pole.re, 4),
-            im => format!("{} +- {}i", rounded(pole.re, 4), rounded(im, 4)),
-        })
-        .collect();
+    let poles = listed("poles ", &poles);
     let settles = match settling(&model, plant.is_stable()) {
         None => "unstable".to_owned(),
         Some(LONGEST) => format!("not within 2 % after {LONGEST} samples"),
+        Some(1) => "settles to 2 % in 1 sample".to_owned(),
         Some(samples) => format!("settles to 2 % in {samples} samples"),
     };
+    let gain = rounded(model.static_gain(), 6);
+    format!("{indent}{equation}\n{poles}{indent}static gain {gain}, {settles}\n")
+}
+
+/// The poles of a plant and of the full-order observers that run on it; an observer that is not stable is marked.
+fn described_in_continuous_time(cell: &ContinuousCell, experiment: &Experiment) -> String {
+    let plant = &cell.plant;
+    let mut text = listed("poles ", &eigenvalues(plant.a()));
+    let outputs = experiment.outputs();
+    for (observer, output) in cell.observers.iter().zip(&outputs) {
+        if let ObserverSpec::Luenberger { gain, .. } = observer {
+            let poles = eigenvalues(closed(plant, gain).as_ref());
+            let label = format!("poles of {}: ", visible(output.label()));
+            text.push_str(&listed(&label, &poles));
+            if poles.iter().any(|pole| pole.re >= 0.0) {
+                let indent = " ".repeat(INDENT);
+                text.push_str(&indent);
+                text.push_str("warning: this observer is not stable: its error does not decay\n");
+            }
+        }
+    }
+    text
+}
+
+/// `A - L C'`.
+fn closed(plant: &ContinuousPlant, gain: &[f64]) -> Mat<f64> {
+    let (a, c) = (plant.a(), plant.c());
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - gain[i] * c[j])
+}
+
+/// The eigenvalues of a matrix; none where the iteration does not converge.
+fn eigenvalues(matrix: MatRef<'_, f64>) -> Vec<c64> {
+    matrix.eigenvalues().unwrap_or_default()
+}
+
+/// Sets to 0 what is rounding of the largest number.
+fn without_rounding(numbers: &mut [f64]) {
+    let largest = numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    for number in numbers {
+        if number.abs() < ROUNDING * largest {
+            *number = 0.0;
+        }
+    }
+}
+
+/// Poles, four digits, pairs as one, on lines of at most 80 columns.
+fn listed(label: &str, poles: &[c64]) -> String {
+    let indent = " ".repeat(INDENT);
+    let largest = poles
+        .iter()
+        .fold(0.0_f64, |most, pole| most.max(pole.norm()));
+    let part = |x: f64| {
+        let x = if x.abs() < ROUNDING * largest { 0.0 } else { x };
+        rounded(x, 4)
+    };
+    let poles = poles.iter().filter(|pole| pole.im >= 0.0);
+    let poles: Vec<String> = poles
+        .map(|pole| match part(pole.im).as_str() {
+            "0" => part(pole.re),
+            im => format!("{} +- {im}i", part(pole.re)),
+        })
+        .collect();
     let mut lines = String::new();
     let mut column = usize::MAX;
     for (i, pole) in poles.iter().enumerate() {
@@ -81,18 +149,21 @@ fn described(name: &str, plant: &StateSpace) -> String {
         };
         if column.saturating_add(part.len()) > 79 {
             let start = if i == 0 {
-                format!("{indent}poles ")
+                format!("{indent}{label}")
             } else {
                 format!("\n{indent}      ")
             };
-            column = INDENT + 6;
+            column = if i == 0 {
+                INDENT + label.chars().count()
+            } else {
+                INDENT + 6
+            };
             lines.push_str(&start);
         }
         column += part.len();
         lines.push_str(&part);
     }
-    let gain = rounded(model.static_gain(), 6);
-    format!("{head}{equation}\n{lines}\n{indent}static gain {gain}, {settles}\n")
+    lines + "\n"
 }
 
 /// The first sample from which the step response stays within 2 % of its last value; of the largest one where that is 0.
@@ -124,8 +195,8 @@ mod tests {
         let model = LinearModel::from(&plant);
         assert_eq!(settling(&model, true), Some(6));
         assert_eq!(settling(&model, false), None);
-        let text = described("p", &plant);
-        let expected = "plant     p: y(k) = 0.5 y(k-1) + u(k-1)\n          poles 0.5\n          static gain 2, \
+        let text = described(&plant);
+        let expected = "          y(k) = 0.5 y(k-1) + u(k-1)\n          poles 0.5\n          static gain 2, \
                         settles to 2 % in 6 samples\n";
         assert_eq!(text, expected);
     }

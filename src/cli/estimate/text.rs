@@ -5,7 +5,7 @@ use crate::cli::equation::broken;
 use crate::diagnosis::{Residuals, Root, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
-use crate::model::LinearModel;
+use crate::model::{LinearModel, Orders};
 use crate::text::{visible, wrap};
 use std::fmt::{self, Write};
 
@@ -18,12 +18,22 @@ pub(super) fn render(report: &Report) -> String {
     text
 }
 
+/// The orders as one number and a delay where that says all.
+fn asked(orders: Orders) -> String {
+    let Orders { na, nk, .. } = orders;
+    if orders == Orders::arx(na, na, nk) {
+        format!("order {na}, delay {nk}")
+    } else {
+        format!("orders {orders}")
+    }
+}
+
 fn write_report(text: &mut String, report: &Report) -> fmt::Result {
     writeln!(
         text,
-        "{}: orders {}, window {} of {} samples\ndetrend {}, observer's gain {}",
+        "{}: {}, window {} of {} samples\ndetrend {}, observer's gain {}",
         visible(report.file.display()),
-        report.orders,
+        asked(report.orders),
         report.window,
         report.record.y.len(),
         report.detrend,

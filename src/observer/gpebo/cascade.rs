@@ -6,7 +6,7 @@ use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
 use super::recursive::LeastSquaresIntegrals;
 use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check};
-use super::score::{Score, Squares, squares};
+use super::score::{Score, squares};
 use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::plant::ContinuousPlant;
 
@@ -107,6 +107,7 @@ impl Cascade {
             mixing: Mixing::new(n),
             estimates: estimates.collect(),
             scores: vec![],
+            squares: vec![f64::NAN; n + 2],
             outcomes: vec![Outcome::Finite; self.specs.len()],
             outcome: Outcome::Finite,
         };
@@ -114,8 +115,10 @@ impl Cascade {
         self.system.start_step(&mut run.linear, 0.0, h / 2.0);
         run.mixing.observe(self, &run.linear, 2);
         run.finish_step(0.0);
-        let score = |estimate| Score::new(refine, run.squares(estimate));
-        run.scores = run.estimates.iter().map(score).collect();
+        for at in 0..run.estimates.len() {
+            run.note_squares(at);
+            run.scores.push(Score::new(refine, &run.squares));
+        }
         run
     }
 }
@@ -194,6 +197,8 @@ pub struct Run<'a> {
     estimates: Vec<ObserverEstimate>,
     /// One for each estimate.
     scores: Vec<Score>,
+    /// Buffer for the squared errors of one estimate.
+    squares: Vec<f64>,
     outcomes: Vec<Outcome>,
     outcome: Outcome,
 }
@@ -271,14 +276,22 @@ impl Run<'_> {
     /// Scores the estimates at t, h seconds after the previous ones.
     fn score(&mut self, t: f64, h: f64) {
         for i in 0..self.scores.len() {
-            let squares = self.squares(&self.estimates[i]);
-            self.scores[i].add(t, h, self.cascade.scored_from, squares);
+            self.note_squares(i);
+            self.scores[i].add(t, h, self.cascade.scored_from, &self.squares);
         }
     }
 
-    fn squares(&self, estimate: &ObserverEstimate) -> Squares {
+    /// Computes the squared errors of an estimate into the buffer.
+    fn note_squares(&mut self, at: usize) {
         let x = self.linear.x(self.cascade.n);
-        squares(x, &estimate.x, &self.cascade.theta, &estimate.theta)
+        let estimate = &self.estimates[at];
+        squares(
+            &mut self.squares,
+            x,
+            &estimate.x,
+            &self.cascade.theta,
+            &estimate.theta,
+        );
     }
 
     /// Returns the state of the run after the last base step.

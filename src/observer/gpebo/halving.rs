@@ -131,12 +131,11 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
     let convergence = |(number, differences): (usize, &[Differences; 2])| {
         let [state, theta] = differences.map(|runs| runs.step_error(summary.steps));
         let [state_scale, theta_scale] = [state.largest, theta.largest / size.sqrt()];
-        let scales = [state_scale, state_scale, state_scale, theta_scale];
         let accuracies = [&middle, &summary].map(|run| &run.observers[number].accuracy);
         Convergence {
             state,
             theta,
-            measures: measures(accuracies, scales, summary.steps),
+            measures: measures(accuracies, [state_scale, theta_scale], summary.steps),
         }
     };
     Halving {
@@ -146,10 +145,16 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
 }
 
 /// Computes [`Convergence::measures`]. The scales are the largest values of the quantities whose errors enter the root
-/// mean squares.
-fn measures([middle, fine]: [&Accuracy; 2], scales: [f64; 4], steps: usize) -> f64 {
+/// mean squares of the state and of theta.
+fn measures([middle, fine]: [&Accuracy; 2], [state, theta]: [f64; 2], steps: usize) -> f64 {
     let mut most = (fine.theta - middle.theta).abs().max(0.0);
-    for ((middle, fine), scale) in middle.rms.iter().zip(fine.rms).zip(scales) {
+    let states = middle.rms_states.iter().zip(&fine.rms_states);
+    let states = states.map(|(middle, fine)| (*middle, *fine, state));
+    let both = [
+        (middle.rms_state, fine.rms_state, state),
+        (middle.rms_theta, fine.rms_theta, theta),
+    ];
+    for (middle, fine, scale) in both.into_iter().chain(states) {
         let difference = (middle - fine).abs();
         // The measure does not exist.
         if fine.is_nan() {

@@ -3,15 +3,23 @@
 /// theta counts as reached if its relative error `|theta - theta_hat| / |theta|` is below this.
 pub const BAND: f64 = 0.1;
 
-/// Squared errors at one time: of x, of x_1, of x_2, and the relative one of theta. NaN if a quantity does not exist.
-pub type Squares = [f64; 4];
+/// Squared errors at one time: of x, the relative one of theta, and of x_1 ... x_n. NaN if a quantity does not exist.
+pub type Squares = [f64];
+
+/// Positions of the squared errors of x and of theta, and of the first of those of x_1 ... x_n.
+const STATE: usize = 0;
+const THETA: usize = 1;
+const STATES: usize = 2;
 
 /// The errors of one observer over one run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// `sqrt(mean over the scored time of |x - xhat|^2)`, then the same for x_1, x_2 and the relative error of theta.
-    /// NaN if a quantity does not exist.
-    pub rms: [f64; 4],
+    /// `sqrt(mean over the scored time of |x - xhat|^2)`.
+    pub rms_state: f64,
+    /// The same for the relative error of theta; NaN without an estimate of theta, or if theta = 0.
+    pub rms_theta: f64,
+    /// The same for x_1 ... x_n.
+    pub rms_states: Vec<f64>,
     /// Relative error of theta at the end; NaN without an estimate of theta, or if theta = 0.
     pub theta: f64,
     /// Seconds until the relative error of theta is below [`BAND`] for the first time.
@@ -24,10 +32,9 @@ pub struct Accuracy {
 impl Accuracy {
     /// Returns whether an error is too large for a number.
     pub fn overflows(&self) -> bool {
-        self.rms
-            .iter()
-            .chain([&self.theta])
-            .any(|error| error.is_infinite())
+        let all = [self.rms_state, self.rms_theta, self.theta];
+        let states = self.rms_states.iter().copied();
+        all.into_iter().chain(states).any(f64::is_infinite)
     }
 }
 
@@ -44,29 +51,30 @@ const MOST: usize = 4;
 pub struct Score {
     /// The number of steps taken together: 1, 2 or 4.
     together: usize,
-    /// Time and squares at the start of these steps, then squares after each.
+    /// Time at the start of these steps.
     start: f64,
-    nodes: [Squares; MOST + 1],
+    /// Squares at the start of these steps, then squares after each, `n + 2` numbers a node.
+    nodes: Vec<f64>,
     filled: usize,
-    /// Integrals over the scored time.
-    integrals: Squares,
+    /// Integrals over the scored time, `n + 2` numbers.
+    integrals: Vec<f64>,
     reached: Option<f64>,
     settled: Option<f64>,
 }
 
 impl Score {
     /// Starts at t = 0, for base steps divided into `refine` parts.
-    pub fn new(refine: usize, squares: Squares) -> Self {
+    pub fn new(refine: usize, squares: &Squares) -> Self {
         let together = [MOST, 2, 1]
             .into_iter()
             .find(|count| refine.is_multiple_of(*count));
-        let at_once = is_inside(&squares).then_some(0.0);
+        let at_once = is_inside(squares).then_some(0.0);
         Self {
             together: together.unwrap_or(1),
             start: 0.0,
-            nodes: [squares; MOST + 1],
+            nodes: squares.repeat(MOST + 1),
             filled: 0,
-            integrals: [0.0; 4],
+            integrals: vec![0.0; squares.len()],
             reached: at_once,
             settled: at_once,
         }
@@ -75,9 +83,10 @@ impl Score {
     /// Adds the node at t, h seconds after the previous one. Errors count from the time `from` on, which no step
     /// crosses.
     #[inline]
-    pub fn add(&mut self, t: f64, h: f64, from: f64, squares: Squares) {
+    pub fn add(&mut self, t: f64, h: f64, from: f64, squares: &Squares) {
         self.filled += 1;
-        self.nodes[self.filled] = squares;
+        let width = squares.len();
+        self.nodes[self.filled * width..][..width].copy_from_slice(squares);
         if self.filled < self.together {
             return;
         }
@@ -87,7 +96,14 @@ impl Score {
         for k in 0..self.together {
             self.note_entry(k, h);
         }
-        (self.start, self.nodes[0], self.filled) = (t, squares, 0);
+        self.nodes[..width].copy_from_slice(squares);
+        (self.start, self.filled) = (t, 0);
+    }
+
+    /// Returns the squares at a node.
+    fn node(&self, k: usize) -> &Squares {
+        let width = self.integrals.len();
+        &self.nodes[k * width..][..width]
     }
 
     /// Adds the integral over the filled nodes by the Newton-Cotes formula of 2, 3 or 5 nodes.
@@ -103,7 +119,8 @@ impl Score {
                 14.0 / 45.0,
             ],
         };
-        for (weight, squares) in weights.iter().zip(&self.nodes) {
+        let nodes = self.nodes.chunks_exact(self.integrals.len());
+        for (weight, squares) in weights.iter().zip(nodes) {
             for (integral, square) in self.integrals.iter_mut().zip(squares) {
                 *integral += h * weight * square;
             }
@@ -113,7 +130,7 @@ impl Score {
     /// Notes whether theta enters or leaves the band between nodes k and k + 1.
     #[inline]
     fn note_entry(&mut self, k: usize, h: f64) {
-        if !is_inside(&self.nodes[k + 1]) {
+        if !is_inside(self.node(k + 1)) {
             self.settled = None;
         } else if self.settled.is_none() {
             let entry = self.start + h * self.entry(k);
@@ -139,20 +156,23 @@ impl Score {
 
     /// Returns the squared error of theta `s` steps after the first node, on the Lagrange polynomial through the nodes.
     fn theta_at(&self, s: f64) -> f64 {
-        let nodes = &self.nodes[..=self.together];
-        let term = |(i, squares): (usize, &Squares)| {
-            let others = (0..nodes.len()).filter(|j| *j != i);
+        let nodes = 0..=self.together;
+        let term = |i: usize| {
+            let others = nodes.clone().filter(|j| *j != i);
             let factor = |j: usize| (s - j as f64) / (i as f64 - j as f64);
-            squares[3] * others.map(factor).product::<f64>()
+            self.node(i)[THETA] * others.map(factor).product::<f64>()
         };
-        nodes.iter().enumerate().map(term).sum()
+        nodes.clone().map(term).sum()
     }
 
     /// Returns the accuracy, given the scored time in seconds.
     pub fn accuracy(&self, time: f64) -> Accuracy {
+        let rms = |integral: &f64| (integral / time).sqrt();
         Accuracy {
-            rms: self.integrals.map(|integral| (integral / time).sqrt()),
-            theta: self.nodes[self.filled][3].sqrt(),
+            rms_state: rms(&self.integrals[STATE]),
+            rms_theta: rms(&self.integrals[THETA]),
+            rms_states: self.integrals[STATES..].iter().map(rms).collect(),
+            theta: self.node(self.filled)[THETA].sqrt(),
             reached: self.reached,
             settled: self.settled,
         }
@@ -160,13 +180,12 @@ impl Score {
 }
 
 fn is_inside(squares: &Squares) -> bool {
-    squares[3] < BAND * BAND
+    squares[THETA] < BAND * BAND
 }
 
-/// Returns the squared errors of an estimate; `theta_hat` is empty if there is none.
-pub fn squares(x: &[f64], x_hat: &[f64], theta: &[f64], theta_hat: &[f64]) -> Squares {
+/// Writes the squared errors of an estimate, `n + 2` numbers; `theta_hat` is empty if there is none.
+pub fn squares(found: &mut Squares, x: &[f64], x_hat: &[f64], theta: &[f64], theta_hat: &[f64]) {
     let square = |(a, b): (&f64, &f64)| (a - b) * (a - b);
-    let of_state = |i: usize| x.get(i).zip(x_hat.get(i)).map_or(f64::NAN, square);
     let relative = if theta_hat.is_empty() {
         f64::NAN
     } else {
@@ -174,8 +193,12 @@ pub fn squares(x: &[f64], x_hat: &[f64], theta: &[f64], theta_hat: &[f64]) -> Sq
         let error: f64 = theta.iter().zip(theta_hat).map(square).sum();
         if size > 0.0 { error / size } else { f64::NAN }
     };
-    let all = x.iter().zip(x_hat).map(square).sum();
-    [all, of_state(0), of_state(1), relative]
+    let states = x.iter().zip(x_hat).map(square);
+    found[STATE] = states.clone().sum();
+    found[THETA] = relative;
+    for (found, square) in found[STATES..].iter_mut().zip(states) {
+        *found = square;
+    }
 }
 
 #[cfg(test)]
@@ -185,12 +208,12 @@ mod tests {
     /// Scores a squared relative error of theta over [0, 6] with base steps of 1, each divided into `refine` parts. The
     /// squared error of x is twice that of theta.
     fn scored(refine: usize, from: f64, theta: impl Fn(f64) -> f64) -> Accuracy {
-        let squares = |t: f64| [2.0 * theta(t), 2.0 * theta(t), f64::NAN, theta(t)];
-        let mut score = Score::new(refine, squares(0.0));
+        let squares = |t: f64| [2.0 * theta(t), theta(t), f64::NAN, 2.0 * theta(t)];
+        let mut score = Score::new(refine, &squares(0.0));
         let h = 1.0 / refine as f64;
         for k in 1..=6 * refine {
             let t = k as f64 * h;
-            score.add(t, h, from, squares(t));
+            score.add(t, h, from, &squares(t));
         }
         score.accuracy(6.0 - from)
     }
@@ -202,10 +225,14 @@ mod tests {
             for d in 0..=degree + 1 {
                 let found = scored(refine, 2.0, |t| t.powi(d) / 100.0);
                 let exact = (6_f64.powi(d + 1) - 2_f64.powi(d + 1)) / f64::from(d + 1) / 400.0;
-                let [x, _, none, theta] = found.rms;
+                let (x, theta) = (found.rms_state, found.rms_theta);
+                let [none, state] = found.rms_states[..] else {
+                    panic!("{found:?}")
+                };
                 let error = (theta * theta / exact - 1.0).abs();
                 assert_eq!(error < 1e-14, d <= degree, "{refine} {d} {error}");
                 assert!((x * x - 2.0 * theta * theta).abs() < 1e-14 * x * x && none.is_nan());
+                assert_eq!(state, x);
             }
         }
     }
@@ -245,13 +272,20 @@ mod tests {
     /// theta is zero.
     #[test]
     fn relative_errors() {
-        let found = squares(&[1.0, 2.0], &[1.5, 0.0], &[3.0, 4.0], &[3.0, 3.5]);
-        assert_eq!(found, [4.25, 0.25, 4.0, 0.01]);
-        assert!(
-            squares(&[1.0], &[1.0], &[1.0], &[])[2..]
-                .iter()
-                .all(|x| x.is_nan())
+        let mut found = [f64::NAN; 5];
+        squares(
+            &mut found,
+            &[1.0, 2.0, 3.0],
+            &[1.5, 0.0, 0.0],
+            &[3.0, 4.0],
+            &[3.0, 3.5],
         );
-        assert!(squares(&[1.0], &[1.0], &[0.0], &[0.5])[3].is_nan());
+        assert_eq!(found, [13.25, 0.01, 0.25, 4.0, 9.0]);
+        let relative = |theta: &[f64], theta_hat: &[f64]| {
+            let mut found = [0.0; 3];
+            squares(&mut found, &[1.0], &[1.0], theta, theta_hat);
+            found[THETA]
+        };
+        assert!(relative(&[1.0], &[]).is_nan() && relative(&[0.0], &[0.5]).is_nan());
     }
 }

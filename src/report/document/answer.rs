@@ -1,4 +1,4 @@
-//! What a study shows, in sentences made of its numbers.
+//! The results of a study in sentences with numbers.
 
 use super::layout::x_key;
 use super::lead_figures;
@@ -9,7 +9,7 @@ use crate::study::file::Key;
 use crate::study::{Better, CellSummary, Measure};
 use std::collections::BTreeMap;
 
-/// The sentences.
+/// All sentences.
 pub(super) fn in_numbers(study: &Study) -> String {
     let (Some(measure), Some(output)) = (lead_figures(study).first().copied(), study.main_output())
     else {
@@ -26,7 +26,7 @@ fn text(median: Quantile) -> String {
     uncertain(median.value, median.mcse)
 }
 
-/// Least and greatest median over the cells.
+/// The smallest and the largest median over the cells.
 fn extremes(study: &Study, measure: Measure, output: &str) -> String {
     let keys = study.varying();
     let mut cells: Vec<(&CellSummary, Quantile)> = study
@@ -51,8 +51,7 @@ fn extremes(study: &Study, measure: Measure, output: &str) -> String {
     }
 }
 
-/// At which value along the main axis the measure is best, over the combinations of the other
-/// settings.
+/// The value on the main axis at which the measure is best, over the combinations of the other settings.
 fn best(study: &Study, measure: Measure, output: &str) -> String {
     if measure.better() == Better::Neither {
         return String::new();
@@ -102,7 +101,7 @@ fn best(study: &Study, measure: Measure, output: &str) -> String {
     })
 }
 
-/// What the comparisons on the same trials say.
+/// The results of the comparisons on the same trials.
 fn paired(study: &Study, measure: Measure) -> String {
     let mut text = String::new();
     for [first, second] in study.file.compare.iter().take(3) {
@@ -137,7 +136,7 @@ fn paired(study: &Study, measure: Measure) -> String {
     text
 }
 
-/// The cell where most trials are lost.
+/// The cell with the most lost trials.
 fn lost(study: &Study) -> String {
     let keys = study.varying();
     let outputs = study

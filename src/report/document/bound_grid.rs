@@ -1,5 +1,5 @@
-//! Shares of trials that meet nested bounds, over two sides of the grid: where a method works,
-//! nearly works, fails.
+//! A map of the shares of trials that satisfy nested bounds, over two sides of the grid. It shows where a method works,
+//! nearly works or fails.
 
 use super::figures::Drawn;
 use super::layout::x_key;
@@ -9,12 +9,11 @@ use crate::study::CellSummary;
 use crate::study::file::Key;
 use std::collections::HashMap;
 
-/// Cells of a map that a page shows.
+/// Largest number of cells of a map.
 const MOST_CELLS: usize = 1000;
 
-/// The map of a study whose cells have two bounds of one figure, the narrower one first: in per
-/// cent of the trials of the last output, those within the first, those within the second only, the
-/// rest.
+/// The map of a study whose cells have two bounds on one measure, the narrower one first. It shows per cent of the
+/// trials of the last output: within the first bound, only within the second, and neither.
 pub(super) fn bound_grid(study: &Study) -> Option<Drawn> {
     let output = study.labels().last()?;
     let [narrow, wide] = study.file.bounds.as_slice() else {
@@ -57,7 +56,7 @@ pub(super) fn bound_grid(study: &Study) -> Option<Drawn> {
     })
 }
 
-/// Names of rows and what stands in them, a column for every value of `x`.
+/// Row names and rows, with a column for every value of `x`.
 fn grid(study: &Study, output: &str, x: Key, others: &[Key]) -> (Vec<String>, Vec<Row>) {
     let columns = study.values(x).len();
     let (mut names, mut rows) = (Vec::new(), Vec::new());
@@ -78,7 +77,7 @@ fn grid(study: &Study, output: &str, x: Key, others: &[Key]) -> (Vec<String>, Ve
 /// The cells of a row.
 type Row = Vec<Option<HeatCell>>;
 
-/// The settings of a row; a frequency says nothing of a wave that has none.
+/// The settings that name a row. The frequency is left out for a disturbance that has none.
 fn row_name(cell: &CellSummary, keys: &[Key]) -> String {
     let disturbance = cell.setting(Key::Disturbance);
     let timeless = matches!(disturbance.as_str(), "white" | "constant" | "ramp" | "none");

@@ -1,4 +1,4 @@
-//! The figure of the shares of trials that meet each bound.
+//! The figure with the shares of trials that satisfy each bound.
 
 use super::figures::Drawn;
 use super::layout::sheet;
@@ -8,8 +8,7 @@ use crate::report::results::Study;
 use crate::report::table::share;
 use std::collections::HashMap;
 
-/// The share of realisations that meet each bound: of the last output, or over all combinations of
-/// a large grid.
+/// The share of realisations that satisfy each bound: for the last output, or over all combinations of a large grid.
 pub(super) fn shares(study: &Study) -> Option<Drawn> {
     const FEW: usize = 4;
     let mut names: Vec<String> = Vec::new();

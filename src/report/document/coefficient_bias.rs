@@ -1,4 +1,4 @@
-//! The figure of the bias of every coefficient.
+//! The figure with the bias of every coefficient.
 
 use super::figures::Drawn;
 use super::layout::{Choice, Layout, panel_title, sheet};
@@ -8,8 +8,7 @@ use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::report::results::Study;
 use crate::study::file::Key;
 
-/// Bias, its error and the scatter of one coefficient, by quantiles where one trial dominates the
-/// moments.
+/// Bias, its error and the scatter of one coefficient; from quantiles if one trial dominates the moments.
 fn bias_of(error: &Statistics) -> (f64, f64, f64) {
     if error.dominated || !error.mean.value.is_finite() {
         let scatter = (error.q75.value - error.q25.value) / 1.349;
@@ -19,10 +18,10 @@ fn bias_of(error: &Statistics) -> (f64, f64, f64) {
     }
 }
 
-/// Bias of every coefficient in units of its standard deviation.
+/// The bias of every coefficient in units of its standard deviation.
 pub(super) fn coefficients(study: &Study) -> Option<Drawn> {
     let outputs = lead_outputs(study);
-    // Iteration 0 may be biased by so much that nothing else is seen.
+    // The bias of iteration 0 may be so large that it hides everything else.
     let pass = |label: &str| {
         let cell = study.summary.cells.first()?;
         study.output(cell, label).map(|output| output.pass)

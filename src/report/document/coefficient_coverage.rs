@@ -1,4 +1,4 @@
-//! The figure of how often the 95 % intervals of the coefficients hold the truth.
+//! The figure of the coverage of the 95 % intervals of the coefficients.
 
 use super::figures::Drawn;
 use super::layout::{Choice, Layout, panel_title, sheet, x_key};
@@ -8,14 +8,14 @@ use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::report::results::Study;
 use crate::study::CellSummary;
 
-/// What the intervals promise.
+/// The nominal coverage of the intervals.
 const NOMINAL: f64 = 0.95;
 
-/// Outputs that can be told apart.
+/// Largest number of outputs that can be distinguished.
 const MOST: usize = 6;
 
-/// The coverage in the worst coefficient of each output, along the setting with the most values; where nothing varies, of
-/// every coefficient.
+/// The coverage for the worst coefficient of each output, along the setting with the most values. If nothing varies,
+/// the coverage for every coefficient.
 pub(super) fn coverage(study: &Study) -> Option<Drawn> {
     let outputs = lead_outputs(study);
     let has = |cell: &CellSummary, label: &str| {

@@ -1,16 +1,14 @@
-//! The course of the first trial in continuous time: theta_hat(t) and the errors of the state,
-//! Figs. 1 to 4 of Bobtsov et al.
+//! The course of the first trial in continuous time: theta_hat(t) and the state errors, Figs. 1 to 4 of Bobtsov et al.
 
 use super::figures::Drawn;
 use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::study::{CellSummary, OutputTrace, Summary, Traces};
 
-/// Errors of the state are drawn up to so many times their largest value past this share of the
-/// time.
+/// The y axis of the state errors reaches this many times their largest value after the share `SETTLED` of the time.
 const ROOM: f64 = 1.3;
 const SETTLED: f64 = 0.2;
 
-/// The figures of the last cell with a course, if there is one.
+/// The figures of the last cell with a stored course, if there is one.
 pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
     let with = |cell: &&CellSummary| cell.traces.is_some();
     let Some(cell) = summary.cells.iter().rfind(with) else {
@@ -60,7 +58,7 @@ pub fn course_figures(summary: &Summary) -> super::Files {
         .collect()
 }
 
-/// Points of a course.
+/// The points of a course.
 fn points(times: &[f64], values: impl Iterator<Item = f64>) -> Vec<Point> {
     times
         .iter()

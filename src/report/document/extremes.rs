@@ -1,28 +1,28 @@
-//! What of a study that is too large for a page is shown: its extremes. The table has the rest.
+//! The extremes of a study that is too large for a page. The CSV table has the rest.
 
 use crate::report::html::{CellText, Column, Table};
 use crate::report::plot::{Plot, Point, Scale, Style};
 
-/// Rows of a table that a page shows; of a longer one it shows the ends.
+/// Largest number of rows that a page shows; a longer table is reduced to its extremes.
 const MOST_ROWS: usize = 250;
-/// Rows at either end.
+/// Rows at each extreme.
 const END: usize = 10;
-/// Names along an axis.
+/// Largest number of names along an axis.
 const NAMES: usize = 60;
-/// Points of a series that are drawn with bars of their own.
+/// Largest number of points of a series that are drawn with separate bars.
 const BARS: usize = 200;
 
-/// A table of any length: all of it as CSV, and of its rows those that a page shows.
+/// A table of any length: complete as CSV, with only some rows on the page.
 pub(super) struct LongTable {
     table: Table,
     csv: String,
     count: usize,
-    /// The column whose smallest and largest numbers are the ends.
+    /// The column whose smallest and largest numbers are the extremes.
     by: usize,
 }
 
 impl LongTable {
-    /// A table without rows; `by` is the title of a column of numbers.
+    /// A table without rows; `by` is the title of the column that decides which rows are extreme.
     pub(super) fn new(caption: &str, columns: Vec<Column>, by: &str) -> Self {
         let by = columns.iter().position(|column| column.title == by);
         let table = Table::new(caption, columns);
@@ -59,22 +59,22 @@ impl LongTable {
         }
     }
 
-    /// How many rows it has.
+    /// Number of rows.
     pub(super) fn count(&self) -> usize {
         self.count
     }
 
-    /// It, unless it is empty.
+    /// The table, or `None` if it is empty.
     pub(super) fn unless_empty(self) -> Option<Self> {
         (self.count > 0).then_some(self)
     }
 
-    /// All of it as CSV.
+    /// Takes the complete table as CSV.
     pub(super) fn take_csv(&mut self) -> String {
         std::mem::take(&mut self.csv)
     }
 
-    /// What a page shows, and what to say of it where that is not all.
+    /// The table for the page, with a note if it is not complete.
     pub(super) fn shown(mut self, file: &str) -> (Table, Option<String>) {
         if self.count <= MOST_ROWS {
             return (self.table, None);
@@ -89,8 +89,8 @@ impl LongTable {
     }
 }
 
-/// Leaves of too many names along the x axes (along y, of a plot that lies) those with the smallest
-/// and the largest values of the last series; says so.
+/// Keeps of too many names only those with the smallest and the largest values of the last series, and returns a note.
+/// The names are along x, or along y in a horizontal plot.
 pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
     let lies = plots
         .iter()
@@ -147,7 +147,7 @@ pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
     ))
 }
 
-/// Draws many intervals as a band instead of bars.
+/// Draws the intervals of many points as a band instead of bars.
 pub(super) fn crowded(plots: &mut [Plot]) {
     let series = plots.iter_mut().flat_map(|plot| &mut plot.series);
     for series in series {

@@ -1,4 +1,4 @@
-//! Figures of any study, chosen by what it holds.
+//! The figures of a study, chosen by its content.
 
 use super::layout::{Layout, panel_title, sheet, x_of};
 use super::{lead_figures, lead_outputs};
@@ -9,27 +9,27 @@ use crate::study::file::Key;
 use crate::study::{Better, CellSummary, Measure, TheoryReference, measure};
 use crate::text::number;
 
-/// Outputs beside which marks of theory can still be told.
+/// Largest number of outputs for which marks of theory can still be distinguished.
 const MOST_MARKS: usize = 4;
 
-/// A picture with the name of its file.
+/// A figure with its file name.
 #[derive(Clone, Debug)]
 pub(super) struct Drawn {
-    /// The file's name without folder and extension.
+    /// The file name without folder and extension.
     pub name: String,
-    /// The document.
+    /// The SVG document.
     pub svg: String,
-    /// What stands under it.
+    /// The caption.
     pub caption: String,
 }
 
-/// With fewer trials the interval of a median says little, and quartiles are drawn.
+/// With fewer trials than this, quartiles are drawn, because the interval of a median says little.
 const FEW: u64 = 100;
 
-/// Most figures of a study.
+/// Largest number of figures of a study.
 const FIGURES: usize = 6;
 
-/// The figures of a study, the most telling ones where there are too many.
+/// The figures of a study, the most informative ones if there are too many.
 pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     let lead = lead_figures(study);
     let first = lead.first().copied();
@@ -61,7 +61,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     drawn
 }
 
-/// What quantiles are and how exact.
+/// Explains the quantiles and their accuracy.
 pub(super) fn quantile_note(study: &Study) -> String {
     let percent = 100.0 * study.summary.quantile_relative_error;
     format!(
@@ -92,7 +92,7 @@ fn quantiles(at: f64, statistics: &Statistics) -> Point {
     Point::quantiles(at, values)
 }
 
-/// A value with its 95 % interval, which is one of the logarithm where the axis is logarithmic.
+/// A value with its 95 % interval. On a logarithmic axis, it is the interval of the logarithm.
 fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
     if *scale == Scale::Log && quantile.value > 0.0 {
         let factor = (Z * quantile.mcse / quantile.value).exp();
@@ -107,15 +107,15 @@ fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
     }
 }
 
-/// Whether a picture shows an output of a cell: not where most trials fail, so that its median is
-/// that of a few, and not without noise where other cells have noise, which would stretch every
-/// axis to errors of rounding.
+/// Whether a figure shows an output of a cell. It does not if most trials fail, because the median is then that of a
+/// few. It also does not if the cell has no noise and other cells have, because every axis would then reach down to
+/// rounding errors.
 pub(super) fn is_shown(study: &Study, cell: &CellSummary, label: &str) -> bool {
     let output = study.output(cell, label);
     !study.is_quiet(cell) && output.is_some_and(|output| output.failed.low <= 0.5)
 }
 
-/// What a picture leaves out, as part of a caption.
+/// The part of a caption that says what is left out.
 fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     let cells = || study.summary.cells.iter();
     let failing = |cell: &&CellSummary| {
@@ -141,7 +141,7 @@ fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     text
 }
 
-/// Whether all that is drawn stands at one place of an axis with more.
+/// Whether all points have the same x on an axis with room for more.
 fn at_one_place(plots: &[Plot]) -> bool {
     let series = plots.iter().flat_map(|plot| &plot.series);
     let mut places: Vec<f64> = series
@@ -153,8 +153,7 @@ fn at_one_place(plots: &[Plot]) -> bool {
     places.len() < 2 && !plots.iter().any(names)
 }
 
-/// Medians of a measure over the axis, with the spread of the trials where few outputs leave room
-/// for it.
+/// Medians of a measure over the axis, with the spread of the trials if there are few outputs.
 pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let layout = Layout::new(study, x_of(study, measure), &[]);
     let outputs = lead_outputs(study);
@@ -227,7 +226,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     })
 }
 
-/// What the lines of theory are, as part of a caption.
+/// The part of a caption that explains the lines of theory.
 fn limits(study: &Study, layout: &Layout, measure: Measure) -> &'static str {
     if is_crowded(study, layout) {
         return "";
@@ -240,12 +239,12 @@ fn limits(study: &Study, layout: &Layout, measure: Measure) -> &'static str {
     }
 }
 
-/// Whether marks of theory would hide among those of many outputs: beside names on the axis there are no lines.
+/// Whether marks of theory would be lost among those of many outputs. An axis of names has marks instead of lines.
 fn is_crowded(study: &Study, layout: &Layout) -> bool {
     layout.has_names && lead_outputs(study).len() > MOST_MARKS
 }
 
-/// What theory gives as N grows: the medians under the bounds, one line where they are the same, and of the last output.
+/// Adds theory as N grows: the medians under the bounds, as one line if they agree, and the median of the last output.
 fn theory(
     study: &Study,
     layout: &Layout,
@@ -294,7 +293,7 @@ fn theory(
     plot
 }
 
-/// Bounds of the measure, and the slope -1/2 where slopes over this axis were asked for.
+/// Adds the bounds of the measure, and a slope of -1/2 if the file asks for slopes over this axis.
 fn references(
     study: &Study,
     layout: &Layout,
@@ -347,7 +346,7 @@ fn references(
     plot
 }
 
-/// Ratios on the same trials, of the pairs that the file compares.
+/// Ratios on the same trials, for the pairs that the file compares.
 fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
     let pairs: Vec<(String, String)> = study
         .file
@@ -408,7 +407,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
     })
 }
 
-/// Where all ratios are close to 1 the axis is linear and reaches 5 % to either side at least.
+/// If all ratios are close to 1, makes the axis linear, with at least 5 % to either side.
 fn near_one(plots: &mut [Plot]) {
     let series = plots.iter().flat_map(|plot| &plot.series);
     let ends = series.flat_map(|series| {

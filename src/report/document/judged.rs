@@ -1,4 +1,4 @@
-//! The verdicts on the claims of an experiment file: a sentence, a picture and the cells behind it.
+//! The verdicts on the claims of an experiment file: for each a sentence, a figure and the cells it rests on.
 
 mod picture;
 
@@ -17,12 +17,12 @@ fn all(studies: &[Study]) -> impl Iterator<Item = (&Study, &Judged)> {
         .flat_map(|study| study.judged.iter().map(move |claim| (study, claim)))
 }
 
-/// Whether a study has a claim that is judged.
+/// Whether any study has a judged claim.
 pub(super) fn are_there(studies: &[Study]) -> bool {
     studies.iter().any(|study| !study.judged.is_empty())
 }
 
-/// The claims of all studies, in a table that leads to them.
+/// A table of the claims of all studies, with links to them.
 pub(super) fn overview(section: &mut Section, studies: &[Study]) {
     let columns = ["claim", "verdict", "what it says", "source", "experiment"].map(Column::text);
     let mut table = Table::new("The claims of the experiment files.", columns.to_vec());
@@ -38,7 +38,7 @@ pub(super) fn overview(section: &mut Section, studies: &[Study]) {
     section.table(&table);
 }
 
-/// The table of verdicts and the line of each, for documents.
+/// The table of verdicts and the line of each claim, as Markdown.
 pub(super) fn markdown(studies: &[Study]) -> String {
     let columns = ["claim", "what it says", "verdict", "experiment"].map(Column::text);
     let mut table = Table::new("", columns.to_vec());
@@ -60,7 +60,7 @@ pub(super) fn markdown(studies: &[Study]) -> String {
     text
 }
 
-/// Every number behind a verdict, as CSV.
+/// All numbers behind the verdicts, as CSV.
 pub(super) fn csv(studies: &[Study]) -> String {
     let mut columns = ["claim", "number"].map(Column::text).to_vec();
     columns.extend(["value", "MCSE"].map(|name| Column::number(name, "")));
@@ -86,8 +86,8 @@ pub(super) fn csv(studies: &[Study]) -> String {
     table.csv()
 }
 
-/// A part for each claim of a study: the verdict with its sentence, the picture that shows it, and
-/// the cells after a click.
+/// Adds a part for each claim of a study: the verdict with its sentence, its figures, and the cells as a detail that
+/// opens on a click.
 pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) {
     for claim in &study.judged {
         let mut links = Vec::new();
@@ -134,13 +134,13 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
     }
 }
 
-/// An id as a part of a file's name, whoever wrote it.
+/// Turns an id from any author into a part of a file name.
 fn file_name(id: &str) -> String {
     let kept = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     id.chars().map(|c| if kept(c) { c } else { '-' }).collect()
 }
 
-/// What follows id and verdict in the claim's line.
+/// The part of the claim's line after id and verdict.
 fn sentence(claim: &Judged) -> String {
     let begin = format!("{}  {}", claim.id, claim.verdict);
     let rest = claim.line.strip_prefix(&begin).unwrap_or(&claim.line);
@@ -150,7 +150,7 @@ fn sentence(claim: &Judged) -> String {
     first.into_iter().flatten().chain(letters).collect()
 }
 
-/// What every cell says: the number, what it must be, the verdict of the cell, and two p-values.
+/// The table of cells: the number, its condition, the verdict of the cell, and two p-values.
 fn cells(claim: &Judged) -> LongTable {
     let more = |cell: &JudgedCell| cell.numbers.len() > 1 || cell.case.is_some();
     let several = claim.tests.len() > 1 || claim.cells.iter().any(more);
@@ -212,12 +212,12 @@ fn row(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber, several: bool) 
     row
 }
 
-/// What a number must be.
+/// The condition on a number.
 fn must<'a>(claim: &'a Judged, number: &JudgedNumber) -> &'a str {
     claim.tests.get(number.test).map_or("", |test| &test.must)
 }
 
-/// Where a cell is; of the only one nothing is to be said.
+/// The place of a cell in words.
 fn place(cell: &JudgedCell) -> &str {
     if cell.place.is_empty() {
         "the only one"

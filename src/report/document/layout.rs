@@ -1,4 +1,4 @@
-//! Which setting is an axis, which make panels, which are held.
+//! Chooses which setting is the axis, which make panels, and which are held.
 
 use super::extremes::{crowded, extremes};
 use crate::report::plot::{Course, Plot, PlotAxis, Scale, Sharing, Style, small_multiples};
@@ -9,23 +9,23 @@ use crate::study::{CellSummary, Measure};
 /// Settings of a panel, or held settings.
 pub(super) type Choice = Vec<(Key, String)>;
 
-/// How the cells of a study are spread over a figure.
+/// How the cells of a study are arranged in a figure.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    /// The setting along x; `None` where nothing varies or x is something else.
+    /// The setting along x; `None` if nothing varies, or if x is something else.
     pub x: Option<Key>,
-    /// The panels: settings that vary between them.
+    /// The panels, each with its values of the settings that vary between panels.
     pub panels: Vec<Choice>,
     /// Settings that vary in the study but are held in the figure.
     pub held: Choice,
-    /// Whether x has names for values.
+    /// Whether the x axis shows names, not numbers.
     pub has_names: bool,
 }
 
-/// Most panels of a figure.
+/// Largest number of panels in a figure.
 const PANELS: usize = 6;
 
-/// The setting along x: the one with the most values, of several the one that people look at first.
+/// The setting along x: the one with the most values; if there are several, the one that readers look at first.
 pub(super) fn x_key(study: &Study) -> Option<Key> {
     let varying = study.varying();
     let count = |key: &Key| study.values(*key).len();
@@ -34,7 +34,7 @@ pub(super) fn x_key(study: &Study) -> Option<Key> {
     candidates.min_by_key(|key| key.along())
 }
 
-/// The setting along x of a figure of merit: what the observer is like changes no parameter.
+/// The setting along x for a measure. Settings of the observer do not affect measures of parameters.
 pub(super) fn x_of(study: &Study, measure: Measure) -> Option<Key> {
     let usual = x_key(study);
     if measure.is_of_state() || usual.is_none_or(|key| !key.is_of_observer()) {
@@ -50,12 +50,12 @@ pub(super) fn x_of(study: &Study, measure: Measure) -> Option<Key> {
 }
 
 impl Layout {
-    /// The layout with a given x; `used` are settings that something else shows, such as colours.
+    /// The layout with a given x; `used` are settings shown in another way, such as by colour.
     pub(super) fn new(study: &Study, x: Option<Key>, used: &[Key]) -> Self {
         Self::by(study, x, used, Key::held)
     }
 
-    /// The layout with an order of its own in which settings get panels.
+    /// The layout with a given order in which settings get panels.
     pub(super) fn by(
         study: &Study,
         x: Option<Key>,
@@ -95,7 +95,7 @@ impl Layout {
         study.cells(&wanted)
     }
 
-    /// What is held, as the end of a caption.
+    /// The held settings, as the end of a caption.
     pub(super) fn held_text(&self) -> String {
         if self.held.is_empty() {
             return String::new();
@@ -137,7 +137,7 @@ impl Layout {
         }
     }
 
-    /// The cells of a panel along x.
+    /// The cells of a panel, sorted along x.
     pub(super) fn along<'a>(&self, study: &'a Study, panel: &Choice) -> Vec<&'a CellSummary> {
         let mut cells = self.cells(study, panel);
         cells.sort_by(|a, b| self.at(study, a).total_cmp(&self.at(study, b)));
@@ -145,14 +145,13 @@ impl Layout {
     }
 }
 
-/// Beyond so many decades over the middle one of the values a logarithmic axis ends; what is beyond
-/// is noted.
+/// A logarithmic axis reaches at most this many decades above the median value. Values beyond it are noted.
 const DECADES: f64 = 12.0;
-/// Intervals that reach this many times beyond every value are cut.
+/// Intervals that reach beyond all values by more than this factor are cut.
 const WIDE: f64 = 1e3;
 
-/// Cuts logarithmic axes of y that the intervals of a few estimates would stretch: the axis holds
-/// every value that is not out of all bounds, and about a decade more.
+/// Cuts logarithmic y axes that the intervals of a few estimates would stretch. The axis holds every value up
+/// to `DECADES` decades above the median value, and about a decade more.
 fn cut(plots: &mut [Plot]) {
     let logarithmic = plots
         .iter()
@@ -207,8 +206,7 @@ fn cut(plots: &mut [Plot]) {
     }
 }
 
-/// Whether the values of some panels are so far from those of others that one axis of y would
-/// flatten them all.
+/// Whether the values of the panels differ so much that a common y axis would flatten them all.
 fn apart(plots: &[Plot]) -> bool {
     let middle = |plot: &Plot| {
         let points = plot.series.iter().flat_map(|series| &series.points);
@@ -230,8 +228,8 @@ fn apart(plots: &[Plot]) -> bool {
         && most > 1e5 * least
 }
 
-/// What a claim speaks of, the first that says it; else the default of a setting where the study
-/// has it, else the last of its values.
+/// The value at which a setting is held: the first that a claim names; otherwise the default, if the study has it;
+/// otherwise the last value.
 fn held_value(study: &Study, key: Key) -> String {
     let values = study.values(key);
     let claims = study.file.claims.iter();
@@ -242,13 +240,13 @@ fn held_value(study: &Study, key: Key) -> String {
     found.or_else(|| values.last().cloned()).unwrap_or_default()
 }
 
-/// Whether numbers are positive and so far apart that their axis is logarithmic.
+/// Whether numbers are positive and spread so far that their axis is logarithmic.
 fn is_wide(numbers: &[f64]) -> bool {
     let (least, most) = positive_ends(numbers);
     numbers.iter().all(|x| *x > 0.0) && most / least > 8.0
 }
 
-/// The least and the greatest of the numbers above zero.
+/// The smallest and the largest positive number.
 fn positive_ends(numbers: &[f64]) -> (f64, f64) {
     let positive = || numbers.iter().copied().filter(|x| *x > 0.0);
     (
@@ -257,8 +255,8 @@ fn positive_ends(numbers: &[f64]) -> (f64, f64) {
     )
 }
 
-/// Whether an axis names the values: texts, few numbers, and numbers from zero on of which a linear
-/// axis would hide the small ones.
+/// Whether an axis shows values as names: texts, one or two numbers, and numbers including zero if a linear axis would
+/// hide the small ones.
 fn has_names(study: &Study, key: Key) -> bool {
     let Some(numbers) = study.numbers(key) else {
         return true;
@@ -275,7 +273,7 @@ pub(super) fn panel_title(panel: &Choice, cells: &[&CellSummary]) -> String {
         .map_or_else(String::new, |cell| place(cell, &keys))
 }
 
-/// One plot, or several with a common legend; and what a caption must say of what is not drawn.
+/// One plot, or several with a common legend, and a note for the caption on what is not drawn.
 pub(super) fn sheet(
     title: &str,
     description: &str,
@@ -318,7 +316,7 @@ pub(super) fn sheet(
     }
 }
 
-/// Takes those names off the x axes at which no panel has a point.
+/// Removes names from the x axes at which no panel has a point.
 fn drop_unused_names(plots: &mut [Plot]) {
     let points = plots.iter().flat_map(|plot| &plot.series);
     let points = points.flat_map(|series| &series.points);

@@ -1,4 +1,4 @@
-//! The figure of the times that methods take.
+//! The figure of the times of the methods.
 
 use super::OUTPUTS;
 use super::figures::Drawn;

@@ -1,4 +1,4 @@
-//! The report as a page with figures and tables beside it.
+//! The report: a page with figures and tables beside it.
 
 mod answer;
 mod bound_grid;
@@ -29,11 +29,11 @@ use std::collections::HashMap;
 /// The files of a report: name relative to its folder, content.
 pub type Files = Vec<(String, String)>;
 
-/// Most outputs that a picture shows.
+/// Largest number of outputs in a figure.
 const OUTPUTS: usize = 8;
 
-/// The outputs that figures and the page's tables show, with their place in the palette: all if
-/// they are few, else those that claims speak of and the last pass of every other estimator.
+/// The outputs that figures and the page's tables show, with their places in the palette. If there are many, these are
+/// the outputs named by claims and the last pass of every other estimator.
 pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     let Some(cell) = study.summary.cells.first() else {
         return Vec::new();
@@ -59,8 +59,7 @@ pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     kept.enumerate().collect()
 }
 
-/// The figures of merit that the study is about, at most three: those that most cells have, errors
-/// of a first.
+/// The measures that the study is about, at most three, in a fixed order. Those missing in many cells come last.
 fn lead_figures(study: &Study) -> Vec<Measure> {
     const ORDER: [Measure; 11] = [
         Measure::Ea,
@@ -103,7 +102,7 @@ fn lead_figures(study: &Study) -> Vec<Measure> {
         }
     }
     let most = found.iter().map(|(count, _)| *count).max().unwrap_or(0);
-    // A measure that half of the cells lack stands behind the others.
+    // A measure that is defined less than half as often as the most frequent one comes after the others.
     found.sort_by_key(|(count, _)| 2 * count < most);
     found
         .into_iter()
@@ -112,7 +111,7 @@ fn lead_figures(study: &Study) -> Vec<Measure> {
         .collect()
 }
 
-/// Makes a report of studies whose names differ; `on_step` hears what comes next.
+/// Makes a report of studies with different names; calls `on_step` with the name of each step.
 pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
     let mut files = Files::new();
     let mut page =
@@ -212,7 +211,7 @@ fn experiment(
     section.code(&format!("{command}\nasobench report {folder}"));
 }
 
-/// What the study says of its measures, whatever is claimed.
+/// The section on the measures, independent of claims.
 fn measures(
     section: &mut Section,
     study: &Study,
@@ -231,7 +230,7 @@ fn measures(
     section.files(&links);
 }
 
-/// More rows than this are seen after a click only.
+/// A longer table is hidden until a click.
 const ROWS: usize = 24;
 
 fn numbers(
@@ -291,7 +290,7 @@ fn numbers(
     }
 }
 
-/// Values of a setting, and methods, that a page lists.
+/// Largest number of values of a setting, or of methods, that a page lists.
 const MOST: usize = 40;
 
 fn settings(section: &mut Section, study: &Study) {
@@ -340,7 +339,7 @@ fn settings(section: &mut Section, study: &Study) {
     });
 }
 
-/// Values with dots between them; of many the first and the last.
+/// The values separated by dots; if there are many, only the first and the last.
 fn listed(values: &[String]) -> String {
     const DOT: &str = " \u{b7} ";
     if values.len() <= MOST {

@@ -1,4 +1,4 @@
-//! Figures over the passes of an estimator: errors, and trials that fail.
+//! Figures over the passes of an estimator: errors, and lost trials.
 
 use super::figures::{Drawn, quantile_note, y_axis};
 use super::layout::{Choice, Layout, panel_title, sheet, x_key};
@@ -8,12 +8,12 @@ use crate::report::results::Study;
 use crate::study::{CellSummary, OutputSummary};
 use std::collections::HashMap;
 
-/// Estimators with so many passes show them.
+/// Fewest passes for which the figure over passes is drawn.
 const PASSES: usize = 5;
-/// With more passes than this the study is about them, and shares are drawn over them.
+/// With more passes than this, the study is about passes, and shares are drawn over them.
 const MANY: usize = 8;
 
-/// Estimators with several passes, first appearance first.
+/// Estimators with several passes, in order of appearance.
 fn iterated(study: &Study) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     let Some(cell) = study.summary.cells.first() else {
@@ -30,8 +30,8 @@ fn iterated(study: &Study) -> Vec<String> {
     names
 }
 
-/// The passes of an estimator in a cell, iteration 0 first: where that has a name of its own it is
-/// the output in front.
+/// The passes of an estimator in a cell, beginning with iteration 0. If that has a name of its own, it is the output
+/// before.
 fn passes_of<'a>(cell: &'a CellSummary, name: &str) -> &'a [OutputSummary] {
     let mut runs = cell.outputs.chunk_by(|output, next| {
         output.estimator == next.estimator || output.pass == 0 && next.pass > 0
@@ -40,7 +40,7 @@ fn passes_of<'a>(cell: &'a CellSummary, name: &str) -> &'a [OutputSummary] {
     run.unwrap_or_default()
 }
 
-/// One plot per panel over passes.
+/// One plot for each panel, over passes.
 fn over_passes(
     study: &Study,
     layout: &Layout,
@@ -106,10 +106,10 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
     })
 }
 
-/// Shares of lost trials below this, in per cent, are not worth a picture.
+/// Smaller shares of lost trials, in per cent, are not drawn.
 const LEAST: f64 = 0.5;
 
-/// Shares of trials that fail or leave an unstable model, where there are any to speak of.
+/// Shares of trials that fail or leave an unstable model, if they are large enough.
 pub(super) fn lost(study: &Study) -> Option<Drawn> {
     let axis = PlotAxis::linear("failed or unstable, % of trials");
     let lost = |at: f64, output: &OutputSummary| {

@@ -1,4 +1,4 @@
-//! The figure of the error of the state over time.
+//! The figure of the state error over time.
 
 use super::OUTPUTS;
 use super::figures::Drawn;

@@ -1,4 +1,4 @@
-//! Tables of any study.
+//! The tables of a study.
 
 use super::extremes::LongTable;
 use super::{lead_figures, lead_outputs};
@@ -9,7 +9,7 @@ use crate::report::results::Study;
 use crate::study::file::{Key, Scalar};
 use crate::study::{CellSummary, OutputSummary};
 
-/// The columns of the settings that vary.
+/// Columns for the settings that vary.
 fn columns(study: &Study, keys: &[Key]) -> Vec<Column> {
     let column = |key: &Key| {
         let title = key.title();
@@ -22,7 +22,7 @@ fn columns(study: &Study, keys: &[Key]) -> Vec<Column> {
     keys.iter().map(column).collect()
 }
 
-/// The settings of a cell that vary.
+/// The values of the settings that vary, for one cell.
 fn settings(cell: &CellSummary, keys: &[Key]) -> Vec<CellText> {
     let text = |key: &Key| {
         let value = cell.setting(*key);
@@ -47,7 +47,7 @@ fn quantile(quantile: Quantile) -> CellText {
     CellText::number(crate::number::quantile(quantile), quantile.value)
 }
 
-/// The RMSE, or "tail" where one trial dominates it.
+/// The RMSE, or "tail" if one trial dominates it.
 fn rmse(statistics: &Statistics) -> CellText {
     if statistics.dominated {
         CellText::number("tail", f64::NAN)
@@ -59,7 +59,7 @@ fn rmse(statistics: &Statistics) -> CellText {
     }
 }
 
-/// Medians and RMSE of the leading figures and outputs, for the page.
+/// Medians and RMSE of the leading measures and outputs, for the page.
 pub(super) fn overview(study: &Study) -> LongTable {
     let keys = study.varying();
     let (figures, outputs) = (lead_figures(study), lead_outputs(study));
@@ -105,7 +105,7 @@ pub(super) fn overview(study: &Study) -> LongTable {
     table
 }
 
-/// Everything, for the CSV file.
+/// All results, for the CSV file.
 pub(super) fn everything(study: &Study) -> LongTable {
     let keys = study.varying();
     let mut all = columns(study, &keys);
@@ -196,17 +196,17 @@ fn numbers(output: &OutputSummary, statistics: &Statistics) -> Vec<f64> {
     all
 }
 
-/// Without the rounding of a multiplication by 100.
+/// Removes the rounding error of a multiplication by 100.
 fn tidy(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
 }
 
-/// Four digits: more of a standard error, or of an end of an interval, say nothing.
+/// Rounds to four digits: a standard error or an end of an interval has no more meaningful ones.
 fn brief(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
 
-/// What the 95 % intervals of the coefficients do.
+/// The coverage of the 95 % intervals of the coefficients.
 pub(super) fn coverage(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
     let mut all = columns(study, &keys);
@@ -388,7 +388,7 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
     table.unless_empty()
 }
 
-/// Bounds and the shares that meet them.
+/// Bounds and the shares of trials that satisfy them.
 pub(super) fn bounds(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
     let mut all = columns(study, &keys);
@@ -426,7 +426,7 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
     table.unless_empty()
 }
 
-/// Failures by kind and output, with the cell that has most of them.
+/// Failures by kind and output, with the cell that has the most of them.
 pub(super) fn failures(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
     let mut all = vec![

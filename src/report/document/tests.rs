@@ -1,5 +1,4 @@
-//! A page of a study with many cells: as large as one of a few, with the ends of what it leaves
-//! out.
+//! The page of a study with many cells: as large as that of a few, and with the extremes of what it leaves out.
 
 use super::*;
 use crate::estimator::Output;
@@ -11,7 +10,7 @@ use crate::study::{
 };
 use std::path::PathBuf;
 
-/// A study whose medians grow with the number of the cell, from 1 on.
+/// A study whose medians are 1, 2, 3 ... over the cells.
 pub(in crate::report) fn study(toml: &str) -> Study {
     let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
     let measures = &experiment.file.measures;
@@ -75,7 +74,7 @@ fn one_axis(cells: usize) -> String {
 #[test]
 fn a_page_does_not_grow_with_the_cells() {
     const CELLS: usize = 5000;
-    // Beyond a point or two for each pixel of a figure nothing is added.
+    // Once a figure has a point or two per pixel, it grows no further.
     let [fewer, many] = [CELLS / 2, CELLS].map(|cells| files_of(&one_axis(cells)));
     let size = |files: &HashMap<String, String>| files["report.html"].len();
     let sizes = [size(&fewer), size(&many)];
@@ -83,7 +82,7 @@ fn a_page_does_not_grow_with_the_cells() {
     let rows = |name: &str| many[&format!("tables/many-{name}.csv")].lines().count();
     let outputs = 5;
     assert_eq!(rows("results"), 1 + CELLS * outputs);
-    // Least squares and the fourth pass.
+    // One row per cell for least squares and for the fourth pass.
     assert_eq!(rows("overview"), 1 + CELLS * 2);
     let page = &many["report.html"];
     for part in [
@@ -93,11 +92,11 @@ fn a_page_does_not_grow_with_the_cells() {
     ] {
         assert!(page.contains(part), "no '{part}'");
     }
-    // The last cell's median is in the table of the page, one in the middle is not.
+    // The table of the page has the last cell's median, but not one from the middle.
     assert!(page.contains(">5000") && !page.contains(">2500"));
 }
 
-/// Texts have an axis of names, of which a figure has room for a few.
+/// An axis of texts shows names, and a figure has room for only a few.
 #[test]
 fn of_many_names_a_figure_has_the_extremes() {
     let gains: Vec<String> = (0..400).map(|i| format!("\"scaled:0.{i:03}\"")).collect();

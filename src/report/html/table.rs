@@ -1,4 +1,4 @@
-//! One table for a page, a spreadsheet and Markdown.
+//! One table in three forms: for a page, as CSV, and as Markdown.
 
 use super::verdict::Verdict;
 use crate::data::csv;
@@ -10,10 +10,9 @@ use crate::text;
 pub struct Column {
     /// The quantity.
     pub title: String,
-    /// Its unit; empty without one.
+    /// Its unit; empty if it has none.
     pub unit: String,
-    /// Whether cells are numbers: aligned to the right, sorted by value, written to CSV with all
-    /// digits.
+    /// Whether cells are numbers: aligned right, sorted by value, and written to CSV with all digits.
     pub numeric: bool,
 }
 
@@ -49,13 +48,13 @@ impl Column {
 /// A cell of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CellText {
-    /// What is shown.
+    /// The text shown.
     pub text: String,
-    /// What it is sorted by; sorted last in a column of numbers where undefined.
+    /// The sort key. In a column of numbers, cells without one come last.
     pub sort_value: Option<f64>,
-    /// Shown as a badge instead of the text.
+    /// The verdict to show as a badge instead of the text.
     pub verdict: Option<Verdict>,
-    /// Where a click leads, `#id` of a section or a file beside the page.
+    /// The target of a link: `#id` of a section, or a file beside the page.
     pub link: Option<String>,
 }
 
@@ -68,7 +67,7 @@ impl CellText {
         }
     }
 
-    /// A number with the text that shows it, as [`crate::report::uncertain`] makes it.
+    /// A number with its text, as written by [`crate::report::uncertain`].
     pub fn number(text: impl Into<String>, value: f64) -> Self {
         Self {
             sort_value: value.is_finite().then_some(value),
@@ -76,7 +75,7 @@ impl CellText {
         }
     }
 
-    /// A verdict as a badge, sorted from what holds to what is undecided.
+    /// A verdict as a badge; cells are sorted from "holds" to "undecided".
     pub fn verdict(verdict: Verdict) -> Self {
         Self {
             sort_value: Some(f64::from(verdict as u8)),
@@ -85,7 +84,7 @@ impl CellText {
         }
     }
 
-    /// The same cell with a link.
+    /// Returns the cell with a link.
     #[must_use]
     pub fn link(mut self, target: impl Into<String>) -> Self {
         self.link = Some(target.into());
@@ -112,7 +111,7 @@ impl CellText {
     }
 }
 
-/// Whether the page's script reads the number out of its text: `0.0879(5)`, `3.21(4)e-13`.
+/// Whether the page's script can read the number from its text: `0.0879(5)`, `3.21(4)e-13`.
 fn reads_as_number(text: &str) -> bool {
     let plain = match (text.find('('), text.find(')')) {
         (Some(open), Some(close)) if open < close => [&text[..open], &text[close + 1..]].concat(),
@@ -124,11 +123,11 @@ fn reads_as_number(text: &str) -> bool {
 /// A table of texts and numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// What it shows.
+    /// A description of the content.
     pub caption: String,
     /// The columns.
     pub columns: Vec<Column>,
-    /// The rows; a row that is shorter than the columns ends with empty cells.
+    /// The rows; missing cells at the end of a row are empty.
     pub rows: Vec<Vec<CellText>>,
 }
 
@@ -147,7 +146,7 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The cells of a row, one for each column.
+    /// Pairs each column with its cell of a row.
     fn cells<'a>(
         &'a self,
         row: &'a [CellText],
@@ -156,9 +155,9 @@ impl Table {
         columns.map(|(i, column)| (column, row.get(i)))
     }
 
-    /// The table as HTML with sortable columns; `number` counts the tables of a page.
+    /// The table as HTML with sortable columns; `number` is its number on the page.
     pub(super) fn html(&self, number: usize) -> String {
-        // Printed on one page if possible; a long one is cut between rows.
+        // A short table is printed on one page; a long one may break between rows.
         let long = if self.rows.len() > 30 { " long" } else { "" };
         let caption = escape(&self.caption);
         let heads: String = self.columns.iter().map(head).collect();
@@ -179,8 +178,8 @@ impl Table {
         html
     }
 
-    /// The table as CSV (RFC 4180, with CRLF). Numbers have all digits, that is the sort value of a
-    /// numeric cell; other cells are their texts.
+    /// The table as CSV (RFC 4180, with CRLF). A numeric cell is its sort value with all digits, any other cell its
+    /// text.
     pub fn csv(&self) -> String {
         let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
         let mut table = csv::line(headings.iter().map(|heading| csv::Cell::Text(heading))) + "\r\n";
@@ -190,7 +189,7 @@ impl Table {
         table
     }
 
-    /// A line of [`Self::csv`]: a row, of this table or not.
+    /// Formats a row, which need not be in this table, as a line of [`Self::csv`].
     pub fn csv_row(&self, row: &[CellText]) -> String {
         let cells = self.cells(row).map(|(column, cell)| match cell {
             Some(CellText {
@@ -202,7 +201,7 @@ impl Table {
         csv::line(cells) + "\r\n"
     }
 
-    /// The table as Markdown (GitHub's dialect), its caption in bold above.
+    /// The table as Markdown (GitHub's dialect), with its caption in bold above.
     pub fn markdown(&self) -> String {
         let mut text = String::new();
         if !self.caption.is_empty() {
@@ -228,7 +227,7 @@ impl Table {
     }
 }
 
-/// The head of a column: a button that sorts.
+/// The head of a column: a button that sorts by it.
 fn head(column: &Column) -> String {
     let class = if column.numeric {
         " class=\"number\""
@@ -244,7 +243,7 @@ fn head(column: &Column) -> String {
     format!("<th scope=\"col\"{class}><button type=\"button\">{title}{unit}</button></th>")
 }
 
-/// A text inside a table of Markdown: nothing in it is markup, and it stays on one line.
+/// Escapes a text for a Markdown table: no markup, and on one line.
 pub fn markdown_text(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     let line = text.lines().collect::<Vec<_>>().join(" ");

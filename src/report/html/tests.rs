@@ -2,7 +2,7 @@ use super::*;
 use crate::report::markup::elements;
 use crate::report::plot::{Plot, PlotAxis, Point, Series, Style};
 
-/// The body of a page without its script: well-formed XML, which HTML need not be.
+/// The body of a page without its script. It is well-formed XML, which HTML need not be.
 fn body(html: &str) -> &str {
     let start = html.find("<body>").unwrap();
     let end = html.find("<script>").unwrap();

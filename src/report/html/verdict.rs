@@ -1,9 +1,9 @@
-//! How a page shows a verdict.
+//! The look of a verdict on a page.
 
 pub use crate::claim::Verdict;
 
 impl Verdict {
-    /// A sign that differs without colour.
+    /// A sign that is recognised without colour.
     pub const fn sign(self) -> &'static str {
         match self {
             Self::Holds => "\u{2713}",
@@ -22,7 +22,7 @@ impl Verdict {
         }
     }
 
-    /// Sign and words in a frame of their own.
+    /// The sign and the words in a frame.
     pub(super) fn badge(self) -> String {
         let (class, sign, name) = (self.class(), self.sign(), self.name());
         format!(

@@ -1,6 +1,6 @@
-//! Axes in plotters' terms: ranges, ticks and their labels. plotters maps values to places and
-//! finds the ticks of linear axes; ours are which ranges hold the values, 1, 2, 5 of logarithmic
-//! axes, names, and labels that fit.
+//! Axes in plotters' terms: ranges, ticks and their labels. plotters maps values to places and finds the ticks of
+//! linear axes. This module adds ranges that hold the values, the ticks 1, 2, 5 of logarithmic axes, names, and labels
+//! that fit.
 
 use super::backend::TICK;
 use super::metrics::{widest, width, wrap};
@@ -20,21 +20,20 @@ type Tick = (f64, String);
 pub(super) struct Span {
     log: bool,
     pub(super) names: bool,
-    /// Whether values grow from the top to the bottom, as names do.
+    /// Whether values grow downwards, as names do.
     downwards: bool,
     /// The ends as coordinates: values, or their decimal logarithms.
     ends: (f64, f64),
     ticks: Vec<Tick>,
-    /// Room that ticks and labels need, below the axes or left of them.
+    /// Space that ticks and labels need, below the axes or to their left.
     pub(super) room: f64,
-    /// Room left of the axes that labels of x need which are turned, for they do not fit side by
-    /// side; else zero.
+    /// Space to the left of the axes for x labels that are turned because they do not fit side by side; otherwise zero.
     pub(super) overhang: f64,
 }
 
 /// Height of a line of labels.
 const LINE: f64 = super::metrics::LINE * TICK;
-/// Widest name of a y axis.
+/// Largest width of a name on a y axis.
 const WIDEST_NAME: f64 = 230.0;
 
 impl Span {
@@ -63,7 +62,7 @@ impl Span {
         span
     }
 
-    /// A vertical axis; its first name is at the top.
+    /// A vertical axis; the first name is at the top.
     pub(super) fn y(axis: &PlotAxis, range: (f64, f64), length: f64) -> Self {
         let mut span = Self::new(axis, range);
         if let Scale::Categories(names) = &axis.scale {
@@ -77,7 +76,7 @@ impl Span {
         span
     }
 
-    /// The most ticks whose labels stand apart on an axis of some length.
+    /// The most ticks whose labels do not touch on an axis of a given length.
     fn fitting(&self, length: f64, gap: f64, extent: impl Fn(&str) -> f64) -> Vec<Tick> {
         let apart = |ticks: &Vec<Tick>| {
             let mut end = f64::NEG_INFINITY;
@@ -91,13 +90,13 @@ impl Span {
         let choices = CHOICES.iter().filter(|_| self.log);
         let powers = choices.map(|(factors, every)| powers(range, factors, *every));
         let powers = powers.filter(|ticks| (2..=12).contains(&ticks.len()));
-        // Less than two of 1, 2, 5, or no room: round numbers in equal steps.
+        // If fewer than two of 1, 2, 5 are in range, or there is no room: round numbers in equal steps.
         let mut all = powers.chain((3..=9).rev().map(|most| linear_ticks(range, most)));
         all.find(apart).unwrap_or_else(|| linear_ticks(range, 2))
     }
 
-    /// Names in up to three lines where their words fit, turned otherwise, and only some of them
-    /// where even that would be too dense.
+    /// Sets names as labels: in up to three lines if their words fit, otherwise turned. If even that is too dense, only
+    /// some are shown.
     fn name(&mut self, names: &[String], room: f64) {
         const SLOPE: f64 = 0.71;
         let words = names.iter().flat_map(|name| name.split_whitespace());
@@ -117,13 +116,13 @@ impl Span {
         }
     }
 
-    /// The lines of the longest label.
+    /// The number of lines of the longest label.
     pub(super) fn most_lines(&self) -> usize {
         let lines = self.ticks.iter().map(|(_, label)| label.lines().count());
         lines.max().unwrap_or(1)
     }
 
-    /// The height that names of a y axis need at least.
+    /// The smallest height for the names of a y axis.
     pub(super) fn least_height(axis: &PlotAxis) -> f64 {
         match &axis.scale {
             Scale::Categories(names) => 34.0 * names.len() as f64,
@@ -131,7 +130,7 @@ impl Span {
         }
     }
 
-    /// The coordinate of a value; none where that is undefined.
+    /// The coordinate of a value; `None` if it is undefined.
     pub(super) fn coordinate(&self, value: f64) -> Option<f64> {
         let place = if self.log { value.log10() } else { value };
         place.is_finite().then_some(place)
@@ -156,7 +155,7 @@ impl Span {
         (place - self.ends.0) / self.length()
     }
 
-    /// Whether a value lies between the ends.
+    /// Whether a value lies within the ends.
     pub(super) fn holds(&self, value: f64) -> bool {
         let inside = -1e-9..=1.0 + 1e-9;
         self.coordinate(value).is_some() && inside.contains(&self.share(value))
@@ -167,8 +166,8 @@ impl Ranged for Span {
     type FormatOption = NoDefaultFormatting;
     type ValueType = f64;
 
-    /// The pixel of a value. What a logarithmic axis cannot show, and what is far outside, stands
-    /// thirty lengths away, where plotters' integers still hold it.
+    /// The pixel of a value. A value that is far outside, or that a logarithmic axis cannot show, is moved to thirty
+    /// lengths away, which plotters' integers can still hold.
     fn map(&self, value: &f64, (first, last): (i32, i32)) -> i32 {
         let far = 30.0 * self.length();
         let value = value.clamp(self.value(self.ends.0 - far), self.value(self.ends.1 + far));
@@ -184,7 +183,7 @@ impl Ranged for Span {
         }
     }
 
-    /// The ticks, or between them the multiples of the powers of ten on at most six decades.
+    /// The ticks, or the minor ticks: multiples of powers of ten, on fewer than six decades.
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
         let Range { start, end } = self.range();
         let ticks = match hint.weight() {
@@ -209,8 +208,7 @@ impl ValueFormatter<f64> for Span {
     }
 }
 
-/// The range of an axis: the given one, the names, or that of the values with some room (a share of
-/// the whole).
+/// The range of an axis: the given one, that of the names, or that of the values plus `room` (as a share of the whole).
 pub(super) fn range(axis: &PlotAxis, values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) {
     if let Scale::Categories(names) = &axis.scale {
         return (-0.5, names.len().max(1) as f64 - 0.5);
@@ -235,7 +233,7 @@ pub(super) fn range(axis: &PlotAxis, values: impl Iterator<Item = f64>, room: f6
         return if log { (0.1, 10.0) } else { (0.0, 1.0) };
     }
     let least = match (log, low) {
-        // A factor of five, so that two of 1, 2, 5 lie inside.
+        // A factor of five, so that at least two of 1, 2, 5 are inside.
         (true, _) => 0.71,
         (false, 0.0) => 2.0,
         (false, _) => 0.2 * low.abs(),
@@ -245,12 +243,12 @@ pub(super) fn range(axis: &PlotAxis, values: impl Iterator<Item = f64>, room: f6
     if log {
         return (10_f64.powf(low - room), 10_f64.powf(high + room));
     }
-    // A quantity that is never negative has no room below zero.
+    // A quantity that is never negative gets no space below zero.
     let floor = if low >= 0.0 { 0.0 } else { f64::NEG_INFINITY };
     (floor.max(low - room), high + room)
 }
 
-/// All of 1, 2, 5, or fewer of them, or every n-th power of ten.
+/// Choices of ticks: 1, 2, 5, or fewer of them, or every n-th power of ten.
 const CHOICES: [(&[u32], i32); 9] = [
     (&[1, 2, 5], 1),
     (&[1, 5], 1),
@@ -263,9 +261,9 @@ const CHOICES: [(&[u32], i32); 9] = [
     (&[1], 50),
 ];
 
-/// At most so many multiples of 1, 2 or 5 times a power of ten.
+/// At most `most` multiples of 1, 2 or 5 times a power of ten.
 fn linear_ticks((low, high): (f64, f64), most: usize) -> Vec<Tick> {
-    // plotters compares with numbers of the size of 1.
+    // plotters compares with numbers of size 1.
     let unit = 10.0_f64.powf((high - low).log10().floor());
     let (first, last) = (low / unit - 1e-9, high / unit + 1e-9);
     let values = RangedCoordf64::from(first..last).key_points(most);
@@ -279,7 +277,7 @@ fn linear_ticks((low, high): (f64, f64), most: usize) -> Vec<Tick> {
     } else {
         step >= 1e-3 * (1.0 - 1e-6) || largest >= 1e-2
     };
-    // The decimal exponent of a positive number that may be a power of ten but for rounding.
+    // The decimal exponent of a positive number; rounding just below a power of ten does not lower it.
     let exponent = |value: f64| (value.log10() + 1e-6).floor() as i32;
     let digits = |value: f64| (exponent(value) - exponent(step)).clamp(0, 20) as usize;
     // As many decimals as the step needs.
@@ -292,12 +290,12 @@ fn linear_ticks((low, high): (f64, f64), most: usize) -> Vec<Tick> {
     values.map(|value| (value, label(value))).collect()
 }
 
-/// Factors times every n-th power of ten in a range.
+/// The multiples `factors` of every n-th power of ten in a range.
 fn powers((low, high): (f64, f64), factors: &[u32], every: i32) -> Vec<Tick> {
     let decades = low.log10().floor() as i32 - 1..=high.log10().ceil() as i32 + 1;
     let kept = decades.filter(|decade| decade.rem_euclid(every) == 0);
     kept.flat_map(|decade| factors.iter().map(move |factor| (*factor, decade)))
-        // Through text, so that a tick is the number nearest to its label.
+        // Parsed from text, so that a tick is the number nearest to its label.
         .filter_map(|(factor, decade)| {
             let short = format!("{factor}e{decade}");
             let value: f64 = short.parse().ok()?;

@@ -1,8 +1,8 @@
-//! plotters' drawing backend that writes SVG with classes, and the style of these classes.
+//! A drawing backend for plotters that writes SVG with classes, and the style of these classes.
 //!
-//! plotters counts whole pixels: here a pixel is a tenth of the figure's unit. Its colours name an
-//! ink and a pattern of dashes, of which a page's style makes colours, light or dark. Its only turn
-//! between upright and lying texts, [`FontTransform::Rotate270`], is drawn at 45 degrees.
+//! plotters uses integer pixels, so a pixel here is a tenth of the figure's unit. A plotters colour encodes an ink and
+//! a pattern of dashes; the page's style turns inks into colours, light or dark. The only rotation used for texts,
+//! [`FontTransform::Rotate270`], is drawn at 45 degrees.
 
 use super::metrics;
 use crate::report::markup::escape;
@@ -30,10 +30,10 @@ macro_rules! inks {
     ($($class:literal $light:literal $dark:literal)*) => {
         const INKS: &[&str] = &[$($class),*];
 
-        /// The style element that every figure contains; a page with several inline figures needs
-        /// it once only. A page may set the inks as properties of `.asoplot`, such as `--s0`; a
-        /// program without properties shows light. The other classes: l line, f filled, e with an
-        /// edge, a area with a faint edge, b bold.
+        /// The style element that every figure contains; a page with several inline figures needs it only once. A page
+        /// may set the inks as properties of `.asoplot`, such as `--s0`. A program that does not support properties
+        /// shows the light colours. The other classes: l line, f filled, e with an edge, a area with a faint edge, b
+        /// bold.
         pub const STYLE: &str = concat!(
             "<style>.asoplot{color:#1b1f24;color:var(--ink,#1b1f24);max-width:100%;height:auto;",
             "font-family:Helvetica,Arial,'Liberation Sans',sans-serif}",
@@ -64,7 +64,7 @@ inks! {
     "s6" "#4d4d4d" "#b9bec6"
 }
 
-/// Inks for series.
+/// Number of inks for series.
 pub(super) const COLOURS: usize = 7;
 /// Dashes for series.
 const DASHES: [&str; 7] = ["", "9 5", "3 4", "12 4 3 4", "18 5", "6 3 2 3 2 3", "1.5 3"];
@@ -76,7 +76,7 @@ pub(super) const PAPER: RGBColor = RGBColor(1, 0, 0);
 pub(super) const GRID: RGBColor = RGBColor(2, 0, 0);
 pub(super) const FAINT: RGBColor = RGBColor(3, 0, 0);
 
-/// The ink of series i with a pattern of dashes, of which 0 is none.
+/// The ink of series i with pattern number `dashes`; pattern 0 is solid.
 pub(super) fn series_ink(i: usize, dashes: usize) -> RGBColor {
     RGBColor((4 + i % COLOURS) as u8, (dashes % DASHES.len()) as u8, 0)
 }
@@ -98,18 +98,17 @@ pub(super) fn at((x, y): (f64, f64)) -> (i32, i32) {
 
 type Pixel = (i32, i32);
 type Refused = DrawingErrorKind<Infallible>;
-/// What plotters answers.
+/// The result of a drawing function of plotters.
 pub(super) type Drawn<T = ()> = DrawResult<T, Svg>;
 
-/// The elements written so far, and the attributes of the last where it is a path that more lines
-/// may join.
+/// The elements written so far, and the attributes of the last one if it is a path that further lines may join.
 #[derive(Default)]
 struct Written {
     body: String,
     pen: String,
 }
 
-/// The backend; its clones write the same document.
+/// The backend; its clones write to the same document.
 #[derive(Clone, Default)]
 pub(super) struct Svg(Rc<RefCell<Written>>);
 
@@ -121,7 +120,7 @@ impl Svg {
         written.body.push('\n');
     }
 
-    /// A line that joins the path before it where both look the same.
+    /// Adds a line; it joins the previous path if both look the same.
     fn stroke(&self, places: impl IntoIterator<Item = Pixel>, style: &impl BackendStyle) {
         const END: &str = "\"/>\n";
         let (pen, course) = (paint("l", style), course(places));
@@ -139,7 +138,7 @@ impl Svg {
         written.body += END;
     }
 
-    /// A shape, filled or the line around it, or both where the style has a width.
+    /// Adds a shape: its outline, or filled; a filled one gets an edge if its stroke width is not 1.
     fn shape(&self, tag: &str, fill: bool, style: &impl BackendStyle, place: &str) {
         let kind = match style.stroke_width() {
             _ if !fill => "l",
@@ -150,8 +149,7 @@ impl Svg {
     }
 }
 
-/// The attributes of a style: a class for the kind of shape, one for the ink, and what is not
-/// usual.
+/// The attributes of a style: a class for the kind of shape, one for the ink, and values that differ from the default.
 fn paint(kind: &str, style: &impl BackendStyle) -> String {
     let (BackendColor { alpha, rgb }, width) = (style.color(), style.stroke_width());
     let mut paint = format!(" class=\"{kind}");
@@ -252,7 +250,7 @@ impl DrawingBackend for Svg {
         Ok(())
     }
 
-    /// An area; one that shines through has an edge.
+    /// Fills an area; a translucent one has an edge.
     fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = Pixel>>(
         &mut self,
         corners: I,
@@ -264,8 +262,8 @@ impl DrawingBackend for Svg {
         Ok(())
     }
 
-    /// A text of one or more lines, of which the capitals of the first, the middle, or the foot of
-    /// the last stand at the place.
+    /// Draws a text of one or more lines. The place is the cap height of the first line, the middle, or the base of the
+    /// last line.
     fn draw_text<S: BackendTextStyle>(
         &mut self,
         text: &str,
@@ -302,7 +300,7 @@ impl DrawingBackend for Svg {
     }
 }
 
-/// A figure while it is drawn.
+/// A figure under construction.
 pub(super) struct Canvas {
     svg: Svg,
     area: DrawingArea<Svg, Shift>,
@@ -315,14 +313,14 @@ impl Canvas {
         Self { svg, area }
     }
 
-    /// The part between two corners.
+    /// The area between two corners.
     pub(super) fn part(&self, [left, top, right, bottom]: [f64; 4]) -> DrawingArea<Svg, Shift> {
         let size = at((right - left, bottom - top));
         self.area.clone().shrink(at((left, top)), size)
     }
 
-    /// Draws an element, which may reach outside: plotters moves places to the edge of the area,
-    /// but not what is placed relative to another element.
+    /// Draws an element that may reach outside the area. plotters moves a place to the area's edge, but not a place
+    /// relative to another element.
     pub(super) fn draw<E, P>(&self, element: E) -> Drawn
     where
         EmptyElement<Pixel, Svg>: Add<E, Output = P>,
@@ -337,7 +335,7 @@ impl Canvas {
         self.draw(PathElement::new(places, style))
     }
 
-    /// Lines of text; the capitals of the first reach up to the place. Gives the height.
+    /// Draws lines of text below a place, which is the cap height of the first line. Returns the height.
     pub(super) fn text(
         &self,
         lines: &[String],
@@ -350,7 +348,7 @@ impl Canvas {
         Ok(metrics::LINE * font.font.get_size() / 10.0 * lines.len() as f64)
     }
 
-    /// What `draw` draws, cut at a rectangle. (A nested viewport cuts without an id.)
+    /// Draws with `draw`, clipped at a rectangle. (A nested viewport clips without an id.)
     pub(super) fn clipped(&self, area: [f64; 4], draw: impl FnOnce() -> Drawn) -> Drawn {
         let [left, top, right, bottom] = area;
         let [x, y, width, height] =
@@ -364,8 +362,7 @@ impl Canvas {
         Ok(())
     }
 
-    /// The document of what was drawn, with the title and the description that assistive software
-    /// reads.
+    /// The finished document, with a title and a description for assistive software.
     pub(super) fn document(
         self,
         width: f64,
@@ -396,7 +393,7 @@ pub(super) fn bold(size: f64) -> TextStyle<'static> {
     FontDesc::new(FontFamily::SansSerif, 10.0 * size, FontStyle::Bold).into()
 }
 
-/// A figure, or the reason that there is none instead of it.
+/// The figure, or instead of it a figure with the reason why it could not be drawn.
 pub(super) fn finish(drawn: Drawn<String>) -> String {
     drawn.unwrap_or_else(|error| {
         let (canvas, reason) = (Canvas::new(), format!("Not drawn: {error}"));

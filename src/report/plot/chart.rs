@@ -1,4 +1,4 @@
-//! One plot: plotters' chart and mesh, and in it series and reference lines.
+//! Draws one plot: plotters' chart and mesh, with series and reference lines.
 
 use super::axis::Span;
 use super::backend::{Canvas, Drawn, FAINT, GRID, Svg, TEXT, TICK, plain, px};
@@ -12,7 +12,7 @@ type Place = (i32, i32);
 /// The ink of a shaded range.
 const SHADE: usize = 2;
 
-/// A plot with the place of its axes.
+/// A plot with the position of its axes.
 pub(super) struct Chart<'a> {
     plot: &'a Plot,
     canvas: &'a Canvas,
@@ -24,7 +24,7 @@ pub(super) struct Chart<'a> {
 }
 
 impl<'a> Chart<'a> {
-    /// Draws the axes of a plot, and those labels that are wanted.
+    /// Draws the axes of a plot, with labels on those that are to have them.
     pub(super) fn new(
         plot: &'a Plot,
         canvas: &'a Canvas,
@@ -67,9 +67,9 @@ impl<'a> Chart<'a> {
         })
     }
 
-    /// Draws everything inside the axes: lines cut at the edge, markers whole or not at all.
+    /// Draws everything inside the axes. Lines are clipped at the edge; markers are drawn whole or not at all.
     pub(super) fn draw(&self, legend: &Legend<'_>) -> Drawn {
-        // Room for half of a line's width.
+        // Space for half of a line's width.
         let [left, top, right, bottom] = self.area;
         let cut = [left - 1.5, top - 1.5, right + 1.5, bottom + 1.5];
         self.shade()?;
@@ -87,7 +87,7 @@ impl<'a> Chart<'a> {
                 pen.markers(&series.points)?;
             }
         }
-        // On top, where a wide band does not hide them.
+        // On top, so that a wide band does not hide them.
         self.canvas.clipped(cut, || {
             self.plot.references.iter().try_for_each(|reference| {
                 let style = legend.reference(&reference.label);
@@ -133,9 +133,8 @@ impl<'a> Chart<'a> {
         known.then(|| ends.map(|place| self.context.backend_coord(&place)))
     }
 
-    /// Where the marks of each series stand, and half of the room for a box. Those of several
-    /// series at one place stand side by side: over names with all the room between them, otherwise
-    /// just far enough to see both bars.
+    /// The offset of each series' marks, and half the space for a box. Several series at one place are drawn side by
+    /// side: over names they use all the space, otherwise just enough to see both bars.
     fn berths(&self) -> (Vec<i32>, i32) {
         let series = &self.plot.series;
         let moved = |series: &&Series| beside(series) && !series.points.is_empty();
@@ -157,7 +156,7 @@ impl<'a> Chart<'a> {
         (series.iter().map(offset).collect(), px(0.39 * pitch))
     }
 
-    /// What is not seen, in words.
+    /// A note on what is not visible.
     pub(super) fn note(&self) -> String {
         let series = self.plot.series.iter();
         let series = series.filter(|series| series.style != Style::Region);
@@ -187,7 +186,7 @@ impl<'a> Chart<'a> {
     }
 }
 
-/// Whether a series has markers, beside those of others.
+/// Whether the markers of a series are drawn side by side with those of others.
 fn beside(series: &Series) -> bool {
     matches!(series.style, Style::Boxes | Style::ErrorBars)
 }
@@ -196,21 +195,20 @@ fn beside(series: &Series) -> bool {
 struct Pen<'a> {
     chart: &'a Chart<'a>,
     look: Look,
-    /// How far marks stand aside, and half of the room for a box.
+    /// Offset of the marks, and half the space for a box.
     offset: i32,
     half: i32,
 }
 
 impl Pen<'_> {
-    /// The place of (x, y), moved across where series stand side by side.
+    /// The place of (x, y), moved sideways if series are drawn side by side.
     fn place(&self, x: f64, y: f64) -> Option<Place> {
         let chart = self.chart;
         chart.x.coordinate(x).and(chart.y.coordinate(y))?;
         Some(self.across(chart.context.backend_coord(&(x, y)), self.offset))
     }
 
-    /// The place at a value along the interval of a point; an end that the axis cannot show is
-    /// beyond its edge.
+    /// The place of a value along the interval of a point. An end that the axis cannot show is beyond its edge.
     fn along(&self, point: &Point, value: f64) -> Option<Place> {
         let chart = self.chart;
         let (span, beside, place) = if chart.y.names {
@@ -222,13 +220,13 @@ impl Pen<'_> {
         Some(self.across(chart.context.backend_coord(&place), self.offset))
     }
 
-    /// A place moved across the interval.
+    /// A place moved at right angles to the interval.
     fn across(&self, (x, y): Place, by: i32) -> Place {
         let down = i32::from(self.chart.y.names);
         (x + by * (1 - down), y + by * down)
     }
 
-    /// What the edge of the plot cuts.
+    /// Draws the part of a series that is clipped at the edge of the plot.
     fn lines(&self, series: &Series) -> Drawn {
         let points = &series.points;
         match series.style {
@@ -240,7 +238,7 @@ impl Pen<'_> {
         }
     }
 
-    /// A line through the defined places; a single one is a dot, so that it is seen.
+    /// Draws a line through the defined places; a single place becomes a dot, so that it is visible.
     fn polyline(&self, points: &[Point], width: u32) -> Drawn {
         let canvas = self.chart.canvas;
         let parts = parts(points, |point| self.place(point.x, point.y));
@@ -288,7 +286,7 @@ impl Pen<'_> {
         if !names && series.style == Style::ErrorBars {
             self.polyline(points, 12)?;
         }
-        // A bar that the marker hides is not drawn.
+        // A bar hidden by its marker is not drawn.
         let hidden = |point: &&Point| {
             let ends = self
                 .along(point, point.low)
@@ -299,13 +297,13 @@ impl Pen<'_> {
         seen.try_for_each(|point| self.whisker(point, point.low, point.high, 40))
     }
 
-    /// A line between two places on either side of one.
+    /// Draws a line across a place, at right angles to the interval.
     fn cross(&self, middle: Place, half: i32, style: ShapeStyle) -> Drawn {
         let ends = [self.across(middle, -half), self.across(middle, half)];
         self.chart.canvas.line(ends, style)
     }
 
-    /// A bar between two values with caps.
+    /// Draws a bar between two values, with caps.
     fn whisker(&self, point: &Point, from: f64, to: f64, cap: i32) -> Drawn {
         let Some((from, to)) = self.along(point, from).zip(self.along(point, to)) else {
             return Ok(());
@@ -315,7 +313,7 @@ impl Pen<'_> {
         self.cross(to, cap, self.thin())
     }
 
-    /// A box between the quartiles with the median, and whiskers.
+    /// Draws a box between the quartiles with the median, and whiskers.
     fn quartiles(&self, point: &Point) -> Drawn {
         let ([first, third], half) = (point.quartiles, self.half);
         self.whisker(point, point.low, first, half / 2)?;
@@ -341,7 +339,7 @@ impl Pen<'_> {
     }
 }
 
-/// The defined places in parts without a gap.
+/// Splits the defined places at gaps.
 fn parts<T>(points: &[Point], place: impl Fn(&Point) -> Option<T>) -> Vec<Vec<T>> {
     let mut parts = vec![Vec::new()];
     for point in points {
@@ -354,7 +352,7 @@ fn parts<T>(points: &[Point], place: impl Fn(&Point) -> Option<T>) -> Vec<Vec<T>
     parts
 }
 
-/// Every number of a plot along x and along y, references included: what its axes must hold.
+/// All numbers of a plot along x and along y, including references, which its axes must hold.
 pub(super) fn values(plot: &Plot) -> [Vec<f64>; 2] {
     let (mut xs, mut ys) = (Vec::new(), Vec::new());
     let sideways = matches!(plot.y.scale, Scale::Categories(_));

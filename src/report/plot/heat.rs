@@ -1,5 +1,5 @@
-//! A two-way grid of numbers, shaded by size: a chart of names by names. The scale of shades is
-//! ours, that the page's colours carry it.
+//! A two-way grid of numbers, shaded by size: a chart of names by names. The shades are our own, because they must
+//! follow the page's colours.
 
 use super::axis::Span;
 use super::backend::{Canvas, Drawn, LABEL, TICK, TITLE, WIDTH, bold, finish, plain, px};
@@ -9,24 +9,24 @@ use super::{PlotAxis, Scale};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// A number of the grid.
+/// A number in the grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatCell {
-    /// What decides the shade; undefined where not finite.
+    /// The number that decides the shade; undefined if not finite.
     pub value: f64,
-    /// What is printed, each line of its own.
+    /// The text printed; it may have several lines.
     pub text: String,
 }
 
-/// A two-way grid of numbers. Shade only supports the printed number: from the least (faint) to the
-/// greatest (strong).
+/// A two-way grid of numbers. The shade, from the smallest (faint) to the largest (strong), only supports the printed
+/// numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heat {
-    /// What it shows.
+    /// The title.
     pub title: String,
-    /// The same in a sentence or two for readers who do not see it.
+    /// A description in a sentence or two, for readers who cannot see the grid.
     pub description: String,
-    /// What the columns differ in.
+    /// The setting in which columns differ.
     pub column_label: String,
     /// Names of the rows.
     pub rows: Vec<String>,
@@ -37,7 +37,7 @@ pub struct Heat {
 }
 
 impl Heat {
-    /// The grid as an SVG document, wider than usual where its columns need it.
+    /// The grid as an SVG document, wider than usual if its columns need it.
     pub fn svg(&self) -> String {
         finish(self.draw())
     }
@@ -50,7 +50,7 @@ impl Heat {
         let canvas = Canvas::new();
         let title = wrap(&self.title, 1.1 * TITLE, WIDTH - 2.0 * EDGE);
         let mut top = 24.0 + canvas.text(&title, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
-        // Rows as high as the longest text, columns as wide as the widest.
+        // Rows are as high as the tallest text, columns as wide as the widest.
         let (count, rows) = (
             self.columns.len().max(1) as f64,
             self.rows.len().max(1) as f64,

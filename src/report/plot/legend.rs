@@ -1,5 +1,4 @@
-//! The legend above the plots, and which series looks how. (plotters' own legend is a box over the
-//! data.)
+//! The legend above the plots, and the look of each series. (plotters' own legend is a box that covers data.)
 
 use super::backend::{
     COLOURS, Canvas, Drawn, LABEL, PAPER, WIDTH, at, plain, reference_ink, series_ink,
@@ -14,12 +13,12 @@ use plotters::style::text_anchor::HPos;
 pub(super) struct Look(pub(super) usize);
 
 impl Look {
-    /// Which dashes and markers: beyond the palette the colours return with others.
+    /// Index of the dashes and markers: when the colours of the palette repeat, these change.
     fn turn(self) -> usize {
         self.0 + self.0 / COLOURS
     }
 
-    /// The ink without dashes.
+    /// The colour without dashes.
     pub(super) fn ink(self) -> RGBColor {
         series_ink(self.0, 0)
     }
@@ -54,7 +53,7 @@ impl Look {
         canvas.draw(Rectangle::new(corners, style))
     }
 
-    /// A sample of a series about a place.
+    /// Draws a sample of a series about a place.
     fn sample(self, style: Style, canvas: &Canvas, (x, y): (i32, i32)) -> Drawn {
         let around = |half: i32| [(x - half, y - 80), (x + half, y + 80)];
         match style {
@@ -80,7 +79,7 @@ impl Look {
     }
 }
 
-/// The labels of all panels in order of appearance, with the looks of series.
+/// The labels of all panels in order of appearance, with the look of each series.
 #[derive(Debug)]
 pub(super) struct Legend<'a> {
     series: Vec<(&'a str, Style, Look)>,
@@ -91,7 +90,7 @@ pub(super) struct Legend<'a> {
 pub(super) const EDGE: f64 = 12.0;
 
 impl<'a> Legend<'a> {
-    /// The legend that several plots share: the same label looks the same in each.
+    /// Builds the legend that several plots share: the same label looks the same in each.
     pub(super) fn new(plots: &'a [Plot]) -> Self {
         let all = || plots.iter().flat_map(|plot| &plot.series);
         let taken: Vec<usize> = all().filter_map(|series| series.slot).collect();
@@ -124,7 +123,7 @@ impl<'a> Legend<'a> {
         reference_ink(known.unwrap_or(0)).stroke_width(16)
     }
 
-    /// Draws the legend in rows below `top` and gives its end.
+    /// Draws the legend in rows below `top`; returns its lower end.
     pub(super) fn draw(&self, canvas: &Canvas, top: f64) -> Drawn<f64> {
         const SAMPLE: f64 = 40.0;
         const TEXT: f64 = SAMPLE + 8.0;

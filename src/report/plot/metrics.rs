@@ -1,11 +1,11 @@
-//! Widths of text without a font: those of the wider one of Helvetica and DejaVu Sans, so that no
+//! Widths of text without a font: for each character the larger of the widths in Helvetica and DejaVu Sans, so that no
 //! text overlaps.
 
-/// Distance of two lines of text in units of the font's size.
+/// Distance between two lines of text in units of the font size.
 pub(super) const LINE: f64 = 1.28;
 
-/// Widths of the printable characters of ASCII in hundredths of the font's size, the larger of
-/// Helvetica's (which Arial and Liberation Sans share) and DejaVu Sans'.
+/// Widths of the printable ASCII characters in hundredths of the font size: the larger one of Helvetica (the same as
+/// Arial and Liberation Sans) and DejaVu Sans.
 const WIDTHS: [u8; 95] = [
     32, 41, 46, 84, 64, 95, 78, 28, 39, 39, 50, 84, 32, 37, 32, 34, 64, 64, 64, 64, 64, 64, 64, 64,
     64, 64, 34, 34, 84, 84, 84, 56, 102, 69, 69, 73, 77, 67, 62, 78, 76, 30, 50, 67, 56, 87, 75,
@@ -26,7 +26,7 @@ pub(super) fn widest<'a>(texts: impl IntoIterator<Item = &'a str>, size: f64) ->
         .fold(0.0, f64::max)
 }
 
-/// Width of one character in units of the font's size.
+/// Width of one character in units of the font size.
 fn advance(character: char) -> f64 {
     let code = character as usize;
     let known = code.checked_sub(32).and_then(|place| WIDTHS.get(place));
@@ -35,7 +35,7 @@ fn advance(character: char) -> f64 {
     })
 }
 
-/// A text in lines of at most the given width; a word that is wider is broken.
+/// Breaks a text into lines of at most the given width; a word that is wider is broken.
 pub(super) fn wrap(text: &str, size: f64, limit: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

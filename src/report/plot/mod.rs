@@ -1,13 +1,12 @@
-//! Statistical graphics as SVG in one style, independent of where the numbers come from.
+//! Statistical graphics as SVG in one style, independent of the source of the numbers.
 //!
-//! plotters draws them: its charts, coordinates, meshes and elements, on a backend of ours that
-//! writes SVG with classes. Ours is what it lacks: labels that fit, thinning, legends, panels with
-//! common axes, the scale of shades.
+//! plotters draws the charts, coordinates, meshes and elements, on our own backend that writes SVG with classes. This
+//! module adds what plotters lacks: labels that fit, thinning, legends, panels with common axes, shades.
 //!
-//! Series differ by colour (Okabe and Ito's palette, which colour-blind readers tell apart), by
-//! dashes and by markers. Colours are those of CSS classes: a figure follows the reader's light or
-//! dark scheme, and prints light. A document stands alone, and many can be inline in one page: no
-//! element has an id and every rule is scoped. The same input gives the same text.
+//! Series differ by colour (Okabe and Ito's palette, safe for colour-blind readers), by dashes and by markers. Colours
+//! are CSS classes: a figure follows the reader's light or dark scheme, and prints light. A document is complete in
+//! itself, and many can be inline in one page: no element has an id and every rule is scoped. The same input gives the
+//! same text.
 
 mod axis;
 #[allow(clippy::format_push_string, reason = "attributes of a few characters")]
@@ -26,14 +25,14 @@ pub use backend::STYLE;
 pub use heat::{Heat, HeatCell};
 pub use multiples::{Sharing, small_multiples};
 
-/// How an axis places its values.
+/// The scale of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Scale {
-    /// In proportion.
+    /// Linear.
     Linear,
-    /// By logarithm; values that are not above zero are not drawn, and the figure says how many.
+    /// Logarithmic. Values that are not positive are not drawn, and the figure gives their number.
     Log,
-    /// By name: value i stands at the i-th name. On the y axis the first name is at the top.
+    /// Names: value i is at the i-th name. On the y axis the first name is at the top.
     Categories(Vec<String>),
 }
 
@@ -42,9 +41,9 @@ pub enum Scale {
 pub struct PlotAxis {
     /// Quantity and unit.
     pub label: String,
-    /// How values are placed.
+    /// The scale.
     pub scale: Scale,
-    /// The ends; without them the axis holds every value drawn.
+    /// The ends; if `None`, the axis holds every value drawn.
     pub range: Option<(f64, f64)>,
 }
 
@@ -73,7 +72,7 @@ impl PlotAxis {
         Self::new(label, Scale::Categories(names))
     }
 
-    /// The same axis with given ends.
+    /// Returns the axis with given ends.
     #[must_use]
     pub fn range(mut self, low: f64, high: f64) -> Self {
         self.range = Some((low, high));
@@ -81,14 +80,14 @@ impl PlotAxis {
     }
 }
 
-/// A value with an interval. Any number that is not finite is undefined: a line has a gap there.
+/// A value with an interval. A number that is not finite is undefined; a line has a gap there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// Place on the x axis.
     pub x: f64,
     /// Place on the y axis.
     pub y: f64,
-    /// Lower end of the interval (in y; in x where the y axis has categories).
+    /// Lower end of the interval (in y; in x if the y axis has categories).
     pub low: f64,
     /// Upper end of the interval.
     pub high: f64,
@@ -97,7 +96,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// A value without interval.
+    /// A value without an interval.
     pub fn new(x: f64, y: f64) -> Self {
         Self::interval(x, y, f64::NAN, f64::NAN)
     }
@@ -128,37 +127,36 @@ impl Point {
     }
 }
 
-/// How a series is drawn. Every line is thinned to the resolution of the figure; extremes stay.
+/// How a series is drawn. Every line is thinned to the resolution of the figure; extremes are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// A line through the points.
     Line,
     /// A line through the points and the band of their intervals.
     Band,
-    /// The area that the points enclose, or a line where they are two; gaps separate areas. They are no values: those
-    /// outside of the axes are not told.
+    /// The area that the points enclose, or a line if there are two points; gaps separate areas. The points are not
+    /// values, so those outside the axes are not reported.
     Region,
-    /// Markers with bars, joined by a thin line unless an axis has categories. Bars of several
-    /// series at one place are drawn side by side.
+    /// Markers with bars, joined by a thin line unless an axis has categories. Bars of several series at one place are
+    /// drawn side by side.
     ErrorBars,
-    /// Markers with bars, neither joined nor side by side.
+    /// Markers with bars, not joined and not side by side.
     Marks,
     /// Boxes between the quartiles with the median, whiskers over the interval. Boxes of several
     /// series at one place are drawn side by side.
     Boxes,
 }
 
-/// Points that belong together.
+/// Points that form a series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// The name in the legend; without one the series is not in the legend.
+    /// The name in the legend; a series with an empty name is not in the legend.
     pub label: String,
     /// How it is drawn.
     pub style: Style,
     /// The points, joined in this order.
     pub points: Vec<Point>,
-    /// The place in the palette, so that an estimator looks the same in every figure; otherwise the
-    /// first free one.
+    /// The place in the palette, so that an estimator looks the same in every figure; if `None`, the first free one.
     pub slot: Option<usize>,
 }
 
@@ -173,7 +171,7 @@ impl Series {
         }
     }
 
-    /// The same series with a given place in the palette.
+    /// Returns the series with a given place in the palette.
     #[must_use]
     pub fn slot(mut self, slot: usize) -> Self {
         self.slot = Some(slot);
@@ -181,15 +179,15 @@ impl Series {
     }
 }
 
-/// Where a reference line lies.
+/// The position of a reference line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Course {
-    /// y is this.
+    /// A constant y.
     Horizontal(f64),
-    /// x is this.
+    /// A constant x.
     Vertical(f64),
-    /// A line in the coordinates of the axes, a logarithm counted in decades: slope -1/2 through a
-    /// point on two logarithmic axes is y ~ x^(-1/2).
+    /// A line in the coordinates of the axes, with logarithms in decades: on two logarithmic axes the slope -1/2 means
+    /// y ~ x^(-1/2).
     Sloped {
         /// Rise over run.
         slope: f64,
@@ -198,33 +196,34 @@ pub enum Course {
     },
 }
 
-/// A line to compare with: a bound of the paper, a rate of theory.
+/// A line to compare with: a bound of the paper, a rate from theory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// The name in the legend.
     pub label: String,
-    /// Where it lies.
+    /// Its position.
     pub course: Course,
 }
 
 /// A plot of series over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
-    /// What it shows.
+    /// The title.
     pub title: String,
-    /// The same in a sentence or two for readers who do not see it; the title where empty.
+    /// A description in a sentence or two, for readers who cannot see the plot; if empty, the title is used.
     pub description: String,
     /// The horizontal axis.
     pub x: PlotAxis,
     /// The vertical axis.
     pub y: PlotAxis,
-    /// What is drawn, the last on top.
+    /// The series; the last one is on top.
     pub series: Vec<Series>,
     /// Lines to compare with.
     pub references: Vec<Reference>,
-    /// The ends of a shaded range of y, or of x where the y axis has categories.
+    /// The ends of a shaded range of y, or of x if the y axis has categories.
     pub shaded: Option<[f64; 2]>,
-    /// Whether a unit is as long along x as along y, so that a circle is round; one of the ranges is then wider.
+    /// Whether a unit has the same length along x and y, so that circles are round; one range is then wider than
+    /// needed.
     pub equal_units: bool,
 }
 
@@ -243,14 +242,14 @@ impl Plot {
         }
     }
 
-    /// The plot with one more series.
+    /// Returns the plot with one more series.
     #[must_use]
     pub fn series(mut self, series: Series) -> Self {
         self.series.push(series);
         self
     }
 
-    /// The plot with one more reference line.
+    /// Returns the plot with one more reference line.
     #[must_use]
     pub fn reference(mut self, label: impl Into<String>, course: Course) -> Self {
         let label = label.into();

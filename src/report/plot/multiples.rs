@@ -1,4 +1,4 @@
-//! One plot, or several in a grid with one legend.
+//! Draws one plot, or several in a grid with one legend.
 
 use super::axis::{self, Span};
 use super::backend::{Canvas, Drawn, LABEL, TICK, TITLE, WIDTH, bold, finish, plain};
@@ -8,17 +8,17 @@ use super::metrics::{LINE, wrap};
 use super::{Plot, Style};
 use plotters::style::text_anchor::HPos;
 
-/// Which axes all panels have in common.
+/// The axes that all panels share.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sharing {
-    /// One range of x, labelled below the lowest panels only.
+    /// One range of x, labelled only below the lowest panels.
     pub x: bool,
-    /// One range of y, labelled at the left only.
+    /// One range of y, labelled only at the left.
     pub y: bool,
 }
 
-/// Several plots in a grid of so many columns with one legend, as an SVG document. A shared axis is
-/// labelled as in the first plot, and should have the same scale in all.
+/// Draws several plots in a grid of `columns` columns with one legend, as an SVG document. A shared axis has the label
+/// of the first plot, and should have the same scale in all.
 pub fn small_multiples(
     title: &str,
     description: &str,
@@ -30,13 +30,13 @@ pub fn small_multiples(
     finish(Sheet::new(panels, columns, sharing, true).draw(title, description))
 }
 
-/// One plot as an SVG document.
+/// Draws one plot as an SVG document.
 pub(super) fn single(plot: &Plot) -> String {
     let sheet = Sheet::new(std::slice::from_ref(plot), 1, Sharing::default(), false);
     finish(sheet.draw(&plot.title, &plot.description))
 }
 
-/// Room right of the axes, for half of the last label.
+/// Space to the right of the axes, for half of the last label.
 const RIGHT: f64 = 24.0;
 
 struct Sheet<'a> {
@@ -58,7 +58,7 @@ impl<'a> Sheet<'a> {
         let wanted = ranges(panels, sharing);
         let names = panels.iter().map(|plot| Span::least_height(&plot.y));
         let usual = match (panels.len(), columns) {
-            // A few rows do not fill the usual height.
+            // A few rows need less than the usual height.
             (1, _) if names.clone().all(|height| height > 0.0) => 100.0,
             (0 | 1, _) => 380.0,
             (_, 1 | 2) => 270.0,
@@ -68,7 +68,8 @@ impl<'a> Sheet<'a> {
         let mut overhangs = vec![0.0_f64; columns];
         let (mut margins, mut x, mut y) = (Vec::new(), Vec::new(), Vec::new());
         let mut width = WIDTH / columns as f64;
-        // Turned labels may need more room at the left, which depends on the width that is left; so do equal units.
+        // Repeated, because turned labels may need more space at the left, which depends on the remaining width. The
+        // same holds for equal units.
         for _ in 0..3 {
             let ranges = panels.iter().zip(&wanted);
             let ranges: Vec<[(f64, f64); 2]> = ranges
@@ -84,7 +85,7 @@ impl<'a> Sheet<'a> {
             y = pairs()
                 .map(|(plot, range)| Span::y(&plot.y, range[1], height))
                 .collect::<Vec<Span>>();
-            // Room for the labels of y in a column.
+            // Space for the y labels of a column.
             let margin = |column: usize| {
                 let rooms = y.iter().skip(column).step_by(columns).map(|span| span.room);
                 let shown = column == 0 || !sharing.y;
@@ -131,7 +132,7 @@ impl<'a> Sheet<'a> {
         Ok(canvas.document(WIDTH, y + 6.0, [title, description]))
     }
 
-    /// Draws the row that begins with a panel below `top` and gives its end.
+    /// Draws the row that begins with panel `first` below `top`; returns its lower end.
     fn draw_row(&self, canvas: &Canvas, legend: &Legend<'_>, first: usize, top: f64) -> Drawn<f64> {
         let panels = first..self.panels.len().min(first + self.columns);
         let heads: Vec<[Vec<String>; 2]> = panels.clone().map(|i| self.head(i)).collect();
@@ -151,7 +152,7 @@ impl<'a> Sheet<'a> {
         Ok(end + 12.0)
     }
 
-    /// Lines of a panel's title and of its y axis.
+    /// The lines of a panel's title and of its y label.
     fn head(&self, i: usize) -> [Vec<String>; 2] {
         let (plot, shown) = (&self.panels[i], self.labelled(i)[1]);
         let room = self.width + self.margins[i % self.columns] - EDGE;
@@ -160,14 +161,14 @@ impl<'a> Sheet<'a> {
         [wrap(title, 1.1 * LABEL, room), wrap(label, LABEL, room)]
     }
 
-    /// Which axes of a panel have labels.
+    /// Which axes of a panel are labelled.
     fn labelled(&self, i: usize) -> [bool; 2] {
         let lowest = i + self.columns >= self.panels.len();
         let first = i.is_multiple_of(self.columns);
         [!self.sharing.x || lowest, !self.sharing.y || first]
     }
 
-    /// Draws one panel and gives its end.
+    /// Draws one panel; returns its lower end.
     fn draw_panel(
         &self,
         canvas: &Canvas,
@@ -191,7 +192,7 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// Ranges of x and y that hold the given ones, in proportion to the lengths of the axes.
+/// Widens the ranges of x and y so that they are in proportion to the lengths of the axes.
 fn of_equal_units(ranges: [(f64, f64); 2], lengths: [f64; 2]) -> [(f64, f64); 2] {
     let pairs = ranges.iter().zip(lengths);
     let units = pairs.map(|((low, high), length)| (high - low) / length);
@@ -203,7 +204,7 @@ fn of_equal_units(ranges: [(f64, f64); 2], lengths: [f64; 2]) -> [(f64, f64); 2]
     })
 }
 
-/// The ranges of x and y of every panel.
+/// The ranges of x and y for every panel.
 fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
     let values: Vec<[Vec<f64>; 2]> = panels.iter().map(values).collect();
     let rooms: Vec<f64> = panels.iter().map(room_of_x).collect();
@@ -221,7 +222,7 @@ fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
         .collect()
 }
 
-/// Room beside the values of x: none for lines, some for markers, more for boxes.
+/// Space beside the values of x: none for lines, some for markers, more for boxes.
 fn room_of_x(plot: &Plot) -> f64 {
     let rooms = plot.series.iter().map(|series| match series.style {
         Style::Line | Style::Band | Style::Region => 0.0,

@@ -10,7 +10,7 @@ fn count(svg: &str, element: &str) -> usize {
     elements.iter().filter(|name| *name == element).count()
 }
 
-/// The value of an attribute of an element, from its tag on.
+/// The value of an attribute of the element at the beginning of `tag`.
 fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
     let value = tag
         .split('>')
@@ -27,7 +27,7 @@ fn number(tag: &str, name: &str) -> f64 {
     attribute(tag, name).parse().unwrap()
 }
 
-/// Left, top, right and bottom of the letters of every upright text, and the text.
+/// Every upright text with the left, top, right and bottom of its letters.
 fn texts(svg: &str) -> Vec<([f64; 4], &str)> {
     let all = svg.split("<text").skip(1);
     let upright = all.filter(|tag| attribute(tag, "transform").is_empty());
@@ -104,7 +104,7 @@ fn degenerate_series_of_every_style_are_well_formed_and_say_so() {
     assert_eq!(count(&empty, "title"), 1);
 }
 
-/// Figures of every kind of axis with labels that are long, many, tiny, and huge.
+/// Figures with every kind of axis, and with labels that are long, many, tiny or huge.
 fn crowded() -> Vec<String> {
     let names: Vec<String> = (0..14).map(|i| format!("estimator number {i}")).collect();
     let words = ["1/A(q)", "white", "burst of outliers at random times"];
@@ -314,7 +314,8 @@ fn shades_of_a_grid_follow_the_values() {
     assert_eq!(shades, ["0.04", "0.295", "0.55"]);
 }
 
-/// The corners of a square are equally far apart, and what a region has beyond the axes is no missing value.
+/// The corners of a square are equally far apart. The part of a region outside the axes does not count as missing
+/// values.
 #[test]
 fn equal_units_keep_a_square_a_square() {
     let corner = |degrees: f64| {

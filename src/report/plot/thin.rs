@@ -1,13 +1,13 @@
-//! Thinning of polylines to the resolution of the figure.
+//! Thins polylines to the resolution of the figure.
 
 type Place = (i32, i32);
 
-/// The column of the figure's units in which a place lies.
+/// The column, in units of the figure, that contains a place.
 fn column(place: Place) -> i32 {
     place.0.div_euclid(10)
 }
 
-/// The points that show: of those in one column the first, the lowest, the highest and the last.
+/// Keeps the visible points: of each column the first, the lowest, the highest and the last.
 pub(super) fn thin(points: &[Place]) -> Vec<Place> {
     let mut kept = Vec::new();
     for points in points.chunk_by(|a, b| column(*a) == column(*b)) {
@@ -30,8 +30,7 @@ pub(super) fn thin(points: &[Place]) -> Vec<Place> {
     kept
 }
 
-/// One edge of a band: of the points in one column the outermost, that is the one that `outer`
-/// prefers in y; both ends stay.
+/// One edge of a band: of each column the outermost point, chosen by `outer` in y; the two end points are kept.
 pub(super) fn envelope(points: &[Place], outer: impl Fn(i32, i32) -> i32) -> Vec<Place> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return Vec::new();

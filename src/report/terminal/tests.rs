@@ -1,4 +1,4 @@
-//! Tables of made-up studies: what fits a screen, and that nothing is cut.
+//! Tables of made-up studies: they fit a screen, and nothing is cut.
 
 use super::*;
 use crate::report::document::tests::study;
@@ -20,7 +20,7 @@ fn file(cells: usize, names: &[String]) -> String {
     )
 }
 
-/// So many names that differ at their ends only.
+/// `count` names that differ only at their ends.
 fn long_names(count: usize, length: usize) -> Vec<String> {
     let begin: String = "long name ".chars().cycle().take(length - 4).collect();
     let name = |i: usize| format!("{begin}x{i:03}");
@@ -33,7 +33,7 @@ fn fits(text: &str) {
     assert!(text.lines().count() <= LINES, "{text}");
 }
 
-/// A text without the breaks of its lines.
+/// A text without line breaks.
 fn joined(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -46,8 +46,8 @@ fn every_table_fits_a_screen_and_has_whole_names() {
                 let names = long_names(outputs, length);
                 let text = overview(&study(&file(cells, &names)));
                 fits(&text);
-                // Whichever names are there are whole: what stands for one in the table is named
-                // once, and no other name begins with it.
+                // All names shown are complete. A short name in the table is explained once in the key, and no other
+                // name begins with it.
                 let text = joined(&text);
                 let there = names.iter().filter(|name| text.contains(name.as_str()));
                 assert!(there.count() > 0, "{text}");
@@ -63,7 +63,7 @@ fn every_table_fits_a_screen_and_has_whole_names() {
     }
 }
 
-/// The names of cells: settings whose values are long.
+/// Names of cells, for settings with long values.
 #[test]
 fn cells_of_long_names_stand_in_a_key() {
     let names = long_names(6, 150);
@@ -87,7 +87,7 @@ fn cells_of_long_names_stand_in_a_key() {
     );
 }
 
-/// A study of whose cells the medians are 1, 2, 3 ... with a standard error.
+/// A study whose medians are 1, 2, 3 ... over the cells, with a given standard error.
 fn known(toml: &str, mcse: f64) -> Study {
     let mut study = study(toml);
     for (value, cell) in (1..).zip(&mut study.summary.cells) {
@@ -125,7 +125,7 @@ No trial was lost.
 #[test]
 fn one_cell_has_a_row_for_each_output() {
     let names = ["one".to_owned(), "two".to_owned()];
-    // What is not random has no error, and four digits.
+    // A number that is not random has no error, and four digits.
     let text = overview(&known(&file(1, &names), 0.0));
     for line in [
         "output  median e_a  median e_b  median e_x_max_as_printed",

@@ -116,11 +116,11 @@ impl<'e> ContinuousTrial<'e> {
         if accuracy.overflows() {
             return failed(row, FailureKind::NonFinite);
         }
-        let [x, x1, x2, theta] = accuracy.rms;
-        row[Measure::RmsState] = x;
-        row[Measure::RmsState1] = x1;
-        row[Measure::RmsState2] = x2;
-        row[Measure::ThetaRms] = theta;
+        row[Measure::RmsState] = accuracy.rms_state;
+        for (measure, rms) in Measure::STATES.into_iter().zip(&accuracy.rms_states) {
+            row[measure] = *rms;
+        }
+        row[Measure::ThetaRms] = accuracy.rms_theta;
         row[Measure::Theta] = accuracy.theta;
         row[Measure::Reaching] = accuracy.reached.unwrap_or(f64::NAN);
         row[Measure::Settling] = accuracy.settled.unwrap_or(f64::NAN);

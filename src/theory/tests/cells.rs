@@ -1,4 +1,4 @@
-//! Estimates and bounds of cells of every kind against each other and against a second way.
+//! Estimates and bounds of cells of every kind, compared with each other and with a second method.
 
 use super::frequency::{covariance_over_frequency, long_run_over_frequency};
 use super::*;
@@ -20,7 +20,7 @@ fn noises() -> Vec<NoiseColour> {
         NoiseFilter::white().into(),
         filter(&[1.0, 0.6], &[1.0, -0.8]),
         filter(&[0.0, 2.0, -1.0], &[1.0]),
-        // A zero outside of the unit circle.
+        // A zero outside the unit circle.
         filter(&[1.0, -1.6], &[1.0, -0.3, 0.2]),
     ]
 }
@@ -30,7 +30,7 @@ fn loops() -> Vec<Feedback> {
     vec![Feedback::None, Feedback::Output(law)]
 }
 
-/// Processes of every noise, open and closed, with signs and Gaussian inputs.
+/// Processes with every noise, in open and closed loop, with random signs and Gaussian inputs.
 fn processes() -> Vec<Process> {
     let mut all = Vec::new();
     for (i, noise) in noises().into_iter().enumerate() {
@@ -84,7 +84,7 @@ fn over_frequency(sources: &[Source], of: &Influence) -> Mat<f64> {
     &of.weights * s * of.weights.transpose()
 }
 
-/// Least squares from integrals alone: limit and covariance.
+/// Limit and covariance of least squares agree with integrals over frequency.
 #[test]
 fn least_squares_is_what_integrals_over_frequency_say() {
     for process in processes() {
@@ -107,8 +107,8 @@ fn least_squares_is_what_integrals_over_frequency_say() {
     }
 }
 
-/// In open loop `P = G^-1 E[z_H z_H'] G^-T`, `z_H = H z` with `v = H w` (Soderstrom and Stoica, chapter 8), G and the
-/// middle from integrals.
+/// In open loop `P = G^-1 E[z_H z_H'] G^-T`, `z_H = H z` with `v = H w` (Soderstrom and Stoica, chapter 8). G and the
+/// middle factor are computed from integrals.
 #[test]
 fn instruments_in_open_loop_have_the_textbook_covariance() {
     for (noise, auxiliary) in noises().into_iter().zip(
@@ -147,9 +147,10 @@ fn instruments_in_open_loop_have_the_textbook_covariance() {
     }
 }
 
-/// The influence of pass 4, whose instruments follow all passes before, is the derivative of its limit: with another
-/// variance of one source every product's mean changes by that source's share. In a loop and with noise on the input the
-/// passes are biased. Where eta holds in each window, what that adds is the derivative after the noise's factor.
+/// The influence of pass 4, whose instruments depend on all passes before, is the derivative of its limit: if the
+/// variance of one source changes, the mean of every product changes by the share of that source. In closed loop and
+/// with noise on the input the passes are biased. If eta holds in each window, the additional term is the derivative
+/// with respect to the noise's factor.
 #[test]
 fn the_influence_of_a_pass_is_the_derivative_of_its_limit() {
     for auxiliary in Auxiliary::ALL {
@@ -183,7 +184,7 @@ fn the_influence_of_a_pass_is_the_derivative_of_its_limit() {
     }
 }
 
-/// Row i of the influence against the derivative of theta_i after the logarithm of a source's variance.
+/// Compares row i of the influence with the derivative of theta_i with respect to the log of a source's variance.
 fn check_slope(
     population: &Population,
     influence: &Influence,
@@ -212,7 +213,7 @@ fn check_slope(
     assert!((slope - sum).abs() < 1e-6, "{slope} {sum}");
 }
 
-/// Where methods are the same in the limit; bounds below all that is consistent.
+/// Methods that agree in the limit do so, and bounds are below all consistent estimates.
 #[test]
 fn methods_and_bounds_agree_where_they_must() {
     for process in processes() {
@@ -293,7 +294,7 @@ fn methods_and_bounds_agree_where_they_must() {
     }
 }
 
-/// Bounds from integrals of spectra; with a zero of the noise outside of the unit circle it is reflected, by hand.
+/// Bounds from integrals of spectra; a zero of the noise outside the unit circle is reflected by hand.
 #[test]
 fn the_bound_of_noise_with_a_zero_outside() {
     let filter = |c: &[f64]| NoiseColour::from(NoiseFilter::new(c, &[1.0, -0.3]).unwrap());
@@ -306,7 +307,7 @@ fn the_bound_of_noise_with_a_zero_outside() {
     close(&theory(&[0.0, 1.0, -2.0]), &theory(&[-6.0, 3.0]), 1e-12);
 }
 
-/// e_a, e_h from P's blocks, e_b and e_g by differences.
+/// e_a and e_h from P's blocks, e_b and e_g by differences.
 #[test]
 fn measures_by_differences() {
     let process = process(
@@ -419,7 +420,8 @@ fn cells_without_theory_say_why() {
     }
 }
 
-/// `ds/s` by the level's weights is what [`LevelReading::scale`] does: p and q have mean 0, variance 1, no covariance.
+/// `ds/s` from the level's weights agrees with [`LevelReading::scale`]. p and q have mean 0, variance 1 and
+/// covariance 0.
 #[test]
 fn the_level_in_a_window_moves_as_its_weights_say() {
     let (p, q) = ([1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0]);
@@ -452,7 +454,7 @@ fn the_level_in_a_window_moves_as_its_weights_say() {
         let s = scale(0.0, 0.0, 0.0);
         assert!((s * s / noise - 1.0).abs() < 1e-12);
         const STEP: f64 = 1e-6;
-        // The products' means move by STEP times these.
+        // The means of the products change by STEP times these.
         let moves = [output, noise, s * output.sqrt()];
         let moved = [
             scale(STEP, 0.0, 0.0),
@@ -470,8 +472,8 @@ fn the_level_in_a_window_moves_as_its_weights_say() {
     }
 }
 
-/// A plant and noise with one pole in common: the model `A y = B/F u + e`, its gradient by differences of the transfer
-/// functions from u and from e to `A y - B/F u`, integrated over frequency.
+/// A plant and noise with one common pole: the model `A y = B/F u + e`. Its gradient comes from differences of the
+/// transfer functions from u and e to `A y - B/F u`, integrated over frequency.
 #[test]
 fn the_bound_of_one_common_pole() {
     let (pole, other, b) = (0.8, 0.4, [1.0, 0.5]);

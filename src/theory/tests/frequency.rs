@@ -1,8 +1,8 @@
-//! Lyapunov equations against integrals over frequency, on signals of every kind.
+//! Lyapunov equations compared with integrals over frequency, for signals of every kind.
 
 use super::*;
 
-/// Points of the trapezoidal rule, which converges geometrically: a pole of modulus 0.95 is lost by 1e-22.
+/// Points of the trapezoidal rule, which converges geometrically: for a pole of modulus 0.95 the error is 1e-22.
 const POINTS: usize = 1024;
 
 /// The transfer function from a source at `q^-1 = exp(-i w)`.
@@ -103,7 +103,7 @@ fn long_run_covariances_are_integrals_of_spectra() {
     }
 }
 
-/// `x = w` with signs: x^2 never moves, and products of neighbours are white of variance sigma^4.
+/// `x = w` with random signs: x^2 is constant, and products of neighbours are white with variance sigma^4.
 #[test]
 fn signs_by_hand() {
     let source = Source {

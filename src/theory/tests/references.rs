@@ -1,8 +1,8 @@
-//! Numbers that other people's programs computed: issue and cases of `expected_methods.json`.
+//! Numbers computed by other programs: references and cases are in `expected_methods.json`.
 
 use super::*;
 
-/// The paper's plant at eta = 10.018 %, an independent computation to the digits printed.
+/// The paper's plant at eta = 10.018 %: an independent computation, compared to the printed digits.
 #[test]
 fn the_papers_plant() {
     let methods = || {

@@ -1,4 +1,4 @@
-//! The picture that shows a verdict: the number of every cell with its error, and what it must be.
+//! The figure for a verdict: the number of every cell with its error, and the condition on it.
 
 use super::place;
 use crate::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compared};
@@ -10,17 +10,16 @@ use crate::report::results::Study;
 use crate::study::CellSummary;
 use crate::study::file::Key;
 
-/// Tests of a claim that have a picture.
+/// Largest number of tests of a claim that get a figure.
 const PICTURES: usize = 3;
-/// Cells, or numbers of cells, that have a row each.
+/// Largest number of cells, or numbers of cells, that get a row each.
 const ROWS: usize = 14;
-/// Panels, each over the setting that varies most.
+/// Largest number of panels, each over the setting with most values.
 const PANELS: usize = 12;
-/// Cells that are drawn one after the other.
+/// Largest number of cells drawn one after the other.
 const SORTED: usize = 200;
 
-/// What a cell says, in words of the legend, with the place in the palette: they differ by marker
-/// and colour.
+/// The outcome of a cell, its words in the legend, and its place in the palette. Outcomes differ by marker and colour.
 const SAYS: [(&str, &str, usize); 4] = [
     ("pass", "certainly passes", 2),
     ("fail", "certainly fails", 1),
@@ -28,7 +27,7 @@ const SAYS: [(&str, &str, usize); 4] = [
     ("left out", "left out", 6),
 ];
 
-/// A number that is drawn.
+/// A number to draw.
 #[derive(Clone)]
 struct Mark<'a> {
     cell: &'a JudgedCell,
@@ -37,7 +36,7 @@ struct Mark<'a> {
     interval: [f64; 2],
 }
 
-/// A picture for every test of a claim, of which many are rare.
+/// A figure for each test of a claim, at most `PICTURES`.
 pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
     let tests = claim.tests.iter().enumerate().take(PICTURES);
     tests
@@ -45,7 +44,7 @@ pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
         .collect()
 }
 
-/// A text as the head of something: without its article, a comma at its end.
+/// Makes a heading of a text: first letter in upper case, no comma at the end.
 pub(super) fn heading(what: &str) -> String {
     let what = what.trim_end_matches(',');
     let mut letters = what.chars();
@@ -53,7 +52,7 @@ pub(super) fn heading(what: &str) -> String {
     first.into_iter().flatten().chain(letters).collect()
 }
 
-/// What the numbers of a test are multiplied with: shares are drawn in per cent.
+/// The factor for the numbers of a test: shares are drawn in per cent.
 pub(super) fn unit(test: &JudgedTest) -> f64 {
     if test.scale == Compared::Share {
         100.0
@@ -66,7 +65,7 @@ struct Picture<'a> {
     claim: &'a Judged,
     test: &'a JudgedTest,
     marks: Vec<Mark<'a>>,
-    /// Cells without a number that can be drawn.
+    /// Number of cells without a number that can be drawn.
     left: usize,
     /// Whether the axis of the numbers is logarithmic.
     log: bool,
@@ -107,14 +106,14 @@ impl<'a> Picture<'a> {
         picture
     }
 
-    /// The limits that there are.
+    /// The finite limits of the test.
     fn limits(&self) -> Vec<f64> {
         let unit = unit(self.test);
         let limits = self.test.limits.iter().filter(|limit| limit.is_finite());
         limits.map(|limit| unit * limit).collect()
     }
 
-    /// The least and the largest of what is drawn.
+    /// The smallest and the largest number drawn.
     fn ends(&self) -> (f64, f64) {
         let marks = self.marks.iter();
         let drawn = marks.flat_map(|mark| [mark.value, mark.interval[0], mark.interval[1]]);
@@ -124,7 +123,7 @@ impl<'a> Picture<'a> {
         })
     }
 
-    /// Whether all is so near to each other that a logarithmic axis would have no ticks.
+    /// Whether the numbers are so close together that a logarithmic axis would have no ticks.
     fn is_narrow(&self) -> bool {
         let (low, high) = self.ends();
         high < 2.0 * low
@@ -149,7 +148,7 @@ impl<'a> Picture<'a> {
         axis
     }
 
-    /// The marks by what their cells say; `at` places a mark.
+    /// Adds the marks as one series per outcome; `at` places a mark.
     fn series(
         &self,
         mut plot: Plot,
@@ -162,7 +161,7 @@ impl<'a> Picture<'a> {
                 .enumerate()
                 .filter(|(_, mark)| mark.cell.says == says);
             let points = chosen.map(|(i, mark)| at(i, mark)).collect();
-            // Of several tests a picture shows one; what the cell says rests on all.
+            // If the claim has several tests, the figure shows one, but a cell's outcome depends on all.
             let label = match self.claim.tests.len() {
                 1 => label.to_owned(),
                 _ => format!("cell: {label}"),
@@ -214,7 +213,7 @@ impl<'a> Picture<'a> {
         })
     }
 
-    /// A row for each number.
+    /// One row for each number.
     fn rows(&self) -> Plot {
         let name = |mark: &Mark<'_>| {
             if mark.cell.case.is_some() || mark.number.what == self.test.what {
@@ -235,7 +234,7 @@ impl<'a> Picture<'a> {
         })
     }
 
-    /// Panels over the setting that varies most, where few are enough.
+    /// Panels over the setting with most values, if there are not too many.
     fn panels(&self, study: &Study) -> Option<(Vec<Plot>, String)> {
         let cell = |mark: &Mark<'_>| match mark.cell.cells.as_slice() {
             [cell] | [_, cell] => study.summary.cells.get(*cell),
@@ -258,7 +257,7 @@ impl<'a> Picture<'a> {
             .rev()
             .max_by_key(|key| (values(*key), numeric(key)))?;
         keys.retain(|key| *key != x);
-        // Where a claim lists outputs, each has panels of its own.
+        // If a claim lists outputs, each has its own panels.
         let choice = |cell: &CellSummary, mark: &Mark<'a>| -> (&'a Option<String>, Choice) {
             let settings = keys.iter().map(|key| (*key, cell.setting(*key)));
             (&mark.cell.case, settings.collect())
@@ -298,7 +297,7 @@ impl<'a> Picture<'a> {
         Some((panels.iter().map(draw).collect(), "Every cell".to_owned()))
     }
 
-    /// All numbers by size, evenly thinned where they are many.
+    /// All numbers by size, evenly thinned if there are many.
     fn sorted(&self) -> (Vec<Plot>, String) {
         let mut marks = self.marks.clone();
         marks.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -324,7 +323,7 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// The 95 % interval of a number: of its logarithm where the axis is one, a share's within 0 to 1.
+/// The 95 % interval of a number: of its logarithm on a logarithmic axis; within 0 to 1 for a share.
 fn interval(number: &JudgedNumber, scale: Compared, log: bool) -> [f64; 2] {
     let (value, half) = (number.value, Z * number.error);
     match scale {

@@ -1,12 +1,11 @@
-//! Parts and pictures of made-up claims.
+//! Sections and figures of made-up claims.
 
 use super::*;
 use crate::claim::{JudgedTest, Scale};
 use crate::report::document::tests::study;
 use crate::report::html::Page;
 
-/// A claim "below 1" of a study: in turn the number of a cell is 0.5 and passes, 1 and is open, 2
-/// and fails.
+/// A claim "below 1" of a study. In turn the number of a cell is 0.5 and passes, 1 and is open, 2 and fails.
 fn claim(study: &Study) -> Judged {
     let cell = |index: usize| {
         let (value, says) = [(0.5, "pass"), (1.0, "open"), (2.0, "fail")][index % 3];
@@ -58,7 +57,7 @@ fn picture(study: &Study, claim: &Judged) -> Drawn {
     all.remove(0)
 }
 
-/// Markers of a class beside that of the legend: triangles and squares are paths.
+/// Number of markers of a class without the one in the legend; triangles and squares are paths.
 fn marks(svg: &str, class: &str) -> usize {
     svg.matches(&format!("<path class=\"f {class}\"")).count() - 1
 }
@@ -95,7 +94,7 @@ fn more_cells_have_panels_over_the_setting_that_varies_most() {
         grid("eta = { logspace = [1, 30, 19] }\nnoise = [\"ar\", \"white\"]\nwindow = [98, 218]");
     let Drawn { svg, .. } = picture(&study, &claim(&study));
     assert_eq!(svg.matches("<rect class=\"f s2\"").count(), 4, "panels");
-    // 76 cells: 26 pass, 25 are open and 25 fail.
+    // 76 cells: 26 pass, 25 are open, 25 fail.
     assert_eq!([marks(&svg, "s2"), marks(&svg, "s1")], [26, 25]);
     assert!(svg.contains("eta, %") && svg.contains("N = 98, 1/A noise"));
 }
@@ -106,7 +105,7 @@ fn many_cells_are_thinned_and_no_verdict_is_lost() {
     let Drawn { svg, caption, .. } = picture(&study, &claim(&study));
     assert!(caption.starts_with("200 of 1000 cells"), "{caption}");
     assert!(svg.len() < 150_000, "{}", svg.len());
-    // A third of the cells each, as of all.
+    // A third of the cells for each, as among all.
     for class in ["s2", "s1"] {
         assert!((66..=68).contains(&marks(&svg, class)), "{class}");
     }
@@ -137,8 +136,8 @@ fn what_cannot_be_drawn_is_counted() {
     );
 }
 
-/// A part has the claim, its verdict in words, the sentence without them, a picture and a table.
-/// What others wrote is text.
+/// A part has the claim, its verdict in words, the sentence without them, a figure and a table. Texts of users are
+/// escaped.
 #[test]
 fn a_part_tells_one_claim() {
     let mut study = grid("window = [58, 98, 218]");
