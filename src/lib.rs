@@ -8,11 +8,10 @@
 //! W(z) = (h_1 z^(n-1) + ... + h_n) / (z^n - a_n z^(n-1) - ... - a_1),   T b = h.
 //! ```
 //!
-//! From a window of N samples of u and y an estimator finds a, b, h and x0; an observer then gives
-//! x(k). The algorithm under study (Nikolov et al. 2023) has twelve stages: least squares as
-//! iteration 0 (stages 1 to 6), passes of instrumental variables (7 to 10, repeated by 11), and a
-//! pole-placed observer (12). Doc comments name the stage and the equation in this spelling:
-//! `Stage 3`, `Eq. (7)`.
+//! From a window of N samples of u and y an estimator finds a, b, h and x0. An observer then computes x(k). The
+//! algorithm under study (Nikolov et al. 2023) has twelve stages: least squares as iteration 0 (stages 1 to 6), passes
+//! of instrumental variables (7 to 10, repeated by 11), and a pole-placed observer (12). Doc comments name stages and
+//! equations as `Stage 3` and `Eq. (7)`.
 //!
 //! | symbol | shape | what |
 //! |---|---|---|
@@ -33,15 +32,15 @@
 //! | module | what |
 //! |---|---|
 //! | [`plant`] | the true system: forms, simulation, poles |
-//! | [`signal`] | inputs, coloured noise, random streams; arithmetic of the same bits anywhere |
-//! | [`data`] | records: simulated with their truth, or read from a file |
+//! | [`signal`] | inputs, coloured noise, random streams; arithmetic with the same bits on every machine |
+//! | [`data`] | records: simulated with their true parameters, or read from a file |
 //! | [`model`] | the general linear model: polynomials, realisation, difference equation |
-//! | [`estimator`] | stages 1 to 11, and the ways to solve for p |
+//! | [`estimator`] | stages 1 to 11, and solvers for p |
 //! | [`theory`] | limits, asymptotic covariances and bounds of a cell |
 //! | [`observer`] | stage 12 and its gain |
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
-//! | [`files`] | the only door to the file system |
-//! | [`worker`] | methods that are programs |
+//! | [`files`] | the only access to the file system |
+//! | [`worker`] | methods that are external programs |
 //! | [`study`] | experiment, trial, runner, store |
 //! | [`claim`] | verdicts on the claims of an experiment file from its results |
 //! | [`report`] | claims, tables and figures from stored results |

@@ -1,4 +1,4 @@
-//! The library's door: an experiment in, its results with a report out.
+//! The library's entry point: takes an experiment, returns its results and writes a report.
 
 use crate::claim;
 use crate::files::PathError;
@@ -21,8 +21,8 @@ pub enum RunInError {
     Report(#[from] PathError),
 }
 
-/// Runs an experiment in a folder on all processors, as many trials as its file says, and writes `report.html` beside
-/// the results. What is there already of the same design is taken up.
+/// Runs an experiment in a folder on all processors, with as many trials as its file says, and writes `report.html`
+/// beside the results. Resumes from stored trials of the same design.
 ///
 /// # Errors
 /// [`RunInError`].

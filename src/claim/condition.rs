@@ -1,17 +1,16 @@
-//! Where a claim holds: the settings that tell the cells where it holds from those where it does
-//! not.
+//! Where a claim holds: settings that separate the cells where it holds from those where it does not.
 
 use crate::number::listed;
 use crate::study::file::Key;
 use crate::study::place::{Place, axis_label, values, varying, words};
 
-/// The most items that a sentence lists.
+/// The largest number of items that a sentence lists.
 const MOST: usize = 6;
 
-/// The one setting whose values tell the `good` from all other cells, indices in `all`, or else,
-/// for each combination of the others, the values of a numerical one where it is good: "with white
-/// noise", "from N = 98 on with eta = 2 %". A cell that is in neither is open: nothing is said of
-/// it. None where few settings do not tell.
+/// Describes where the `good` cells are; cells are indices in `all`. It names a single setting, if its values separate
+/// the good cells from all others: "with white noise". Otherwise it gives, for each combination of the other settings,
+/// the good values of a numerical one: "from N = 98 on with eta = 2 %". A cell that is neither good nor bad is open;
+/// nothing is said about it. `None` if few settings are not enough.
 pub fn condition(all: &[Place], good: &[usize], bad: &[usize]) -> Option<String> {
     if good.is_empty() || bad.is_empty() {
         return None;
@@ -19,7 +18,7 @@ pub fn condition(all: &[Place], good: &[usize], bad: &[usize]) -> Option<String>
     by_one_setting(all, good).or_else(|| by_combination(all, good))
 }
 
-/// Every cell with one of these values is good, and every good cell has one.
+/// Names a setting such that every cell with one of these values is good, and every good cell has one of them.
 fn by_one_setting(all: &[Place], good: &[usize]) -> Option<String> {
     varying(all).into_iter().find_map(|key| {
         let values_where = |is_good: bool| {
@@ -34,7 +33,7 @@ fn by_one_setting(all: &[Place], good: &[usize]) -> Option<String> {
     })
 }
 
-/// The numerical setting with the most values.
+/// Returns the numerical setting with the most values.
 fn longest(all: &[Place]) -> Option<Key> {
     let is_number = |value: &String| value.parse::<f64>().is_ok();
     let keys = varying(all).into_iter().rev();
@@ -49,7 +48,7 @@ fn by_combination(all: &[Place], good: &[usize]) -> Option<String> {
     let along = longest(all)?;
     let mut others = varying(all);
     others.retain(|key| *key != along);
-    // The ranges of the numerical setting, and which combinations of the others have each.
+    // The ranges of the numerical setting, and the combinations of the others with each range.
     let mut ranges: Vec<(String, Vec<String>)> = Vec::new();
     let mut seen: Vec<String> = Vec::new();
     let mut complete = true;
@@ -97,8 +96,8 @@ fn by_combination(all: &[Place], good: &[usize]) -> Option<String> {
     Some(format!("{}{end}", texts.join("; ")))
 }
 
-/// The values of a setting with which cells of one combination of the others are good: empty where
-/// it is all of them, none where there is no such value.
+/// Returns the values of a setting at which the cells of one combination of the others are good: empty if all are,
+/// `None` if none is.
 fn range(all: &[Place], along: Key, others: &[Key], case: &str, good: &[usize]) -> Option<String> {
     let own: Vec<usize> = (0..all.len())
         .filter(|cell| all[*cell].words(others) == case)

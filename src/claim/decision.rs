@@ -1,38 +1,36 @@
-//! From cells to a verdict, with known error rates whatever the dependence of the cells, which
-//! share their random numbers.
+//! From cells to a verdict with known error rates, whatever the dependence between the cells, which share their random
+//! numbers.
 //!
-//! Every way to hold asks that the test passes in at least r of m cells: in all, in more than half,
-//! in one. That at least r of m pass is certain at a level where (m - r + 1) p_(r) is at most it,
-//! with p_(r) the r-th smallest p-value (Bonferroni's test of a partial conjunction: Benjamini and
-//! Heller 2008, Biometrics 64, 1215). For r = m that is the largest p-value alone, the
-//! intersection-union test; for r = 1 it is Bonferroni's. The claim does not hold where the same
-//! says that at least m - r + 1 cells fail. So either error has the claim's level, and an
-//! "undecided" is no error.
+//! Every way to hold requires that the test passes in at least r of m cells: in all, in more than half, or in one. "At
+//! least r of m pass" is certain at a level if (m - r + 1) p_(r) is at most this level, with p_(r) the r-th smallest
+//! p-value (Bonferroni's test of a partial conjunction: Benjamini and Heller 2008, Biometrics 64, 1215). For r = m this
+//! is the largest p-value alone, the intersection-union test; for r = 1 it is Bonferroni's test. The claim does not
+//! hold if the same test says that at least m - r + 1 cells fail. So either error has the claim's level, and
+//! "undecided" is not an error.
 
 use crate::names::named_enum;
 use crate::study::file::Holds;
 
 named_enum! {
-    /// What the results say of a claim.
+    /// The verdict of the results on a claim.
     Verdict, "verdict" {
-        /// Neither is certain.
+        /// Neither verdict is certain.
         Undecided = "undecided",
         /// It holds.
         Holds = "holds",
-        /// It certainly holds in some cells and certainly not in others, and most cells decide
-        /// neither.
+        /// It certainly holds in some cells and certainly not in others, and the number of cells decides neither way.
         HoldsInPart = "holds in part",
         /// It does not hold.
         DoesNotHold = "does not hold",
     }
 }
 
-/// What a cell's test says: p-values of "it does not pass" and of "it does not fail".
+/// The p-values of a cell's test, for "it does not pass" and "it does not fail".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PValues {
-    /// Small where it certainly passes.
+    /// Small if it certainly passes.
     pub(super) pass: f64,
-    /// Small where it certainly fails.
+    /// Small if it certainly fails.
     pub(super) fail: f64,
 }
 
@@ -41,14 +39,13 @@ pub(super) struct PValues {
 pub(super) struct Cells<'a> {
     /// Those that are judged.
     pub(super) judged: &'a [PValues],
-    /// How many there were before results told which of them are judged: as many could have been
-    /// chosen by chance.
+    /// How many cells there were before results selected the judged ones: the selection could have been by chance.
     pub(super) among: usize,
 }
 
 impl Cells<'_> {
-    /// The judged cells that certainly pass, and those that certainly fail: all together (Holm),
-    /// but each by itself where all must be and all are.
+    /// Returns the judged cells that certainly pass, and those that certainly fail. They are certain all together
+    /// (Holm), or each by itself if the claim needs all of them and all are.
     pub(super) fn certain(self, holds: Holds, level: f64) -> [Vec<usize>; 2] {
         let [pass, fail]: [Vec<f64>; 2] = [
             self.judged.iter().map(|cell| cell.pass).collect(),
@@ -71,7 +68,7 @@ impl Cells<'_> {
 }
 
 impl Holds {
-    /// In how many of m cells the test must pass.
+    /// Returns in how many of m cells the test must pass.
     pub(super) fn passes(self, m: usize) -> usize {
         match self {
             Self::Everywhere => m,
@@ -80,14 +77,13 @@ impl Holds {
         }
     }
 
-    /// In how many cells it must fail for the claim not to hold.
+    /// Returns in how many of m cells it must fail for the claim not to hold.
     pub(super) fn fails(self, m: usize) -> usize {
         m + 1 - self.passes(m)
     }
 }
 
-/// The level at which r of the judged cells must be certain, each by itself, for all r to be
-/// certain together.
+/// Returns the level at which each of r judged cells must be certain, for all r to be certain together.
 pub(super) fn level_of_each(r: usize, judged: usize, among: usize, level: f64) -> f64 {
     if r == judged {
         level
@@ -102,14 +98,14 @@ pub(super) fn at_least(p: &[f64], r: usize, among: usize, level: f64) -> bool {
     r > 0 && p.iter().filter(|p| **p <= cell_level).count() >= r
 }
 
-/// The most cells of which [`at_least`] is true.
+/// Returns the largest r for which [`at_least`] is true.
 pub(super) fn certain_count(p: &[f64], among: usize, level: f64) -> usize {
     let certain = |r: &usize| at_least(p, *r, among, level);
     (1..=p.len()).rev().find(certain).unwrap_or(0)
 }
 
-/// The cells that are certain all together, by Holm's step-down (Holm 1979): no false one among
-/// them but with the level.
+/// Returns the cells that are certain all together, by Holm's step-down (Holm 1979). The chance that any of them is
+/// wrong is at most the level.
 pub(super) fn holm(p: &[f64], among: usize, level: f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
@@ -118,7 +114,7 @@ pub(super) fn holm(p: &[f64], among: usize, level: f64) -> Vec<usize> {
     kept.map(|(_, cell)| *cell).collect()
 }
 
-/// The verdict on a claim that holds in so many cells.
+/// Returns the verdict on a claim.
 pub(super) fn decide(holds: Holds, cells: Cells<'_>, level: f64) -> Verdict {
     let m = cells.judged.len();
     let pass: Vec<f64> = cells.judged.iter().map(|cell| cell.pass).collect();
@@ -165,9 +161,8 @@ mod tests {
         )
     }
 
-    /// Of 0.01, 0.04, 0.03, 0.005 at 0.05 the thresholds of the ordered ones are 0.0125, 0.05/3,
-    /// 0.025, 0.05: 0.005 and 0.01 stand, 0.03 is above 0.025 and ends it, though 0.04 is below
-    /// 0.05.
+    /// For 0.01, 0.04, 0.03, 0.005 at 0.05 the thresholds in ascending order are 0.0125, 0.05/3, 0.025, 0.05. So 0.005
+    /// and 0.01 are certain. 0.03 is above 0.025 and ends the procedure, although 0.04 is below 0.05.
     #[test]
     fn holm_by_hand() {
         assert_eq!(holm(&[0.01, 0.04, 0.03, 0.005], 4, 0.05), [3, 0]);
@@ -177,7 +172,7 @@ mod tests {
         assert!(holm(&[], 0, 0.05).is_empty());
     }
 
-    /// Partial conjunction: of 5 cells, r = 3: three times the third smallest.
+    /// Partial conjunction with 5 cells and r = 3: three times the third smallest.
     #[test]
     fn partial_conjunction_by_hand() {
         let p = [0.9, 0.001, 0.008, 0.4, 0.002];
@@ -191,7 +186,7 @@ mod tests {
         assert!(!at_least(&p, 4, 5, 0.025), "2 * 0.4");
         assert!(at_least(&p, 5, 5, 0.9), "all: the largest, not corrected");
         assert_eq!(certain_count(&p, 5, 0.025), 3);
-        // Three of nine that results chose: 7 times the third smallest, but of all three it is the
+        // Nine cells, three selected by results. For r = 2: 8 times the second smallest. For r = 3, all of them: the
         // largest alone.
         assert!(
             !at_least(&[0.001, 0.009, 0.5], 2, 9, 0.07)
@@ -211,15 +206,14 @@ mod tests {
         assert_eq!(verdict(Holds::Everywhere, &other, &all), DoesNotHold);
         assert_eq!(verdict(Holds::Somewhere, &other, &all), DoesNotHold);
         assert_eq!(verdict(Holds::Somewhere, &all, &other), Yes);
-        // One of four: certain at 0.025/4 or not.
+        // One of four must fail: certain below 0.025/4.
         let one_low = [not, not, not, 0.007];
         assert_eq!(verdict(Holds::Everywhere, &[open; 4], &one_low), Undecided);
         assert_eq!(
             verdict(Holds::Everywhere, &[open; 4], &[not, not, not, 0.006]),
             DoesNotHold
         );
-        // More than half of four are three: 2 * 0.012 is below 0.025; not more than half are two: 3
-        // * 0.008.
+        // More than half of four is three: 2 * 0.012 is below 0.025. Not more than half: two fail, 3 * 0.008.
         assert_eq!(
             verdict(Holds::Typically, &[sure, sure, 0.012, open], &[open; 4]),
             Yes

@@ -1,4 +1,4 @@
-//! What the results say of a claim's tests in one cell.
+//! The evidence for or against a claim's tests in one cell.
 
 use super::decision::PValues;
 use super::known::{Range, worst};
@@ -13,21 +13,21 @@ pub(super) struct Part {
     pub(super) test: usize,
     /// The number.
     pub(super) number: Number,
-    /// What it must be in.
+    /// The range in which it must lie.
     pub(super) range: Range,
 }
 
-/// What a cell says of the tests that must all pass in it.
+/// The evidence of a cell on the tests that must all pass in it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Evidence {
-    /// The numbers of all tests that have some.
+    /// The numbers of all tests that have numbers.
     pub(super) parts: Vec<Part>,
-    /// Why others have none.
+    /// Why other tests have none.
     pub(super) missing: Vec<String>,
 }
 
 impl Evidence {
-    /// Of all tests of a claim.
+    /// Collects the evidence on all tests of a claim.
     pub(super) fn new(results: Results<'_>, tests: &[ClaimTest], cells: &Members) -> Self {
         let mut evidence = Self::default();
         for (index, test) in tests.iter().enumerate() {
@@ -47,7 +47,8 @@ impl Evidence {
         evidence
     }
 
-    /// p-values: all numbers must be inside (the largest), one outside is enough (Bonferroni).
+    /// Returns the p-values. To pass, all numbers must be inside: the largest p-value. To fail, one outside is enough:
+    /// Bonferroni.
     pub(super) fn p_values(&self) -> PValues {
         let inside = self
             .parts
@@ -71,13 +72,13 @@ impl Evidence {
         (self.parts.len() + self.missing.len()) as f64
     }
 
-    /// Whether the numbers themselves pass, certain or not.
+    /// Whether the values pass, certain or not.
     pub(super) fn seems_to_pass(&self) -> bool {
         let pass = |part: &Part| part.number.known.seems_inside(part.range);
         self.missing.is_empty() && self.parts.iter().all(pass)
     }
 
-    /// The chance that it is certainly a pass at a level with `factor` times the trials.
+    /// Returns the chance of a certain pass at a level with `factor` times the trials.
     pub(super) fn power_of_pass(&self, factor: f64, level: f64) -> f64 {
         if !self.missing.is_empty() {
             return 0.0;
@@ -86,7 +87,7 @@ impl Evidence {
         self.parts.iter().map(passes).product()
     }
 
-    /// The same of a fail.
+    /// Returns the chance of a certain fail.
     pub(super) fn power_of_fail(&self, factor: f64, level: f64) -> f64 {
         let part_level = level / self.count();
         let misses = |part: &Part| {
@@ -98,7 +99,7 @@ impl Evidence {
         1.0 - self.parts.iter().map(misses).product::<f64>()
     }
 
-    /// The number that is nearest to failing, or fails most.
+    /// Returns the number nearest to failing, or failing most.
     pub(super) fn decisive(&self) -> Option<&Part> {
         self.parts
             .iter()
@@ -107,20 +108,20 @@ impl Evidence {
 }
 
 impl Part {
-    /// How far inside its range the number is, about in standard errors; below 0 outside.
+    /// Returns how far inside its range the number lies, in approximate standard errors; negative outside.
     pub(super) fn margin(&self) -> f64 {
         self.number.known.margin(self.range)
     }
 
-    /// How far inside its range the value itself is; below 0 outside.
+    /// Returns how far inside its range the value lies; negative outside.
     pub(super) fn depth(&self) -> f64 {
         self.number.known.depth(self.range)
     }
 }
 
 impl Range {
-    /// The numbers that pass a test. No share is beyond 0 or 1, so a range that reaches there has
-    /// no limit there.
+    /// Returns the numbers that pass a test. Shares lie between 0 and 1, so a range that reaches 0 or 1 has no limit
+    /// there.
     fn for_test(test: &ClaimTest) -> Self {
         let [low, high] = test.limit.ends();
         let open = matches!(test.limit, Limit::Below(_) | Limit::Above(_));

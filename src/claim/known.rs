@@ -1,5 +1,4 @@
-//! What is known of one number from trials, and how certain that makes it that the number is within
-//! limits.
+//! What trials say about a number, and how certainly the number lies within limits.
 
 use crate::metric::Z;
 use crate::metric::tails::{
@@ -9,38 +8,37 @@ use crate::metric::tails::{
 /// The numbers that meet a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Range {
-    /// Minus infinity where there is no lower limit.
+    /// Minus infinity if there is no lower limit.
     pub(super) low: f64,
-    /// Infinity where there is no upper one.
+    /// Infinity if there is no upper limit.
     pub(super) high: f64,
-    /// Whether the ends themselves are outside.
+    /// Whether the ends are excluded.
     pub(super) open: bool,
 }
 
 impl Range {
-    /// The ends that there are.
+    /// Returns the finite ends.
     fn ends(self) -> [Option<f64>; 2] {
         [self.low, self.high].map(|end| end.is_finite().then_some(end))
     }
 }
 
-/// How many degrees of freedom a standard error has.
+/// The degrees of freedom of a standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Freedom {
     now: f64,
-    /// The power of the number of trials with which they grow; None where more trials change
-    /// nothing at all.
+    /// The power of the number of trials with which they grow; `None` if more trials change nothing at all.
     grows: Option<f64>,
 }
 
 impl Freedom {
-    /// Of an error to which more trials do nothing, as that of a time.
+    /// For an error that more trials do not reduce, such as that of a time.
     pub(super) const FIXED: Self = Self {
         now: f64::INFINITY,
         grows: None,
     };
 
-    /// So many, whatever the number of trials.
+    /// So many, for any number of trials.
     pub(super) const fn constant(now: f64) -> Self {
         Self {
             now,
@@ -48,7 +46,7 @@ impl Freedom {
         }
     }
 
-    /// Of a mean, or of what is made of means.
+    /// For a mean, or a function of means.
     pub(super) fn of_mean(trials: u64) -> Self {
         Self {
             now: trials.saturating_sub(1).max(1) as f64,
@@ -56,13 +54,12 @@ impl Freedom {
         }
     }
 
-    /// Of the q-quantile of n trials. Its standard error is a multiple of the distance W between
-    /// two order statistics, k = 2 * 1.96 sqrt(n q (1 - q)) ranks apart. Near a quantile W is a sum
-    /// of k spacings that are nearly independent and exponential, so its relative variance is 1/k
-    /// and that of W^2 is 4/k. That of a mean square with nu degrees of freedom is 2/nu; hence nu =
-    /// k/2 = 1.96 sqrt(n q (1 - q)). Half of that is taken: far in the tails, where many cells are
-    /// judged, the changing density between the two ranks counts too, and a test finds the level
-    /// exceeded without it.
+    /// For the q-quantile of n trials. Its standard error is a multiple of the distance W between two order statistics,
+    /// k = 2 * 1.96 sqrt(n q (1 - q)) ranks apart. Near a quantile W is a sum of k spacings that are nearly independent
+    /// and exponential, so the relative variance of W is 1/k and that of W^2 is 4/k. For a mean square with nu degrees
+    /// of freedom it is 2/nu. Hence nu = k/2 = 1.96 sqrt(n q (1 - q)). The code takes half of that: far in the tails,
+    /// where many cells are judged, the density also changes between the two ranks. Without the half, a test finds the
+    /// level exceeded.
     pub(super) fn of_quantile(q: f64, trials: u64) -> Self {
         Self {
             now: (0.5 * Z * (trials as f64 * q * (1.0 - q)).sqrt()).max(1.0),
@@ -71,10 +68,10 @@ impl Freedom {
     }
 }
 
-/// What trials say of a number.
+/// What trials say about a number.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Known {
-    /// Everything.
+    /// The number itself, without error.
     Exact(f64),
     /// An estimate with a standard error above 0.
     Estimate {
@@ -82,35 +79,33 @@ pub(super) enum Known {
         value: f64,
         /// Its standard error.
         error: f64,
-        /// How well the error is known.
+        /// The degrees of freedom of the error.
         freedom: Freedom,
-        /// Whether it is the logarithm that scatters as a normal number does: ratios of positive
-        /// numbers.
+        /// Whether the logarithm is nearly normal instead of the value: for ratios of positive numbers.
         logarithmic: bool,
     },
     /// A share of trials.
     Count {
         /// Trials that count.
         count: u64,
-        /// Of so many.
+        /// All trials.
         total: u64,
     },
-    /// A quantile without a usable standard error: lost trials or equal values are around it. What
-    /// is left is how many of the trials are on either side of a limit.
+    /// A quantile without a usable standard error, because lost trials or equal values surround it. Known are only the
+    /// numbers of trials on either side of a limit.
     Ranks {
-        /// The quantile as far as it is known: infinite, of either sign, where it is lost.
+        /// The quantile as far as it is known; infinite, of either sign, if it is lost.
         value: f64,
-        /// Which quantile.
+        /// The probability q of the quantile.
         q: f64,
         /// Trials.
         total: u64,
-        /// (x, count): where x is below a limit at least `count` trials are, where it is not at
-        /// most `count`.
+        /// Pairs (x, count). If x is below a limit, at least `count` trials are; otherwise at most `count` are.
         points: Vec<(f64, u64)>,
     },
 }
 
-/// On which side of a limit a number is said to be.
+/// The side of a limit on which a number is claimed to lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Side {
     Below,
@@ -120,11 +115,11 @@ enum Side {
 /// The test of "certainly on this side of the limit".
 #[derive(Clone, Copy, Debug)]
 enum OneSided {
-    /// It needs none.
+    /// The answer is certain; no test is needed.
     Sure(bool),
-    /// t standard errors on the right side.
+    /// The estimate is t standard errors from the limit, positive on the right side.
     Student(f64, Freedom),
-    /// So few of so many trials where each would be one with this chance, at the limit.
+    /// (count, total, chance): few successes among the trials, if each has this chance at the limit.
     Few(u64, u64, f64),
 }
 
@@ -137,8 +132,7 @@ impl OneSided {
         }
     }
 
-    /// The chance of p <= `level` with `factor` times the trials, where the truth is what it now
-    /// seems to be.
+    /// Returns the chance that p <= `level` with `factor` times the trials, if the truth equals the present estimate.
     fn power(self, factor: f64, level: f64) -> f64 {
         match self {
             Self::Sure(is) => f64::from(u8::from(is)),
@@ -158,8 +152,8 @@ impl OneSided {
     }
 }
 
-/// P(T' > t) of the noncentral t with this distance and nu degrees of freedom at the point t of
-/// Student's law with that level: the normal approximation of Johnson and Kotz (Abramowitz and
+/// Returns P(T' > t). T' is noncentral t with this noncentrality and nu degrees of freedom; t is the point that
+/// Student's t exceeds with probability `level`. Uses the normal approximation of Johnson and Kotz (Abramowitz and
 /// Stegun 26.7.10).
 fn beyond(distance: f64, nu: f64, level: f64) -> f64 {
     let t = student_point(normal_point(level), nu);
@@ -167,10 +161,10 @@ fn beyond(distance: f64, nu: f64, level: f64) -> f64 {
     normal_above((t * bias - distance) / (1.0 + t * t / (2.0 * nu)).sqrt())
 }
 
-/// P(P(K <= k) <= level) where k and K are numbers of successes in so many trials, of chance
-/// `share` and `chance`.
+/// Returns P(P(K <= k) <= level). Here k and K count successes among `trials`, of probability `share` for k and
+/// `chance` for K.
 fn few(trials: u64, share: f64, chance: f64, level: f64) -> f64 {
-    /// From this variance on the normal law will do.
+    /// From this variance on, the normal approximation suffices.
     const LARGE: f64 = 1000.0;
     let n = trials as f64;
     let deviation = |p: f64| (n * p * (1.0 - p)).sqrt();
@@ -178,7 +172,7 @@ fn few(trials: u64, share: f64, chance: f64, level: f64) -> f64 {
         let critical = n * chance - normal_point(level) * deviation(chance);
         return normal_above((n * share - critical) / deviation(share));
     }
-    // The first count that is not few enough, by bisection.
+    // Bisection for the smallest count that is not significant.
     let (mut low, mut high) = (0, trials + 1);
     while low < high {
         let middle = low + (high - low) / 2;
@@ -193,7 +187,7 @@ fn few(trials: u64, share: f64, chance: f64, level: f64) -> f64 {
 }
 
 impl Known {
-    /// The value with its standard error; NaN where it has none.
+    /// Returns the value with its standard error; NaN if it has none.
     pub(super) fn shown(&self) -> (f64, f64) {
         match self {
             Self::Exact(value) | Self::Ranks { value, .. } => (*value, f64::NAN),
@@ -205,7 +199,7 @@ impl Known {
         }
     }
 
-    /// Whether the value itself is within the range, certain or not.
+    /// Whether the value itself lies within the range, certain or not.
     pub(super) fn seems_inside(&self, range: Range) -> bool {
         let value = self.shown().0;
         if range.open {
@@ -215,8 +209,7 @@ impl Known {
         }
     }
 
-    /// How far an estimate is above a limit, in standard errors, on the scale on which it is near
-    /// normal.
+    /// Returns how many standard errors an estimate lies above a limit, on the scale on which it is nearly normal.
     fn distance(&self, limit: f64) -> Option<(f64, Freedom)> {
         let Self::Estimate {
             value,
@@ -228,7 +221,7 @@ impl Known {
             return None;
         };
         let distance = if *logarithmic {
-            // The delta method: the logarithm has the relative error. No such number is below 0.
+            // Delta method: the standard error of the logarithm is the relative error. Such values are never below 0.
             (value.ln() - limit.max(0.0).ln()) * value / error
         } else {
             (value - limit) / error
@@ -236,8 +229,7 @@ impl Known {
         Some((distance, *freedom))
     }
 
-    /// How far inside a range the value itself is, on the scale on which it is compared; below 0
-    /// outside.
+    /// Returns how far inside a range the value lies, on its scale of comparison; negative outside.
     pub(super) fn depth(&self, range: Range) -> f64 {
         let logarithmic = matches!(
             self,
@@ -254,7 +246,7 @@ impl Known {
         low.min(high)
     }
 
-    /// How far inside a range the number is, about in standard errors; below 0 outside.
+    /// Returns how far inside a range the number lies, in approximate standard errors; negative outside.
     pub(super) fn margin(&self, range: Range) -> f64 {
         let of_test = |test: OneSided| match test {
             OneSided::Sure(is) => {
@@ -275,7 +267,7 @@ impl Known {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The test of being on one side of a limit, the limit itself included where `closed`.
+    /// Returns the test of lying on one side of a limit. `closed`: the limit itself counts as that side.
     fn one_sided(&self, side: Side, limit: f64, closed: bool) -> OneSided {
         match self {
             Self::Exact(value) => OneSided::Sure(match side {
@@ -313,8 +305,8 @@ impl Known {
         }
     }
 
-    /// The tests that the number is inside the range: all must be certain (two one-sided tests of a
-    /// range with two ends, Schuirmann 1987).
+    /// Returns the tests that the number is inside the range. All must be significant (two one-sided tests if the range
+    /// has two ends, Schuirmann 1987).
     fn tests_inside(&self, range: Range) -> impl Iterator<Item = OneSided> {
         let [low, high] = range.ends();
         let low = low.map(|low| self.one_sided(Side::Above, low, !range.open));
@@ -322,7 +314,7 @@ impl Known {
         low.into_iter().chain(high)
     }
 
-    /// The tests that it is outside: one must be certain.
+    /// Returns the tests that the number is outside the range. One must be significant.
     fn tests_outside(&self, range: Range) -> impl Iterator<Item = OneSided> {
         let [low, high] = range.ends();
         let low = low.map(|low| self.one_sided(Side::Below, low, range.open));
@@ -330,8 +322,7 @@ impl Known {
         low.into_iter().chain(high)
     }
 
-    /// The width of a range with two ends in standard errors of an estimate, and the degrees of
-    /// freedom.
+    /// Returns the width of a range with two ends in standard errors of an estimate, and its degrees of freedom.
     fn width(&self, range: Range) -> Option<(f64, Freedom)> {
         let [Some(low), Some(high)] = range.ends() else {
             return None;
@@ -340,17 +331,17 @@ impl Known {
         Some((to_low - to_high, freedom))
     }
 
-    /// The p-value of "not inside the range": small where the number certainly is.
+    /// Returns the p-value of "not inside the range": small if the number is certainly inside.
     pub(super) fn inside(&self, range: Range) -> f64 {
         self.tests_inside(range).map(OneSided::p).fold(0.0, worst)
     }
 
-    /// The p-value of "inside the range": small where the number certainly is not.
+    /// Returns the p-value of "inside the range": small if the number is certainly outside.
     ///
-    /// Of an estimate at distance t from the nearer end of a range with two ends that are w apart,
-    /// both in standard errors, it is P(T > t) + P(T > t + w), exact for a number at either end:
-    /// near one-sided where the range is wide, the two-sided test where it is a point. Of counts it
-    /// is twice the smaller tail.
+    /// For an estimate and a range with two ends, let t be its distance beyond the nearer end and w the width of the
+    /// range, both in standard errors. Then the p-value is P(T > t) + P(T > t + w). It is exact for a number at either
+    /// end: nearly one-sided if the range is wide, and the two-sided test if it is a point. For counts it is twice the
+    /// smaller tail.
     pub(super) fn outside(&self, range: Range) -> f64 {
         let tests: Vec<OneSided> = self.tests_outside(range).collect();
         match (tests.as_slice(), self.width(range)) {
@@ -364,7 +355,7 @@ impl Known {
         }
     }
 
-    /// The factor by which two tests, of which one is enough, are corrected.
+    /// Returns the correction factor for two tests of which one suffices.
     fn ends_at_once(&self) -> f64 {
         if matches!(self, Self::Exact(_)) {
             1.0
@@ -373,7 +364,7 @@ impl Known {
         }
     }
 
-    /// The chance that [`Self::inside`] is at most a level with `factor` times the trials.
+    /// Returns the chance that [`Self::inside`] is at most `level` with `factor` times the trials.
     pub(super) fn power_inside(&self, range: Range, factor: f64, level: f64) -> f64 {
         let misses = self
             .tests_inside(range)
@@ -381,7 +372,7 @@ impl Known {
         (1.0 - misses.sum::<f64>()).max(0.0)
     }
 
-    /// The chance that [`Self::outside`] is.
+    /// Returns the chance that [`Self::outside`] is at most `level` with `factor` times the trials.
     pub(super) fn power_outside(&self, range: Range, factor: f64, level: f64) -> f64 {
         let of_each = match (self.width(range), range.ends()) {
             (Some((width, Freedom { now, grows })), _) => {
@@ -399,7 +390,7 @@ impl Known {
     }
 }
 
-/// P(T > t) for the t with P(T > t) + P(T > t + width) = level.
+/// Returns P(T > t) for the t that solves P(T > t) + P(T > t + width) = level.
 fn level_of_an_end(width: f64, nu: f64, level: f64) -> f64 {
     let (mut low, mut high) = (level / 2.0, level);
     for _ in 0..20 {
@@ -414,7 +405,7 @@ fn level_of_an_end(width: f64, nu: f64, level: f64) -> f64 {
     low
 }
 
-/// The larger of two p-values; 1 where one is undefined.
+/// Returns the larger of two p-values; 1 if one is undefined.
 pub(super) fn worst(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() {
         1.0

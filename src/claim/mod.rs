@@ -1,9 +1,9 @@
 //! Verdicts on the claims of an experiment file, with known error rates, in plain words.
 //!
-//! A test looks at a number of a cell and gives two p-values: that it does not pass, that it does
-//! not fail (`known`, `statistics`, `evidence`). A claim holds everywhere, typically or somewhere
-//! over its cells (`decision`); where neither is certain it is undecided, and `power` tells how
-//! many trials would decide it. Nothing here knows an experiment, a claim or a method by name.
+//! A test looks at a number of a cell and yields two p-values: one for "it does not pass", one for "it does not fail"
+//! (`known`, `statistics`, `evidence`). A claim holds everywhere, typically or somewhere over its cells (`decision`).
+//! If neither verdict is certain, it is undecided, and `power` computes how many trials would decide it. Nothing here
+//! knows an experiment, a claim or a method by name.
 
 mod condition;
 mod decision;
@@ -32,7 +32,7 @@ use serde::Serialize;
 use statistics::Results;
 use units::{Unit, units};
 
-/// A claim with what the results say of it.
+/// A claim with its verdict from the results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Judged {
     /// The claim's name in its file.
@@ -47,17 +47,17 @@ pub struct Judged {
     pub level: f64,
     /// One line: "W1  holds: in all 12 cells ...".
     pub line: String,
-    /// How many trials in every cell would decide it, where it is undecided and they would.
+    /// The number of trials in every cell that would decide it, if it is undecided and more trials help.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed: Option<Needed>,
-    /// Whether it was written after the results were there.
+    /// Whether the claim was written after the results were made.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub added_after_run: bool,
-    /// Whether it rests on times, which differ between machines and runs.
+    /// Whether it uses times, which differ between machines and runs.
     pub timed: bool,
     /// Its tests.
     pub tests: Vec<JudgedTest>,
-    /// Every cell that the claim speaks of.
+    /// Every cell to which the claim applies.
     pub cells: Vec<JudgedCell>,
 }
 
@@ -66,29 +66,29 @@ pub struct Judged {
 pub struct JudgedTest {
     /// What it looks at: "the median e_a of iv(4)".
     pub what: String,
-    /// What that must be: "below 1".
+    /// The limit in words: "below 1".
     pub must: String,
-    /// The same as numbers, of which one may be infinite.
+    /// The limit as numbers; one of them may be infinite.
     pub limits: [f64; 2],
-    /// On which scale its numbers are compared.
+    /// The scale on which its numbers are compared.
     pub scale: Scale,
 }
 
-/// What a cell says of a claim.
+/// The result of a claim in one cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JudgedCell {
-    /// The cells' indices: one, two that are compared, or those of a slope.
+    /// The indices of the cells: one, the two that are compared, or those of a slope.
     pub cells: Vec<usize>,
-    /// Where it is, in words, with the output where the claim lists several.
+    /// The cell in words, with the output if the claim lists several.
     pub place: String,
-    /// That output, or pair.
+    /// That output, or pair of outputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub case: Option<String>,
-    /// "pass", "fail", "open", or "left out" where the claim's condition is not certain.
+    /// "pass", "fail" or "open"; "left out" if the claim's condition is not certain.
     pub says: &'static str,
-    /// p-value of "the tests do not pass"; small where they certainly do.
+    /// The p-value of "the tests do not pass"; small if they certainly pass.
     pub p_pass: f64,
-    /// p-value of "they do not fail".
+    /// The p-value of "the tests do not fail"; small if they certainly fail.
     pub p_fail: f64,
     /// Every number that was looked at.
     pub numbers: Vec<JudgedNumber>,
@@ -102,21 +102,20 @@ pub struct JudgedCell {
 pub struct JudgedNumber {
     /// The index of the test that looks at it.
     pub test: usize,
-    /// What it is, of which a test with a number for every coefficient has several: "the median e_a
-    /// of iv(4)".
+    /// What it is: "the median e_a of iv(4)". A test of every coefficient has several numbers.
     pub what: String,
-    /// The number with its error: "0.0879(5)", a share in per cent.
+    /// The number with its error: "0.0879(5)"; a share in per cent.
     pub text: String,
-    /// The value; infinite where it is that of a lost trial.
+    /// The value; infinite if it is that of a lost trial.
     pub value: f64,
-    /// Its standard error; NaN where it has none.
+    /// Its standard error; NaN if it has none.
     pub error: f64,
-    /// The share of trials that it is over, where that is not all of them.
+    /// The share of trials that it covers, if not all of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kept: Option<f64>,
 }
 
-/// What a study's results say of every claim of its resolved file that has a test.
+/// Judges every claim of a resolved file that has a test by the results of the study.
 pub fn judge(file: &ExperimentFile, summary: &Summary, times: &[MethodTime]) -> Vec<Judged> {
     let claims = file.claims.iter().filter(|claim| !claim.test.is_empty());
     claims
@@ -124,7 +123,7 @@ pub fn judge(file: &ExperimentFile, summary: &Summary, times: &[MethodTime]) -> 
         .collect()
 }
 
-/// The level of each verdict on a claim: a rule that looks at it several times divides it by the
+/// Returns the level of each verdict on a claim. A rule that looks at the claim several times divides its level by the
 /// number of looks.
 fn level_of(claim: &ClaimTable, file: &ExperimentFile) -> f64 {
     match &file.trials {
@@ -135,7 +134,7 @@ fn level_of(claim: &ClaimTable, file: &ExperimentFile) -> f64 {
     }
 }
 
-/// Whether results decide the claim until which a file's trials go on.
+/// Whether results decide the claim until which the trials of a file continue.
 pub fn decides(file: &ExperimentFile, summary: &Summary) -> bool {
     let TrialRule::Decided(until) = &file.trials else {
         return true;
@@ -147,7 +146,7 @@ pub fn decides(file: &ExperimentFile, summary: &Summary) -> bool {
     })
 }
 
-/// The same of one claim at a level of its own.
+/// Judges one claim at a given level.
 pub fn judge_at(
     claim: &ClaimTable,
     level: f64,
@@ -207,7 +206,7 @@ impl JudgedTest {
     }
 }
 
-/// Fewest trials in each cell from which it is said how many more would decide.
+/// The fewest trials in each cell from which the number needed for a decision is computed.
 const FEWEST_FOR_POWER: u64 = 20;
 
 /// A claim with its tests.
@@ -218,18 +217,18 @@ struct Judge<'a> {
     level: f64,
 }
 
-/// What is found in one unit.
+/// The result in one unit.
 struct Found<'a> {
     tests: &'a [ClaimTest],
     unit: Unit,
     evidence: Evidence,
-    /// With the claim's condition: p-values of "condition and test".
+    /// The p-values of "condition and test".
     p_values: PValues,
     judged: bool,
 }
 
 impl<'a> Judge<'a> {
-    /// What is found in one of so many units.
+    /// Evaluates one of `among` units.
     fn find(
         &self,
         results: Results<'_>,
@@ -243,7 +242,7 @@ impl<'a> Judge<'a> {
         if let Some(given) = self.given {
             let given =
                 Evidence::new(results, std::slice::from_ref(given), &unit.members).p_values();
-            // Of so many cells some would be judged by chance (Bonferroni).
+            // Among so many cells some would meet the condition by chance (Bonferroni).
             judged = given.pass <= self.level / among as f64;
             p_values = PValues {
                 pass: p_values.pass.max(given.pass),
@@ -259,7 +258,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Every unit of every case.
+    /// Evaluates every unit of every case.
     fn found(&self, results: Results<'_>, file: &ExperimentFile) -> Result<Vec<Found<'a>>, String> {
         let mut all = Vec::new();
         for tests in self.cases {
@@ -344,7 +343,7 @@ impl<'a> Judge<'a> {
         judged
     }
 
-    /// The table of the cells; `passing` and `failing` are indices among those that are judged.
+    /// Returns the table of the cells; `passing` and `failing` are indices among the judged ones.
     fn cells(&self, found: &[Found], passing: &[usize], failing: &[usize]) -> Vec<JudgedCell> {
         let places: Vec<Place> = found.iter().map(|found| found.unit.place.clone()).collect();
         let keys = varying(&places);

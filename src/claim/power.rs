@@ -1,4 +1,4 @@
-//! How many trials would decide what is undecided.
+//! Computes how many trials would decide an undecided claim.
 
 use super::decision::level_of_each;
 use super::evidence::Evidence;
@@ -6,18 +6,17 @@ use crate::metric::tails::normal_above;
 use crate::study::file::{Holds, TRIAL_LIMIT};
 use serde::Serialize;
 
-/// The chance that a decision is to have.
+/// The required chance of a decision.
 const POWER: f64 = 0.8;
 
-/// Up to so many cells the number of certain ones is counted exactly, from there on by the normal
-/// law.
+/// Up to so many cells, the number of certain ones is computed exactly; beyond, with the normal approximation.
 const EXACT_CELLS: usize = 400;
 
-/// How many trials in every cell would decide a claim.
+/// The number of trials in every cell that would decide a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Needed {
-    /// So many.
+    /// This many.
     Trials(u64),
     /// More than this, the most that a study can have.
     MoreThan(u64),
@@ -26,21 +25,21 @@ pub enum Needed {
 /// The cells of an undecided claim.
 #[derive(Clone, Copy)]
 pub(super) struct Undecided<'a> {
-    /// What every judged cell says, and its trials.
+    /// The evidence of every judged cell, and its trials.
     pub(super) cells: &'a [(&'a Evidence, u64)],
-    /// How many there were before results told which of them are judged.
+    /// How many cells there were before results selected the judged ones.
     pub(super) among: usize,
-    /// Where the claim holds.
+    /// In how many cells the claim says that it holds.
     pub(super) holds: Holds,
     /// Its level.
     pub(super) level: f64,
 }
 
 impl Undecided<'_> {
-    /// The fewest trials, the same in every cell, that decide with 80 % where every number is what
-    /// it now seems to be, the cells taken as independent: towards "holds" where as many cells as
-    /// it needs seem to pass, else towards "does not hold". At least twice what there is, for a
-    /// single open cell needs (1.96 + 0.84)^2 / 1.96^2 = 2.04 times as many.
+    /// Returns the fewest trials, the same in every cell, that decide with 80 %. It assumes that every number equals
+    /// its present estimate and that cells are independent. The decision is "holds" if enough cells seem to pass,
+    /// otherwise "does not hold". The result is at least twice the present number: a single open cell needs
+    /// (1.96 + 0.84)^2 / 1.96^2 = 2.04 times as many.
     pub(super) fn trials(self) -> Needed {
         let there = self
             .cells
@@ -57,7 +56,7 @@ impl Undecided<'_> {
             low = high;
             high = high.saturating_mul(2).min(TRIAL_LIMIT);
         }
-        // To within a thousandth.
+        // Accurate to a thousandth.
         while high - low > 1 + low / 1000 {
             let middle = low + (high - low) / 2;
             if self.power(middle) < POWER {
@@ -69,7 +68,7 @@ impl Undecided<'_> {
         Needed::Trials(high)
     }
 
-    /// The chance that so many trials decide it.
+    /// Returns the chance that so many trials decide the claim.
     pub(super) fn power(self, trials: u64) -> f64 {
         let m = self.cells.len();
         let (passes, fails) = (self.holds.passes(m), self.holds.fails(m));
@@ -93,7 +92,7 @@ impl Undecided<'_> {
     }
 }
 
-/// The probability of at least r of independent events.
+/// Returns the probability of at least r of independent events.
 fn at_least(chances: &[f64], r: usize) -> f64 {
     if r == chances.len() {
         return chances.iter().product();
@@ -103,7 +102,7 @@ fn at_least(chances: &[f64], r: usize) -> f64 {
         let variance: f64 = chances.iter().map(|p| p * (1.0 - p)).sum();
         return normal_above((r as f64 - 0.5 - mean) / variance.sqrt().max(1e-9));
     }
-    // of[k]: k events so far; the last one: r or more.
+    // chance[k]: k events so far; the last entry: r or more.
     let mut chance = vec![0.0; r + 1];
     chance[0] = 1.0;
     for p in chances {
@@ -120,8 +119,8 @@ fn at_least(chances: &[f64], r: usize) -> f64 {
 mod tests {
     use super::at_least;
 
-    /// Of three fair coins two or more fall heads with 1/2, one or more with 7/8; the same of many
-    /// by the normal law.
+    /// Of three fair coins at least two show heads with probability 1/2, at least one with 7/8. The same for many coins
+    /// by the normal approximation.
     #[test]
     fn events_by_hand() {
         assert!((at_least(&[0.5; 3], 2) - 0.5).abs() < 1e-15);

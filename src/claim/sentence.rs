@@ -1,4 +1,4 @@
-//! A verdict in one plain sentence of at most two numbers with errors.
+//! States a verdict in one plain sentence with at most two numbers with errors.
 
 #![allow(clippy::format_push_string, reason = "a few lines")]
 
@@ -15,26 +15,26 @@ use crate::study::file::{
 use crate::study::place::Place;
 use serde::Serialize;
 
-/// What a sentence is made of.
+/// The findings that a sentence reports.
 pub(super) struct Findings<'a> {
     pub(super) holds: Holds,
-    /// The tests, for every output that the claim lists.
+    /// The tests, for each output that the claim lists.
     pub(super) cases: &'a [Vec<ClaimTest>],
     pub(super) given: Option<&'a ClaimTest>,
-    /// What is judged, and what each says.
+    /// The judged units with their evidence.
     pub(super) units: &'a [UnitFindings<'a>],
-    /// Cells in which the condition is not certain, or no cell is judged.
+    /// The number of cells left out, because the condition is not certain in them.
     pub(super) left_out: usize,
     /// The judged cells that certainly pass or fail, as indices.
     pub(super) passing: &'a [usize],
     pub(super) failing: &'a [usize],
-    /// As many certainly pass, or fail, all together.
+    /// How many certainly pass, and how many certainly fail, all together.
     pub(super) at_least: [usize; 2],
     pub(super) verdict: Verdict,
     pub(super) needed: Option<Needed>,
 }
 
-/// A cell, or what else is judged by itself, with one of the outputs that the claim lists.
+/// A unit that is judged by itself, such as a cell, with one of the outputs that the claim lists.
 pub(super) struct UnitFindings<'a> {
     pub(super) tests: &'a [ClaimTest],
     pub(super) place: Place,
@@ -42,7 +42,7 @@ pub(super) struct UnitFindings<'a> {
 }
 
 impl UnitFindings<'_> {
-    /// Its number that is nearest to failing, or fails most.
+    /// Returns its number nearest to failing, or failing most.
     fn decisive(&self) -> Option<&Part> {
         self.evidence.decisive()
     }
@@ -53,7 +53,7 @@ impl Findings<'_> {
         self.units.iter().map(|unit| unit.place.clone()).collect()
     }
 
-    /// "cells", or "cases" where each is a cell with one of several outputs.
+    /// Returns "cells", or "cases" if each is a cell with one of several outputs.
     fn cells(&self) -> &'static str {
         if self.cases.len() > 1 {
             "cases"
@@ -62,7 +62,7 @@ impl Findings<'_> {
         }
     }
 
-    /// Where it certainly holds: settings, or outputs where the claim lists several.
+    /// Returns where it certainly holds: settings, or outputs if the claim lists several.
     fn holds_where(&self) -> Option<String> {
         if self.cases.len() == 1 {
             return condition(&self.places(), self.passing, self.failing);
@@ -82,7 +82,7 @@ impl Findings<'_> {
             .then(|| format!("of {}", listed(&names)))
     }
 
-    /// What follows the verdict's word.
+    /// Returns the text after the verdict's word.
     pub(super) fn sentence(&self) -> String {
         let mut sentence = match self.verdict {
             Verdict::Undecided => self.undecided(),
@@ -109,8 +109,8 @@ impl Findings<'_> {
         sentence
     }
 
-    /// Orders cells by how far their numbers are inside the limit: by the values where all are of
-    /// one test, else by standard errors. Cells without a number are last.
+    /// Orders cells by how far their numbers are inside the limit: by values if all belong to one test, otherwise by
+    /// standard errors. Cells without a number come last.
     fn by_depth(&self, mut cells: Vec<usize>) -> Vec<usize> {
         let parts = || self.units.iter().filter_map(UnitFindings::decisive);
         let alike = parts().all(|part| Some(part.test) == parts().next().map(|first| first.test));
@@ -122,7 +122,7 @@ impl Findings<'_> {
         cells
     }
 
-    /// The judged cell that is nearest to failing, or fails most.
+    /// Returns the judged cell nearest to failing, or failing most.
     fn nearest(&self, among: &[usize]) -> Option<usize> {
         self.by_depth(among.to_vec()).first().copied()
     }
@@ -131,13 +131,13 @@ impl Findings<'_> {
         (0..self.units.len()).collect()
     }
 
-    /// The middle cell by how far its number is inside the limit.
+    /// Returns the middle cell in the order of depth inside the limit.
     fn middle(&self) -> Option<usize> {
         let all = self.by_depth(self.all());
         all.get(all.len() / 2).copied()
     }
 
-    /// " at N = 98", or nothing where there is but one cell.
+    /// Returns " at N = 98", or nothing if there is only one cell.
     fn at(&self, cell: usize) -> String {
         let keys = crate::study::place::varying(&self.places());
         let words = self.units[cell].place.words(&keys);
@@ -153,8 +153,7 @@ impl Findings<'_> {
         }
     }
 
-    /// "the median e_a of iv(4)" of the cell's decisive number, with the number itself and what it
-    /// must be.
+    /// Returns, for the cell's decisive number, "the median e_a of iv(4)", the number itself, and its limit in words.
     fn words(&self, cell: usize) -> Option<(String, String, String)> {
         let unit = &self.units[cell];
         let part = unit.evidence.decisive()?;
@@ -169,7 +168,7 @@ impl Findings<'_> {
         Some((noun(test, part.number.name.as_deref()), value, must(test)))
     }
 
-    /// "the share of lost trials of ls is below 1 %", or that all tests pass.
+    /// Returns "the share of lost trials of ls is below 1 %", or that all tests pass.
     fn claim(&self, verb: &str) -> String {
         match self.cases[0].as_slice() {
             [test] => format!("{} {verb} {}", noun(&self.any(0), None), must(test)),
@@ -181,7 +180,7 @@ impl Findings<'_> {
         }
     }
 
-    /// The test of this index with all of the outputs that the claim lists.
+    /// Returns the test of this index with all outputs that the claim lists.
     pub(super) fn any(&self, index: usize) -> ClaimTest {
         let mut any = self.cases[0][index].clone();
         let all = || self.cases.iter().map(|case| &case[index]);
@@ -348,7 +347,7 @@ impl Findings<'_> {
     }
 }
 
-/// "iv(4)", or "each of iv(4) and ls".
+/// Returns "iv(4)", or "each of iv(4) and ls".
 fn each_of(names: impl Iterator<Item = String>) -> String {
     let mut all: Vec<String> = Vec::new();
     for name in names {
@@ -362,7 +361,7 @@ fn each_of(names: impl Iterator<Item = String>) -> String {
     }
 }
 
-/// "iv(4)", or "iv(4) over ls".
+/// Returns "iv(4)", or "iv(4) over ls".
 pub(super) fn of_and_to(test: &ClaimTest) -> String {
     match test.kind.other() {
         Some(to) => {
@@ -373,7 +372,7 @@ pub(super) fn of_and_to(test: &ClaimTest) -> String {
     }
 }
 
-/// A number of trials, rounded up to two digits, with commas: "41,000".
+/// Formats a number of trials, rounded up to two digits, with commas: "41,000".
 fn grouped(trials: u64) -> String {
     let mut unit = 1;
     while trials / unit >= 100 {
@@ -390,13 +389,13 @@ fn grouped(trials: u64) -> String {
     text
 }
 
-/// On which scale the numbers of a test are compared.
+/// The scale on which the numbers of a test are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
-    /// Shares of trials, told in per cent.
+    /// Shares of trials, printed in per cent.
     Share,
-    /// By their ratio, where they are above 0.
+    /// By their ratio, for numbers above 0.
     Ratio,
     /// By their difference.
     Difference,
@@ -422,12 +421,12 @@ impl Scale {
     }
 }
 
-/// Whether a test's numbers are shares of trials, told in per cent.
+/// Whether a test's numbers are shares of trials, printed in per cent.
 fn is_share(test: &ClaimTest) -> bool {
     Scale::for_test(test) == Scale::Share
 }
 
-/// The number with its error.
+/// Formats the number with its error.
 pub(super) fn value(test: &ClaimTest, part: &Part) -> String {
     let (value, error) = part.number.known.shown();
     if value.is_infinite() {
@@ -439,11 +438,11 @@ pub(super) fn value(test: &ClaimTest, part: &Part) -> String {
     }
 }
 
-/// "below 1", "from -0.1 to 0.1".
+/// Returns the limit in words: "below 1", "from -0.1 to 0.1".
 pub(super) fn must(test: &ClaimTest) -> String {
     let number = |x: f64| {
         if is_share(test) {
-            // Without the digits that binary fractions add: 100 times 0.57 is 56.99999999999999.
+            // Drops the digits that binary fractions add: 100 times 0.57 is 56.99999999999999.
             let per_cent = format!("{:.10}", 100.0 * x);
             let short = per_cent.trim_end_matches('0').trim_end_matches('.');
             format!("{short} %")
@@ -459,7 +458,7 @@ pub(super) fn must(test: &ClaimTest) -> String {
     }
 }
 
-/// What a test looks at: "the median e_a of iv(4)".
+/// Returns what a test looks at: "the median e_a of iv(4)".
 pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
     let output = &test.output;
     match &test.kind {

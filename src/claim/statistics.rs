@@ -1,9 +1,7 @@
-//! The numbers of a study's summary that tests look at: the only part of the engine that knows
-//! where they stand.
+//! The numbers in a study's summary that tests look at. Only this part of the engine knows where they are stored.
 //!
-//! Populations: shares, quantiles and paired ratios are over all trials, lost ones last; means,
-//! root mean squares and biases are over the trials that have the measure, and say so
-//! ([`Number::kept`]).
+//! Populations: shares, quantiles and paired ratios are over all trials, with lost ones ranked last. Means, root mean
+//! squares and biases are over the trials that have the measure; [`Number::kept`] tells their share.
 
 use super::known::{Freedom, Known};
 use crate::metric::{
@@ -17,11 +15,11 @@ use crate::study::{CellSummary, Measure, MethodTime, OutputSummary, Summary, The
 /// A number of a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Number {
-    /// The coefficient, where a test looks at several.
+    /// The coefficient, if a test looks at several.
     pub(super) name: Option<String>,
     /// What is known of it.
     pub(super) known: Known,
-    /// The share of the trials that it is over, where that is not all of them.
+    /// The share of trials that it covers, if not all of them.
     pub(super) kept: Option<f64>,
 }
 
@@ -38,14 +36,14 @@ impl From<Known> for Number {
 /// Why there is no number, in words.
 type Missing = String;
 
-/// The results that claims are judged by.
+/// The results by which claims are judged.
 #[derive(Clone, Copy)]
 pub(super) struct Results<'a> {
     pub(super) summary: &'a Summary,
     pub(super) times: &'a [MethodTime],
 }
 
-/// The cells that a test is about, as indices in the summary: one, two (from, to) or a family.
+/// The cells of a test, as indices in the summary: one, two (from, to) or a family.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Members {
     Cell(usize),
@@ -54,7 +52,7 @@ pub(super) enum Members {
 }
 
 impl Results<'_> {
-    /// The numbers that a test looks at: one, or one for every coefficient.
+    /// Returns the numbers that a test looks at: one, or one for every coefficient.
     pub(super) fn numbers(
         self,
         test: &ClaimTest,
@@ -81,7 +79,7 @@ impl Results<'_> {
         }
     }
 
-    /// The trials of a cell.
+    /// Returns the number of trials of the cell; of the second cell of a pair, the first of a family.
     pub(super) fn trials(self, members: &Members) -> u64 {
         let index = match members {
             Members::Cell(index) | Members::Pair(_, index) => Some(index),
@@ -91,7 +89,7 @@ impl Results<'_> {
         cell.map_or(0, |cell| cell.trials)
     }
 
-    /// A measure of an output in one cell over that in another, on the same trials.
+    /// Returns the ratio of an output's measure in one cell to that in another, on the same trials.
     fn pair(
         self,
         [from, to]: [usize; 2],
@@ -137,7 +135,7 @@ impl Results<'_> {
         })
     }
 
-    /// The least share of trials that have a measure, over some cells.
+    /// Returns the smallest share of trials that have a measure, over some cells.
     fn least_kept(self, cells: &[usize], output: &str, measure: Measure) -> Option<f64> {
         let cells = cells
             .iter()
@@ -149,9 +147,9 @@ impl Results<'_> {
         shares.reduce(f64::min)
     }
 
-    /// A time is a median over repetitions, of which quartiles are known. Repetitions share the
-    /// state of the machine, so their number says nothing: the standard deviation of one of them,
-    /// (q75 - q25) / 1.349, is taken for the error.
+    /// Returns the ratio of two methods' times. A time is the median of repetitions with known quartiles. The
+    /// repetitions share the state of the machine, so their number does not reduce the error. The error is therefore
+    /// the standard deviation of one repetition, (q75 - q25) / 1.349.
     fn time(self, cell: usize, method: &str, to: &str) -> Result<Known, Missing> {
         let relative = |method: &str| {
             let mut times = self.times.iter();
@@ -176,7 +174,7 @@ fn not_kept(what: &str) -> Missing {
     format!("the run did not keep {what}; a new run of the file keeps what its claims need")
 }
 
-/// Numbers of cells in which nothing is random: one trial stands for all.
+/// Makes the numbers of a cell without randomness exact: one trial stands for all.
 fn exact(mut numbers: Vec<Number>) -> Vec<Number> {
     for number in &mut numbers {
         number.known = Known::Exact(number.known.shown().0);
@@ -184,7 +182,7 @@ fn exact(mut numbers: Vec<Number>) -> Vec<Number> {
     numbers
 }
 
-/// An estimate's value and error: none where nothing is random.
+/// Returns an estimate's value and error; the error is 0 if nothing is random.
 fn estimated(cell: &CellSummary, estimate: Estimate) -> (f64, f64) {
     (
         estimate.value,
@@ -245,11 +243,10 @@ fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing>
     })
 }
 
-/// The largest error of a ratio by which it is judged: the logarithm of a number with a larger one
-/// is not near normal.
+/// The largest relative error with which a ratio is judged. Beyond it, the logarithm is not nearly normal.
 const MOST_RELATIVE_ERROR: f64 = 0.5;
 
-/// An estimate with its standard error; without error it is exact.
+/// Returns an estimate with its standard error; without error it is exact.
 fn known(
     (value, error): (f64, f64),
     freedom: Freedom,
@@ -364,7 +361,7 @@ fn value(
     }
 }
 
-/// A mean or a root mean square, of the trials that have the measure.
+/// Returns a mean or root mean square over the trials that have the measure.
 fn moment(
     cell: &CellSummary,
     statistics: &Statistics,
@@ -388,13 +385,13 @@ fn kept(count: u64, total: u64) -> Option<f64> {
     (count < total).then(|| count as f64 / total as f64)
 }
 
-/// A quantile over all trials.
+/// Returns a quantile over all trials.
 fn quantile(statistics: &Statistics, q: f64, quantile: Quantile, measure: Measure) -> Known {
     let (n, lost) = (
         statistics.count + statistics.undefined,
         statistics.undefined,
     );
-    // Lost trials below and above the others.
+    // Lost trials rank below or above the others.
     let (below, end) = match measure.worse() {
         Worse::Larger => (0, (f64::INFINITY, statistics.count)),
         Worse::Smaller => (lost, (f64::NEG_INFINITY, lost)),
@@ -410,8 +407,8 @@ fn quantile(statistics: &Statistics, q: f64, quantile: Quantile, measure: Measur
     ranks(q, n, (value, quantile.mcse), points, false)
 }
 
-/// Quantiles of n values with their ranks: a quantile is at or between the values of the ranks j
-/// and j + 1 with j = q (n - 1) rounded down, from 0.
+/// Returns quantiles of n values with their ranks. A quantile lies between the values of ranks j and j + 1, or equals
+/// one of them; j is q (n - 1) rounded down, ranks from 0.
 fn at_ranks(
     quantiles: impl Iterator<Item = (f64, f64)>,
     n: u64,
@@ -420,7 +417,7 @@ fn at_ranks(
     quantiles.map(move |(q, x)| (x, rank(q)))
 }
 
-/// A quantile by its standard error where it has one, else by the ranks of known values.
+/// Returns a quantile with its standard error, or, if it has none, with the ranks of known values.
 fn ranks(
     q: f64,
     total: u64,
@@ -445,7 +442,7 @@ fn ranks(
     }
 }
 
-/// Two outputs on the same trials. A trial that one of them loses makes the ratio infinite or 0.
+/// Returns the ratio of two outputs on the same trials. A trial that one of them loses makes the ratio infinite or 0.
 fn ratio(
     cell: &CellSummary,
     output: &str,
@@ -469,7 +466,7 @@ fn ratio(
     })
 }
 
-/// The median ratio of two outputs, or of two cells, over all trials.
+/// Returns the median ratio of two outputs, or of two cells, over all trials.
 fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
     let all = pair.trials();
     let (zero, infinite) = match measure.worse() {
@@ -490,7 +487,7 @@ fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
     ];
     let zero = (zero > 0).then_some((0.0, zero));
     let infinite = (infinite > 0).then_some((f64::INFINITY, all - infinite));
-    // Ratios below 1, and those that are 1.
+    // Ratios below 1, and ratios equal to 1.
     let (smaller, ties) = (pair.share_smaller.count, pair.ties);
     let ones = [(1.0, smaller), (1.0, smaller + ties)];
     let points = at_ranks(quantiles.into_iter(), all).chain(ones);
@@ -498,9 +495,9 @@ fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
     ranks(0.5, all, (value, pair.median_ratio.mcse), points, true)
 }
 
-/// The ratio of two medians. Outputs that share their trials are taken as independent: nearly
-/// always they rise and fall together, and the error is then too large rather than too small.
-/// A median that falls among lost trials makes the ratio infinite or 0.
+/// Returns the ratio of two medians. Outputs on the same trials are treated as independent. They nearly always rise and
+/// fall together, so the error is then too large rather than too small. A median among lost trials makes the ratio
+/// infinite or 0.
 fn ratio_of_medians(cell: &CellSummary, medians: [(&str, Measure); 2]) -> Result<Known, Missing> {
     let mut found = Vec::with_capacity(2);
     for (label, measure) in medians {
@@ -532,7 +529,7 @@ fn ratio_of_medians(cell: &CellSummary, medians: [(&str, Measure); 2]) -> Result
     known((ratio, error), Freedom::of_quantile(0.5, cell.trials), true)
 }
 
-/// A median or root mean square over that of theory or of a bound, which has no error.
+/// Returns the ratio of a median or root mean square to that of theory or of a bound, which has no error.
 fn over_theory(
     cell: &CellSummary,
     output: &OutputSummary,
@@ -569,7 +566,7 @@ fn over_theory(
     Ok(known(ratio, Freedom::of_quantile(0.5, cell.trials), true)?.into())
 }
 
-/// The shares of 95 % intervals that hold the truth, of one coefficient or of all that have a standard error.
+/// Returns the shares of 95 % intervals that contain the truth, for one coefficient or for all with a standard error.
 fn coverages(
     cell: &CellSummary,
     output: &OutputSummary,
@@ -597,16 +594,15 @@ fn coverages(
     Ok(shares)
 }
 
-/// The mean signed error over its standard deviation, delta = m / s, of one coefficient or of all:
-/// Var delta is nearly Var m / s^2 + delta^2 Var s / s^2, without the covariance of m and s, which
-/// is 0 of symmetric errors.
+/// Returns the mean signed error over its standard deviation, delta = m / s, for one coefficient or for all. Var delta
+/// is nearly Var m / s^2 + delta^2 Var s / s^2. The covariance of m and s is neglected; it is 0 for symmetric errors.
 fn biases(
     cell: &CellSummary,
     output: &OutputSummary,
     name: Option<&String>,
 ) -> Result<Vec<Number>, Missing> {
     let named = output.parameters.iter();
-    // Without errors at all are those that a delay makes 0 in every model.
+    // A coefficient that a delay makes 0 in every model has no errors at all.
     let estimated = |errors: &Statistics| errors.mean.value != 0.0 || errors.sd.value != 0.0;
     let wanted = named.filter(|(parameter, errors)| match name {
         Some(name) => name == parameter,

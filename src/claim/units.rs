@@ -1,4 +1,4 @@
-//! The cells that a claim speaks of.
+//! The cells to which a claim applies.
 
 use super::statistics::Members;
 use crate::study::file::{
@@ -8,14 +8,14 @@ use crate::study::file::{
 use crate::study::place::Place;
 use crate::study::{CellSummary, Summary};
 
-/// What is judged by itself: a cell, two cells, or a family.
+/// A unit that is judged by itself: a cell, two cells, or a family.
 pub(super) struct Unit {
     pub(super) members: Members,
     pub(super) place: Place,
 }
 
 impl Members {
-    /// The cells' indices.
+    /// Returns the cells' indices.
     pub(super) fn cells(&self) -> Vec<usize> {
         match self {
             Self::Cell(cell) => vec![*cell],
@@ -25,10 +25,10 @@ impl Members {
     }
 }
 
-/// The units of a claim, of whose tests any tells what they are.
+/// Returns the units of a claim. Any of its tests determines them.
 ///
 /// # Errors
-/// In words, where the results do not have them.
+/// In words, if the results do not have them.
 pub(super) fn units(
     claim: &ClaimTable,
     test: &ClaimTest,
@@ -74,7 +74,7 @@ pub(super) fn units(
     }
 }
 
-/// Cells that differ in one setting, and in what moves with it.
+/// Returns the pairs of cells that differ only in one setting and those zipped with it.
 fn pairs(
     wanted: &Conditions,
     axis: Key,
@@ -97,7 +97,7 @@ fn pairs(
     found
 }
 
-/// A family whose cells are all wanted, at the place that they share.
+/// Returns a family, if all its cells are wanted, with the settings that they share.
 fn family(wanted: &Conditions, cells: &[usize], summary: &Summary) -> Option<Unit> {
     let members: Option<Vec<&CellSummary>> =
         cells.iter().map(|cell| summary.cells.get(*cell)).collect();

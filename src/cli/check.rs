@@ -1,4 +1,4 @@
-//! `asobench check`: what an experiment file asks for, and what it will cost.
+//! `asobench check`: prints what an experiment file asks for, and what it will cost.
 
 use super::error::{Error, failed};
 use super::need::{Need, Room, amount, duration};
@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = arguments.study.folder(arguments.out.as_deref());
     let (experiment, rule) = arguments.study.experiment(&folder)?;
     let setup = begin.elapsed().as_secs_f64();
-    // The size comes first: the estimate takes some seconds where trials are long.
+    // Print the size first: the estimate takes some seconds if trials are long.
     print(&size(arguments, &experiment, &rule))?;
     print(&plants::plants(&experiment))?;
     memory::fits(&experiment, 0..experiment.cells.len(), 1)?;
@@ -50,13 +50,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A line of the output.
+/// Appends a line to the output.
 fn line(text: &mut String, name: &str, value: &str) {
     // Writing to a string does not fail.
     let _ = writeln!(text, "{name:<9} {}", visible(value));
 }
 
-/// One text, or two with "to" between them.
+/// Formats one text, or two different ones with "to" between them.
 fn span<T: std::fmt::Display + PartialEq>((least, most): (T, T)) -> String {
     if least == most {
         least.to_string()
@@ -65,7 +65,7 @@ fn span<T: std::fmt::Display + PartialEq>((least, most): (T, T)) -> String {
     }
 }
 
-/// What the file asks for.
+/// Returns what the file asks for.
 fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> String {
     let file = &experiment.file;
     let mut text = String::new();
@@ -92,7 +92,7 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
     text
 }
 
-/// How many trials.
+/// Returns the number of trials in words.
 fn trials(experiment: &Experiment, rule: &TrialRule) -> String {
     let (least, most) = rule.extent();
     let mut text = format!("{} in each cell", span((least, most)));
@@ -108,7 +108,7 @@ fn trials(experiment: &Experiment, rule: &TrialRule) -> String {
     text
 }
 
-/// Trials of all cells where so many are asked for in each.
+/// Returns the trials of all cells if so many are asked for in each.
 fn total(experiment: &Experiment, asked: u64) -> f64 {
     let cells = 0..experiment.cells.len();
     cells
@@ -116,7 +116,7 @@ fn total(experiment: &Experiment, asked: u64) -> f64 {
         .sum()
 }
 
-/// What a run of it costs, of which `setup` seconds are past.
+/// Returns the costs of a run. Of its time, `setup` seconds have passed already.
 fn estimates(
     experiment: &Experiment,
     rule: &TrialRule,
@@ -163,12 +163,12 @@ fn estimates(
     Ok(text)
 }
 
-/// What there is of something, where that is known.
+/// Returns how much of something is free, if known.
 fn free(free: Option<f64>) -> String {
     free.map_or_else(String::new, |free| format!(", {} are free", amount(free)))
 }
 
-/// What the fewest and the most trials take on disk, and which files do.
+/// Returns the disk space for the fewest and the most trials, and its division between files.
 fn room_taken(disk: [Disk; 2]) -> String {
     let of = |part: fn(&Disk) -> f64| span((amount(part(&disk[0])), amount(part(&disk[1]))));
     let trials = if disk[1].trials > 0.0 {
@@ -185,7 +185,7 @@ fn room_taken(disk: [Disk; 2]) -> String {
     )
 }
 
-/// The axes with their lengths, zipped ones as one.
+/// Returns the axes with their lengths. Zipped axes count as one.
 fn axes(experiment: &Experiment) -> String {
     let file = &experiment.file;
     let mut axes = Vec::new();

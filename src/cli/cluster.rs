@@ -1,4 +1,4 @@
-//! What the commands of studies over many machines share.
+//! Shared parts of the commands for studies over many machines.
 
 use super::error::{Error, failed};
 use super::run;
@@ -8,10 +8,10 @@ use crate::text::shell_word;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Lines of what was not taken or is missing that are told.
+/// The largest number of lines about rejected or missing items.
 pub(super) const LINES: usize = 20;
 
-/// What the user can mend is bad input; the rest failed.
+/// Returns an input error if the user can correct the cause, otherwise a failure.
 pub(super) fn refused(error: ClusterError) -> Error {
     match error {
         ClusterError::File(error)
@@ -35,24 +35,24 @@ pub(super) fn refused(error: ClusterError) -> Error {
     }
 }
 
-/// The name of the study of a plan: NAME of NAME.plan.json.
+/// Returns the name of a plan's study: NAME of NAME.plan.json.
 pub(super) fn name_of(plan: &Path) -> String {
     let folder = ShardPlan::default_folder(plan);
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     name.strip_suffix("-shards").unwrap_or(&name).to_owned()
 }
 
-/// The job script of a plan, which `slurm` writes beside it.
+/// Returns the job script of a plan, which `slurm` writes beside it.
 pub(super) fn script_of(plan: &Path) -> PathBuf {
     plan.with_file_name(format!("{}.sbatch", name_of(plan)))
 }
 
-/// A path as a word of a command.
+/// Returns a path as a word of a command.
 pub(super) fn word(path: &Path) -> String {
     shell_word(path.display())
 }
 
-/// The folders of a command, those of a plan where none are given.
+/// Returns the folders of a command; the plan's default folder if none are given.
 pub(super) fn folders(plan: &Path, given: &[PathBuf]) -> Vec<PathBuf> {
     match given {
         [] => vec![ShardPlan::default_folder(plan)],
@@ -60,7 +60,7 @@ pub(super) fn folders(plan: &Path, given: &[PathBuf]) -> Vec<PathBuf> {
     }
 }
 
-/// What is missing and how to go on, in lines.
+/// Returns lines that say what is missing and how to continue.
 pub(super) fn missing(plan_path: &Path, plan: &ShardPlan, status: &Status) -> String {
     let mut lines: Vec<String> = Vec::new();
     for span in status.missing.iter().take(LINES) {
@@ -85,8 +85,8 @@ pub(super) fn missing(plan_path: &Path, plan: &ShardPlan, status: &Status) -> St
     lines.join("\n") + "\n"
 }
 
-/// The line that computes what is missing, as a job where there is a script of one; none where no
-/// shard has it.
+/// Returns the line that computes what is missing, as a job if the plan has a job script. `None` if no shard has
+/// missing trials.
 pub(super) fn again(plan_path: &Path, plan: &ShardPlan, status: &Status) -> Option<String> {
     let array = status.array();
     let first = array.split([',', '-']).next().unwrap_or_default();
@@ -105,7 +105,7 @@ pub(super) fn again(plan_path: &Path, plan: &ShardPlan, status: &Status) -> Opti
     })
 }
 
-/// A time as people and Slurm write it: 90s, 30m, 2h, 1d, 1:30:00, 1-12:00:00.
+/// Parses a time as people and Slurm write it: 90s, 30m, 2h, 1d, 1:30:00, 1-12:00:00.
 pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
     let wrong = || "expected a time such as 90s, 30m, 2h, 12:00:00 or 1-12:00:00".to_owned();
     let number = |text: &str| {
@@ -140,7 +140,7 @@ fn positive(seconds: u64) -> Option<Duration> {
     (seconds > 0).then(|| Duration::from_secs(seconds))
 }
 
-/// A time as Slurm writes it.
+/// Formats a time as Slurm does.
 pub(super) fn slurm_time(time: Duration) -> String {
     let seconds = time.as_secs();
     let (days, rest) = (seconds / 86_400, seconds % 86_400);
@@ -156,8 +156,7 @@ pub(super) fn slurm_time(time: Duration) -> String {
 mod tests {
     use super::*;
 
-    /// The forms of sbatch(1), --time, but for a bare number, which is minutes there and could be
-    /// anything here.
+    /// The forms of --time in sbatch(1), except a bare number. That means minutes there, but would be ambiguous here.
     #[test]
     fn times_are_those_of_slurm() {
         for (text, seconds) in [

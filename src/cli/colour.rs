@@ -3,16 +3,16 @@
 use crate::claim::Verdict;
 use std::io::IsTerminal as _;
 
-/// Whether standard output shows colours: a terminal, unless `NO_COLOR` is set (https://no-color.org) or it is a dumb one;
-/// anywhere where `CLICOLOR_FORCE` is.
+/// Whether standard output shows colours. It does on a terminal, unless `NO_COLOR` is set (https://no-color.org) or the
+/// terminal is dumb; with `CLICOLOR_FORCE` it always does.
 fn is_wanted() -> bool {
     let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
     !set("NO_COLOR") && (set("CLICOLOR_FORCE") || !dumb && std::io::stdout().is_terminal())
 }
 
-/// The lines that judge claims, with the verdict in its colour: each begins with the claim's name, two blanks and the
-/// verdict; lines that are indented go with the one before them.
+/// Colours the verdicts in lines that judge claims. Such a line begins with the claim's name, two blanks and the
+/// verdict; indented lines continue the one before.
 pub(super) fn verdicts(text: &str) -> String {
     if !is_wanted() {
         return text.to_owned();
@@ -21,7 +21,7 @@ pub(super) fn verdicts(text: &str) -> String {
 }
 
 fn coloured(line: &str) -> String {
-    // The longest name first: one verdict begins with another's.
+    // The longest name first, because one verdict begins with another's name.
     let mut all = Verdict::ALL.to_vec();
     all.sort_by_key(|verdict| std::cmp::Reverse(verdict.name().len()));
     let parts = line.split_once("  ").filter(|(id, _)| !id.is_empty());

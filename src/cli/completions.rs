@@ -1,4 +1,4 @@
-//! `asobench completions`: what a shell needs to complete commands and flags.
+//! `asobench completions`: prints the completions of commands and flags for a shell.
 
 use super::error::{Error, failed};
 use super::{Cli, print};

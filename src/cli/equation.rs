@@ -1,15 +1,15 @@
-//! Equations and lists on lines of a terminal.
+//! Formats equations and lists as lines of a terminal.
 
-/// The columns of a line.
+/// The columns in a line.
 const WIDTH: usize = 79;
 
-/// An equation, broken before a sign where a line is full; the first line begins after `first` columns, the others are
+/// Breaks an equation before a sign when a line is full. The first line begins after `first` columns; the others are
 /// indented.
 pub(super) fn broken(equation: &str, first: usize, indent: usize) -> String {
     let terms = equation.split_inclusive(" + ");
     let terms = terms.flat_map(|terms| terms.split_inclusive(" - "));
     let (mut text, mut column) = (String::new(), first);
-    // A sign stands at the end of the term before it.
+    // A sign is at the end of the term before it.
     for term in terms {
         let (term, sign) = match term.len().checked_sub(3).map(|end| term.split_at(end)) {
             Some((term, sign @ (" + " | " - "))) => (term, sign),

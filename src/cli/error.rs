@@ -1,8 +1,8 @@
-//! One mapping from what went wrong to a line and an exit code.
+//! Maps every error to a line and an exit code.
 
 use std::process::ExitCode;
 
-/// What ends the program early.
+/// An error that ends the program early.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Error {
     /// Bad input: exit code 2. The line names the file, key or flag and what was expected.
@@ -14,10 +14,10 @@ pub(super) enum Error {
     /// Ctrl-C: exit code 130.
     #[error("{0}")]
     Interrupted(String),
-    /// Stopped before the end, or trials are missing, and the same again goes on: exit code 75.
+    /// Stopped before the end, or trials are missing, and the same command resumes: exit code 75.
     #[error("{0}")]
     Again(String),
-    /// Standard output: exit code 1.
+    /// Standard output failed: exit code 1.
     #[error("cannot write to standard output: {0}")]
     Output(std::io::Error),
 }
@@ -33,12 +33,12 @@ impl Error {
     }
 }
 
-/// A failed run from anything that says what it is.
+/// Makes the error of a failed run.
 pub(super) fn failed(error: impl std::fmt::Display) -> Error {
     Error::Failed(error.to_string())
 }
 
-/// Prints help and version as asked for; makes one line of a usage error.
+/// Prints help and version if requested; turns a usage error into one line.
 pub(super) fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
     use clap::error::ErrorKind;
     let text = error.render().to_string();
@@ -57,7 +57,7 @@ pub(super) fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
     }
 }
 
-/// The message and its tip, without the usage below them.
+/// Returns the message and its tip, without the usage lines.
 fn one_line(text: &str) -> String {
     let ends = ["\nUsage:", "\nFor more information"];
     let end = ends

@@ -1,4 +1,4 @@
-//! `asobench estimate`: the twelve stages on a record of the user's own.
+//! `asobench estimate`: the twelve stages on a user's own record.
 
 use super::error::Error;
 use super::files::{check_output, write_whole};
@@ -98,16 +98,16 @@ fn whole(text: &str) -> Result<usize, String> {
     }
 }
 
-/// What was estimated, for printing.
+/// The estimates, with all that is printed.
 struct Report {
     file: PathBuf,
     record: Record,
-    /// Samples of the window.
+    /// Samples in the window.
     window: usize,
-    /// As they were given; of `--order` and `--delay` those of the ARX form.
+    /// The orders as given; with `--order` and `--delay`, those of the ARX form.
     orders: Orders,
     detrend: Detrend,
-    /// What was subtracted from u and from y.
+    /// The trends subtracted from u and from y.
     trends: [Trend; 2],
     gain: Gain,
     estimates: Vec<Estimate>,
@@ -118,29 +118,29 @@ struct Estimate {
     name: EstimatorName,
     /// Every option with its value.
     options: Map<String, Value>,
-    /// How many samples y was moved ahead to take the delay out, for estimators without one.
+    /// For estimators without a delay: by how many samples y was advanced to remove the delay.
     shift: usize,
-    /// Passes with their numbers: 0 for one without iterations.
+    /// Passes with their numbers; the number is 0 for an estimator without iterations.
     passes: Vec<(usize, PassReport)>,
     observer: Option<Observed>,
     fit: Option<Fits>,
 }
 
-/// A pass with its poles, largest modulus first, and the spectral radius where it has parameters.
+/// A pass with its poles, largest modulus first, and its spectral radius if it has parameters.
 struct PassReport {
     pass: Pass,
-    /// The model of the record as it is, with its delay.
+    /// The model of the original record, including its delay.
     model: LinearModel,
     poles: Vec<c64>,
     radius: Option<f64>,
     /// Standard errors of the poles and of the static gain.
     precision: Option<Precision>,
-    /// Tests of the residuals, where there are enough of them.
+    /// Tests of the residuals, if there are enough of them.
     residuals: Option<Residuals>,
 }
 
 impl PassReport {
-    /// The model where it has parameters.
+    /// Returns the model if it has parameters.
     fn known_model(&self) -> Option<&LinearModel> {
         (self.pass.progress >= Progress::Parameters).then_some(&self.model)
     }
@@ -157,7 +157,7 @@ struct Observed {
     last: Vec<f64>,
 }
 
-/// u, y as an estimator without a delay sees them, and the window's length.
+/// u and y as an estimator without a delay receives them, and the window's length.
 #[derive(Clone, Copy)]
 struct Samples<'a> {
     u: &'a [f64],
@@ -166,7 +166,7 @@ struct Samples<'a> {
 }
 
 impl Report {
-    /// The record with u'(k) = u(k), y'(k) = y(k + shift): the delay is then 1.
+    /// Returns the record with u'(k) = u(k) and y'(k) = y(k + shift), whose delay is 1.
     fn shifted(&self, shift: usize) -> Samples<'_> {
         Samples {
             u: &self.record.u[..self.record.u.len() - shift],
@@ -175,7 +175,7 @@ impl Report {
         }
     }
 
-    /// The largest shift of an estimate.
+    /// Returns the largest shift of an estimate.
     fn shift(&self) -> usize {
         let shifts = self.estimates.iter().map(|estimate| estimate.shift);
         shifts.max().unwrap_or(0)
@@ -183,7 +183,7 @@ impl Report {
 }
 
 impl Estimate {
-    /// The last pass: what the estimator stands for.
+    /// Returns the last pass, the estimator's result.
     fn last(&self) -> &PassReport {
         &self.passes[self.passes.len() - 1].1
     }
@@ -231,7 +231,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(u8::from(failed)))
 }
 
-/// Refuses a file of another name than its kind has, or one that is not the program's own.
+/// Refuses a file with the wrong extension, or a file that this program did not write.
 fn check_drawing(
     flag: &str,
     path: Option<&Path>,
@@ -247,7 +247,7 @@ fn check_drawing(
     check_output(flag, path, kind)
 }
 
-/// Writes the picture and the page that were asked for.
+/// Writes the picture and the page that were requested.
 fn write_drawings(
     arguments: &Arguments,
     picture: impl FnOnce() -> String,
@@ -265,14 +265,14 @@ fn write_drawings(
     Ok(())
 }
 
-/// The orders and delays of a table of models; `None` where one model is asked for.
+/// Returns the orders and delays of a table of models; `None` if one model is requested.
 fn ranges(arguments: &Arguments) -> Option<(Span, Span)> {
     let order = arguments.record.order?;
     let delay = arguments.record.delay.unwrap_or(Span { first: 1, last: 1 });
     (order.is_range() || delay.is_range()).then_some((order, delay))
 }
 
-/// The orders that were asked for, where flags and estimators fit each other.
+/// Returns the requested orders; checks that flags and estimators fit each other.
 fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     let bad = |message: String| Err(Error::Input(message));
     let Arguments {
@@ -333,7 +333,7 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     let file = file.map_err(|error| bad(error.to_string()))?;
     let mut record = csv::read(file).map_err(|error| bad(error.to_string()))?;
     let rows = record.y.len();
-    // What the equations look back, and as many rows as there are parameters.
+    // The samples that the equations look back, and one row per parameter.
     let needed = orders
         .reach()
         .saturating_add(orders.na.saturating_add(orders.nb));
@@ -425,7 +425,7 @@ fn estimate(
         .model_orders(order)
         .filter(|_| !options.contains_key("orders"))
     {
-        // Of --order and --delay.
+        // From --order and --delay.
         options.insert("orders".to_owned(), json!(Orders { nk, ..orders }));
         parsed = parse(&options)?;
     }
@@ -447,7 +447,7 @@ fn estimate(
     let mut passes = vec![Pass::new(order); method.passes()];
     let window = Window::new(samples.u, samples.y, samples.window);
     estimator.estimate(window, &mut passes);
-    // Iteration 0 of another name is that estimator's.
+    // Iteration 0 may belong to another estimator, under that estimator's name.
     let numbers = method.outputs().iter().zip(passes);
     let own = numbers.filter(|(output, _)| output.estimator == name.name());
     let passes = own.map(|(output, pass)| (output.pass, pass_report(pass, report, shift)));
@@ -463,7 +463,7 @@ fn estimate(
     Ok(estimate)
 }
 
-/// The model with its delay, its loss, its poles.
+/// Returns a pass with its delay, loss and poles.
 fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
     let mut model = pass.model.clone();
     if pass.progress < Progress::Parameters {
@@ -486,7 +486,7 @@ fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
             model.noise_variance = sum / (rows - parameters) as f64;
         }
     }
-    // Without the zeros that a delay puts there.
+    // Without the zero poles that a delay adds.
     let degree = model.a.len() + model.f.len() - 2;
     let mut finder = PoleFinder::new(pass.a.len());
     let radius = finder.spectral_radius(&pass.a, !pass.unstable);
@@ -503,7 +503,8 @@ fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
     }
 }
 
-/// The sum of squared prediction errors over the window's rows that look back into the record alone, and their number.
+/// Returns the sum of squared prediction errors, and their number, over those rows of the window that look back only
+/// within the record.
 fn complete_residuals(model: &LinearModel, report: &Report) -> (f64, usize) {
     let (u, y) = (
         &report.record.u[..report.window],
@@ -515,7 +516,7 @@ fn complete_residuals(model: &LinearModel, report: &Report) -> (f64, usize) {
     (e.iter().map(|e| e * e).sum(), e.len())
 }
 
-/// FIT and observer of the last pass.
+/// Computes FIT and observer for the last pass.
 fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
     let samples = report.shifted(estimate.shift);
     let window = samples.window;
@@ -550,7 +551,7 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
     }
 }
 
-/// Stage 12 on the whole record.
+/// Runs stage 12 on the whole record.
 fn observe(
     model: ObservedModel<'_>,
     gain: &Gain,
@@ -574,7 +575,7 @@ fn observe(
     })
 }
 
-/// Warnings on standard error, one line each.
+/// Prints warnings to standard error, one line each.
 fn warn(report: &Report) {
     if report.gain.places_unstable_pole() {
         note(&format!(
@@ -601,7 +602,7 @@ fn warn(report: &Report) {
     }
 }
 
-/// Writes the last estimator's observer states, k = 0 ... K, where they are known.
+/// Writes the last estimator's observer states, k = 0 ... K, if they are known.
 fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
     let Some(estimate) = report
         .estimates

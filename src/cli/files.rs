@@ -1,4 +1,4 @@
-//! Files that the user names: written whole or not at all.
+//! Files that the user names, which are written completely or not at all.
 
 use super::error::Error;
 use crate::files::{Kind, PathError, Staged, replaceable};
@@ -10,14 +10,13 @@ fn refused(flag: &str) -> impl Fn(PathError) -> Error + '_ {
     move |error| Error::Input(format!("{flag} {error}"))
 }
 
-/// A folder of results or of a report that cannot be written to.
+/// Returns the error for a folder of results or of a report that cannot be written to.
 pub(super) fn cannot_write(PathError { path, source, .. }: &PathError) -> Error {
     let path = path.display();
     Error::Input(format!("--out {path}: cannot write there ({source})"))
 }
 
-/// Refuses a file that is there and that the program did not write itself. `flag` names the option
-/// in a message.
+/// Refuses an existing file that this program did not write. `flag` names the option in a message.
 pub(super) fn check_output(flag: &str, path: Option<&Path>, kind: Kind) -> Result<(), Error> {
     path.map_or(Ok(()), |path| replaceable(path, kind))
         .map_err(refused(flag))

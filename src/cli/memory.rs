@@ -1,12 +1,12 @@
-//! How much memory there is, and whether the threads of a run fit into it: told in a line before
-//! any of it is taken, since an allocation that fails ends a program without one.
+//! How much memory is free, and whether the threads of a run fit into it. This is checked before any memory is taken,
+//! because a failed allocation ends the program without a message.
 
 use super::error::Error;
 use crate::study::Experiment;
 use std::fs::read_to_string;
 use std::ops::Range;
 
-/// Refuses cells where threads, each with the buffers of one cell's trials, do not fit into memory.
+/// Refuses cells if the threads, each with the buffers of one cell's trials, do not fit into memory.
 pub(super) fn fits(
     experiment: &Experiment,
     cells: Range<usize>,
@@ -32,8 +32,8 @@ pub(super) fn fits(
     )))
 }
 
-/// The bytes that this process can still take: what Linux has without swapping, within the limits
-/// of the process and of its group. None where nothing says so.
+/// Returns the bytes that this process can still allocate: what Linux has without swapping, within the limits of the
+/// process and of its group. `None` if unknown.
 #[expect(
     clippy::disallowed_methods,
     reason = "files of the kernel, which are short"
@@ -51,14 +51,14 @@ pub(super) fn available() -> Option<f64> {
     all.into_iter().flatten().reduce(f64::min)
 }
 
-/// The bytes in a line such as `MemAvailable:  1234 kB`.
+/// Parses the bytes in a line such as `MemAvailable:  1234 kB`.
 fn kibibytes(text: &str, name: &str) -> Option<f64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let number: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024.0 * number)
 }
 
-/// The soft limit of the address space in `/proc/self/limits`; None where there is no limit.
+/// Parses the soft limit of the address space in `/proc/self/limits`; `None` if there is no limit.
 fn address_space(text: &str) -> Option<f64> {
     let mut lines = text.lines();
     let line = lines.find_map(|line| line.strip_prefix("Max address space"))?;

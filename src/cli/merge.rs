@@ -1,4 +1,4 @@
-//! `asobench merge`: results of what the shards of a plan left.
+//! `asobench merge`: merges what the shards of a plan left into results.
 
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;

@@ -1,4 +1,4 @@
-//! `asobench methods`: the estimators with their options, from the registry.
+//! `asobench methods`: prints the estimators with their options, from the registry.
 
 use super::error::Error;
 use super::print;
@@ -6,11 +6,11 @@ use crate::estimator::{EstimatorName, OptionEntry};
 use serde_json::Value;
 use std::process::ExitCode;
 
-/// Columns of an option's name and default, and of a line.
+/// Columns of an option's name and default, and columns in a line.
 const COLUMNS: usize = 34;
 const WIDTH: usize = 80;
 
-/// What else a method can be.
+/// The alternative to an estimator.
 const PROGRAMS: &str = "instead of estimator, a program of your own in any language, with a name: \
     docs/protocol.md; asobench test-method FILE tests it";
 
@@ -44,7 +44,7 @@ fn described(estimator: EstimatorName) -> String {
     text
 }
 
-/// The words of a text beside its head, on lines of 80 columns, the further ones indented.
+/// Writes a text beside its head, on lines of 80 columns; the further lines are indented.
 fn filled(head: &str, words: &str, indent: usize) -> String {
     let (mut text, mut column) = (head.to_owned(), head.len());
     for word in words.split_whitespace() {

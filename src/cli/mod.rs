@@ -89,7 +89,7 @@ enum Command {
 }
 
 named_enum! {
-    /// The form of what is printed.
+    /// The form of the output.
     Format, "format" {
         /// For people, at most 80 columns.
         Text = "text",
@@ -98,8 +98,8 @@ named_enum! {
     }
 }
 
-/// Runs the program; returns its exit code: 0 done, 1 the run or a single estimate failed, 2 bad
-/// input, 75 stopped or trials missing: run again, 130 interrupted.
+/// Runs the program and returns its exit code: 0 done, 1 the run or a single estimate failed, 2 bad input, 75 stopped
+/// or trials missing (run again), 130 interrupted.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let done = match Cli::try_parse_from(arguments) {
         Ok(Cli { command }) => match command {
@@ -138,7 +138,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-/// The version, the source's revision, and the instructions that lanes of this machine have.
+/// The version, the source's revision, and the instructions that the lanes use on this machine.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     let revision = option_env!("ASOBENCH_GIT_REVISION").unwrap_or("no git revision");
     let short = revision.get(..10).filter(|_| !revision.contains(' '));
@@ -150,14 +150,14 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
     )
 });
 
-/// Prints lines to standard output. With [`print_json`] and [`note`] the only place that prints:
-/// nothing unseen passes, whoever wrote it; a text of others inside of a line is [`visible`] before
-/// it comes here, so that it ends none.
+/// Prints lines to standard output. This, [`print_json`] and [`note`] are the only places that print. They make
+/// invisible characters visible, whoever wrote them. Foreign text within a line must pass through [`visible`] before it
+/// comes here, so that it cannot end the line.
 fn print(text: &str) -> Result<(), Error> {
     write_out(&visible_lines(text))
 }
 
-/// Prints lines that end with the verdicts on claims, these in colour where that is wanted.
+/// Prints lines that end with the verdicts on claims, which are coloured if wanted.
 fn print_with_verdicts(text: &str, verdicts: &str) -> Result<(), Error> {
     write_out(&(visible_lines(text) + &colour::verdicts(&visible_lines(verdicts))))
 }
@@ -168,7 +168,7 @@ fn print_json(value: &impl serde::Serialize) -> Result<(), Error> {
     write_out(&format!("{}\n", visible_json(&text)))
 }
 
-/// Writes to standard output; a reader that went away ends the program quietly.
+/// Writes to standard output. If the reader has gone away, this is not an error.
 fn write_out(text: &str) -> Result<(), Error> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
@@ -179,8 +179,8 @@ fn write_out(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Prints one line to standard error; of a text without end its beginning. Where standard error
-/// cannot be written to nothing more can be said.
+/// Prints one line to standard error; of an overlong text only its beginning. If standard error cannot be written to,
+/// nothing can be reported.
 fn note(line: &str) {
     use std::io::Write;
     const LONGEST: usize = 1000;

@@ -1,4 +1,4 @@
-//! What a run needs beside what there is: memory, and room on disk.
+//! Compares what a run needs with what is available: memory, and room on disk.
 
 use super::error::{Error, failed};
 use super::memory;
@@ -7,7 +7,7 @@ use crate::study::{Done, Experiment, disk_of, memory_of, row_of};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
-/// What this machine has, where it tells, bytes.
+/// The memory and disk space that are available, in bytes; `None` if unknown.
 pub(super) struct Room {
     /// Memory that is available.
     pub(super) memory: Option<f64>,
@@ -16,7 +16,7 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// For results in a folder, which need not be there.
+    /// Returns the room for results in a folder, which need not exist.
     pub(super) fn of(folder: &Path) -> Self {
         Self {
             memory: memory::available(),
@@ -25,15 +25,15 @@ impl Room {
     }
 }
 
-/// What a run takes at most, bytes.
+/// The largest needs of a run, in bytes.
 pub(super) struct Need {
     pub(super) memory: f64,
-    /// What is still to be written.
+    /// Bytes still to be written.
     pub(super) disk: f64,
 }
 
 impl Need {
-    /// Of a run with so many trials of each cell, where some are there already and a row of
+    /// Returns the needs of a run with so many trials of each cell, of which `done` are already stored. A row of
     /// trials.parquet takes `row` bytes.
     pub(super) fn of(
         experiment: &Experiment,
@@ -49,7 +49,7 @@ impl Need {
         }
     }
 
-    /// What there is not enough of, in words.
+    /// Returns in words what there is not enough of.
     pub(super) fn beyond(&self, room: &Room) -> Option<String> {
         let short = |need: f64, room: Option<f64>, what: &str| {
             let room = room.filter(|room| need > *room)?;
@@ -68,8 +68,7 @@ impl Need {
     }
 }
 
-/// Before a run that cannot fit: a question on a terminal, and a refusal elsewhere, unless it is to
-/// run `anyway`.
+/// Asks on a terminal before a run that cannot fit; elsewhere refuses it. Does neither if `anyway`.
 pub(super) fn ask(
     experiment: &Experiment,
     rule: &TrialRule,
@@ -109,13 +108,13 @@ pub(super) fn ask(
     }
 }
 
-/// The room on the disk of a folder, or of the nearest one above that is there.
+/// Returns the free space on the disk of a folder, or of its nearest existing parent.
 #[cfg(unix)]
 fn free_disk(folder: &Path) -> Option<f64> {
     let folder = std::path::absolute(folder).ok()?;
     let there = folder.ancestors().find(|path| path.is_dir())?;
     let disk = rustix::fs::statvfs(there).ok()?;
-    // A file system without blocks, such as /proc, tells nothing.
+    // A file system without blocks, such as /proc, has no free space to report.
     (disk.f_blocks > 0).then_some(disk.f_bavail as f64 * disk.f_frsize as f64)
 }
 
@@ -124,14 +123,14 @@ fn free_disk(_: &Path) -> Option<f64> {
     None
 }
 
-/// A number of bytes with the unit that it is told in.
+/// Formats a number of bytes with a suitable unit.
 pub(super) fn amount(bytes: f64) -> String {
     const UNITS: [&str; 5] = ["kB", "MB", "GB", "TB", "PB"];
     let mut value = bytes / 1e3;
     let mut units = UNITS.into_iter();
     let mut unit = units.next().unwrap_or_default();
     for larger in units {
-        // What would be shown as 1000 is 1.0 of the larger unit.
+        // A value that would be shown as 1000 is shown as 1.0 of the larger unit.
         if value.ceil() < 1000.0 {
             break;
         }
@@ -144,7 +143,7 @@ pub(super) fn amount(bytes: f64) -> String {
     }
 }
 
-/// A time in the unit that it is told in.
+/// Formats a time in a suitable unit.
 pub(super) fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a second".to_owned(),

@@ -1,4 +1,4 @@
-//! `asobench new`: a commented experiment file.
+//! `asobench new`: writes a commented experiment file.
 
 use super::error::Error;
 use super::note;
@@ -186,7 +186,7 @@ fn content(continuous: bool) -> String {
     {
         let value = match key.default_of(continuous) {
             None => {
-                // Two lines that cannot both stand.
+                // The two keys exclude each other.
                 let _ = writeln!(text, "# Instead of window: {key} = 20 ({})", key.about());
                 continue;
             }

@@ -1,4 +1,4 @@
-//! `asobench plan`: which trials which shard of a study computes.
+//! `asobench plan`: decides which shard of a study computes which trials.
 
 use super::cluster::{self, folders, parse_time, refused, word};
 use super::error::{Error, failed};
@@ -91,12 +91,12 @@ pub(super) struct Planned {
     pub(super) plan: ShardPlan,
     /// Trials that are missing.
     missing: u64,
-    /// " --allow-commands" where methods are programs: what each shard needs.
+    /// " --allow-commands" if methods are programs: every shard needs it.
     pub(super) allow: &'static str,
 }
 
 impl Planned {
-    /// What the plan says.
+    /// Returns a description of the plan.
     pub(super) fn text(&self, path: &Path) -> String {
         let trials: u64 = self.plan.trials.iter().sum();
         let cells = self.plan.trials.len();
@@ -115,7 +115,7 @@ impl Planned {
     }
 }
 
-/// Plans what is missing of a study, and writes the plan.
+/// Plans the missing trials of a study, and writes the plan.
 pub(super) fn plan(
     (study, consent): (&StudyArguments, Consent),
     size: &SizeArguments,
@@ -165,7 +165,7 @@ pub(super) fn plan(
     })
 }
 
-/// The trials of each cell, and those that are missing.
+/// Returns the number of trials of each cell, and the trials that are missing.
 fn wanted(
     experiment: &Experiment,
     rule: &TrialRule,
@@ -173,7 +173,7 @@ fn wanted(
     from: &[PathBuf],
 ) -> Result<(Vec<u64>, Vec<crate::study::Span>), Error> {
     let mut from = folders(path, from);
-    // By default nothing need be there yet.
+    // The default folder need not exist yet.
     if from == folders(path, &[]) {
         from.retain(|folder| is_there(folder));
     }

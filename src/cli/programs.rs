@@ -1,4 +1,4 @@
-//! Methods that are programs: none is started before the user has agreed to it.
+//! Methods that are programs: none is started before the user has agreed.
 
 use super::error::{Error, failed};
 use super::{note, progress};
@@ -14,13 +14,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_128;
 
-/// What was agreed to, a line each.
+/// The file with the agreed commands, one per line.
 const AGREED: &str = "agreed-commands";
-/// How that file begins.
+/// The first line of that file.
 pub(crate) const AGREED_TITLE: &str = "# asobench: commands that were agreed to\n";
-/// What workers printed, beside the results.
+/// The file beside the results with what workers printed.
 const LOG: &str = "workers.log";
-/// Lines of it that are shown where something went wrong.
+/// How many of its lines are shown after a failure.
 const LINES: usize = 10;
 
 /// Whether programs may run.
@@ -32,7 +32,7 @@ pub(super) struct Consent {
 }
 
 impl Consent {
-    /// The flag as it was given, behind a blank.
+    /// Returns the flag as given, with a leading blank.
     pub(super) fn flag(self) -> &'static str {
         if self.allow_commands {
             " --allow-commands"
@@ -42,7 +42,8 @@ impl Consent {
     }
 }
 
-/// A study whose programs may run, each of which has said what it is: so that its version is part of the design.
+/// Starts the study's programs after the user agreed, and records what each says that it is. So its version is part of
+/// the design.
 pub(super) fn introduced(
     mut file: ExperimentFile,
     path: &Path,
@@ -69,7 +70,7 @@ pub(super) fn introduced(
     Ok((file, Some(experiment)))
 }
 
-/// What each program says that it is.
+/// Returns what each program says that it is.
 fn identities(experiment: &Experiment) -> Result<Vec<(&Arc<Program>, String)>, Error> {
     let cell = &experiment.cells[0];
     let problem = cell.problem(cell.window);
@@ -82,13 +83,13 @@ fn identities(experiment: &Experiment) -> Result<Vec<(&Arc<Program>, String)>, E
     introduced.collect()
 }
 
-/// The last lines that a program printed since there were so many bytes, such as what a crash says.
+/// Returns the last lines that a program printed after the first `since` bytes, such as the message of a crash.
 pub(super) fn printed(program: &Program, since: u64) -> Vec<String> {
     let lines = program.log.last_lines(since, LINES).into_iter();
     lines.map(|line| format!("| {}", visible(line))).collect()
 }
 
-/// Refuses results in a folder that another version of a program made.
+/// Refuses results in a folder that were made by another version of a program.
 pub(super) fn same_versions(experiment: &Experiment, folder: &Path) -> Result<(), Error> {
     let stored = stored_design(folder).unwrap_or_default();
     let now = experiment.design();
@@ -110,7 +111,7 @@ pub(super) fn same_versions(experiment: &Experiment, folder: &Path) -> Result<()
     Ok(())
 }
 
-/// The first method whose program says that it is not deterministic.
+/// Returns the first method whose program says that it is not deterministic.
 pub(super) fn not_deterministic(experiment: &Experiment) -> Result<Option<String>, Error> {
     let cell = &experiment.cells[0];
     let problem = cell.problem(cell.window);
@@ -125,7 +126,7 @@ pub(super) fn not_deterministic(experiment: &Experiment) -> Result<Option<String
     Ok(None)
 }
 
-/// A program that is not what the file says is bad input; so is one that does not start.
+/// Returns an input error for a program that does not start or is not what the file says.
 fn refused(error: ProgramError) -> Error {
     match error {
         ProgramError::Stopped => Error::Interrupted("interrupted".to_owned()),
@@ -133,7 +134,7 @@ fn refused(error: ProgramError) -> Error {
     }
 }
 
-/// Lets the programs of a study run in a folder.
+/// Permits the programs of a study to run in a folder.
 pub(super) fn permit(experiment: &Experiment, folder: &Path) -> Result<(), Error> {
     if experiment.programs.is_empty() {
         return Ok(());
@@ -150,8 +151,8 @@ pub(super) fn permit(experiment: &Experiment, folder: &Path) -> Result<(), Error
     Ok(())
 }
 
-/// Lets the programs of a stored study run in the current folder, where the user allows it: what is stored does not say
-/// where its file was.
+/// Permits the programs of a stored study to run in the current folder, if the user allows it. The stored study does
+/// not record where its file was.
 pub(super) fn permit_here(
     experiment: &Experiment,
     stored: &Path,
@@ -169,7 +170,7 @@ pub(super) fn permit_here(
     }
 }
 
-/// Has the study go on with the processes of the same one, whose programs were introduced.
+/// Hands the processes of a study's introduced programs over to the same study.
 pub(super) fn take_over(experiment: &Experiment, introduced: Option<&Experiment>) {
     let before = introduced
         .iter()
@@ -179,7 +180,7 @@ pub(super) fn take_over(experiment: &Experiment, introduced: Option<&Experiment>
     }
 }
 
-/// Ends the programs and writes what they printed beside the results.
+/// Ends the programs, and writes what they printed to a file beside the results.
 pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     let mut text = Vec::new();
     for program in &experiment.programs {
@@ -196,7 +197,7 @@ pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     }
 }
 
-/// The folder of an experiment file, in which its programs run; the current one for standard input.
+/// Returns the folder of an experiment file, in which its programs run; the current folder for standard input.
 pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
     let folder = match path.parent() {
         Some(parent) if path != Path::new("-") && parent != Path::new("") => parent.to_owned(),
@@ -208,7 +209,7 @@ pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
 
 /// Asks on a terminal, once for each content of a file in a folder.
 fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error> {
-    // As it stands there, whatever flags change of it; the commands are those that will run.
+    // The content is that of the file, without changes by flags; the commands are those that will run.
     let file = if path == Path::new("-") {
         experiment.file.clone()
     } else {
@@ -264,7 +265,7 @@ fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error>
     }
 }
 
-/// Where it is kept what was agreed to: below $XDG_STATE_HOME, or ~/.local/state.
+/// Returns the path of the file with the agreed commands, below $XDG_STATE_HOME or ~/.local/state.
 fn agreed_file() -> Option<PathBuf> {
     let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
     let state = variable("XDG_STATE_HOME").map(PathBuf::from);

@@ -1,4 +1,4 @@
-//! Progress, as a bar on a terminal or a line a minute elsewhere, and Ctrl-C.
+//! Progress, as a bar on a terminal or otherwise a line a minute, and Ctrl-C.
 
 use super::error::{Error, failed};
 use super::note;
@@ -9,14 +9,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// Between two lines where standard error is no terminal; a shorter run prints none.
+/// The time between two lines if standard error is not a terminal. A shorter run prints none.
 const BETWEEN_LINES: Duration = Duration::from_mins(1);
 
-/// A bar on standard error with trials, cells and failures; a line a minute where that is no
-/// terminal.
+/// A bar on standard error with trials, cells and failures; a line a minute if that is not a terminal.
 pub(super) struct Display {
     bar: ProgressBar,
-    /// When there was a line last; `None` on a terminal.
+    /// The time of the last line; `None` on a terminal.
     last_line: Option<Instant>,
     cells: usize,
     done: usize,
@@ -41,7 +40,7 @@ impl Display {
             .with_key(
                 "rate",
                 |state: &ProgressState, to: &mut dyn std::fmt::Write| {
-                    // A bar that cannot write has nowhere to say so.
+                    // A bar that cannot write has no place to report it.
                     let _ = write!(to, "{:.0} trials/s", state.per_sec());
                 },
             )
@@ -87,7 +86,7 @@ impl Display {
         }
     }
 
-    /// The line that is due, if one is.
+    /// Returns the line that is due, if any.
     fn line(&mut self, now: Instant) -> Option<String> {
         let last = self.last_line?;
         if now.duration_since(last) < BETWEEN_LINES {
@@ -106,7 +105,7 @@ impl Display {
         self.bar.finish_and_clear();
     }
 
-    /// Trials per second until now, and where the time went; `None` where no trial was computed.
+    /// Returns trials per second until now, and where the time went; `None` if no trial was computed.
     pub(super) fn speed(&self) -> Option<String> {
         let seconds = self.begin.elapsed().as_secs_f64();
         let rate = self.trials as f64 / seconds;
@@ -114,7 +113,7 @@ impl Display {
     }
 }
 
-/// A rate to three digits.
+/// Formats a rate with three digits.
 pub(super) fn rounded(rate: f64) -> String {
     let unit = 10.0_f64.powf(rate.max(1.0).log10().floor() - 2.0);
     if unit >= 1.0 {
@@ -124,7 +123,7 @@ pub(super) fn rounded(rate: f64) -> String {
     }
 }
 
-/// Where the time of threads went, each part in per cent; parts that took none are not named.
+/// Returns where the threads' time went, each part in per cent. Parts of zero are omitted.
 pub(super) fn shares(spent: &Spent) -> String {
     let total = spent.total().as_secs_f64();
     let parts = spent.parts().into_iter();
@@ -134,12 +133,11 @@ pub(super) fn shares(spent: &Spent) -> String {
     shares.collect::<Vec<String>>().join(", ")
 }
 
-/// The steps of what has no trials to count: a line on a terminal that says which one it is and
-/// since when, or a line for each step that begins more than a minute after the last line
-/// elsewhere.
+/// The steps of work without trials to count. On a terminal a line shows the current step and the elapsed time.
+/// Otherwise a step prints a line if it begins at least a minute after the last line.
 pub(super) struct Steps {
     bar: ProgressBar,
-    /// When there was a line last; `None` on a terminal.
+    /// The time of the last line; `None` on a terminal.
     last_line: Option<Instant>,
 }
 
@@ -179,9 +177,8 @@ impl Drop for Steps {
     }
 }
 
-/// A flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once: files are
-/// written whole under other names first, so nothing is left half-written. All studies of a program
-/// share it.
+/// Returns a flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once. Files are first written
+/// whole under other names, so no file is left half-written. All studies of a program share the flag.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
     static SHARED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     if let Some(flag) = SHARED.get() {

@@ -1,4 +1,4 @@
-//! `asobench schema`: what every key of an experiment file means, for editors and as a page.
+//! `asobench schema`: prints the meaning of every key of an experiment file, for editors and as a page.
 
 use super::error::Error;
 use super::{print, print_json};
@@ -34,7 +34,7 @@ the options of the estimators are in [methods.md](methods.md).
 `q^-1` delays by one sample. \"Null\" stands for a key that is not given.
 ";
 
-/// Tables of the schema that stand under a key of the file, with the words that lead to them.
+/// Returns the page: sections for the keys of the file, settings, measures, and the tables of the schema.
 fn page(schema: &Value) -> String {
     let mut text = HEAD.to_owned();
     section(&mut text, "The file", &schema["properties"], &[]);
@@ -47,7 +47,7 @@ fn page(schema: &Value) -> String {
     let definitions = schema["$defs"].as_object().into_iter().flatten();
     for (name, definition) in definitions {
         let properties = &definition["properties"];
-        // What `run` writes, and no user.
+        // Skip tables that only `run` writes.
         if properties.is_object() && name != "Needs" && name != "SeriesTable" {
             let required: Vec<&str> = definition["required"]
                 .as_array()
@@ -65,7 +65,7 @@ fn page(schema: &Value) -> String {
     text
 }
 
-/// "ClaimTable" as "Claim".
+/// Turns "ClaimTable" into "Claim".
 fn title(name: &str) -> String {
     let mut words = String::new();
     for (i, letter) in name.trim_end_matches("Table").char_indices() {
@@ -81,7 +81,7 @@ fn title(name: &str) -> String {
     words
 }
 
-/// A table of keys.
+/// Appends a table of keys.
 fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]) {
     // Writing to a string does not fail.
     let _ = write!(
@@ -137,7 +137,7 @@ fn measures(text: &mut String, title: &str, continuous: bool) {
     }
 }
 
-/// A schema's type in words.
+/// Describes a schema's type in words.
 fn kind(of: &Value) -> String {
     if let Some(path) = of["$ref"].as_str() {
         let name = path.rsplit('/').next().unwrap_or_default();
@@ -192,7 +192,7 @@ fn plural(kind: &str) -> String {
     }
 }
 
-/// Without line ends and with bars that end no cell.
+/// Returns a text for a cell of a table: without line ends, and with its bars escaped.
 fn cell(text: &str) -> String {
     text.split_whitespace()
         .collect::<Vec<_>>()

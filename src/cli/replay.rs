@@ -1,4 +1,4 @@
-//! `asobench replay` and `asobench reproduce --replay`: every stage of one trial.
+//! `asobench replay` and `asobench reproduce --replay`: print every stage of one trial.
 
 mod course;
 
@@ -32,7 +32,7 @@ pub(super) struct Which {
     trial: u64,
 }
 
-/// What stands before a number that is the cell's and nothing else.
+/// The prefix of a cell's number, to tell it from a claim.
 const NUMBER: &str = "cell=";
 
 impl std::str::FromStr for Which {
@@ -55,7 +55,7 @@ impl std::fmt::Display for Which {
 }
 
 impl Which {
-    /// The number of the one cell that is meant.
+    /// Returns the index of the cell that is meant.
     fn cell(&self, flag: &str, experiment: &Experiment) -> Result<usize, Error> {
         let (cells, given) = (&experiment.cells, &self.cell);
         let digits = |text: &&str| text.bytes().all(|byte| byte.is_ascii_digit());
@@ -87,7 +87,7 @@ impl Which {
     }
 }
 
-/// The claims and numbers of cells.
+/// Lists the claims and numbers of cells.
 fn valid(experiment: &Experiment) -> String {
     let cells = &experiment.cells;
     let numbers = format!("a number of 0 to {}", cells.len() - 1);
@@ -101,7 +101,7 @@ fn valid(experiment: &Experiment) -> String {
     format!("{claims}, or {numbers}")
 }
 
-/// The first of some names, with how many more there are.
+/// Lists the first of some names, and how many more there are.
 fn some(names: impl ExactSizeIterator<Item = String>) -> String {
     const SHOWN: usize = 10;
     let more = names.len().saturating_sub(SHOWN);
@@ -132,13 +132,13 @@ pub(super) struct Arguments {
 
 /// What to do with a replay.
 pub(super) struct Options<'a> {
-    /// The flag that names the trial, for messages; empty where it is an argument.
+    /// The flag that names the trial, for messages; empty if it is an argument.
     pub(super) flag: &'static str,
-    /// The folder whose rows are compared.
+    /// The folder with whose rows the replay is compared.
     pub(super) folder: &'a Path,
     /// The command that makes this replay.
     pub(super) command: String,
-    /// Where the record goes.
+    /// The file to which the record is written.
     pub(super) data: Option<&'a Path>,
     /// The form of the output.
     pub(super) format: Format,
@@ -186,7 +186,7 @@ pub(super) fn show(
     if let Source::Continuous(continuous) = &cell.source {
         return course::show(experiment, index, continuous, which.trial, options);
     }
-    // The stages by faer, the rows by the engine of the study.
+    // The stages are computed by faer, the rows by the engine of the study.
     memory::fits(experiment, index..index + 1, 2)?;
     let mut trial = Trial::new(experiment, cell).map_err(failed)?;
     trial.run(which.trial).map_err(failed)?;
@@ -219,7 +219,7 @@ pub(super) fn show(
     Ok(code)
 }
 
-/// Prints what goes to each program for a trial alone, and what it answers.
+/// Prints the messages to each program for one trial, and its answers.
 fn messages(experiment: &Experiment, cell: &Cell, trial: u64) -> Result<(), Error> {
     for program in &experiment.programs {
         let problem = cell.problem(cell.window);
@@ -240,7 +240,7 @@ fn messages(experiment: &Experiment, cell: &Cell, trial: u64) -> Result<(), Erro
     Ok(())
 }
 
-/// The truth, as comment lines of a CSV file.
+/// Returns the truth as comment lines of a CSV file.
 fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
     let truth = &record.truth;
     vec![
@@ -258,10 +258,9 @@ fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
     ]
 }
 
-/// Whether the rows stood bit for bit in the results' folder; `None` where it holds no such trial
-/// of this experiment.
+/// Whether the stored rows equal these bit for bit; `None` if the folder does not hold this trial of this experiment.
 fn stored(folder: &Path, experiment: &Experiment, cell: usize, rows: &[Row]) -> Option<bool> {
-    // Whatever else is in the folder is no concern of a replay.
+    // Other contents of the folder do not matter to a replay.
     let manifest = read_manifest(folder).ok()??;
     let partial = manifest["partial"] == Value::Bool(true);
     if partial || design_of(&manifest["experiment"]) != experiment.design() {
@@ -284,15 +283,15 @@ fn stored(folder: &Path, experiment: &Experiment, cell: usize, rows: &[Row]) -> 
 /// One stage's vectors under their names.
 type Stage = (String, Vec<(String, Vec<f64>)>);
 
-/// All that one trial computed, by stage.
+/// All that one trial computes, by stage.
 struct Replay<'a> {
     cell: &'a Cell,
     index: usize,
     trial: u64,
     seed: u64,
-    /// Whether the rows equal the stored ones; unknown at first.
+    /// Whether the rows equal the stored ones; `None` if unknown.
     stored: Option<bool>,
-    /// A method that is not the same each time, by its own word.
+    /// A method whose program says that it is not deterministic.
     may_differ: Option<String>,
     stages: Vec<Stage>,
     rows: Vec<(Output, &'a Row)>,
@@ -343,7 +342,7 @@ impl<'a> Replay<'a> {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// The cell's settings, and what its vectors mean.
+    /// Returns the cell's settings, and what its vectors mean.
     fn head(&self) -> (String, &'static str) {
         if let Source::Continuous(continuous) = &self.cell.source {
             let settings = format!(
@@ -471,8 +470,7 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// Stages 7 and 2 or 9 of a pass, where it got so far; not of a reflected auxiliary model, which is
-/// not kept.
+/// Returns stages 7 and 2 or 9 of a pass, if it got so far. Omitted for a reflected auxiliary model, which is not kept.
 fn information(
     table: &MethodTable,
     window: Window<'_>,
@@ -529,7 +527,7 @@ fn blocks(information: &Information) -> Vec<(String, Vec<f64>)> {
     ]
 }
 
-/// Stages 3 or 10, 4, 5 and 6 of a pass, as far as it came.
+/// Returns stages 3 or 10, 4, 5 and 6 of a pass, as far as it got.
 fn parameters(name: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
     let mut stages = Vec::new();
     if pass.progress >= Progress::Parameters {
@@ -558,7 +556,7 @@ fn parameters(name: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
     stages
 }
 
-/// Stage 12 of a pass.
+/// Returns stage 12 of a pass.
 fn observer(name: &str, cell: &Cell, data: &Realisation, pass: &Pass) -> Option<Stage> {
     let mut observer = Observer::new(cell.gain.clone(), pass.a.len());
     let (mut at_window, mut last) = (Vec::new(), Vec::new());

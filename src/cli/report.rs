@@ -1,4 +1,4 @@
-//! `asobench report`: pages, figures, tables and verdicts from stored results; nothing is run.
+//! `asobench report`: makes pages, figures, tables and verdicts from stored results; runs nothing.
 
 use super::error::{Error, failed};
 use super::files::cannot_write;
@@ -43,7 +43,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             study.judge_others(&file.claims).map_err(wrong)?;
         }
         let name = study.name.clone();
-        // Their files must differ where case makes no difference, too.
+        // File names must differ even where case is ignored.
         let taken = |name: &str| {
             studies
                 .iter()
@@ -94,7 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Shows a page by the program that the system has for it.
+/// Opens a page with the system's program for it.
 fn open(page: &Path) -> Result<(), Error> {
     let program = if cfg!(target_os = "macos") {
         "open"

@@ -1,5 +1,4 @@
-//! `asobench reproduce`: the papers' experiments, and what a typical realisation meets of their
-//! claims.
+//! `asobench reproduce`: runs the papers' experiments, and prints which of their claims a typical realisation meets.
 
 mod bobtsov;
 
@@ -18,11 +17,11 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Where results go without `--out`; replaced at every run.
+/// The default folder of the results; replaced at every run.
 const DEFAULT_FOLDER: &str = "results/reproduce";
 
 named_enum! {
-    /// Whose experiment.
+    /// The paper whose experiment is run.
     Paper, "paper" {
         /// Both.
         All = "all",
@@ -79,7 +78,7 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// The folder of the results.
+    /// Returns the folder of the results.
     pub(super) fn folder(&self) -> &Path {
         self.out.as_deref().unwrap_or(Path::new(DEFAULT_FOLDER))
     }
@@ -161,7 +160,7 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Study>, Error> {
     Study::read(path).map(Some).map_err(failed)
 }
 
-/// Every bound with what its first and last output make of it.
+/// Returns every bound with the shares of its first and last output.
 fn json(summary: &Summary) -> Vec<Value> {
     let of_cell = |cell: &CellSummary| -> Vec<Value> {
         let output = |share: &OutputShare, measure| {
@@ -193,7 +192,7 @@ fn json(summary: &Summary) -> Vec<Value> {
     summary.cells.iter().flat_map(of_cell).collect()
 }
 
-/// The table with its notes.
+/// Returns the table with its notes.
 fn report(arguments: &Arguments, study: &Study) -> String {
     let seed = arguments.seed;
     format!(
@@ -215,7 +214,7 @@ fn report(arguments: &Arguments, study: &Study) -> String {
     )
 }
 
-/// The verdict on every claim of some studies, a paragraph each.
+/// Returns the verdicts on all claims of some studies, one paragraph each.
 fn lines(studies: &[Study]) -> String {
     let claims = studies.iter().flat_map(|study| &study.judged);
     claims
@@ -223,7 +222,7 @@ fn lines(studies: &[Study]) -> String {
         .collect()
 }
 
-/// The claims of a study with their numbers.
+/// Returns the claims of a study with their numbers.
 fn claims_json(study: &Study) -> Vec<Value> {
     let claim = |claim: &Judged| {
         let numbers = claim.cells.iter().flat_map(|cell| {
@@ -244,7 +243,7 @@ fn claims_json(study: &Study) -> Vec<Value> {
     study.judged.iter().map(claim).collect()
 }
 
-/// A paragraph of lines of at most 80 columns, each but the first behind `indent`.
+/// Wraps a paragraph at 80 columns; all lines after the first begin with `indent`.
 fn wrapped(text: &str, indent: &str) -> String {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {

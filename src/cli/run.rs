@@ -1,4 +1,4 @@
-//! `asobench run`: a study from an experiment file, in a folder that can be gone on with.
+//! `asobench run`: runs a study from an experiment file in a folder, where it can be resumed.
 
 use super::error::{Error, failed};
 use super::files::cannot_write;
@@ -20,7 +20,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Columns of a line.
+/// Columns in a line.
 const WIDTH: usize = 80;
 
 /// Run an experiment file. A run that was stopped or killed resumes with the same command; more
@@ -74,13 +74,12 @@ pub(super) struct StudyArguments {
 }
 
 impl StudyArguments {
-    /// The study, and how many trials it is to have. Claims that were edited ask nothing new of the
-    /// run in `folder`.
+    /// Returns the study and its rule for the number of trials. Editing a claim requires no new run in `folder`.
     pub(super) fn experiment(&self, folder: &Path) -> Result<(Experiment, TrialRule), Error> {
         self.of_file(self.read()?, folder)
     }
 
-    /// The file with what the arguments change.
+    /// Reads the file and applies the arguments to it.
     pub(super) fn read(&self) -> Result<ExperimentFile, Error> {
         let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
         let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
@@ -109,7 +108,7 @@ impl StudyArguments {
         Ok(file)
     }
 
-    /// The study of a file that [`Self::read`] gave.
+    /// Returns the study of a file that [`Self::read`] returned.
     pub(super) fn of_file(
         &self,
         file: ExperimentFile,
@@ -122,22 +121,22 @@ impl StudyArguments {
         Ok((experiment, rule))
     }
 
-    /// The folder of the results: the one that is given, or results/NAME.
+    /// Returns the folder of the results: the given one, or results/NAME, with --quick results/NAME-quick.
     pub(super) fn folder(&self, out: Option<&Path>) -> PathBuf {
         let quick = if self.quick { "-quick" } else { "" };
         let default = || Path::new("results").join(format!("{}{quick}", self.name()));
         out.map_or_else(default, Path::to_owned)
     }
 
-    /// The file's name without folder and extension.
+    /// Returns the file's name without folder and extension.
     pub(super) fn name(&self) -> String {
         let stem = self.file.file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
     }
 }
 
-/// The study with what its claims needed when the results in a folder were begun, if these are
-/// results of it: then editing a claim asks for no other run.
+/// Returns the study with the needs of its claims as they were when the results in a folder were begun, if these are
+/// results of it. Editing a claim then requires no new run.
 fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
     let stored = stored_design(folder)?;
     let needed = match stored.get("needed") {
@@ -152,7 +151,7 @@ fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
     (experiment.design() == stored).then_some(experiment)
 }
 
-/// Marks the claims that were not there when the results in a folder were made.
+/// Marks the claims that did not exist when the results in a folder were made.
 pub(super) fn mark_added(file: &mut ExperimentFile, folder: &Path) {
     let manifest = read_manifest(folder).ok().flatten();
     let stored =
@@ -187,7 +186,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         let message = format!("two of these files have the results {folder}; expected other names");
         return Err(Error::Input(message));
     }
-    // What is wrong with any file is told before the first one runs.
+    // All files are checked before the first one runs.
     for (study, folder) in studies.iter().zip(&folders) {
         study.experiment(folder)?;
     }
@@ -254,7 +253,7 @@ fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Er
     Ok(ExitCode::SUCCESS)
 }
 
-/// What was computed, and what came out of it: the verdicts apart.
+/// Returns the text on what was computed and its results, and separately the verdicts.
 pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String), Error> {
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
@@ -276,7 +275,7 @@ pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String)
     Ok((text, verdicts))
 }
 
-/// How many estimates failed, by output and kind.
+/// Returns the number of failed estimates, by output and kind, as text.
 fn failures(summary: &Summary) -> String {
     let mut by_output: Vec<(String, BTreeMap<&str, u64>)> = Vec::new();
     for output in summary.cells.iter().flat_map(|cell| &cell.outputs) {
@@ -302,7 +301,7 @@ fn failures(summary: &Summary) -> String {
     format!("{all} estimates failed{gap}{failed}")
 }
 
-/// The number of threads.
+/// Returns the number of threads.
 pub(super) fn threads(asked: Option<u16>) -> usize {
     asked.map_or_else(
         || std::thread::available_parallelism().map_or(1, usize::from),
@@ -310,16 +309,16 @@ pub(super) fn threads(asked: Option<u16>) -> usize {
     )
 }
 
-/// A study that was run.
+/// A completed run of a study.
 pub(super) struct Executed {
     pub(super) summary: Summary,
-    /// The flag that a signal raises, for what comes after.
+    /// The flag that a signal raises, for later work.
     pub(super) stop: Arc<AtomicBool>,
-    /// Trials per second and where the time went, where trials were computed.
+    /// Trials per second and where the time went, if trials were computed.
     pub(super) speed: Option<String>,
 }
 
-/// Runs a study in a folder, with a bar on a terminal; `figures` are written with the results.
+/// Runs a study in a folder, with a progress bar on a terminal. `figures` are written with the results.
 pub(super) fn execute(
     path: &Path,
     flag: &str,
@@ -362,7 +361,7 @@ pub(super) fn execute(
     }
 }
 
-/// What the user can mend is bad input; the rest failed.
+/// Returns an input error if the user can correct the cause, otherwise a failure.
 pub(super) fn refused(flag: &str, error: CampaignError) -> Error {
     match error {
         CampaignError::Folder(FolderError::File(error))

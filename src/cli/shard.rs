@@ -100,8 +100,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
 }
 
-/// The index of the shard, from 0. How many there are, only the plan says: a job that is submitted
-/// again for some of its tasks has another number of them.
+/// Returns the index of the shard, from 0. The total comes from the plan alone: a job that is resubmitted for some of
+/// its tasks has another number of tasks.
 fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error> {
     const TASK: &str = "SLURM_ARRAY_TASK_ID";
     let (flag, text) = match (given, std::env::var(TASK)) {
@@ -132,8 +132,7 @@ fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error
     }
 }
 
-/// The threads that are asked for, that a job has, or that this process may use, by its group and
-/// affinity.
+/// Returns the number of threads: as asked for, as the job has, or as this process may use by its group and affinity.
 fn allocated(asked: Option<u16>) -> usize {
     let of_job = || std::env::var("SLURM_CPUS_PER_TASK").ok()?.parse().ok();
     threads(asked.or_else(|| of_job().filter(|count| (1..=1024).contains(count))))
@@ -148,7 +147,7 @@ fn stop_after(limit: Duration, stop: &Arc<AtomicBool>) {
     });
 }
 
-/// Who writes. Slurm's name of the node comes first: a machine can have several.
+/// Describes this process. Slurm's name of the node comes first, because a machine can have several names.
 #[expect(clippy::disallowed_methods, reason = "a short file of the kernel")]
 fn this_process() -> Process {
     let of_kernel = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();

@@ -1,4 +1,4 @@
-//! `asobench slurm`: job scripts of a study for Slurm.
+//! `asobench slurm`: writes job scripts of a study for Slurm.
 
 use super::cluster::{parse_time, script_of, slurm_time, word};
 use super::error::{Error, failed};
@@ -68,7 +68,7 @@ struct Job {
 }
 
 impl Job {
-    /// These flags, and what a file says for those that are not there.
+    /// Returns these options; missing ones come from a file.
     fn or(self, file: Self) -> Self {
         Self {
             partition: self.partition.or(file.partition),
@@ -91,7 +91,7 @@ impl Job {
         toml::from_str(&text).map_err(|e: toml::de::Error| wrong(&e.message()))
     }
 
-    /// What can end the lines of a script is refused.
+    /// Refuses anything that could end a line of a script. Returns the time limit.
     fn check(&self) -> Result<Option<Duration>, Error> {
         let texts = [&self.partition, &self.account, &self.mem, &self.time];
         let texts = texts.into_iter().flatten().chain(&self.options);
@@ -113,7 +113,7 @@ impl Job {
         time.map_err(|error| Error::Input(format!("--time: {error}")))
     }
 
-    /// The lines of both scripts.
+    /// Returns the lines that both scripts share.
     fn lines(&self, time: Option<Duration>) -> String {
         let known = [
             ("partition", self.partition.clone()),
@@ -132,13 +132,13 @@ impl Job {
     }
 }
 
-/// Where everything is, as words of a script.
+/// The paths, as words of a script.
 struct Places {
     program: String,
     folder: PathBuf,
     plan: PathBuf,
     name: String,
-    /// What goes to the folder of the experiment file, where programs run.
+    /// The command that changes to the folder of the experiment file, where programs run.
     at: String,
     allow: &'static str,
 }
@@ -158,7 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     files::make_folder(&work.join("logs")).map_err(failed)?;
     let path = work.join(format!("{name}.plan.json"));
     let size = SizeArguments {
-        // A shard that ends well before the limit need not be run twice.
+        // A shard that ends well before the limit is not interrupted and run again.
         target_time: arguments.size.target_time.or(time.map(|limit| limit / 2)),
         shards: arguments.size.shards,
     };
@@ -197,7 +197,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a script, unless the user's is there.
+/// Writes a script, unless the user's own file is there.
 fn write(path: &Path, text: &str) -> Result<(), Error> {
     if files::is_there(path) {
         let there = files::read_named(path, Kind::Script).map_err(failed)?;
@@ -223,8 +223,8 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
         at,
         allow,
     } = places;
-    // What is under way is finished, and written: a block takes about five seconds at most, unless
-    // one trial does.
+    // Leaves time to finish and write the blocks under way. A block takes about five seconds at most, unless one trial
+    // takes longer.
     let limit = time.map_or_else(String::new, |time| {
         let notice = Duration::from_mins(1).min(time / 4);
         format!(" --time-limit {}", slurm_time(time.saturating_sub(notice)))
@@ -313,7 +313,7 @@ fn submit(now: bool, array: Option<String>, scripts: (&Path, &Path)) -> Result<(
     print(&format!("submitted: job {id}, {}\n", word(merge)))
 }
 
-/// Submits a script; gives the job's number.
+/// Submits a script and returns the job's number.
 fn sbatch(options: &[String], script: &Path) -> Result<String, Error> {
     let mut command = Command::new("sbatch");
     command.arg("--parsable").args(options).arg(script);
@@ -327,7 +327,7 @@ fn sbatch(options: &[String], script: &Path) -> Result<String, Error> {
         return Err(wrong(&lines.join(" ")));
     }
     let said = String::from_utf8_lossy(&output.stdout);
-    // JOB, or JOB;CLUSTER.
+    // The answer is JOB or JOB;CLUSTER.
     let id = said.trim().split(';').next().unwrap_or_default();
     let digits = !id.is_empty() && id.bytes().all(|b| b.is_ascii_digit());
     if digits {

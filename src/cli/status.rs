@@ -1,4 +1,4 @@
-//! `asobench status`: what of a plan is there.
+//! `asobench status`: prints which trials of a plan are computed.
 
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;
@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let (plan, experiment) = ShardPlan::read(path).map_err(refused)?;
     let mut folders = folders(path, &arguments.folders);
     if arguments.folders.is_empty() {
-        // Before the first shard there is no folder.
+        // No folder exists before the first shard has run.
         folders.retain(|folder| crate::files::is_there(folder));
     }
     let mut found =
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(75))
 }
 
-/// How many places are whole, and a line for each of the first that are not.
+/// Counts the places that are whole, and gives a line for each of the first that are not.
 fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
     let (mut whole, mut begun, mut listed, mut text) = (0, 0, 0, String::new());
     for (i, place) in places.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! `asobench test-method`: whether a program keeps to docs/protocol.md and does what a method must.
+//! `asobench test-method`: tests whether a program follows docs/protocol.md and does what a method must.
 
 use super::error::{Error, failed};
 use super::print;
@@ -15,15 +15,15 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Records that models are compared on.
+/// Records on which models are compared.
 const RECORDS: u64 = 16;
-/// How far models of other batch sizes may be apart.
+/// The largest difference between models from different batch sizes.
 const ALIKE: f64 = 1e-10;
-/// How near the plant a model of a record without noise must be.
+/// The largest relative error of a model from a record without noise.
 const RECOVERED: f64 = 1e-6;
 /// Samples of impulse responses.
 const SAMPLES: usize = 50;
-/// Columns of a line, and what begins those that continue one.
+/// Columns in a line, and the indentation of continued lines.
 const WIDTH: usize = 80;
 const INDENT: &str = "          ";
 /// How often a message is timed, unless that takes longer than [`TIMING`].
@@ -67,15 +67,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     })
 }
 
-/// What was seen.
+/// What a check observed.
 enum Seen {
-    /// As it must be.
+    /// As required.
     Fine(String),
-    /// As it may be, and worth knowing.
+    /// Allowed, and worth knowing.
     Note(String),
 }
 
-/// What a check says: what was seen, or what is wrong.
+/// The result of a check: what was observed, or what is wrong.
 type Outcome = Result<Seen, String>;
 
 struct Test<'a> {
@@ -86,7 +86,7 @@ struct Test<'a> {
 }
 
 impl Test<'_> {
-    /// Prints a line for each check; whether nothing is wrong.
+    /// Prints a line for each check. Returns whether all passed.
     fn run(&self) -> Result<bool, Error> {
         let ready =
             introduce(self.program, &self.cell.problem(self.cell.window)).map_err(failed)?;
@@ -299,7 +299,7 @@ impl Test<'_> {
         })
     }
 
-    /// The median time of a message with so many records, seconds.
+    /// Returns the median time of a message with so many records, seconds.
     fn seconds(&self, count: u64) -> Result<Result<f64, String>, Error> {
         let (records, begin) = (self.records(count), Instant::now());
         let mut seconds = Vec::new();
@@ -336,7 +336,7 @@ impl Test<'_> {
     }
 }
 
-/// How near a model is to the plant that made the record of a trial without noise.
+/// Compares a model with the plant that made the noise-free record of a trial.
 fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
     let response = |model: &LinearModel| {
         let (mut impulse, mut response) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
@@ -357,16 +357,16 @@ fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
     })
 }
 
-/// A pass that has not failed.
+/// The word for a pass that has not failed.
 const MODEL: &str = "with a model";
 
-/// A pass in a word.
+/// Describes a pass in a word.
 fn word(pass: &Pass) -> &'static str {
     pass.failure.map_or(MODEL, |failure| failure.kind.name())
 }
 
-/// How far two models are apart: the largest difference of a coefficient, relative where it is above 1; `None` where
-/// they cannot be compared.
+/// Returns the largest difference of a coefficient between two models, relative if it is above 1; `None` if they cannot
+/// be compared.
 fn apart(a: &Pass, b: &Pass) -> Option<f64> {
     if word(a) != word(b) || a.model.orders() != b.model.orders() {
         return None;

@@ -1,4 +1,4 @@
-//! `asobench theory`: limits, asymptotic accuracy and Cramer-Rao bounds of an experiment file's cells.
+//! `asobench theory`: prints limits, asymptotic accuracy and Cramer-Rao bounds of an experiment file's cells.
 
 use super::error::Error;
 use super::run::StudyArguments;
@@ -22,7 +22,7 @@ pub(super) struct Arguments {
     format: Format,
 }
 
-/// Quantiles of an error's distribution that JSON holds.
+/// The quantiles of an error's distribution in the JSON output.
 const QUANTILES: [(&str, f64); 3] = [("0.1", 0.1), ("0.5", 0.5), ("0.9", 0.9)];
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The settings of a cell.
+/// Returns the settings of a cell.
 fn settings(cell: &Settings) -> Value {
     serde_json::to_value(cell).unwrap_or_default()
 }
@@ -119,7 +119,7 @@ fn of_bound_as_json(bound: &Result<Theory, Missing>) -> Value {
     }
 }
 
-/// The initial state's error has no rate sqrt(N): null.
+/// Returns a value of every measure. The error of the initial state has no rate sqrt(N), so it is null.
 fn of_measures(theory: &Theory, of: impl Fn(&Theory, SmoothMeasure) -> Option<f64>) -> Value {
     let measures = SmoothMeasure::ALL.iter();
     let entries = measures.map(|measure| (measure.name().to_owned(), json!(of(theory, *measure))));
@@ -148,7 +148,7 @@ rms of its errors about the limit and the median of e_a, and the trace of N cov.
 
 ";
 
-/// Columns of a line, and of an output's label.
+/// Columns in a line, and in an output's label.
 const WIDTH: usize = 80;
 const LABEL: usize = 24;
 
@@ -201,7 +201,7 @@ fn table(found: &Found) -> String {
     text
 }
 
-/// The label, on a line of its own where it is long, and what stands beside it.
+/// Returns a line with a label and text beside it. A long label gets its own line.
 fn beside(label: &str, rest: &str) -> String {
     let label = visible(label);
     if label.chars().count() > LABEL {

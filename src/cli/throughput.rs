@@ -1,5 +1,5 @@
-//! `asobench throughput`: trials per second of one fixed workload beside the machine's peak, or of
-//! a study's cells.
+//! `asobench throughput`: measures trials per second, of one fixed workload in relation to the machine's peak, or of a
+//! study's cells.
 
 mod study;
 
@@ -17,11 +17,11 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// What one trial of W98 counts for, whatever the program really computes: so wasteful code does
-/// not look good.
+/// The operations counted for a trial of W98, whatever the program really computes. So wasteful code does not look
+/// good.
 const FLOP_PER_TRIAL: f64 = 110_000.0;
 
-/// Trials of a repetition, about a second's work on one thread.
+/// Returns the trials in a repetition: about a second's work on one thread.
 const fn default_trials(engine: Engine) -> u64 {
     match engine {
         Engine::Faer => 16_384,
@@ -72,19 +72,19 @@ pub(super) struct Arguments {
     format: Format,
 }
 
-/// The median of ascending rates.
+/// Returns the median of ascending rates.
 fn median(rates: &[f64]) -> f64 {
     f64::midpoint(rates[(rates.len() - 1) / 2], rates[rates.len() / 2])
 }
 
-/// One engine on some threads.
+/// The times of one engine with some number of threads.
 struct Timing {
     engine: Engine,
     threads: usize,
     trials: u64,
     /// Trials per second of every repetition, ascending.
     rates: Vec<f64>,
-    /// Flop per second of all threads, just before and just after.
+    /// Flop per second of all threads, just before and just after the timing.
     peak: [f64; 2],
     tally: CellTally,
 }
@@ -99,7 +99,7 @@ impl Timing {
         self.median() * FLOP_PER_TRIAL / f64::midpoint(before, after)
     }
 
-    /// Medians of e_a, e_b and max e_x with their standard errors.
+    /// Returns the medians of e_a, e_b and max e_x with their standard errors.
     fn figures(&self) -> [[f64; 2]; 3] {
         [0, 1, 2].map(|figure| {
             let median = self.tally.outputs[0].samples[figure].quantile(0.5, Worse::Larger);
@@ -200,7 +200,7 @@ fn time(
     repetitions: u16,
     stop: &AtomicBool,
 ) -> Result<Timing, Error> {
-    // What is loaded and sized at first use is not timed.
+    // The first run loads and allocates, so it is not timed.
     sample(experiment, trials.min(2000), threads, stop)?;
     let before = peak(threads);
     let mut rates = Vec::new();
@@ -221,7 +221,7 @@ fn time(
     })
 }
 
-/// Runs trials as a study does, and gathers what a study keeps of them.
+/// Runs trials as a study does, and collects what a study keeps of them.
 fn sample(
     experiment: &Experiment,
     trials: u64,

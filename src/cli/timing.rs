@@ -1,4 +1,4 @@
-//! Times of the methods, measured properly: apart from the results, which hold no time.
+//! Times of the methods, measured after the run and stored apart from the results, which contain no times.
 
 use super::error::{Error, failed};
 use crate::data::Realisation;
@@ -10,14 +10,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Records on which each method is timed.
+/// The number of records on which each method is timed.
 const RECORDS: u64 = 5;
-/// Repetitions on each record, at least.
+/// The least number of repetitions on each record.
 const REPETITIONS: usize = 5;
-/// Time given to each method on each record, unless the repetitions take longer.
+/// The time for each method on each record; exceeded if the repetitions take longer.
 const BUDGET: Duration = Duration::from_millis(8);
 
-/// How long [`measure`] takes, about, where a trial of every cell takes so long on one thread.
+/// Returns the approximate seconds that [`measure`] takes. `seconds_per_trial` is the time of one trial of every cell
+/// on one thread.
 pub(super) fn duration(experiment: &Experiment, seconds_per_trial: f64) -> f64 {
     let measured = experiment.cells.len() * experiment.methods.len();
     let least = measured as f64 * BUDGET.as_secs_f64();
@@ -38,7 +39,7 @@ pub(super) fn are_there(experiment: &Experiment, folder: &Path) -> Result<bool, 
     Ok(times.is_some_and(|times| times["design"] == design(experiment)))
 }
 
-/// Checks that times can be written to a folder, whether it is there or not.
+/// Checks that times can be written to a folder, which need not exist.
 pub(super) fn check(folder: &Path) -> Result<(), PathError> {
     files::subfolder(folder, FOLDER)?;
     files::replaceable(&file(folder), Kind::Times)
@@ -48,8 +49,8 @@ fn design(experiment: &Experiment) -> String {
     format!("{:032x}", experiment.fingerprint())
 }
 
-/// Times every method in every cell on one thread with the others idle; writes `timing/times.json`,
-/// whole. Stops between two measurements where `stop` is raised.
+/// Times every method in every cell on one thread while the others are idle. Writes `timing/times.json` whole. Stops
+/// between two measurements if `stop` is raised.
 pub(super) fn measure(
     experiment: &Experiment,
     folder: &Path,
@@ -62,7 +63,7 @@ pub(super) fn measure(
         };
         let mut record = Realisation::default();
         for (method, table) in experiment.methods.iter().zip(&experiment.file.methods) {
-            // What a program takes is told by `asobench test-method`.
+            // `asobench test-method` times programs.
             if table.program().is_some() {
                 continue;
             }
@@ -123,7 +124,7 @@ pub(super) fn measure(
         .map_err(failed)
 }
 
-/// The processor's name, or its kind where nothing says so.
+/// Returns the processor's name, or its architecture if the name is unknown.
 #[expect(
     clippy::disallowed_methods,
     reason = "a file of the kernel, which is short"

@@ -1,14 +1,13 @@
-//! Block files: what one worker computed, whole or not at all, with the design's fingerprint and a
-//! checksum.
+//! Block files: what one worker computed, complete or absent, with the design's fingerprint and a checksum.
 //!
 //! ```text
 //! "asobench" | format u32 | fingerprint u128 | cell u32 | first trial u64 | end u64 |
 //! content | checksum u128
-//! content: length of the tally u64 | tally (postcard) | rows by columns, where they are kept
+//! content: length of the tally u64 | tally (postcard) | rows by columns, if they are kept
 //! ```
 //!
-//! All little-endian; the checksum is XXH3 of everything before it. A block file may be any range
-//! of trials: ranges that lie within others are ignored, gaps are computed.
+//! All numbers are little-endian. The checksum is XXH3 of everything before it. A block file may hold any range of
+//! trials: ranges within others are ignored, gaps are computed.
 
 use super::experiment::Experiment;
 use super::file::{Store, TRIAL_LIMIT};
@@ -31,10 +30,10 @@ const CHECKSUM: usize = 16;
 /// Why a block file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum BlockError {
-    /// A file or folder.
+    /// A file or folder failed.
     #[error(transparent)]
     File(#[from] PathError),
-    /// The content is not what was written.
+    /// The content is damaged.
     #[error("{}: damaged ({reason}); --repair computes it again", .path.display())]
     Damaged {
         /// The file.
@@ -42,7 +41,7 @@ pub enum BlockError {
         /// What is wrong.
         reason: &'static str,
     },
-    /// Another version's file.
+    /// A newer version wrote the file.
     #[error(
         "{}: written by a newer version of asobench (format {format}; this one knows {FORMAT})",
         .path.display()
@@ -53,7 +52,7 @@ pub enum BlockError {
         /// Its format.
         format: u32,
     },
-    /// Another design's file.
+    /// The file belongs to another design.
     #[error(
         "{}: a block of another experiment; remove this file, then its trials are computed",
         .path.display()
@@ -64,7 +63,7 @@ pub enum BlockError {
     },
 }
 
-/// A block file that was found whole.
+/// A block file that was found intact.
 #[derive(Clone, Debug)]
 pub struct StoredBlock {
     /// The cell and the trials.
@@ -80,10 +79,10 @@ pub struct EncodedBlock {
 }
 
 impl EncodedBlock {
-    /// Writes it.
+    /// Writes the file.
     ///
     /// # Errors
-    /// If it cannot be written; nothing is left then.
+    /// If it cannot be written; no file is left then.
     pub fn write(self) -> Result<StoredBlock, BlockError> {
         files::replace(&self.stored.path, Kind::Block, &self.bytes)?;
         Ok(self.stored)
@@ -92,9 +91,9 @@ impl EncodedBlock {
 
 /// What a block file holds.
 pub struct Content {
-    /// What is left of the trials.
+    /// The tally of the trials.
     pub tally: CellTally,
-    /// The trials themselves, where they are kept.
+    /// The rows of the trials, if they are kept.
     pub rows: Option<Rows>,
 }
 
@@ -110,11 +109,10 @@ impl Content {
         }
     }
 
-    /// Decodes the content of a block of these trials of an experiment, and checks it: whoever
-    /// wrote it, what comes out is what a run could have left.
+    /// Decodes the content of a block of these trials of an experiment. Checks that a run could have written it.
     ///
     /// # Errors
-    /// What is wrong.
+    /// What is wrong with it.
     pub(crate) fn decode(
         bytes: &[u8],
         experiment: &Experiment,
@@ -157,7 +155,7 @@ pub struct BlockFolder<'e> {
 }
 
 impl<'e> BlockFolder<'e> {
-    /// The folder `blocks` within `results`, made where needed.
+    /// Opens the folder `blocks` within `results`. Makes it if needed.
     ///
     /// # Errors
     /// If it cannot be made.
@@ -169,7 +167,7 @@ impl<'e> BlockFolder<'e> {
         })
     }
 
-    /// A folder that is there and that blocks go to as they are.
+    /// Takes an existing folder, to which blocks are written unchanged.
     pub(super) fn at(path: PathBuf, experiment: &'e Experiment) -> Self {
         Self {
             path,
@@ -178,7 +176,7 @@ impl<'e> BlockFolder<'e> {
         }
     }
 
-    /// The file of a block, on whatever thread.
+    /// Encodes a block as a file; may run on any thread.
     ///
     /// # Errors
     /// If it cannot be encoded.
@@ -197,8 +195,8 @@ impl<'e> BlockFolder<'e> {
         Ok(EncodedBlock { stored, bytes })
     }
 
-    /// Every block file, each cell's trials ascending and without overlap, and the damaged ones.
-    /// Files within others' ranges are removed; what has no block's name is left alone.
+    /// Returns every intact block file, each cell's trials ascending and without overlap, and the damaged ones. Removes
+    /// files whose trials overlap with those of an earlier one. Ignores files whose name is not a block's.
     ///
     /// # Errors
     /// If a file is of another design or a newer version, or the folder cannot be read.
@@ -225,7 +223,7 @@ impl<'e> BlockFolder<'e> {
                 span.cell == block.span.cell && block.span.trials.start < span.trials.end
             };
             while let Some(last) = kept.last().filter(overlaps) {
-                // Only what can be decoded takes the place of another file.
+                // Only a file that can be decoded replaces another.
                 match self.read(last) {
                     Ok(_) => {
                         files::remove(&block.path, Kind::Block)?;
@@ -242,14 +240,14 @@ impl<'e> BlockFolder<'e> {
         Ok((kept, damaged))
     }
 
-    /// The span and the content's bytes of a whole file of this design.
+    /// Returns the span and the content of an intact file of this design.
     pub(super) fn verified(&self, path: &Path) -> Result<(Span, Vec<u8>), BlockError> {
         let bytes = files::read_own(path, Kind::Block)?;
         let bytes = bytes.ok_or_else(|| PathError::io(path)(io::ErrorKind::NotFound.into()))?;
         self.parsed(path, bytes)
     }
 
-    /// The same of what a file holds.
+    /// Returns the same, from the bytes of a file.
     pub(crate) fn parsed(
         &self,
         path: &Path,
@@ -307,7 +305,7 @@ impl<'e> BlockFolder<'e> {
         Content::decode(&bytes, self.experiment, &span).map_err(damaged)
     }
 
-    /// Merges the tallies of some blocks, one in memory at a time.
+    /// Merges the tallies of some blocks, holding one at a time in memory.
     ///
     /// # Errors
     /// As for [`Self::read`].
@@ -319,7 +317,7 @@ impl<'e> BlockFolder<'e> {
         Ok(whole)
     }
 
-    /// Puts one block instead of blocks without rows that follow each other.
+    /// Replaces consecutive blocks without rows by one block.
     ///
     /// # Errors
     /// If a file cannot be read, written or removed.
@@ -331,7 +329,7 @@ impl<'e> BlockFolder<'e> {
         Ok(whole)
     }
 
-    /// Writes one block of what blocks without rows that follow each other hold.
+    /// Writes one block with the content of consecutive blocks without rows.
     ///
     /// # Errors
     /// If a file cannot be read or written.
@@ -349,17 +347,16 @@ impl<'e> BlockFolder<'e> {
     }
 }
 
-/// The name of the file of a block.
+/// Returns the file name of a block.
 pub(super) fn name_of(span: &Span) -> String {
     let Span { cell, trials } = span;
     format!("c{cell:05}-{:010}-{:010}.block", trials.start, trials.end)
 }
 
-/// Takes a damaged file out of the way: removes it, or gives it another name where it does not
-/// begin as blocks do.
+/// Moves a damaged file out of the way: removes it, or renames it if it does not begin like a block.
 ///
 /// # Errors
-/// If it is no regular file, or cannot be removed.
+/// If it is not a regular file, or cannot be removed.
 pub fn discard(path: &Path) -> Result<(), BlockError> {
     if files::is_own(path, Kind::Block)? {
         files::remove(path, Kind::Block)?;
@@ -369,7 +366,7 @@ pub fn discard(path: &Path) -> Result<(), BlockError> {
     Ok(())
 }
 
-/// What is there already of a study.
+/// How much of a study is already computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Done {
     /// Trials, over all cells.
@@ -378,8 +375,8 @@ pub struct Done {
     pub bytes: u64,
 }
 
-/// What the names of the block files in a results folder tell of an experiment: nothing where there
-/// are none, or of another design. Nothing is written, and no block is read.
+/// Returns how much of an experiment a results folder holds, by the names of its block files. Nothing if there are
+/// none, or of another design. Writes nothing and reads no block.
 pub fn done(results: &Path, experiment: &Experiment) -> Done {
     let path = results.join(BLOCKS);
     let design = files::read_own(&path.join(DESIGN), Kind::Design)
@@ -412,7 +409,7 @@ pub fn done(results: &Path, experiment: &Experiment) -> Done {
     done
 }
 
-/// Bytes of the head.
+/// Returns a field of the head: N bytes from `at` on.
 fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     let mut field = [0; N];
     field.copy_from_slice(&bytes[at..at + N]);

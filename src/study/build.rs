@@ -1,4 +1,4 @@
-//! A cell of its settings: plant, noise, feedback and the process that draws from them.
+//! Makes a cell from its settings: plant, noise, feedback and the process that draws records.
 
 use super::continuous_time::continuous_cell;
 use super::curves::{CURVES_LIMIT, Curves};
@@ -15,20 +15,20 @@ use crate::plant::{ORDER_LIMIT, nikolov2023};
 use crate::signal::{Input, InputLaw, LevelOf, LevelReading, NoiseFilter};
 use crate::text::number;
 
-/// Plants that need no table.
+/// Built-in plants, which need no table.
 pub(super) const PLANTS: [&str; 2] = ["nikolov2023", "random"];
-/// Noises that need no table.
+/// Built-in noises, which need no table.
 pub(super) const NOISES: [&str; 2] = ["ar", "white"];
-/// Feedbacks that need no table.
+/// Built-in feedbacks, which need no table.
 pub(super) const FEEDBACKS: [&str; 1] = ["none"];
 
-/// The largest order, window or record: a record of more samples would not fit into memory.
+/// The largest order, window or record. A longer record would not fit into memory.
 pub(super) const LARGEST_COUNT: f64 = 1e7;
 
-/// The most bytes that a record with its truth may take; each thread has one.
+/// The largest size in bytes of a record with its truth; each thread has one.
 const RECORD_LIMIT: usize = 4 << 30;
 
-/// Makes a cell of its settings.
+/// Makes a cell from its settings.
 pub(super) struct Build<'a> {
     /// The file.
     pub(super) file: &'a ExperimentFile,
@@ -37,7 +37,7 @@ pub(super) struct Build<'a> {
 }
 
 impl Build<'_> {
-    /// The cell.
+    /// Makes the cell.
     pub(super) fn cell(self) -> Result<Cell, FileError> {
         if let Some(table) = &self.file.continuous {
             let of = continuous_cell(&self, table)?;
@@ -150,7 +150,7 @@ impl Build<'_> {
         Process::from_settings(settings).map_err(|e| FileError::key("settings", e.to_string()))
     }
 
-    /// How many samples a record may have where the input is given sample by sample; `None` where there is no end of them.
+    /// Returns how many samples a record may have if the input is given sample by sample; `None` if it is unlimited.
     fn given_samples(&self, process: &Process, window: usize) -> Result<Option<usize>, FileError> {
         let Input::Samples(samples) = process.input() else {
             return Ok(None);
@@ -241,7 +241,7 @@ impl Build<'_> {
     fn noise(&self) -> Result<NoiseColour, FileError> {
         let name = self.text(Key::Noise);
         match name.as_str() {
-            // 1/A without F, where the plant is B/(A F).
+            // 1/A without F, for a plant B/(A F).
             "ar" => match self.file.plants.get(&self.text(Key::Plant)) {
                 Some(PlantTable {
                     transfer_polynomial: Some(_),
@@ -275,7 +275,7 @@ impl Build<'_> {
         }
     }
 
-    /// The feedback and the reference's amplitude, where the table has one.
+    /// Returns the feedback, and the reference's amplitude if the table has one.
     fn feedback(&self, order: usize) -> Result<(Feedback, Option<f64>), FileError> {
         let name = self.text(Key::Feedback);
         if name == "none" {
@@ -319,7 +319,7 @@ impl Build<'_> {
                 };
                 let law = law.law().map_err(|e| wrong(e.to_string()))?;
                 if table.reference == Some(0.0) {
-                    // The model is identified with a reference in any case.
+                    // The model is always identified with a reference.
                     return Ok((Feedback::Controlled(law.without_reference()), None));
                 }
                 Feedback::Controlled(law)
@@ -351,7 +351,7 @@ impl Build<'_> {
         }
     }
 
-    /// The number of a setting that a resolved file may leave out.
+    /// Returns the number of a setting, or its default if a resolved file omits it.
     fn number_or_default(&self, key: Key) -> Result<f64, FileError> {
         match (self.settings.get(&key), key.default()) {
             (None, Some(Scalar::Number(default))) => Ok(default),
@@ -385,14 +385,14 @@ impl Build<'_> {
     }
 }
 
-/// The filter of a table of `[noises]`.
+/// Makes the filter of a table of `[noises]`.
 fn filter(name: &str, table: &NoiseTable) -> Result<NoiseFilter, FileError> {
     let (numerator, denominator) = table.filter();
     let filter = NoiseFilter::new(numerator, denominator);
     filter.map_err(|e| FileError::key(&format!("noises.{name}"), e.to_string()))
 }
 
-/// Checks that a measure of the state has a sample to be taken of.
+/// Checks that a measure of the state has at least one scored sample.
 fn is_scored(cell: &Cell, file: &ExperimentFile) -> Result<(), FileError> {
     let mut measures = file.measures.iter();
     let measure = measures.find(|measure| measure.is_of_state());
@@ -409,7 +409,7 @@ fn is_scored(cell: &Cell, file: &ExperimentFile) -> Result<(), FileError> {
     }
 }
 
-/// Checks that noise of the cell's level exists: else every trial would fail.
+/// Checks that noise of the cell's level exists. Otherwise every trial would fail.
 fn level_exists(cell: &Cell) -> Result<(), FileError> {
     let Some(process) = cell.process().filter(|_| cell.eta > 0.0) else {
         return Ok(());

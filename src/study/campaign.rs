@@ -1,4 +1,4 @@
-//! A study in a folder: what is there already, what is missing, and the results of it all.
+//! A study in a folder: finds what is already computed, computes the rest, and writes the results.
 
 use super::blocks::{BlockError, BlockFolder, StoredBlock, discard};
 use super::compute::Work;
@@ -22,14 +22,14 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// What happens in a run.
+/// An event of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// So many trials are wanted in all, so many of them are there already.
+    /// The number of trials wanted in all, and of those already computed.
     Planned {
-        /// Wanted.
+        /// Trials wanted.
         trials: u64,
-        /// There already.
+        /// Trials already computed.
         done: u64,
     },
     /// A block was computed and stored.
@@ -41,35 +41,34 @@ pub enum Event {
         /// Where the time went.
         spent: Spent,
     },
-    /// All trials of a cell are there.
+    /// A cell has all its trials.
     Cell,
-    /// The results are there; putting them together took the threads so long.
+    /// The results are written. The time is that of putting them together, times the number of threads.
     Concluded(Duration),
 }
 
-/// Why a campaign ended.
+/// Why a campaign ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
-    /// The folder or a file in it.
+    /// The folder or a file in it failed.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// The rule for the number of trials.
+    /// The rule for the number of trials is wrong.
     #[error(transparent)]
     Rule(#[from] FileError),
-    /// A block file.
+    /// A block file failed.
     #[error(transparent)]
     Block(#[from] BlockError),
-    /// A Parquet file.
+    /// A Parquet file failed.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The threads, or the stop flag.
+    /// The run failed: threads, the stop flag, a worker or a block file.
     #[error(transparent)]
     Run(#[from] RunError<BlockError>),
-    /// The `stop` flag was raised while results were put together: all trials are there, no result
-    /// was written.
+    /// The `stop` flag was raised while results were put together. All trials are stored, but no result was written.
     #[error("interrupted while the results were put together")]
     Stopped,
-    /// Fewer trials are asked for than are there.
+    /// Fewer trials are asked for than are already stored.
     #[error(
         "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take \
         another folder for fewer"
@@ -79,25 +78,25 @@ pub enum CampaignError {
         folder: String,
         /// The cell.
         cell: usize,
-        /// The end of the last block there.
+        /// The end of the last stored block.
         there: u64,
         /// Trials asked for.
         asked: u64,
     },
 }
 
-/// How a study is run; no result depends on it.
+/// How a study is run. No result depends on it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RunOptions {
     /// Threads.
     pub threads: usize,
-    /// Trials in a block.
+    /// Trials in a block; `None`: the default.
     pub block: Option<u64>,
     /// Whether damaged blocks are computed again.
     pub repair: bool,
-    /// Whether everything is computed anew, and no block is left, whatever ends the run.
+    /// Whether everything is computed anew, and no block is left however the run ends.
     pub fresh: bool,
-    /// Whether results of any design that are there are removed first.
+    /// Whether existing results of any design are removed first.
     pub replace: bool,
     /// The names of the figures that are written with the results.
     pub figures: &'static [&'static str],
@@ -110,16 +109,16 @@ pub struct Campaign<'e> {
     options: RunOptions,
     folder: ResultsFolder,
     pub(super) blocks: BlockFolder<'e>,
-    /// For every cell the blocks that are there, ascending.
+    /// The stored blocks of every cell, ascending.
     pub(super) stored: Vec<Vec<StoredBlock>>,
-    /// What the results say of where they come from.
+    /// The origin that the results state.
     pub(super) origin: Origin,
 }
 
 /// Where results come from.
 #[derive(Clone, Debug)]
 pub(super) struct Origin {
-    /// The vector instructions of faer's cells.
+    /// The vector instructions that faer uses.
     pub(super) faer_instructions: String,
     /// Whether trials are missing.
     pub(super) partial: bool,
@@ -155,7 +154,7 @@ impl<'e> Campaign<'e> {
         let blocks = BlockFolder::open(path, experiment)?;
         let (mut found, mut damaged) = blocks.list()?;
         if options.repair {
-            // A whole file may still hold what this program cannot decode.
+            // An intact file may still hold content that this program cannot decode.
             found.retain(|block| match blocks.read(block) {
                 Err(error @ BlockError::Damaged { .. }) => {
                     damaged.push(error);
@@ -190,7 +189,7 @@ impl<'e> Campaign<'e> {
         Ok(campaign)
     }
 
-    /// What is there, and the rule.
+    /// Returns the rule with the stored blocks.
     pub(super) fn rounds(&self) -> Rounds<'_> {
         Rounds {
             experiment: self.experiment,
@@ -218,9 +217,8 @@ impl<'e> Campaign<'e> {
         Ok(())
     }
 
-    /// Computes what is missing, then writes the results with `figures`: names and contents of more
-    /// files. What is finished stays, whatever ends the run. `is_decided` tells whether results
-    /// decide the claim of the rule.
+    /// Computes what is missing, then writes the results together with `figures`: names and contents of further files.
+    /// What is finished stays, however the run ends. `is_decided` returns whether results decide the claim of the rule.
     ///
     /// # Errors
     /// [`CampaignError`].
@@ -246,7 +244,7 @@ impl<'e> Campaign<'e> {
         Ok(summary)
     }
 
-    /// The summary of what is there.
+    /// Returns the summary of the stored blocks.
     pub(super) fn summary(&self, stop: &AtomicBool) -> Result<Summary, CampaignError> {
         Ok(self.read_tallies(stop)?.summary(self.experiment))
     }
@@ -299,8 +297,8 @@ impl<'e> Campaign<'e> {
         Ok(())
     }
 
-    /// Writes the results, one cell in memory at a time. Nothing is published before all of it is
-    /// written, so it can be stopped at any block.
+    /// Writes the results, with one cell in memory at a time. Publishes nothing until all is written, so it can be
+    /// stopped at any block.
     pub(super) fn conclude(
         mut self,
         targets: &[u64],
@@ -330,7 +328,7 @@ impl<'e> Campaign<'e> {
         Ok(summary)
     }
 
-    /// What the summary takes of every cell, of as many at a time as there are threads.
+    /// Reads what the summary needs of every cell, with as many cells at a time as there are threads.
     fn read_tallies(&self, stop: &AtomicBool) -> Result<Parts, CampaignError> {
         let of_cell = |cell: usize| {
             let mut tally = self.no_trials(cell);
@@ -340,7 +338,7 @@ impl<'e> Campaign<'e> {
         Parts::read(self.stored.len(), self.options.threads, stop, of_cell)
     }
 
-    /// The summary of some blocks of all cells.
+    /// Returns the summary of some blocks of all cells.
     pub(super) fn summary_of(
         experiment: &Experiment,
         blocks: &BlockFolder<'_>,
@@ -355,7 +353,7 @@ impl<'e> Campaign<'e> {
         Ok(Parts::read(stored.len(), threads, stop, of_cell)?.summary(experiment))
     }
 
-    /// Reads every block once: what the summary takes of it, and its rows, where they are kept.
+    /// Reads every block once, for the summary, and passes on its rows if they are kept.
     fn read(
         &self,
         stop: &AtomicBool,
@@ -377,8 +375,8 @@ impl<'e> Campaign<'e> {
         Ok(parts)
     }
 
-    /// What a cell begins with: nothing, or where a study may lack all of its trials the tally of
-    /// none.
+    /// Returns the tally with which a cell begins: the default. If a partial study lacks all trials of the cell, it is
+    /// the tally of zero trials.
     fn no_trials(&self, cell: usize) -> CellTally {
         if self.origin.partial && self.stored[cell].is_empty() {
             let cell = &self.experiment.cells[cell];
@@ -391,8 +389,8 @@ impl<'e> Campaign<'e> {
         CellTally::default()
     }
 
-    /// What the summary takes of a cell. Of a series with gaps only the trials before the first:
-    /// cells are paired by trials.
+    /// Returns what the summary needs of a cell. A series with gaps is cut at the first gap, because cells are paired
+    /// by trials.
     fn part(&self, cell: usize, mut tally: CellTally) -> Part {
         if self.origin.partial {
             for series in &mut tally.series {
@@ -407,7 +405,7 @@ impl<'e> Campaign<'e> {
         Part::new(self.experiment, cell, &tally)
     }
 
-    /// The same, and writes the rows to a table.
+    /// Does the same as [`Self::read`], and writes the rows to a table.
     fn write_trials(
         &self,
         file: File,
@@ -428,7 +426,7 @@ impl<'e> Campaign<'e> {
     }
 }
 
-/// What the summary takes of every cell.
+/// What the summary needs of every cell.
 #[derive(Default)]
 struct Parts {
     cells: Vec<CellSummary>,
@@ -436,7 +434,7 @@ struct Parts {
     series: Vec<CellSeries>,
 }
 
-/// The same of one cell.
+/// What the summary needs of one cell.
 struct Part {
     cell: CellSummary,
     slopes: SlopeStatistics,
@@ -491,13 +489,13 @@ impl Parts {
 impl Drop for Campaign<'_> {
     fn drop(&mut self) {
         if self.options.fresh {
-            // Nothing more can be done here; the next run tries again.
+            // No remedy here; the next run tries again.
             let _ = self.folder.remove_blocks();
         }
     }
 }
 
-/// An error where the flag is raised.
+/// Returns an error if the flag is raised.
 pub(super) fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
     if stop.load(Ordering::Relaxed) {
         return Err(CampaignError::Stopped);
@@ -505,7 +503,7 @@ pub(super) fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
     Ok(())
 }
 
-/// What made the results: nothing of the time or the threads, and of the host only what faer's bits
+/// Returns the manifest: what made the results. It has no times or threads, and of the host only what faer's bits
 /// depend on.
 fn manifest(experiment: &Experiment, targets: &[u64], origin: &Origin) -> Value {
     let trials = match targets {
@@ -539,7 +537,7 @@ mod tests {
     use super::*;
     use crate::study::file::ExperimentFile;
 
-    /// The flag that is raised while results are put together leaves none, and the trials.
+    /// Raising the flag while results are put together leaves the trials and no results.
     #[test]
     fn putting_results_together_can_be_stopped() {
         let text = "trials = 4\nstore = \"trials\"\n[settings]\neta = [0, 5]\nwindow = 18";
@@ -563,7 +561,7 @@ mod tests {
         let error = run(true).unwrap_err();
         assert!(matches!(error, CampaignError::Stopped), "{error}");
         assert_eq!(files(), 2, "the lock and the blocks");
-        // All trials are there, so only the results are missing.
+        // All trials are stored; only the results are missing.
         stop.store(false, Ordering::Relaxed);
         assert_eq!(run(false).unwrap().cells.len(), 2);
         assert_eq!(files(), 2 + 4);

@@ -1,4 +1,4 @@
-//! Whether the claims of a file can be judged by its results.
+//! Checks that the claims of a file can be judged by its results.
 
 use super::file::{
     Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Settings, TestKind, TestUnit,
@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Checks every claim of an experiment.
 ///
 /// # Errors
-/// What is wrong with the first of them that is.
+/// The first fault.
 pub(super) fn check(experiment: &Experiment) -> Result<(), FileError> {
     let claims = &experiment.file.claims;
     for (i, claim) in claims.iter().enumerate() {
@@ -43,7 +43,7 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), FileError> {
     Ok(())
 }
 
-/// The claim until which trials go on must be one that is judged by their results.
+/// Checks that the claim that ends the trials is one that their results can decide.
 pub(super) fn check_target(file: &ExperimentFile, id: &str) -> Result<(), FileError> {
     let wrong = |message: String| Err(FileError::key("trials.until", message));
     let Some(claim) = file.claims.iter().find(|claim| claim.id == id) else {
@@ -97,7 +97,7 @@ fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Resu
     Ok(())
 }
 
-/// Outputs, methods, measures and coefficients must be there.
+/// Checks that the outputs, methods, measures and coefficients of a test exist.
 fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileError> {
     let continuous = experiment.file.continuous.is_some();
     let wrong = |key: &str, message: String| Err(FileError::key(key, message));
@@ -202,13 +202,12 @@ fn check_coefficient(experiment: &Experiment, what: &ValueOf) -> Result<(), File
     }
 }
 
-/// Whether the cells that the claims speak of are in the grid: see
-/// [`ExperimentFile::check_filters`].
+/// Checks that the cells to which the claims apply are in the grid: see [`ExperimentFile::check_filters`].
 pub(super) fn check_cells(file: &ExperimentFile, all: &[Settings]) -> Result<(), FileError> {
     for (i, claim) in file.claims.iter().enumerate() {
         let place = format!("claims[{i}]");
         check_where(&claim.cells, all).map_err(|error| error.within(&place))?;
-        // What is wrong with a table itself is told by `check`.
+        // `check` reports faults of a table itself.
         let cases = claim.cases().unwrap_or_default();
         let given = claim
             .given
@@ -246,7 +245,7 @@ fn check_where(table: &BTreeMap<Key, Axis>, all: &[Settings]) -> Result<(), File
     Err(FileError::key("where", message))
 }
 
-/// The settings that a test speaks of must vary in the file.
+/// Checks that the settings named by a test vary in the file.
 fn check_unit(
     file: &ExperimentFile,
     claim: &ClaimTable,
@@ -394,7 +393,7 @@ mod tests {
             .needed
             .unwrap_or_default();
         assert_eq!(needs.bounds.len(), 1);
-        // What the file has is not needed once more.
+        // What the file asks for itself is not needed twice.
         let file = format!("compare = [['iv(4)', 'ls']]\n{GRID}");
         let test = "{ ratio = 'e_a', of = 'iv(4)', to = 'ls', below = 1 }";
         assert!(checked(&claim(test), &file).unwrap().file.needed.is_none());
@@ -556,8 +555,8 @@ mod tests {
         }
     }
 
-    /// Names of claims, as in stored manifests, are read and written as they were; tables come
-    /// back; neither is in the design.
+    /// Names of claims, as in stored manifests, are read and written unchanged, and so are tables. Neither is part of
+    /// the design.
     #[test]
     fn claims_are_no_part_of_the_design() {
         let experiment = |claims: &str| checked(claims, &format!("seed = 1\n{GRID}")).unwrap();
@@ -572,7 +571,7 @@ mod tests {
         }
         let json = serde_json::to_value(&names.file).unwrap();
         assert_eq!(json["claims"], serde_json::json!(["C4", "W1"]));
-        // --set and --quick may take away the cells that a claim speaks of.
+        // --set and --quick may remove the cells to which a claim applies.
         let claims = claim("{ slope = 'e_a', of = 'ls', over = 'window', below = 0 }");
         let file = ExperimentFile::parse(&format!("{GRID}{claims}")).unwrap();
         let one_window = Experiment::new(file.set("window=98").unwrap()).unwrap();

@@ -1,5 +1,6 @@
-//! Coefficients of an output against the truth: a column each of `a_1 ... a_n, h_1 ... h_n` for the signed errors; with
-//! `coverage = true` also for the standard errors and for both ends of the 95 % intervals of the error.
+//! Coefficients of an output compared with the truth: a column for the signed error of each of
+//! `a_1 ... a_n, h_1 ... h_n`. With `coverage = true` there are also columns for the standard errors and for both ends
+//! of the 95 % intervals of the error.
 
 use super::file::ExperimentFile;
 use super::tally::OutputTally;
@@ -7,7 +8,7 @@ use crate::data::Realisation;
 use crate::estimator::{Pass, Progress};
 use crate::metric::{Coverage, Statistics, Worse, Z};
 
-/// How many columns a file wants of an output of order n.
+/// Returns how many columns a file needs for an output of order n.
 pub(super) fn columns(file: &ExperimentFile, order: usize) -> usize {
     match (file.coverage, file.parameters) {
         (true, _) => 8 * order,
@@ -16,7 +17,7 @@ pub(super) fn columns(file: &ExperimentFile, order: usize) -> usize {
     }
 }
 
-/// Appends a trial's columns: NaN where there is no estimate or the orders differ, and where a coefficient has no
+/// Appends a trial's columns. They are NaN if there is no estimate, if the orders differ, or if a coefficient has no
 /// standard error.
 pub(super) fn append(
     columns: usize,
@@ -44,13 +45,13 @@ pub(super) fn append(
     }
 }
 
-/// "a_1", ... "h_n".
+/// Returns the name: "a_1", ... "h_n".
 fn name(i: usize, order: usize) -> String {
     let letter = if i < order { 'a' } else { 'h' };
     format!("{letter}_{}", i % order + 1)
 }
 
-/// Statistics of the signed errors.
+/// Returns the statistics of the signed errors.
 pub(super) fn errors(tally: &OutputTally, order: usize) -> Vec<(String, Statistics)> {
     let errors = tally.parameters.iter().take(2 * order).enumerate();
     errors
@@ -58,7 +59,7 @@ pub(super) fn errors(tally: &OutputTally, order: usize) -> Vec<(String, Statisti
         .collect()
 }
 
-/// Coverage of the intervals, of the coefficients that have some; nothing where it is not wanted.
+/// Returns the coverage of the intervals, for coefficients that have some; empty if not wanted.
 pub(super) fn coverage(tally: &OutputTally, order: usize) -> Vec<(String, Coverage)> {
     let parts: Vec<_> = tally.parameters.chunks(2 * order).collect();
     let &[errors, ses, low, high] = parts.as_slice() else {

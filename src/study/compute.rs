@@ -1,4 +1,4 @@
-//! Spans of trials to block files: what a run in a folder and a shard share.
+//! Computes spans of trials into block files, for runs in a folder and for shards.
 
 use super::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredBlock};
 use super::campaign::Event;
@@ -8,12 +8,12 @@ use super::runner::{Block, Delivery, Keep, RunError, Span, run_spans};
 use super::spent::{Spent, Watch};
 use std::sync::atomic::AtomicBool;
 
-/// What is to be computed, and where it goes.
+/// What to compute, and where to write it.
 pub(super) struct Work<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) blocks: &'a BlockFolder<'a>,
     pub(super) spans: &'a [Span],
-    /// Trials in a block.
+    /// Trials in a block; `None`: the default.
     pub(super) block: Option<u64>,
     pub(super) threads: usize,
 }
@@ -56,8 +56,8 @@ impl Delivery for Computed {
 }
 
 impl Work<'_> {
-    /// Computes the spans and writes a file of each block. `file` takes what was written, and tells
-    /// whether all trials of a cell are there with it.
+    /// Computes the spans and writes a file for each block. `file` receives each written block, and returns whether it
+    /// completes the trials of a cell.
     ///
     /// # Errors
     /// [`RunError`]; what is finished stays.

@@ -1,4 +1,4 @@
-//! What a run of a study costs in time, from a short run of a few of its cells.
+//! The time that a run of a study takes, estimated from a short run of some of its cells.
 
 use super::blocks::Content;
 use super::file::Store;
@@ -11,42 +11,41 @@ use crate::metric::expected_bins;
 use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::xxh3_128;
 
-/// Cells that are timed, at most.
+/// The largest number of cells that are timed.
 const CELLS: usize = 40;
-/// Time given to the trials of a cell, unless one trial takes longer.
+/// The time for the trials of a cell; exceeded if one trial takes longer.
 const BUDGET: Duration = Duration::from_millis(30);
-/// How often the rest is timed.
+/// How often the other steps are timed.
 const REPETITIONS: usize = 5;
-/// Seconds until a block file is safely on the disk, about.
+/// Seconds until a block file is safely on the disk (approximate).
 const DISK: f64 = 3e-4;
-/// A measure of an output in summary.parquet, seconds.
+/// Seconds for a measure of an output in summary.parquet.
 const TABLE: f64 = 4e-6;
 
 /// Seconds on one thread.
 #[derive(Clone, Debug, Default)]
 struct Timed {
-    /// The cells that this one stands for, and how many they are.
+    /// The cells that this one represents, and their number.
     members: Vec<usize>,
     cells: f64,
-    /// Trials of a whole block, and of the one that was timed.
+    /// Trials in a full block, and in the one that was timed.
     block: u64,
     sampled: u64,
-    /// Buffers for a cell.
+    /// Setting up the buffers of a cell.
     setup: f64,
     trial: f64,
-    /// What is counted of the sampled trials; encoding and decoding it, with the rows where they
-    /// are kept.
+    /// Tallying the sampled trials; encoding and decoding the tally, with the rows if they are kept.
     tally: f64,
     encode: f64,
     decode: f64,
     /// The cell's part of the results.
     summary: f64,
-    /// Bytes of a row in trials.parquet, and seconds of writing it.
+    /// Bytes of a row in trials.parquet, and seconds for writing it.
     row: f64,
     write_row: f64,
 }
 
-/// What the trials of an experiment cost.
+/// The cost of the trials of an experiment.
 #[derive(Clone, Debug)]
 pub struct Cost {
     timed: Vec<Timed>,
@@ -55,7 +54,7 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Times trials of cells of every kind, of so many that a cell will have.
+    /// Times trials of a sample of the cells, if each cell will have `trials` trials.
     ///
     /// # Errors
     /// If a cell has no worker.
@@ -63,7 +62,7 @@ impl Cost {
         let mut timed = Vec::new();
         for members in sampled(experiment) {
             if timed.is_empty() {
-                // What is loaded and sized at first use is not timed.
+                // The first run loads and allocates, so it is not timed.
                 time_cell(experiment, members.clone(), trials)?;
             }
             timed.push(time_cell(experiment, members, trials)?);
@@ -75,7 +74,7 @@ impl Cost {
         })
     }
 
-    /// One trial of every cell on one thread, seconds.
+    /// Returns the seconds for one trial of every cell on one thread.
     pub fn seconds_per_trial(&self) -> f64 {
         self.timed
             .iter()
@@ -83,7 +82,7 @@ impl Cost {
             .sum()
     }
 
-    /// A trial of each cell on one thread, with its part of a block, seconds.
+    /// Returns the seconds for a trial of each cell on one thread, with its share of a block.
     pub fn seconds_of_cells(&self) -> Vec<f64> {
         let count: usize = self.timed.iter().map(|group| group.members.len()).sum();
         let mut seconds = vec![0.0; count];
@@ -95,16 +94,16 @@ impl Cost {
         seconds
     }
 
-    /// Bytes of a row in trials.parquet.
+    /// Returns the bytes of a row in trials.parquet.
     pub fn row(&self) -> f64 {
         let cells: f64 = self.timed.iter().map(|group| group.cells).sum();
         let bytes = self.timed.iter().map(|group| group.cells * group.row);
         bytes.sum::<f64>() / cells
     }
 
-    /// Seconds of a run with so many trials of each cell, of which a share is still missing: the
-    /// trials on all threads, the files that the calling thread writes meanwhile, and the results,
-    /// which it puts together in the end.
+    /// Returns the seconds of a run with so many trials of each cell, of which the share `missing` is still to be
+    /// computed. Includes the trials on all threads, the files that the calling thread writes meanwhile, and the
+    /// results, which it puts together at the end.
     pub fn seconds(&self, trials: u64, missing: f64, threads: usize) -> f64 {
         let (trials, threads) = (trials as f64, threads as f64);
         let (mut parallel, mut serial, mut end) = (0.0, 0.0, 0.0);
@@ -113,7 +112,7 @@ impl Cost {
             let blocks = (trials / block).ceil();
             let larger = block / group.sampled as f64;
             let bins = expected_bins(block) / expected_bins(group.sampled as f64);
-            // Rows grow with trials, counts with bins.
+            // Rows grow with the number of trials, counts with the number of bins.
             let content = if self.kept { larger } else { bins }.max(1.0);
             let (encode, decode) = (group.encode * content, group.decode * content);
             let tally = group.tally * larger.max(1.0);
@@ -133,8 +132,8 @@ impl Cost {
     }
 }
 
-/// Equal parts of all cells, ordered by what their trials are like: the cell in the middle of each
-/// stands for it.
+/// Sorts the cells by the kind of their trials and divides them into equal parts. The middle cell of each part
+/// represents it.
 fn sampled(experiment: &Experiment) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..experiment.cells.len()).collect();
     let kind = |index: &usize| {
@@ -161,8 +160,8 @@ fn sampled(experiment: &Experiment) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// How long something takes, and what came out: the shortest of a few times, since what else the
-/// machine does only adds.
+/// Times some work and returns its result. Takes the shortest of a few times, because other load on the machine can
+/// only add time.
 fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
     let mut once = || {
         let begin = Instant::now();
@@ -177,8 +176,7 @@ fn clocked<T>(mut work: impl FnMut() -> T) -> (f64, T) {
     (shortest.min(seconds), result)
 }
 
-/// Runs trials as long as there is time; gives their number, and the median of what one of them
-/// takes.
+/// Runs trials until the time is up. Returns their number, and the median time of one.
 fn run_trials(
     worker: &mut Worker<'_>,
     stride: u64,
@@ -196,7 +194,8 @@ fn run_trials(
     Ok((count, times[times.len() / 2]))
 }
 
-/// Bytes of a row in trials.parquet, and seconds of writing it: what more rows take more.
+/// Returns the bytes of a row in trials.parquet, and the seconds for writing it, from the difference between many and
+/// few rows.
 fn cost_of_row(experiment: &Experiment, cell: usize, rows: &Rows) -> [f64; 2] {
     let Ok(table) = TrialTable::new(experiment) else {
         return [f64::NAN; 2];
@@ -224,7 +223,7 @@ fn time_cell(
     let mut found = Trials::new(experiment, cell);
     let (setup, worker) = clocked(|| Worker::new(experiment, cell));
     let mut worker = worker?;
-    // A program estimates whole batches, and the last one is still there.
+    // A program estimates whole batches, and it keeps the last one.
     let stride = worker.stride(cell).max(experiment.batch());
     worker.run_into(stride..2 * stride, &mut Trials::new(experiment, cell))?;
     let (count, trial) = run_trials(&mut worker, stride, &mut found)?;

@@ -1,8 +1,8 @@
 //! Quantiles of e_x(k) for every k, in memory that does not grow with the number of trials.
 //!
-//! Each k has a histogram with fixed logarithmic bins, 16 to an octave from 2^-64 to 2^16. Counts
-//! are integers, so that merging is exact in any order. A quantile is read as the middle of its
-//! bin: its relative error is at most [`CURVE_BIN_ERROR`].
+//! Each k has a histogram with fixed logarithmic bins, 16 per octave from 2^-64 to 2^16. Counts are integers, so
+//! merging is exact in any order. A quantile is read as the middle of its bin; its relative error is at most
+//! [`CURVE_BIN_ERROR`].
 
 use crate::metric::ascend;
 use crate::real::{MOST_LANES, Real};
@@ -13,7 +13,7 @@ const LOWEST_EXPONENT: i32 = -64;
 const HIGHEST_EXPONENT: i32 = 16;
 const BINS: usize = ((HIGHEST_EXPONENT - LOWEST_EXPONENT) << BINS_PER_OCTAVE_LOG2) as usize;
 
-/// The most bytes that the histograms of a cell may take; each thread has some of them at a time.
+/// The largest size in bytes of a cell's histograms. Each thread holds some of them at a time.
 pub(super) const CURVES_LIMIT: usize = 1 << 30;
 
 /// The largest relative error of a curve's quantile: half a bin, 1/32.
@@ -27,7 +27,7 @@ pub struct Curves {
     counts: Vec<u32>,
 }
 
-/// The bins that are not empty, as they are stored.
+/// The nonempty bins, as they are stored.
 #[derive(Serialize, Deserialize)]
 struct Sparse {
     horizon: usize,
@@ -52,7 +52,7 @@ impl TryFrom<Sparse> for Curves {
         if Self::bytes(sparse.horizon) > CURVES_LIMIT {
             return Err("curves of a record that is too long");
         }
-        // A length that a file says is taken only where there is room for it.
+        // The length comes from a file, so it is used only if there is memory for it.
         let reserved = Vec::<u32>::new().try_reserve_exact(2 * sparse.horizon * BINS);
         reserved.map_err(|_| "curves that do not fit into memory")?;
         let mut curves = Self::new(sparse.horizon);
@@ -66,8 +66,8 @@ impl TryFrom<Sparse> for Curves {
     }
 }
 
-/// Quantiles of e_x(k), k = 0 ... K-1, of one output; `None` (null) where it falls among
-/// trials without the measure.
+/// Quantiles of e_x(k), k = 0 ... K-1, of one output; `None` (null) if the quantile falls among trials without the
+/// measure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveQuantiles {
     /// 5 % quantiles.
@@ -90,7 +90,7 @@ impl CurveQuantiles {
     }
 }
 
-/// The bin of a number >= 0; the lowest and the highest bin take what is beyond them.
+/// Returns the bin of a number >= 0. The lowest and the highest bin include what lies beyond them.
 #[inline(always)]
 fn bin(value: f64) -> usize {
     const SHIFT: u32 = 52 - BINS_PER_OCTAVE_LOG2;
@@ -99,19 +99,19 @@ fn bin(value: f64) -> usize {
     index.min(BINS - 1)
 }
 
-/// Errors that wait to be counted: those of many trials at one k are counted together, while its
-/// histogram is in the first cache.
+/// Errors that wait to be counted. Those of many trials at one k are counted together, while its histogram is in the
+/// first-level cache.
 pub(super) struct Waiting {
-    /// The bins of all trials at k = 0, then at k = 1, ...; [`BINS`] where there is no error.
+    /// The bins of all trials at k = 0, then at k = 1, ...; [`BINS`] if there is no error.
     bins: Vec<u16>,
     count: usize,
 }
 
-/// Trials that wait at most.
+/// The largest number of trials that wait.
 const WAITING: usize = 256;
 
 impl Waiting {
-    /// None, for records of K samples.
+    /// Makes an empty set for records of K samples.
     pub(super) fn new(horizon: usize) -> Self {
         Self {
             bins: vec![0; horizon * WAITING],
@@ -124,7 +124,7 @@ impl Waiting {
         self.count + MOST_LANES > WAITING
     }
 
-    /// Adds e_x(k)^2 of a pack of trials, of the lanes whose bits are set.
+    /// Adds e_x(k)^2 of a pack of trials, for the lanes whose bits are set.
     pub(super) fn add_squares<R: Real>(&mut self, squares: &[R], lanes: u8) {
         let at = self.count;
         R::run(
@@ -145,7 +145,7 @@ impl Waiting {
     }
 }
 
-/// The middle of a bin.
+/// Returns the middle of a bin.
 fn middle(bin: usize) -> f64 {
     let per_octave = 1 << BINS_PER_OCTAVE_LOG2;
     let exponent = LOWEST_EXPONENT + (bin / per_octave) as i32;
@@ -154,7 +154,7 @@ fn middle(bin: usize) -> f64 {
 }
 
 impl Curves {
-    /// The memory of the histograms for records of K samples.
+    /// Returns the bytes of the histograms for records of K samples.
     pub(super) fn bytes(horizon: usize) -> usize {
         (2 * BINS * size_of::<u32>()).saturating_mul(horizon)
     }
@@ -169,7 +169,7 @@ impl Curves {
                 .all(|histogram| total(histogram) <= trials)
     }
 
-    /// Empty histograms for records of K samples.
+    /// Makes empty histograms for records of K samples.
     pub fn new(horizon: usize) -> Self {
         Self {
             horizon,
@@ -177,8 +177,7 @@ impl Curves {
         }
     }
 
-    /// Counts e_x(0) ... e_x(K-1) of one trial; `last` tells the last output from the first. NaN is
-    /// not counted.
+    /// Counts e_x(0) ... e_x(K-1) of one trial, for the last output or (`last` false) the first. NaN is not counted.
     ///
     /// # Panics
     /// If there are not K errors.
@@ -196,7 +195,7 @@ impl Curves {
         assert!(histograms.next().is_none(), "K errors");
     }
 
-    /// Counts what waits, and empties it.
+    /// Counts the waiting errors, and empties the queue.
     ///
     /// # Panics
     /// If the horizons differ.
@@ -225,8 +224,7 @@ impl Curves {
         }
     }
 
-    /// Quantiles of the first or the last output over so many trials, those without the measure
-    /// last.
+    /// Returns quantiles of the first or the last output over so many trials. Trials without the measure rank last.
     pub fn quantiles(&self, last: bool, trials: u64) -> CurveQuantiles {
         let from = usize::from(last) * self.horizon * BINS;
         let histograms = || self.counts[from..].chunks_exact(BINS).take(self.horizon);
@@ -243,8 +241,8 @@ impl Curves {
     }
 }
 
-/// The middle of the bin that holds the order statistic of rank `ceil(q M)`; None where it is a
-/// trial without the measure.
+/// Returns the middle of the bin with the order statistic of rank `ceil(q M)`; `None` if that is a trial without the
+/// measure.
 fn histogram_quantile(histogram: &[u32], trials: u64, q: f64) -> Option<f64> {
     let rank = ((q * trials as f64).ceil() as u64).max(1);
     let mut below = 0;

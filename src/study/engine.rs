@@ -1,4 +1,4 @@
-//! What computes a cell's trials: packs of [`crate::lanes`], or [`Trial`] by faer.
+//! The engines that compute a cell's trials: packs of [`crate::lanes`], or [`Trial`] by faer.
 
 use super::continuous_time::ContinuousTrial;
 use super::experiment::Source;
@@ -12,11 +12,11 @@ use crate::observer::gpebo::CascadeError;
 use std::ops::Range;
 
 named_enum! {
-    /// What computes the trials.
+    /// The engine that computes the trials.
     Engine, "engine" {
         /// The lanes in every cell that they cover, faer in the others (the default).
         Auto = "auto",
-        /// Trials in lock step, a SIMD lane each; the same bits on every machine.
+        /// Trials in lock step, one per SIMD lane; the same bits on every machine.
         Lanes = "lanes",
         /// One trial after the other; the same bits on machines with the same vector instructions.
         Faer = "faer",
@@ -24,10 +24,10 @@ named_enum! {
 }
 
 impl Engine {
-    /// What runs a cell: lanes or faer.
+    /// Returns the engine of a cell: lanes or faer.
     ///
     /// # Errors
-    /// Where lanes are asked for: what they do not cover.
+    /// If lanes are asked for: what they do not cover.
     pub(super) fn of(self, experiment: &Experiment, cell: &Cell) -> Result<Self, String> {
         match (self, covered(experiment, cell)) {
             (Self::Auto | Self::Lanes, Ok(_)) => Ok(Self::Lanes),
@@ -36,7 +36,7 @@ impl Engine {
         }
     }
 
-    /// The vector instructions that faer's bits depend on, for a manifest.
+    /// Returns the vector instructions on which faer's bits depend, for a manifest.
     pub fn faer_instructions() -> &'static str {
         if Isa::Avx512.is_here() {
             Isa::Avx512.name()
@@ -51,29 +51,29 @@ impl Engine {
 /// Why a cell has no worker.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WorkerError {
-    /// A method cannot serve it.
+    /// A method cannot serve the cell.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// What an observer in continuous time is made of.
+    /// The parts of a trial in continuous time do not fit.
     #[error(transparent)]
     Continuous(#[from] CascadeError),
-    /// Lanes are asked for.
+    /// Lanes were asked for and do not cover the cell.
     #[error("engine: \"lanes\" do not cover {0}; expected \"auto\" or \"faer\"")]
     NotCovered(String),
 }
 
-/// Buffers to run trials of one cell, whatever the engine.
+/// Buffers to run trials of one cell, for any engine.
 pub enum Worker<'e> {
-    /// One after the other.
+    /// One trial after the other.
     Faer(Box<Trial<'e>>),
-    /// A pack at a time.
+    /// One pack at a time.
     Lanes(Box<dyn PackTrial + 'e>),
     /// Courses in continuous time, one after the other.
     Continuous(Box<ContinuousTrial<'e>>),
 }
 
 impl<'e> Worker<'e> {
-    /// Buffers for a cell, on the engine that the experiment says.
+    /// Makes buffers for a cell, on the engine that the experiment asks for.
     ///
     /// # Errors
     /// If a method cannot serve the cell, or lanes are asked for that do not cover it.
@@ -92,7 +92,7 @@ impl<'e> Worker<'e> {
         }
     }
 
-    /// How many trials it should compute at a time: of packs as many as take a few milliseconds.
+    /// Returns how many trials to compute at a time; for packs, as many as take a few milliseconds.
     pub fn stride(&self, cell: &Cell) -> u64 {
         const SAMPLES: usize = 1 << 16;
         match self {
@@ -101,10 +101,10 @@ impl<'e> Worker<'e> {
         }
     }
 
-    /// Runs trials and appends what is wanted of them.
+    /// Runs trials and appends the requested results.
     ///
     /// # Errors
-    /// Where a program that is a method does not run; the trials before are there then.
+    /// If an external program fails; the trials before it are appended then.
     pub fn run_into(&mut self, mut trials: Range<u64>, to: &mut Trials) -> Result<(), WorkerError> {
         match self {
             Self::Faer(trial) => trials.try_for_each(|index| trial.run_into(index, to))?,

@@ -1,4 +1,4 @@
-//! What is studied: cells with their processes, and methods.
+//! The experiment: its cells, each with a process, and its methods.
 
 use super::build::Build;
 use super::continuous_time::ContinuousCell;
@@ -44,11 +44,11 @@ pub enum Source {
 }
 
 named_enum! {
-    /// From which sample on the errors of the state are taken.
+    /// The sample from which errors of the state are taken.
     ScoredFrom, "start of the score" {
-        /// From k = N on: what the window taught (the default).
+        /// From k = N on: after the window that the model was estimated from (the default).
         Window = "window",
-        /// From k = 0 on: the transients of filters that know the plant.
+        /// From k = 0 on, including the transients of filters that know the plant.
         Start = "start",
     }
 }
@@ -58,8 +58,8 @@ named_enum! {
 pub struct Cell {
     /// The settings that it was made of.
     pub settings: Settings,
-    /// Draws the trials. In continuous time what follows is not used, but for the claim and the order: eta, window and
-    /// horizon are 0.
+    /// What the trials are drawn from. In continuous time, of the fields below only the claim and the order are used;
+    /// eta, window and horizon are 0.
     pub source: Source,
     /// The claim or case, such as "C2".
     pub claim: String,
@@ -75,12 +75,12 @@ pub struct Cell {
     pub gain: Gain,
     /// Where the observer starts.
     pub observer_start: ObserverStart,
-    /// From which sample on the errors of the state are taken.
+    /// The sample from which errors of the state are taken.
     pub scored_from: ScoredFrom,
 }
 
 impl Cell {
-    /// A cell in continuous time.
+    /// Makes a cell in continuous time.
     pub(super) fn continuous(of: ContinuousCell, claim: String, settings: Settings) -> Self {
         Self {
             settings,
@@ -96,7 +96,7 @@ impl Cell {
         }
     }
 
-    /// What draws records; `None` in continuous time.
+    /// Returns what draws records; `None` in continuous time.
     pub fn process(&self) -> Option<&Process> {
         match &self.source {
             Source::Record(process) => Some(process),
@@ -104,7 +104,7 @@ impl Cell {
         }
     }
 
-    /// Whether nothing is random, so that all trials are the same one.
+    /// Whether nothing is random, so that all trials are identical.
     pub fn is_deterministic(&self) -> bool {
         match &self.source {
             Source::Record(process) => process.is_deterministic(self.eta),
@@ -125,7 +125,7 @@ impl Cell {
         }
     }
 
-    /// The first sample whose state's error is scored.
+    /// Returns the first sample at which the error of the state is scored.
     pub fn first_scored(&self) -> usize {
         match self.scored_from {
             ScoredFrom::Window => self.window,
@@ -133,11 +133,11 @@ impl Cell {
         }
     }
 
-    /// The model that a method with the true plant is given: the plant, and the mean of its initial states.
+    /// Returns the model that a method with the true plant receives: the plant, and the mean of its initial states.
     ///
     /// # Errors
-    /// [`SetupError::NoKnownPlant`] where the plant is not one for all trials, of the cell's order, in open loop with an
-    /// exactly measured input.
+    /// [`SetupError::NoKnownPlant`] unless all trials share one plant of the cell's order, in open loop, with an
+    /// exactly measured input; [`SetupError::ContinuousTime`] in continuous time.
     pub fn known_model(&self) -> Result<KnownModel, SetupError> {
         let process = self.process().ok_or(SetupError::ContinuousTime)?;
         let plant = process.open_loop().map(|(plant, ..)| plant);
@@ -146,10 +146,10 @@ impl Cell {
         Ok(KnownModel::new(plant, &process.settings().x0))
     }
 
-    /// A method's estimator for this cell; whether standard errors are wanted.
+    /// Prepares a method's estimator for this cell. `covariance`: whether standard errors are wanted.
     ///
     /// # Errors
-    /// If the method cannot serve it.
+    /// If the method cannot serve the cell.
     pub fn prepare(
         &self,
         method: &Method,
@@ -167,7 +167,7 @@ impl Cell {
         })
     }
 
-    /// What a method without knowledge of the plant is prepared for, or a window of another length.
+    /// Returns the problem that a method without knowledge of the plant is prepared for, with a window of this length.
     pub fn problem(&self, window: usize) -> Problem<'_> {
         Problem {
             shape: Shape {
@@ -180,7 +180,7 @@ impl Cell {
         }
     }
 
-    /// A trial of a process as a program is sent it, with the plant.
+    /// Draws a trial of a process and returns the record that a program receives, with the true plant.
     pub fn record_for_program(
         &self,
         (process, eta): (&Process, f64),
@@ -200,7 +200,7 @@ impl Cell {
         (record, drawn.truth)
     }
 
-    /// The memory of a record with its truth: u, y, r, u0, y0, f and n states for every sample.
+    /// Returns the size in bytes of a record with its truth: u, y, r, u0, y0, f and n states for every sample.
     pub fn record_bytes(&self) -> usize {
         size_of::<f64>() * (6 + self.plant_order()) * self.horizon
     }
@@ -208,28 +208,28 @@ impl Cell {
 
 /// A Monte-Carlo experiment. A trial is a pure function of the experiment, a cell and a trial index.
 pub struct Experiment {
-    /// The file that it was made of, every default written out.
+    /// The file from which the experiment was made, with every default written out.
     pub file: ExperimentFile,
-    /// Settings, each with trials of its own on common random numbers.
+    /// The cells. Their trials use common random numbers.
     pub cells: Vec<Cell>,
-    /// What is compared, all on the same records; none in continuous time, where observers are.
+    /// The methods, compared on the same records. None in continuous time, where observers are compared.
     pub methods: Vec<Method>,
-    /// The methods of the file that are programs, in its order.
+    /// Those methods of the file that are external programs, in the order of the file.
     pub programs: Vec<Arc<Program>>,
     /// Pairs of outputs that are compared, as indices in [`Self::outputs`].
     pub compare: Vec<[usize; 2]>,
-    /// What theory says of the cells, as far as it was asked for.
+    /// Theoretical values of the cells, computed on demand.
     pub(super) theories: OnceLock<Theories>,
 }
 
-/// The most outputs of all methods, passes counted.
+/// The largest number of outputs over all methods, counting passes.
 const OUTPUT_LIMIT: usize = 10_000;
 
 /// The experiment file of Nikolov et al. (2023), claims C1 to C3.
 pub const NIKOLOV2023: &str = include_str!("../../experiments/nikolov2023.toml");
 
-/// The experiment files of Bobtsov et al. (2023) that `asobench reproduce` runs, the example first, with as many trials as
-/// decide their claims.
+/// The experiment files of Bobtsov et al. (2023) that `asobench reproduce` runs, the example first. Each comes with the
+/// number of trials that decides its claims.
 pub const BOBTSOV2023: [(&str, &str, u64); 3] = [
     (
         "gpebo-figures",
@@ -252,7 +252,7 @@ impl Experiment {
     /// Resolves a file and checks every cell with every method.
     ///
     /// # Errors
-    /// What is wrong, the first that is found.
+    /// The first fault that is found.
     pub fn new(file: ExperimentFile) -> Result<Self, FileError> {
         if let Some(fault) = file
             .quick
@@ -303,9 +303,8 @@ impl Experiment {
         Ok(experiment)
     }
 
-    /// The experiment of Nikolov et al. (2023): claims C1 (noise-free, N = 18), C2 (eta 10.018 %, N = 98)
-    /// and C3 (eta 10.014 %, N = 218), K = 400 samples, least squares and four IV passes, every
-    /// reading at its default.
+    /// Returns the experiment of Nikolov et al. (2023): claims C1 (noise-free, N = 18), C2 (eta 10.018 %, N = 98) and
+    /// C3 (eta 10.014 %, N = 218), K = 400 samples, least squares and four IV passes, every reading at its default.
     ///
     /// # Panics
     /// Never: the file is part of the program, and tested.
@@ -314,7 +313,7 @@ impl Experiment {
         Self::new(ExperimentFile { seed, ..file }).expect("a valid experiment")
     }
 
-    /// The outputs of all methods, or of all observers in continuous time, in the order of a trial's rows.
+    /// Returns the outputs of all methods (in continuous time, of all observers) in the order of a trial's rows.
     pub fn outputs(&self) -> Vec<Output> {
         let observers = self.file.observers.iter().map(|table| Output {
             estimator: table.label(),
@@ -324,20 +323,19 @@ impl Experiment {
         outputs.cloned().chain(observers).collect()
     }
 
-    /// How many outputs there are.
+    /// Returns the number of outputs.
     pub fn output_count(&self) -> usize {
         let of_methods: usize = self.methods.iter().map(|m| m.outputs().len()).sum();
         of_methods + self.file.observers.len()
     }
 
-    /// How many trials follow each other in the largest batch of a program: blocks end with whole ones.
+    /// Returns the number of trials in the largest batch of any program. Blocks end at multiples of it.
     pub fn batch(&self) -> u64 {
         let batches = self.programs.iter().map(|program| program.options.batch);
         batches.max().unwrap_or(1)
     }
 
-    /// How many trials a cell has where so many are asked for: all of them, or one where they would
-    /// all be the same.
+    /// Returns how many trials a cell has if `asked` are requested: all of them, or one if they would all be identical.
     pub fn trials_of(&self, cell: usize, asked: u64) -> u64 {
         if self.cells[cell].is_deterministic() {
             asked.min(1)
@@ -346,10 +344,10 @@ impl Experiment {
         }
     }
 
-    /// What runs a cell: [`Engine::Lanes`] or [`Engine::Faer`].
+    /// Returns the engine that runs a cell: [`Engine::Lanes`] or [`Engine::Faer`].
     ///
     /// # Errors
-    /// If lanes are asked for and do not cover it.
+    /// If the file asks for lanes and they do not cover the cell.
     pub fn engine(&self, cell: usize) -> Result<Engine, FileError> {
         let engine = self.file.engine.of(self, &self.cells[cell]);
         engine.map_err(|reason| {
@@ -360,7 +358,7 @@ impl Experiment {
         })
     }
 
-    /// The settings that vary, beside those that every result has a column of.
+    /// Returns the settings that vary, except those for which every result has a column anyway.
     pub fn axes(&self) -> Vec<Key> {
         let varies = |key: &Key| matches!(self.file.settings.get(key), Some(Axis::Many(_)));
         Key::ALL
@@ -370,7 +368,8 @@ impl Experiment {
             .collect()
     }
 
-    /// What makes results comparable bit for bit: everything but words, the number of trials and timing.
+    /// Returns the part of the file that fixes the results bit for bit: everything except words, the number of trials
+    /// and timing.
     pub fn design(&self) -> Value {
         let mut design = design_of(&serde_json::to_value(&self.file).unwrap_or_default());
         let own: Vec<&str> = self.methods.iter().filter_map(Method::identity).collect();
@@ -380,18 +379,18 @@ impl Experiment {
         design
     }
 
-    /// The design with the version of the program that makes the results.
+    /// Returns the design with the version of this program.
     pub fn stamped_design(&self) -> Value {
         json!({ "version": env!("CARGO_PKG_VERSION"), "experiment": self.design() })
     }
 
-    /// The fingerprint of [`Self::stamped_design`].
+    /// Returns the fingerprint of [`Self::stamped_design`].
     pub fn fingerprint(&self) -> u128 {
         xxh3_128(self.stamped_design().to_string().as_bytes())
     }
 
-    /// The memory that a thread takes for trials of a cell, before the first is drawn, where it grows with what is asked
-    /// for: the record, the window of every method, curves; in continuous time the disturbance.
+    /// Returns the bytes that a thread allocates for trials of a cell before it draws the first, as far as they grow
+    /// with the settings: the record, the window of every method, and curves; in continuous time the disturbance.
     pub fn thread_bytes(&self, cell: usize) -> usize {
         const NUMBER: usize = size_of::<f64>();
         let (engine, cell) = (self.engine(cell), &self.cells[cell]);
@@ -420,10 +419,10 @@ impl Experiment {
         samples * lanes * NUMBER + methods * lanes + curves
     }
 
-    /// The index of an output by its label, such as "iv(4)".
+    /// Returns the index of an output by its label, such as "iv(4)".
     ///
     /// # Errors
-    /// With the labels that there are; `key` names the place in the file.
+    /// If there is no such output. The error lists the labels; `key` names the place in the file.
     pub fn output(&self, key: &str, label: &str) -> Result<usize, FileError> {
         let outputs = self.outputs();
         let found = outputs.iter().position(|output| output.label() == label);
@@ -435,7 +434,7 @@ impl Experiment {
         })
     }
 
-    /// Checks what the parts of the file say of each other, and takes the comparisons' indices.
+    /// Checks the parts of the file against each other, and resolves the indices of the comparisons.
     fn check(&mut self) -> Result<(), FileError> {
         self.check_methods()?;
         self.check_use()?;
@@ -480,7 +479,7 @@ impl Experiment {
         Ok(())
     }
 
-    /// Every method must serve every cell, and every output have a name of its own.
+    /// Checks that every method serves every cell, and that every output has a distinct name.
     fn check_methods(&self) -> Result<(), FileError> {
         let place = if self.file.continuous.is_some() {
             "observers"
@@ -511,7 +510,8 @@ impl Experiment {
         self.check_observers()
     }
 
-    /// What knows the plant must do so in every cell, and every observer of a method's own serve it.
+    /// Checks that a method that knows the plant knows it in every cell, and that every method's own observer serves
+    /// every cell.
     fn check_observers(&self) -> Result<(), FileError> {
         for (i, method) in self.methods.iter().enumerate() {
             let known = method.needs().plant;
@@ -533,12 +533,12 @@ impl Experiment {
         Ok(())
     }
 
-    /// What is given must mean something in at least one cell.
+    /// Checks that every given key has a meaning in at least one cell.
     fn check_use(&self) -> Result<(), FileError> {
         let fixed = |cell: &Cell| cell.settings.get(&Key::Plant) != Some(&"random".into());
         if self.cells.iter().all(fixed) {
             for key in [Key::PlantOrder, Key::PoleRadius] {
-                // A resolved file has every setting, so the default is no sign that one was given.
+                // A resolved file has every setting, so a default value does not show that the setting was given.
                 let given = self.file.settings.get(&key);
                 if given.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
                     let message = "no cell has plant = \"random\", so it means nothing; expected a random plant or \
@@ -582,7 +582,7 @@ impl Experiment {
         Ok(())
     }
 
-    /// The indices of the output and of the measure that a rule looks at.
+    /// Returns the indices of the output and of the measure that a rule looks at.
     ///
     /// # Errors
     /// If there is no such output or measure.
@@ -591,8 +591,8 @@ impl Experiment {
         Ok((output, self.measure("trials.until", until.until)?))
     }
 
-    /// What a cell keeps trial by trial, so that claims can compare it with other cells: outputs, as
-    /// indices, with a measure.
+    /// Returns what a cell keeps trial by trial, so that claims can compare it with other cells: the index of an
+    /// output, and a measure.
     pub fn series_of(&self, cell: &Cell) -> impl Iterator<Item = (usize, Measure)> {
         let tables = self.file.needed.iter().flat_map(|needed| &needed.series);
         let value = |key| cell.settings.get(key);
@@ -603,13 +603,13 @@ impl Experiment {
         found.into_iter()
     }
 
-    /// The measures that slopes are of, each once: what the jackknife's groups are kept of.
+    /// Returns the measures that slopes need, each once. The jackknife's groups are kept for these.
     pub fn sloped_measures(&self) -> Vec<Measure> {
         let slopes = self.file.slopes.iter();
         each_once(slopes.map(|slope| slope.measure))
     }
 
-    /// The measures that the file or its bounds ask for, each once; those of the file first.
+    /// Returns the measures that the file or its bounds ask for, each once, those of the file first.
     pub fn measures_asked(&self) -> Vec<Measure> {
         let ExperimentFile {
             measures, bounds, ..
@@ -620,7 +620,7 @@ impl Experiment {
         each_once(measures.iter().copied().chain(of_bounds))
     }
 
-    /// The index of a measure among the measures.
+    /// Returns the index of a measure among those of the file.
     fn measure(&self, key: &str, measure: Measure) -> Result<usize, FileError> {
         let mut measures = self.file.measures.iter();
         let found = measures.position(|of| *of == measure);
@@ -628,7 +628,7 @@ impl Experiment {
     }
 }
 
-/// Measures in their order, without those that were there before.
+/// Removes repetitions; the order of first occurrence stays.
 fn each_once(measures: impl Iterator<Item = Measure>) -> Vec<Measure> {
     let mut once = Vec::new();
     for measure in measures {
@@ -639,7 +639,7 @@ fn each_once(measures: impl Iterator<Item = Measure>) -> Vec<Measure> {
     once
 }
 
-/// What of a resolved file makes results comparable bit for bit.
+/// Returns the part of a resolved file that fixes the results bit for bit.
 pub(crate) fn design_of(file: &Value) -> Value {
     const WORDS: [&str; 8] = [
         "title",
@@ -658,9 +658,9 @@ pub(crate) fn design_of(file: &Value) -> Value {
     design
 }
 
-/// The programs that methods of a resolved file are.
+/// Returns, for every method of a resolved file, the program that it is, if it is one.
 fn programs(file: &ExperimentFile) -> Vec<Option<Arc<Program>>> {
-    // What tells the study from others, whatever version a program says that it has.
+    // Identifies the study, whatever version a program reports.
     let mut design = design_of(&serde_json::to_value(file).unwrap_or_default());
     for method in design["methods"].as_array_mut().into_iter().flatten() {
         if let Some(method) = method.as_object_mut() {
@@ -676,7 +676,7 @@ fn programs(file: &ExperimentFile) -> Vec<Option<Arc<Program>>> {
     file.methods.iter().map(program).collect()
 }
 
-/// Checks how many points of courses are kept.
+/// Checks that not too many points of courses are kept.
 fn traces_fit(file: &ExperimentFile, cells: usize) -> Result<(), FileError> {
     const MOST: f64 = 1e5;
     let Some((every, until)) = file

@@ -1,4 +1,4 @@
-//! A folder of results: written whole or not at all.
+//! A folder of results, which are written completely or not at all.
 
 use super::experiment::design_of;
 use crate::files::{self, Kind, PathError, Staged};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Why a folder cannot take the results.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// A file or folder.
+    /// A file or folder failed.
     #[error(transparent)]
     File(#[from] PathError),
     /// The manifest cannot be read.
@@ -25,7 +25,7 @@ pub enum FolderError {
     /// Another run has the folder.
     #[error("{}: another run is writing there", .0.display())]
     Busy(PathBuf),
-    /// A newer version's results.
+    /// A newer version wrote the results.
     #[error(
         "{}: written by asobench {version}, which is newer than this one ({})",
         .path.display(),
@@ -66,15 +66,15 @@ pub enum FolderError {
 #[derive(Debug)]
 pub struct ResultsFolder {
     path: PathBuf,
-    /// Held open for its lock, which ends with the process whatever happens to it.
+    /// Kept open for its lock, which the system releases when the process ends.
     _lock: File,
     staged: Staged,
 }
 
-/// Stays in the folder: removing it would let a third run in beside a second.
+/// The lock file. It stays in the folder: if it were removed, a third run could enter beside a second.
 const LOCK: &str = ".lock";
 const MANIFEST: &str = "manifest.json";
-/// What a manifest tells of: without it (or the design of the blocks) nobody knows whose they are.
+/// The results that a manifest describes. Without the manifest or the design of the blocks, their study is unknown.
 const RESULTS: [(&str, Kind); 3] = [
     ("trials.parquet", Kind::Parquet),
     ("summary.json", Kind::Summary),
@@ -83,8 +83,8 @@ const RESULTS: [(&str, Kind); 3] = [
 pub(super) const BLOCKS: &str = "blocks";
 pub(super) const DESIGN: &str = "design.json";
 
-/// The manifest of the results in a folder; `None` where there are none, or they were not written
-/// to their end.
+/// Reads the manifest of the results in a folder. Returns `None` if there are no results, or they were not completely
+/// written.
 ///
 /// # Errors
 /// If the manifest cannot be read, or is of a newer version.
@@ -96,7 +96,7 @@ pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
     parse_manifest(path, &text).map(Some)
 }
 
-/// The manifest that a file holds.
+/// Parses the text of a manifest.
 pub(crate) fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, FolderError> {
     let manifest: Result<Value, String> = serde_json::from_slice(text).map_err(|e| e.to_string());
     if let Ok(manifest) = &manifest {
@@ -110,7 +110,7 @@ pub(crate) fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, Folder
     .map_err(|reason| FolderError::Manifest { path, reason })
 }
 
-/// The design of the results or blocks in a folder, where it can be read.
+/// Returns the design of the results or blocks in a folder, if it can be read.
 pub fn stored_design(folder: &Path) -> Option<Value> {
     let manifest = read_manifest(folder).ok().flatten();
     let stored = manifest.or_else(|| {
@@ -121,14 +121,13 @@ pub fn stored_design(folder: &Path) -> Option<Value> {
     Some(design_of(&stored?["experiment"]))
 }
 
-/// A result file in a folder, if there is one.
+/// Returns the name of a result file in a folder, if there is one.
 fn result_file(folder: &Path) -> Option<&'static str> {
     let mut names = RESULTS.into_iter().map(|(name, _)| name);
     names.find(|name| files::is_there(&folder.join(name)))
 }
 
-/// The cell, the first trial and the end in the name of a block file,
-/// `c00000-0000000000-0000000100.block`.
+/// Parses the name of a block file, `c00000-0000000000-0000000100.block`: the cell, the first trial and the end.
 pub(super) fn span_of(path: &Path) -> Option<(usize, u64, u64)> {
     let name = path.file_name()?.to_str()?;
     let mut parts = name.strip_prefix('c')?.strip_suffix(".block")?.split('-');
@@ -141,10 +140,10 @@ pub(super) fn span_of(path: &Path) -> Option<(usize, u64, u64)> {
     parts.next().is_none().then_some(span)
 }
 
-/// The files of a folder of blocks with their kinds: all that is in it.
+/// Returns the files of a folder of blocks with their kinds.
 ///
 /// # Errors
-/// If there is anything else.
+/// If the folder contains anything else.
 fn own_blocks(blocks: &Path) -> Result<Vec<(PathBuf, Kind)>, PathError> {
     let mut own = Vec::new();
     for path in files::list(blocks)? {
@@ -161,7 +160,7 @@ fn own_blocks(blocks: &Path) -> Result<Vec<(PathBuf, Kind)>, PathError> {
     Ok(own)
 }
 
-/// Refuses what a newer version wrote.
+/// Refuses a file that a newer version wrote.
 fn refuse_newer(path: &Path, stored: &Value) -> Result<(), FolderError> {
     match stored["version"].as_str() {
         Some(version) if is_newer(version) => Err(FolderError::Newer {
@@ -173,12 +172,12 @@ fn refuse_newer(path: &Path, stored: &Value) -> Result<(), FolderError> {
 }
 
 impl ResultsFolder {
-    /// Opens a folder, making it where needed, and checks that it can be written to.
+    /// Opens a folder and checks that it can be written to. Makes it if needed.
     ///
     /// # Errors
-    /// If it cannot be made or written to, or another run has it.
+    /// If the folder cannot be made or written to, or another run uses it.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
-        /// What a run writes at the top of the folder.
+        /// The kinds of files that a run writes at the top of the folder.
         const OWN: [Kind; 4] = [Kind::Manifest, Kind::Summary, Kind::Parquet, Kind::Figure];
         files::make_folder(path)?;
         let lock_path = path.join(LOCK);
@@ -186,7 +185,7 @@ impl ResultsFolder {
         match lock.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(FolderError::Busy(path.to_owned())),
-            // A file system without locks: two runs at once are then the user's to avoid.
+            // A file system without locks: the user must then avoid two runs at once.
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(PathError::io(&lock_path)(error).into()),
         }
@@ -207,10 +206,9 @@ impl ResultsFolder {
         &self.path
     }
 
-    /// Makes the folder one of this design, refusing one that holds results or blocks of another,
-    /// or anything that is not the program's own under the name of a result or of one of `figures`.
-    /// Results without a manifest are those of a run that was killed while it published them, where
-    /// the blocks' design is there to tell of which study; else they are foreign.
+    /// Makes the folder one of this design. Refuses a folder with results or blocks of another design, and one in which
+    /// a foreign file has the name of a result or of one of `figures`. Results without a manifest are accepted if the
+    /// blocks' design is there: a run was killed while it published them. Otherwise they are foreign.
     ///
     /// # Errors
     /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`],
@@ -265,8 +263,8 @@ impl ResultsFolder {
         })
     }
 
-    /// Checks that results can be written: every file that is there under one of their names, or
-    /// one of `figures`, is the program's own.
+    /// Checks that results can be written: every existing file with the name of a result, or of one of `figures`, was
+    /// written by this program.
     fn check_targets(&self, figures: &[&str]) -> Result<(), FolderError> {
         for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
             files::replaceable(&self.path.join(name), kind)?;
@@ -277,12 +275,11 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Forgets what is in a folder: blocks and results, so that results of any design can go there,
-    /// with `figures`.
+    /// Removes the blocks and results in the folder, so that results of any design, with `figures`, can be written
+    /// there.
     ///
     /// # Errors
-    /// If something is in the way that is not the program's own, before anything is removed; if
-    /// something cannot be removed.
+    /// If a foreign file is in the way (nothing is removed then), or a file cannot be removed.
     pub fn clear(&self, figures: &[&str]) -> Result<(), FolderError> {
         self.check_targets(figures)?;
         self.check_blocks()?;
@@ -295,7 +292,7 @@ impl ResultsFolder {
     /// Checks that all blocks may be removed.
     ///
     /// # Errors
-    /// If anything else is among them.
+    /// If there are other files among them.
     pub fn check_blocks(&self) -> Result<(), FolderError> {
         if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
             own_blocks(&blocks)?;
@@ -303,11 +300,10 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Removes the blocks: what remains are the results. The design stays where nothing else tells
-    /// of which study these are.
+    /// Removes the blocks and leaves the results. The design stays if nothing else identifies the study of the results.
     ///
     /// # Errors
-    /// If anything else is among the blocks, before one is removed; if they cannot be removed.
+    /// If there are other files among the blocks (nothing is removed then), or a block cannot be removed.
     pub fn remove_blocks(&self) -> Result<(), FolderError> {
         let Some(blocks) = files::subfolder(&self.path, BLOCKS)? else {
             return Ok(());
@@ -325,10 +321,10 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// A new file that [`Self::publish`] will rename to `name`, and its path until then.
+    /// Creates a file that [`Self::publish`] will rename to `name`. Returns it with its temporary path.
     ///
     /// # Errors
-    /// If it cannot be made, or what is there is not the program's own.
+    /// If it cannot be created, or a foreign file has that name.
     pub fn stage(&mut self, name: &str, kind: Kind) -> Result<(File, PathBuf), FolderError> {
         Ok(self.staged.create(&self.path.join(name), kind)?)
     }
@@ -341,7 +337,7 @@ impl ResultsFolder {
         Ok(self.staged.write(&self.path.join(name), kind, content)?)
     }
 
-    /// Writes a JSON file piece by piece, as [`Self::write`] does a whole one.
+    /// Writes a JSON file like [`Self::write`], but piece by piece.
     ///
     /// # Errors
     /// As for [`Self::write`].
@@ -368,11 +364,11 @@ impl ResultsFolder {
         self.write(MANIFEST, Kind::Manifest, format!("{manifest}\n").as_bytes())
     }
 
-    /// Renames every staged file to its name; the manifest last, and an older one removed first, so
-    /// that a manifest always tells of the files beside it.
+    /// Renames every staged file to its final name, the manifest last. An older manifest is removed first, so that a
+    /// manifest always describes the files beside it.
     ///
     /// # Errors
-    /// If a file cannot be renamed, or what is there is not the program's own.
+    /// If a file cannot be renamed, or a foreign file has its name.
     pub fn publish(&mut self) -> Result<(), FolderError> {
         self.staged.check()?;
         files::remove(&self.path.join(MANIFEST), Kind::Manifest)?;
@@ -380,7 +376,7 @@ impl ResultsFolder {
     }
 }
 
-/// Whether a version is above this program's.
+/// Whether a version is newer than this program's.
 fn is_newer(version: &str) -> bool {
     let numbers = |version: &str| -> Vec<u64> {
         version
@@ -417,7 +413,7 @@ mod tests {
     use super::*;
     use std::fs;
 
-    /// A design of two keys.
+    /// Returns a design with two keys.
     fn design(seed: u64, y: u64) -> Value {
         let experiment = json!({"seed": seed, "x": {"y": y}});
         json!({"version": "0.0.0", "experiment": experiment})
@@ -496,7 +492,7 @@ mod tests {
         results.claim_design(&json!({}), &[]).unwrap();
     }
 
-    /// The design stays with results that have no manifest, and goes with any others.
+    /// The design stays beside results without a manifest. Otherwise it is removed.
     #[test]
     fn removing_blocks_leaves_no_results_unknown() {
         let folder = tempfile::tempdir().unwrap();
@@ -517,7 +513,7 @@ mod tests {
         results.remove_blocks().unwrap();
     }
 
-    /// Before anything of the program's own is removed, the whole folder is looked at.
+    /// The whole folder is inspected before any file is removed.
     #[test]
     fn what_is_not_own_is_never_removed() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,4 @@
-//! The kernels of a pack one at a time, for the benches and examples that measure: feature `bench`
-//! alone.
+//! Runs the kernels of a pack one at a time, for benches and examples that measure. Only with the feature `bench`.
 
 use super::pack::Pack;
 use super::plan::Plan;
@@ -13,13 +12,13 @@ use std::hint::black_box;
 named_enum! {
     /// A kernel of a pack.
     Kernel, "kernel" {
-        /// The records.
+        /// Drawing the records.
         Draw = "draw",
         /// Stage 2.
         LeastSquaresSums = "ls_sums",
         /// Stage 9.
         IvSums = "iv_sums",
-        /// Stages 3 to 5, or 10, with the condition number where a measure asks for it.
+        /// Stages 3 to 5, or 10, with the condition number if a measure asks for it.
         Solve = "solve",
         /// Stage 6.
         InitialState = "initial_state",
@@ -27,7 +26,7 @@ named_enum! {
         Auxiliary = "auxiliary",
         /// All passes: stages 2 to 11.
         Estimate = "estimate",
-        /// Stage 12 of every output, beside the true plant.
+        /// Stage 12 of every output, together with the true plant.
         Observer = "observer",
         /// The spectral radius of the last pass.
         SpectralRadius = "spectral_radius",
@@ -40,14 +39,14 @@ named_enum! {
 
 /// The first pack of trials of one cell, with their estimates by its first method.
 pub trait RunKernel {
-    /// Runs a kernel, those of a pass as the last pass does; the numbers are the same every time.
+    /// Runs a kernel; for a kernel of one pass, that of the last pass. The numbers are the same every time.
     fn run(&mut self, kernel: Kernel);
-    /// The trials of a pack.
+    /// Returns the number of trials in a pack.
     fn lanes(&self) -> usize;
 }
 
 impl<'e> Plan<'e> {
-    /// The first pack of trials, drawn and estimated.
+    /// Draws and estimates the first pack of trials.
     ///
     /// # Panics
     /// If this machine does not have the instructions.

@@ -1,14 +1,14 @@
-//! What is measured of an output of a trial: one entry of one table for each measure.
+//! The measures of an output of a trial. Each has one entry of one table.
 
 use super::file::Time;
 use crate::metric::Worse;
 use crate::names::named_table;
 
-/// What texts, pictures and rules know of a measure beside its name and its sentence.
+/// The properties of a measure, other than its name and description.
 struct Entry {
-    /// As texts and pictures name it, without its unit.
+    /// Its name in texts and pictures, without its unit.
     label: &'static str,
-    /// Its unit; empty where it has none.
+    /// Its unit; empty if it has none.
     unit: &'static str,
     /// Whether it is an error relative to the true value.
     relative: bool,
@@ -16,7 +16,7 @@ struct Entry {
     scale: Scale,
     /// Which studies have it.
     time: Time,
-    /// Whether it is of the state's error over the samples that are scored.
+    /// Whether it measures the state's error over the scored samples.
     of_state: bool,
     /// Whether lanes compute it.
     in_lanes: bool,
@@ -27,9 +27,9 @@ struct Entry {
 pub enum Better {
     /// The smaller one.
     Smaller,
-    /// The larger one: lost trials are then the smallest.
+    /// The larger one; lost trials then rank as the smallest.
     Larger,
-    /// Neither: the measure tells what a trial was like.
+    /// Neither: the measure describes the trial.
     Neither,
 }
 
@@ -40,7 +40,7 @@ pub enum Scale {
     Log,
     /// Linear.
     Linear,
-    /// Linear, from below nothing to all, per cent.
+    /// Linear in per cent, from below 0 to 100.
     Percent,
 }
 
@@ -224,12 +224,12 @@ impl Measure {
         self.entry().label
     }
 
-    /// Its unit; empty where it has none.
+    /// Returns its unit; empty if it has none.
     pub const fn unit(self) -> &'static str {
         self.entry().unit
     }
 
-    /// As an axis is labelled: with its unit, or that it is relative.
+    /// Returns the label of an axis: with its unit, or "relative".
     pub fn axis_label(self) -> String {
         let Entry {
             label,
@@ -244,12 +244,12 @@ impl Measure {
         }
     }
 
-    /// Which of two values is the better one.
+    /// Returns which of two values is the better one.
     pub const fn better(self) -> Better {
         self.entry().better
     }
 
-    /// The worse end of the order, where lost trials stand.
+    /// Returns the worse end of the order, where lost trials rank.
     pub const fn worse(self) -> Worse {
         match self.better() {
             Better::Larger => Worse::Smaller,
@@ -257,17 +257,17 @@ impl Measure {
         }
     }
 
-    /// Whether it may be below 0.
+    /// Whether it can be negative.
     pub const fn may_be_negative(self) -> bool {
         matches!(self.scale(), Scale::Percent)
     }
 
-    /// How an axis of the measure is drawn.
+    /// Returns how an axis of the measure is drawn.
     pub const fn scale(self) -> Scale {
         self.entry().scale
     }
 
-    /// Whether the measure is of the state's error over the samples that are scored.
+    /// Whether it measures the state's error over the scored samples.
     pub const fn is_of_state(self) -> bool {
         self.entry().of_state
     }
@@ -277,7 +277,7 @@ impl Measure {
         self.entry().in_lanes
     }
 
-    /// Whether a study in continuous time, or in discrete time, has the measure.
+    /// Whether studies in continuous time (`continuous`) or in discrete time have the measure.
     pub const fn is_of(self, continuous: bool) -> bool {
         self.entry().time.is_of(continuous)
     }
@@ -288,7 +288,7 @@ mod tests {
     use super::*;
     use std::collections::HashSet;
 
-    /// A forgotten label would be empty, a copied one would name two measures.
+    /// A forgotten label would be empty; a copied one would name two measures.
     #[test]
     fn labels_and_sentences_tell_measures_apart() {
         for of in [Measure::label, Measure::about] {
@@ -304,7 +304,7 @@ mod tests {
         assert_eq!(Measure::Condition.axis_label(), "condition number");
     }
 
-    /// The states exist in both kinds of time, the identified parameters of each in its own alone.
+    /// Both kinds of study have states, but each has identified parameters of its own.
     #[test]
     fn each_kind_of_study_has_its_measures() {
         let is_of = |measure: Measure| [false, true].map(|continuous| measure.is_of(continuous));

@@ -1,5 +1,5 @@
-//! A study: an experiment, its trials (pure functions), the runner (the only threads) and the store
-//! (the only files).
+//! A study: an experiment and its trials (pure functions), the runner (the only part with threads) and the store (the
+//! only part with files).
 
 mod blocks;
 mod build;

@@ -1,14 +1,14 @@
-//! What a file calls things: every name can be seen, and told from the others.
+//! Checks the names in a file: every name is visible and distinguishable from the others.
 
 use super::build::{FEEDBACKS, NOISES, PLANTS};
 use super::continuous_time::{CONTINUOUS_PLANTS, SIGNALS};
 use super::file::{ExperimentFile, FileError, Key, Scalar};
 use crate::text::{alike, folded, name_fault};
 
-/// Checks every name of a resolved file, but for those of outputs.
+/// Checks every name of a resolved file, except those of outputs.
 ///
 /// # Errors
-/// The first that is wrong.
+/// The first faulty name.
 pub(super) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
     tables("plants", file.plants.keys(), &PLANTS)?;
     tables("noises", file.noises.keys(), &NOISES)?;
@@ -47,7 +47,7 @@ pub(super) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Checks that all labels of outputs can be told apart; `place` is where they stand in the file.
+/// Checks that all labels of outputs can be told apart. `place` is where they are in the file.
 pub(super) fn check_labels(place: &str, labels: &[String]) -> Result<(), FileError> {
     match alike(labels.iter().map(String::as_str)) {
         None => Ok(()),
@@ -70,7 +70,7 @@ fn own_name(name: &str, place: &str) -> Result<(), FileError> {
     name_fault(name).map_or(Ok(()), |fault| Err(FileError::key(place, fault)))
 }
 
-/// Checks the name of a method or an observer, behind which a pass stands in parentheses.
+/// Checks the name of a method or an observer. A label adds the pass to it in parentheses.
 fn method(name: &str, place: &str) -> Result<(), FileError> {
     own_name(name, place)?;
     if name.contains(['(', ')']) {
@@ -80,7 +80,7 @@ fn method(name: &str, place: &str) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Checks the names of tables; none has that of a built-in one, which it would hide.
+/// Checks the names of tables. None may be that of a built-in one, which it would hide.
 fn tables<'a>(
     table: &str,
     names: impl Iterator<Item = &'a String> + Clone,

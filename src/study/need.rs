@@ -1,7 +1,7 @@
-//! What a run of a study needs, told from its design alone: memory, and room on disk.
+//! Memory and disk space that a run of a study needs, computed from its design alone.
 //!
-//! Every term is a count of the design times the size of a type, or of what it is stored as. Sizes
-//! that no type tells are measured ones; they stand as constants here.
+//! Every term is a count from the design times a size: that of a type, or of its stored form. Sizes that no type gives
+//! are measured; they are the constants here.
 
 use super::curves::Curves;
 use super::file::Store;
@@ -11,41 +11,40 @@ use crate::metric::{
 };
 use crate::real::MOST_LANES;
 
-/// The program with its libraries.
+/// Bytes of the program with its libraries.
 const PROGRAM: f64 = 38e6;
-/// A cell's settings.
+/// Bytes of a cell's settings.
 const SETTINGS: f64 = 2.5e3;
-/// A cell's process, and what draws from it.
+/// Bytes of a cell's process and its generators.
 const PROCESS: f64 = 4e3;
-/// An output's name and counts in a summary.
+/// Bytes of an output's name and counts in a summary.
 const OUTPUT: f64 = 250.0;
-/// Entries of a node of a map: whole nodes are allocated.
+/// Entries in a node of a map; memory is allocated for whole nodes.
 const NODE: usize = 11;
-/// A bin of a sketch, in memory and in a file.
+/// Bytes of a bin of a sketch, in memory and in a file.
 const BIN: [f64; 2] = [16.0, 2.7];
-/// In a file without their bins: a sample (counts, extremes and four exact sums), a comparison.
+/// Bytes in a file, without the bins, of a sample (counts, extremes and four exact sums) and of a comparison.
 const SAMPLE_STORED: f64 = 135.0;
 const PAIRED_STORED: f64 = 420.0;
-/// A row in a block file beside its values.
+/// Bytes of a row in a block file in addition to its values.
 const ROW_STORED: f64 = 1.2;
-/// A row in trials.parquet beside its values.
+/// Bytes of a row in trials.parquet in addition to its values.
 const ROW_AT_MOST: f64 = 2.0;
-/// Of a group of trials.parquet: bytes of a row beside its measures, rows, and how many times they
-/// are in memory.
+/// For a group of trials.parquet: bytes of a row in addition to its measures; rows; copies in memory.
 const LABELS: f64 = 60.0;
 const GROUP: f64 = 65_536.0;
 const COPIES: f64 = 3.0;
-/// In summary.json and summary.parquet: a cell's settings, a measure of an output, a share; of a
-/// curve a quantile.
+/// Bytes in summary.json and summary.parquet of a cell's settings, a measure of an output, a share, and a quantile of a
+/// curve.
 const SETTINGS_STORED: f64 = 900.0;
 const STATISTICS_STORED: f64 = 720.0 + 145.0;
 const SHARE_STORED: f64 = 120.0;
 const QUANTILE_STORED: f64 = 13.0;
-/// Of a report: a line of its results.csv, one of its other tables, its page with the values.
+/// Bytes of a report: a line of its results.csv, a line of another table, and its page including the values.
 const LINE: f64 = 240.0;
 const SHORT_LINE: f64 = 90.0;
 const PAGES: f64 = 2.5e5;
-/// A file takes whole blocks of the disk: half of one is lost in each.
+/// A file occupies whole blocks of the disk. On average it wastes half a block.
 const CLUSTER: f64 = 2048.0;
 
 /// Bytes on disk.
@@ -53,32 +52,32 @@ const CLUSTER: f64 = 2048.0;
 pub struct Disk {
     /// The block files.
     pub blocks: f64,
-    /// trials.parquet, where trials are kept.
+    /// trials.parquet, if trials are kept.
     pub trials: f64,
     /// summary.json and summary.parquet.
     pub summary: f64,
-    /// What `asobench report` writes.
+    /// The files that `asobench report` writes.
     pub report: f64,
 }
 
 impl Disk {
-    /// What a run writes; it removes nothing before all of it is there.
+    /// Returns the bytes that a run writes. It removes nothing before it has written everything.
     pub fn of_run(&self) -> f64 {
         self.blocks + self.trials + self.summary
     }
 }
 
-/// What there is to count in an experiment.
+/// The counts of an experiment.
 struct Counts<'e> {
     experiment: &'e Experiment,
     outputs: f64,
     measures: usize,
     pairs: f64,
     slopes: f64,
-    /// Measures that slopes are of.
+    /// Measures with slopes.
     sloped: f64,
     kept: bool,
-    /// The most trials of a cell.
+    /// The largest number of trials of a cell.
     trials: f64,
 }
 
@@ -97,7 +96,7 @@ impl<'e> Counts<'e> {
         }
     }
 
-    /// Figures of an output in a cell: measures, and signed errors of a and h.
+    /// Returns the number of values of an output in a cell: measures, and signed errors of a and h.
     fn values(&self, cell: &Cell) -> f64 {
         self.measures as f64 + self.parameters(cell)
     }
@@ -106,12 +105,12 @@ impl<'e> Counts<'e> {
         coefficients::columns(&self.experiment.file, cell.order) as f64
     }
 
-    /// Trials of a whole block.
+    /// Returns the number of trials in a full block.
     fn block(&self, index: usize) -> f64 {
         (block_size(self.experiment, index) as f64).min(self.trials)
     }
 
-    /// What is counted of so many trials of a cell: bytes in memory, and in a file.
+    /// Returns the bytes of a tally of so many trials of a cell: in memory, and in a file.
     fn tally(&self, cell: &Cell, trials: f64) -> [f64; 2] {
         let samples = self.outputs * self.values(cell);
         let groups = self.sloped * self.outputs * JACKKNIFE_GROUPS as f64;
@@ -122,7 +121,7 @@ impl<'e> Counts<'e> {
         );
         let mut curves = [0.0; 2];
         if self.experiment.file.curves {
-            // Each sample has a histogram of its own, 64 times coarser than a sketch.
+            // Each sample has its own histogram, 64 times coarser than a sketch.
             let bins = (2 * cell.horizon) as f64 * trials.min(all / 16.0);
             curves = [Curves::bytes(cell.horizon) as f64, 5.0 * bins];
         }
@@ -139,14 +138,14 @@ impl<'e> Counts<'e> {
         })
     }
 
-    /// Rows of trials with their signed errors, in memory.
+    /// Returns the bytes in memory of rows of trials with their signed errors.
     fn rows(&self, cell: &Cell, trials: f64) -> f64 {
         let values = self.experiment.measures_asked().len() as f64 + self.parameters(cell);
         let row = 1.0 + values * size_of::<f64>() as f64;
         trials * self.outputs * row
     }
 
-    /// Rows of trials in block files, where they are kept.
+    /// Returns the bytes of rows of trials in block files, if they are kept.
     fn rows_stored(&self, trials: f64) -> f64 {
         let values = size_of::<f64>() * self.experiment.file.measures.len();
         if self.kept {
@@ -156,7 +155,7 @@ impl<'e> Counts<'e> {
         }
     }
 
-    /// The buffers of a thread for trials of a cell.
+    /// Returns the bytes of a thread's buffers for trials of a cell.
     fn record(&self, index: usize) -> f64 {
         let cell = &self.experiment.cells[index];
         let bytes = match self.experiment.engine(index) {
@@ -166,7 +165,7 @@ impl<'e> Counts<'e> {
         bytes as f64
     }
 
-    /// The summary of a cell, and what the slopes keep of it, in memory.
+    /// Returns the bytes in memory of a cell's summary and of what the slopes keep of it.
     fn summary(&self, cell: &Cell) -> f64 {
         let map = |entry: usize| (self.measures.div_ceil(NODE) * NODE * (entry + 8)) as f64;
         let file = &self.experiment.file;
@@ -183,7 +182,7 @@ impl<'e> Counts<'e> {
         SETTINGS + outputs + pairs + bounds + slopes + curves as f64
     }
 
-    /// The same in summary.json and summary.parquet.
+    /// Returns the bytes of the same in summary.json and summary.parquet.
     fn summary_stored(&self, cell: &Cell) -> f64 {
         let file = &self.experiment.file;
         let values = self.outputs * self.values(cell) + self.pairs * self.measures as f64;
@@ -195,7 +194,7 @@ impl<'e> Counts<'e> {
             + curves as f64 * QUANTILE_STORED
     }
 
-    /// Its lines in the tables of a report.
+    /// Returns the bytes of a cell's lines in the tables of a report.
     fn report(&self, cell: &Cell) -> f64 {
         let bounds = self.experiment.file.bounds.len() as f64;
         let pairs = 2.0 * self.pairs * self.measures as f64;
@@ -203,13 +202,12 @@ impl<'e> Counts<'e> {
     }
 }
 
-/// Bytes of memory that a run of an experiment with so many trials of each cell needs at most on so
-/// many threads.
+/// Returns an upper limit of the memory, in bytes, of a run with so many trials of each cell on so many threads.
 ///
-/// While trials are computed each thread has a record, a block that it makes and encodes, and one
-/// that waits; the calling thread has the one that it writes. While results are put together there
-/// are the summaries of all cells, two tallies of one that are merged, a block as it is read, and a
-/// few groups of rows of trials.parquet.
+/// While trials are computed, each thread holds a record, a block that it computes and encodes, and one that waits. The
+/// calling thread holds the block that it writes. While results are put together, the memory holds the summaries of all
+/// cells, two tallies of a cell that are merged, a block that is being read, and a few groups of rows of
+/// trials.parquet.
 pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
     let counts = Counts::new(experiment, trials);
     let (mut computing, mut merging, mut cells) = (0.0_f64, 0.0_f64, 0.0);
@@ -233,13 +231,12 @@ pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
     PROGRAM + cells + computing.max(merging)
 }
 
-/// Bytes of a row of trials.parquet at most: equal numbers are stored once.
+/// Returns the largest size in bytes of a row of trials.parquet; equal numbers are stored once.
 pub fn row_of(experiment: &Experiment) -> f64 {
     ROW_AT_MOST + (size_of::<f64>() * experiment.file.measures.len()) as f64
 }
 
-/// Bytes on disk of a run with so many trials of each cell, where a row of trials.parquet takes
-/// `row` bytes.
+/// Returns the bytes on disk of a run with so many trials of each cell, if a row of trials.parquet takes `row` bytes.
 pub fn disk_of(experiment: &Experiment, trials: u64, row: f64) -> Disk {
     let counts = Counts::new(experiment, trials);
     let mut disk = Disk {
@@ -248,7 +245,7 @@ pub fn disk_of(experiment: &Experiment, trials: u64, row: f64) -> Disk {
     };
     for (index, cell) in experiment.cells.iter().enumerate() {
         let trials = counts.trials;
-        // Blocks without rows become one when their cell is complete.
+        // Blocks without rows are merged into one when their cell is complete.
         let block = if counts.kept {
             counts.block(index)
         } else {

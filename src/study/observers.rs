@@ -9,22 +9,22 @@ use crate::observer::{
 use crate::signal::LevelOver;
 use faer::Mat;
 
-/// An observer with buffers of its own.
+/// An observer with its buffers.
 pub(super) enum CellObserver {
-    /// Poles are placed, for whatever model.
+    /// An observer with placed poles, for any model.
     Luenberger(Observer),
-    /// The Kalman filter of the true plant, its gains computed once; or why there is none.
+    /// The Kalman filter of the true plant, with gains computed once; or why there is none.
     Known(Result<Box<Kalman>, FailureKind>),
-    /// The steady-state Kalman filter of an identified model, with the ratio of the noises that is the most likely in
-    /// the first `window` samples.
+    /// The steady-state Kalman filter of an identified model, with the most likely ratio of the noises in the first
+    /// `window` samples.
     Identified { window: usize },
 }
 
 impl CellObserver {
-    /// The observer of a method: its own, or the cell's gain.
+    /// Makes the observer of a method: its own, or one with the cell's gain.
     ///
     /// # Errors
-    /// Where the gain is of another order, or a filter needs to know what is not known in this cell.
+    /// If the gain has another order, or a filter needs knowledge that this cell does not have.
     pub(super) fn new(cell: &Cell, method: &Method) -> Result<Self, SetupError> {
         let known = method.needs().plant;
         let gain = match method.observer() {
@@ -43,11 +43,11 @@ impl CellObserver {
         Ok(Self::Luenberger(observer))
     }
 
-    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1, xhat(k) made of data up to k - 1.
+    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the state overflows, [`FailureKind::NoFilter`] where there is no filter; what was
-    /// visited must not be used then.
+    /// [`FailureKind::NonFinite`] if the state overflows, [`FailureKind::NoFilter`] if there is no filter. The states
+    /// visited before must not be used then.
     #[inline(always)]
     pub(super) fn run(
         &mut self,
@@ -67,8 +67,8 @@ impl CellObserver {
     }
 }
 
-/// The Kalman filter that knows the plant, the process noise's covariance `q^2 I`, the measurement noise's colour and
-/// variance, and x(0) to within `d^2 I`. The inner error is of an equation without a solution.
+/// Makes the Kalman filter that knows the plant, the process noise's covariance `q^2 I`, the measurement noise's colour
+/// and variance, and x(0) with covariance `d^2 I`. The inner error is that of a Riccati equation without a solution.
 fn known_filter(
     cell: &Cell,
     kind: &ObserverKind,
@@ -105,8 +105,8 @@ fn known_filter(
     }
 }
 
-/// The steady-state Kalman filter of a model with process noise of covariance `rho I` and white measurement noise of
-/// variance 1, rho >= 0 of the largest likelihood in a window.
+/// Makes the steady-state Kalman filter of a model with process noise of covariance `rho I` and white measurement noise
+/// of variance 1. rho >= 0 maximises the likelihood in a window.
 fn identified_filter(
     model: ObservedModel<'_>,
     u: &[f64],

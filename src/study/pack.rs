@@ -1,4 +1,4 @@
-//! A pack of trials of one cell: draw, estimate, measure; rows as [`super::Trial`] leaves them.
+//! A pack of trials of one cell: draws, estimates and measures them. The rows are as from [`super::Trial`].
 
 use super::curves::Waiting;
 use super::plan::Plan;
@@ -25,9 +25,9 @@ pub(super) struct Pack<'e, R: Real, const N: usize> {
     scorer: Scorer<R, N>,
     pub(super) responses: Responses<R, N>,
     outputs: Vec<Output>,
-    /// One per output.
+    /// One observer per output.
     observers: Vec<Observer<R, N>>,
-    /// e_x(k) of the first and of the last output.
+    /// e_x(k) of the first and the last output.
     curves: [Waiting; 2],
 }
 
@@ -36,17 +36,17 @@ pub(super) struct Pack<'e, R: Real, const N: usize> {
 struct Output {
     method: usize,
     pass: usize,
-    /// Every measure, every lane.
+    /// Every measure in every lane.
     values: [[f64; MOST_LANES]; Measure::ALL.len()],
-    /// Lanes with an observer.
+    /// The lanes with an observer.
     observed: u8,
 }
 
-/// Trials of one cell, a pack at a time, whatever the pack.
+/// Runs trials of one cell, a pack at a time, for any type of pack.
 pub trait PackTrial {
-    /// Runs trials and appends what is wanted of them.
+    /// Runs trials and appends the requested results.
     fn run_into(&mut self, trials: Range<u64>, to: &mut Trials);
-    /// The trials that fit into a pack.
+    /// Returns the number of trials in a pack.
     fn lanes(&self) -> usize;
 }
 
@@ -69,7 +69,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         });
         let outputs: Vec<Output> = outputs.collect();
         let curve = if plan.wanted.curves { cell.horizon } else { 0 };
-        // Of the first and of the last output.
+        // For the first and the last output.
         let ends = |output: usize| output == 0 || output + 1 == outputs.len();
         let observers =
             (0..outputs.len()).map(|output| Observer::new(if ends(output) { curve } else { 0 }));
@@ -90,7 +90,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
     /// Runs up to a pack of trials.
     fn run_pack(&mut self, trials: Range<u64>, to: &mut Trials) {
         let count = (trials.end - trials.start) as usize;
-        // Lanes beyond repeat the last trial; nothing of them is kept.
+        // Surplus lanes repeat the last trial; their results are discarded.
         let indices = std::array::from_fn(|lane| trials.start + lane.min(count - 1) as u64);
         let asked = R::Mask::from_bits(((1_u16 << count) - 1) as u8);
         let mut watch = Watch::start();
@@ -125,7 +125,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         }
     }
 
-    /// Counts the errors that wait.
+    /// Counts the waiting errors.
     fn count_curves(&mut self, to: &mut Trials) {
         if let Some(curves) = &mut to.curves {
             for (last, waiting) in [false, true].into_iter().zip(&mut self.curves) {
@@ -164,7 +164,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         }
     }
 
-    /// Fills an output.
+    /// Fills in the measures of an output.
     fn measure(&mut self, output: usize) {
         let Output {
             method,

@@ -3,8 +3,8 @@
 use crate::lanes::Isa;
 use std::time::{Duration, Instant};
 
-/// Floating-point operations per second of some threads at once, on registers alone: the sum of
-/// each one's best stretch of some 50 microseconds within `time`.
+/// Returns the floating-point operations per second of some threads at once, on registers alone. It is the sum of each
+/// thread's best stretch of some 50 microseconds within `time`.
 ///
 /// # Panics
 /// If this machine does not have the instructions.

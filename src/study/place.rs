@@ -1,10 +1,10 @@
-//! Which settings tell cells apart, and where a cell is, in words.
+//! Which settings tell cells apart, and descriptions of cells in words.
 
 use super::file::Key;
 use super::summary::CellSummary;
 use std::collections::{BTreeMap, HashSet};
 
-/// Where a cell, or a family of cells, is in its study: the values of its settings as text.
+/// The place of a cell, or of a family of cells, in its study: the values of its settings as text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     values: BTreeMap<Key, String>,
@@ -12,7 +12,7 @@ pub struct Place {
 }
 
 impl CellSummary {
-    /// Where the cell is.
+    /// Returns the place of the cell.
     pub fn place(&self) -> Place {
         let continuous = self.settings.contains_key(&Key::Disturbance);
         let keys = Key::ALL.iter().filter(|key| key.is_of(continuous));
@@ -24,20 +24,20 @@ impl CellSummary {
 }
 
 impl Place {
-    /// The value of a setting; empty where there is none.
+    /// Returns the value of a setting; empty if there is none.
     pub fn value(&self, key: Key) -> &str {
         self.values.get(&key).map_or("", String::as_str)
     }
 
-    /// The place of all cells that differ in these settings alone.
+    /// Returns the place that all cells share which differ only in these settings.
     #[must_use]
     pub fn without(mut self, keys: &[Key]) -> Self {
         self.values.retain(|key, _| !keys.contains(key));
         self
     }
 
-    /// The values of some settings in words: "1/A noise, N = 98"; readings are named only where
-    /// they are not the default.
+    /// Returns the values of some settings in words: "1/A noise, N = 98". Readings of the paper are named only if they
+    /// are not the default.
     pub fn words(&self, keys: &[Key]) -> String {
         let shown = keys.iter().filter(|key| {
             self.values.contains_key(key) && !(key.is_reading() && self.is_default(**key))
@@ -55,7 +55,7 @@ impl Place {
     }
 }
 
-/// The settings that tell places apart, without those that follow from another one.
+/// Returns the settings that tell places apart, without those that follow from another one.
 pub fn varying(all: &[Place]) -> Vec<Key> {
     let mut kept: Vec<Key> = Vec::new();
     for key in Key::telling() {
@@ -67,7 +67,7 @@ pub fn varying(all: &[Place]) -> Vec<Key> {
     kept
 }
 
-/// Whether the value of one setting gives that of the other.
+/// Whether the value of `from` determines the value of `key`.
 fn follows(all: &[Place], key: Key, from: Key) -> bool {
     let mut seen: BTreeMap<&str, &str> = BTreeMap::new();
     all.iter().all(|place| {
@@ -76,7 +76,7 @@ fn follows(all: &[Place], key: Key, from: Key) -> bool {
     })
 }
 
-/// The values of a setting, in order: by size where all are numbers, else of appearance.
+/// Returns the values of a setting: ordered by size if all are numbers, otherwise by first appearance.
 pub fn values(all: &[Place], key: Key) -> Vec<String> {
     let mut seen = HashSet::new();
     let all = all.iter().map(|place| place.value(key));
@@ -95,17 +95,17 @@ pub fn values(all: &[Place], key: Key) -> Vec<String> {
     values
 }
 
-/// A setting's value in words: "N = 98", "eta = 2 %", "white noise".
+/// Returns a setting's value in words: "N = 98", "eta = 2 %", "white noise".
 pub fn words(key: Key, value: &str) -> String {
     key.words(value)
 }
 
-/// A value as an axis of names shows it.
+/// Returns a value as the tick of an axis of names.
 pub fn value_name(key: Key, value: &str) -> String {
     key.tick(value).to_owned()
 }
 
-/// A setting as an axis is labelled, with its unit.
+/// Returns the label of an axis of a setting, with its unit.
 pub fn axis_label(key: Key) -> String {
     key.axis_label()
 }

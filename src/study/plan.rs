@@ -1,4 +1,4 @@
-//! What of an experiment the lanes can run.
+//! The part of an experiment that the lanes can run.
 
 use super::pack::{Pack, PackTrial};
 use super::{Cell, Experiment, Measure, ObserverStart, ScoredFrom};
@@ -11,7 +11,7 @@ use crate::plant::StateSpace;
 use crate::real::Real;
 use crate::signal::{Input, NoiseFilter, ProcessVariances};
 
-/// The longest record of a pack: all lanes of it take 256 MiB.
+/// The longest record of a pack: its lanes together take 256 MiB.
 const LONGEST_HORIZON: usize = 1 << 20;
 
 /// A method of a plan.
@@ -21,12 +21,11 @@ pub(super) struct PlannedMethod<'e> {
     pub(super) reported: &'e [usize],
 }
 
-/// What a cell asks of a pack.
+/// What a pack computes for a cell.
 ///
-/// Covered are open loops with one plant for all trials, of an order up to [`LARGEST_ORDER`] that
-/// is also the estimator's; inputs without measurement noise; least squares and IV by the
-/// partitioned inverse, stage 10 corrected, with every reading of E4 and E11, every gain, and the
-/// measures that lanes compute (the table of measures).
+/// The lanes cover open loops with one plant for all trials, of the estimator's order and at most [`LARGEST_ORDER`];
+/// inputs without measurement noise; least squares and IV by the partitioned inverse, stage 10 corrected, with every
+/// reading of E4 and E11; every gain; and the measures that the table of measures marks.
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 pub struct Plan<'e> {
     pub(super) cell: &'e Cell,
@@ -43,10 +42,10 @@ pub struct Plan<'e> {
 }
 
 impl<'e> Plan<'e> {
-    /// The plan of a cell.
+    /// Makes the plan of a cell.
     ///
     /// # Errors
-    /// What is not covered, in words.
+    /// What the lanes do not cover, in words.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, String> {
         use Measure as F;
         let (process, (plant, noise, variances)) = covered(experiment, cell)?;
@@ -92,7 +91,7 @@ impl<'e> Plan<'e> {
         })
     }
 
-    /// The buffers to run it.
+    /// Makes the buffers to run it.
     ///
     /// # Panics
     /// If this machine does not have the instructions.
@@ -115,7 +114,7 @@ type Covered<'e> = (
     (&'e StateSpace, &'e NoiseFilter, ProcessVariances),
 );
 
-/// The process of a cell that lanes cover; or what they do not, in words.
+/// Returns the process of a cell that lanes cover. The error says what they do not cover.
 pub(super) fn covered<'e>(
     experiment: &'e Experiment,
     cell: &'e Cell,
@@ -142,12 +141,12 @@ pub(super) fn covered<'e>(
     Ok((process, open_loop))
 }
 
-// What follows takes every field apart and names the values that lanes have: a new field does not
-// compile before somebody says whether they have it, a new value runs on faer.
+// The functions below destructure every field and name the values that lanes have. A new field does not compile until
+// someone decides whether they have it; a new value runs on faer.
 
-/// Whether what draws the records is covered.
+/// Whether lanes cover the source of the records.
 fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
-    // `_`: drawn by the code that draws one record too.
+    // `_`: handled by the code that draws single records, too.
     let ProcessSettings {
         plant,
         x0: _,
@@ -179,7 +178,7 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
     first_missing(has).map_or(Ok(()), Err)
 }
 
-/// Whether a cell of a plant of some order is covered.
+/// Whether lanes cover a cell with a plant of this order.
 fn covers_cell(cell: &Cell, of_plant: usize) -> Result<(), String> {
     let Cell {
         settings: _,
@@ -214,13 +213,13 @@ fn covers_cell(cell: &Cell, of_plant: usize) -> Result<(), String> {
     has_values(has)
 }
 
-/// Whether lanes have the values of some keys; or the first that they do not have, in words.
+/// Checks that lanes have the values of some keys. The error is the first that they do not have, in words.
 fn has_values<const N: usize>(has: [(bool, (&str, &str)); N]) -> Result<(), String> {
     let missing = first_missing(has);
     missing.map_or(Ok(()), |(key, value)| Err(format!("{key} = \"{value}\"")))
 }
 
-/// The first that lanes do not have.
+/// Returns the first thing that lanes do not have.
 fn first_missing<T, const N: usize>(has: [(bool, T); N]) -> Option<T> {
     has.into_iter()
         .find_map(|(has, what)| (!has).then_some(what))

@@ -1,4 +1,4 @@
-//! How many trials each cell is to have: by the rule of the file and what is there.
+//! The number of trials that each cell should have, from the rule of the file and the stored blocks.
 
 use super::blocks::{BlockFolder, StoredBlock};
 use super::campaign::{CampaignError, go_on};
@@ -8,25 +8,25 @@ use super::runner::Span;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
-/// The blocks of a study that are there, and the rule for its trials.
+/// The stored blocks of a study, and the rule for its trials.
 pub(super) struct Rounds<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) rule: &'a TrialRule,
     pub(super) blocks: &'a BlockFolder<'a>,
-    /// For every cell the blocks that are there, ascending and without overlap.
+    /// The stored blocks of every cell, ascending and without overlap.
     pub(super) stored: &'a [Vec<StoredBlock>],
 }
 
 impl Rounds<'_> {
-    /// The end of the last trial of a cell that is there.
+    /// Returns the end of the last stored trial of a cell.
     pub(super) fn extent(&self, cell: usize) -> u64 {
         let last = self.stored[cell].last();
         last.map_or(0, |block| block.span.trials.end)
     }
 
-    /// Where each cell begins: a fixed number, or the first step of the rule that covers what is
-    /// there. A step is only left behind when its target was missed, so the steps before need no
-    /// second look. A deterministic cell has one trial, whatever the rule.
+    /// Returns the first target of each cell: a fixed number, or the first step of the rule that covers the stored
+    /// trials. A step is left behind only when it missed its target, so earlier steps need no second look. A
+    /// deterministic cell has one trial, whatever the rule.
     pub(super) fn first_targets(&self) -> Vec<u64> {
         let first = |cell: usize| match self.rule {
             TrialRule::Fixed(trials) => self.experiment.trials_of(cell, *trials),
@@ -49,9 +49,8 @@ impl Rounds<'_> {
         (0..self.stored.len()).map(first).collect()
     }
 
-    /// Raises the trials of the cells that need more of them by the rule; false where it is met. A
-    /// cell of which trials are still missing is not raised. `is_decided` tells whether what is
-    /// there decides the claim of the rule.
+    /// Raises the targets of cells that need more trials by the rule. Returns false if the rule is met. A cell with
+    /// trials still missing is not raised. `is_decided` returns whether the stored trials decide the claim of the rule.
     pub(super) fn raise(
         &self,
         targets: &mut [u64],
@@ -65,8 +64,8 @@ impl Rounds<'_> {
         }
     }
 
-    /// Doubles the trials of every cell where a claim is not decided; false where it is, or where
-    /// there are no more.
+    /// Doubles the trials of every cell if a claim is not decided. Returns false if it is, or if the maximum is
+    /// reached.
     fn raise_all(
         &self,
         targets: &mut [u64],
@@ -85,8 +84,7 @@ impl Rounds<'_> {
         Ok(true)
     }
 
-    /// Doubles the trials of every cell whose measure is not known well enough; false where none is
-    /// left.
+    /// Doubles the trials of every cell whose measure is not known well enough. Returns false if there is none.
     fn raise_unknown(
         &self,
         targets: &mut [u64],
@@ -120,12 +118,12 @@ impl Rounds<'_> {
         Ok(mcse <= until.relative_mcse * value.abs())
     }
 
-    /// Whether all trials of a cell below `target` are there.
+    /// Whether all trials of a cell below `target` are stored.
     fn is_whole(&self, cell: usize, target: u64) -> bool {
         self.missing(cell, target).next().is_none()
     }
 
-    /// The ranges of a cell's trials below `target` that no block covers.
+    /// Returns the ranges of a cell's trials below `target` that no block covers.
     pub(super) fn missing(&self, cell: usize, target: u64) -> impl Iterator<Item = Span> {
         let stored = self.stored[cell].iter();
         let trials = stored.map(|block| block.span.trials.clone());
@@ -133,7 +131,7 @@ impl Rounds<'_> {
     }
 }
 
-/// What ascending ranges without overlap leave of a whole.
+/// Returns the gaps in a whole that ascending ranges without overlap leave.
 pub(super) fn gaps(
     ranges: impl Iterator<Item = Range<u64>> + Clone,
     whole: Range<u64>,

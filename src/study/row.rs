@@ -12,9 +12,9 @@ pub struct Row {
     pub trial: u64,
     /// The output's index in [`super::Experiment::outputs`].
     pub output: usize,
-    /// What stopped the pass, if anything did.
+    /// The failure that stopped the pass, if any.
     pub failure: Option<Failure>,
-    /// Whether A-hat has a pole on or outside the unit circle; `None` where there is no A-hat.
+    /// Whether A-hat has a pole on or outside the unit circle; `None` if there is no A-hat.
     pub unstable: Option<bool>,
     /// Whether this or an earlier pass of the method had such an A-hat, reported or not.
     pub unstable_so_far: bool,
@@ -43,7 +43,7 @@ mod values {
 }
 
 impl Row {
-    /// A row without values.
+    /// Makes a row without values.
     pub fn new(trial: u64, output: usize) -> Self {
         Self {
             trial,
@@ -55,7 +55,7 @@ impl Row {
         }
     }
 
-    /// "ok" or the failure's kind.
+    /// Returns "ok" or the failure's kind.
     pub fn status(&self) -> &'static str {
         self.failure.map_or("ok", |failure| failure.kind.name())
     }
@@ -70,7 +70,7 @@ impl Row {
         rest(self) == rest(other) && bits(self) == bits(other)
     }
 
-    /// A measure as statistics take it: NaN of a failed row, whatever it had got to.
+    /// Returns a measure as statistics use it: NaN for a failed row, even if it has a value.
     pub fn counted(&self, measure: Measure) -> f64 {
         match self.failure {
             None => self[measure],

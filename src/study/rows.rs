@@ -1,5 +1,4 @@
-//! Rows of trials that follow each other, by columns: how they are gathered, counted, stored and
-//! written.
+//! Rows of consecutive trials, stored by columns.
 
 use super::measure::Measure;
 use super::row::Row;
@@ -9,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Rows of trials of one cell, all outputs of each trial. Trials follow each other without a gap.
+/// Rows of consecutive trials of one cell, with all outputs of each trial.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
     first: u64,
@@ -17,15 +16,15 @@ pub struct Rows {
     outputs: Vec<OutputRows>,
 }
 
-/// The rows of one output: an entry per trial in every column.
+/// The rows of one output: every column has one entry per trial.
 #[derive(Clone, Debug, Default)]
 pub struct OutputRows {
     flags: Vec<Flags>,
-    /// What stopped a trial, with the trial's place; ascending.
+    /// The failures, each with the index of its trial; ascending.
     failures: Vec<(usize, Failure)>,
     /// Each measure of [`Rows::measures`], NaN where undefined.
     values: Vec<Vec<f64>>,
-    /// What is wanted of each coefficient (`coefficients`), NaN where undefined.
+    /// The requested values of each coefficient (`coefficients`), NaN if undefined.
     parameters: Vec<Vec<f64>>,
 }
 
@@ -51,29 +50,29 @@ impl Flags {
         self.0 & flag != 0
     }
 
-    /// Whether A-hat has a pole on or outside the unit circle; `None` where there is no A-hat.
+    /// Whether A-hat has a pole on or outside the unit circle; `None` if there is no A-hat.
     pub(super) fn unstable(self) -> Option<bool> {
         self.has(Self::KNOWN).then(|| self.has(Self::UNSTABLE))
     }
 
-    /// Whether this or an earlier pass had one.
+    /// Whether A-hat of this or an earlier pass has such a pole.
     pub(super) fn unstable_so_far(self) -> bool {
         self.has(Self::UNSTABLE_SO_FAR)
     }
 }
 
 impl OutputRows {
-    /// How many trials there are.
+    /// Returns the number of trials.
     pub fn len(&self) -> usize {
         self.flags.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no trials.
     pub fn is_empty(&self) -> bool {
         self.flags.is_empty()
     }
 
-    /// Appends a trial's flags; its values are appended to [`Self::columns`].
+    /// Appends a trial's flags and failure. The caller appends its values to [`Self::columns`].
     pub(super) fn push(&mut self, flags: Flags, failure: Option<Failure>) {
         let place = self.flags.len();
         self.failures
@@ -81,7 +80,7 @@ impl OutputRows {
         self.flags.push(flags);
     }
 
-    /// The columns of measures and of parameters, to append to.
+    /// Returns the columns of measures and of parameters, to append to.
     pub(super) fn columns(&mut self) -> [&mut [Vec<f64>]; 2] {
         [&mut self.values, &mut self.parameters]
     }
@@ -90,13 +89,13 @@ impl OutputRows {
         &self.flags
     }
 
-    /// What stopped trials, with their places; ascending.
+    /// Returns the failures, each with the index of its trial; ascending.
     pub(super) fn failures(&self) -> &[(usize, Failure)] {
         &self.failures
     }
 
-    /// A column of [`Self::parameters`] or of a measure as statistics take it: NaN of failed
-    /// trials, whatever they had got to.
+    /// Returns a column of [`Self::parameters`] or of a measure as statistics use it: failed trials become NaN, even if
+    /// they have a value.
     pub(super) fn counted<'a>(&self, column: &'a [f64]) -> Cow<'a, [f64]> {
         if self.failures.is_empty() {
             return Cow::Borrowed(column);
@@ -108,17 +107,17 @@ impl OutputRows {
         Cow::Owned(counted)
     }
 
-    /// Each measure, in the order of [`Rows::measures`].
+    /// Returns the columns of measures, in the order of [`Rows::measures`].
     pub(super) fn values(&self) -> &[Vec<f64>] {
         &self.values
     }
 
-    /// What is wanted of each coefficient (`coefficients`).
+    /// Returns the requested values of each coefficient (`coefficients`).
     pub fn parameters(&self) -> &[Vec<f64>] {
         &self.parameters
     }
 
-    /// What stopped a trial.
+    /// Returns the failure of a trial, if it failed.
     pub(super) fn failure(&self, place: usize) -> Option<Failure> {
         let found = self.failures.binary_search_by_key(&place, |(at, _)| *at);
         found.ok().map(|index| self.failures[index].1)
@@ -126,12 +125,12 @@ impl OutputRows {
 }
 
 impl Rows {
-    /// No rows yet, with room for the measures that a file or its bounds ask for.
+    /// Makes an empty set of rows with the measures that a file or its bounds ask for.
     pub fn new(experiment: &Experiment, cell: &Cell) -> Self {
         Self::with(experiment.measures_asked(), experiment, cell)
     }
 
-    /// No rows yet, with room for every measure.
+    /// Makes an empty set of rows with every measure.
     pub fn of_all_measures(experiment: &Experiment, cell: &Cell) -> Self {
         Self::with(Measure::ALL.to_vec(), experiment, cell)
     }
@@ -150,37 +149,37 @@ impl Rows {
         }
     }
 
-    /// The trials.
+    /// Returns the trials.
     pub fn trials(&self) -> Range<u64> {
         self.first..self.first + self.trial_count() as u64
     }
 
-    /// How many trials there are.
+    /// Returns the number of trials.
     pub fn trial_count(&self) -> usize {
         self.outputs.first().map_or(0, OutputRows::len)
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.trial_count() * self.outputs.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The measures that are kept.
+    /// Returns the measures that are kept.
     pub fn measures(&self) -> &[Measure] {
         &self.measures
     }
 
-    /// Every output.
+    /// Returns the rows of every output.
     pub fn outputs(&self) -> &[OutputRows] {
         &self.outputs
     }
 
-    /// The measures that are kept, and where the next trials go, of which this is the first one.
+    /// Returns the measures that are kept, and the outputs to which the trials from `trial` on are appended.
     pub(super) fn next(&mut self, trial: u64) -> (&[Measure], &mut [OutputRows]) {
         if self.is_empty() {
             self.first = trial;
@@ -189,7 +188,7 @@ impl Rows {
         (&self.measures, &mut self.outputs)
     }
 
-    /// Appends the row of an output of the next trial, with what is wanted of each coefficient.
+    /// Appends the row of an output of the next trial, with the requested values of each coefficient.
     pub(super) fn push(&mut self, row: &Row, parameters: &[f64]) {
         let (measures, outputs) = self.next(row.trial);
         let output = &mut outputs[row.output];
@@ -202,7 +201,7 @@ impl Rows {
         }
     }
 
-    /// One row; measures that are not kept are NaN.
+    /// Returns one row; measures that are not kept are NaN.
     ///
     /// # Panics
     /// If there is no such trial or output.
@@ -218,7 +217,7 @@ impl Rows {
         row
     }
 
-    /// What is wanted of each coefficient of one row (`coefficients`).
+    /// Returns the requested values of each coefficient in one row (`coefficients`).
     ///
     /// # Panics
     /// If there is no such trial or output.
@@ -227,14 +226,14 @@ impl Rows {
         columns.map(|column| column[place]).collect()
     }
 
-    /// Every row: all outputs of the first trial, then of the next.
+    /// Iterates over all rows: all outputs of the first trial, then of the next.
     pub fn iter(&self) -> impl Iterator<Item = Row> {
         let outputs = 0..self.outputs.len();
         (0..self.trial_count())
             .flat_map(move |place| outputs.clone().map(move |output| self.row(place, output)))
     }
 
-    /// Makes room for so many trials.
+    /// Reserves room for so many trials.
     pub fn reserve(&mut self, trials: usize) {
         for output in &mut self.outputs {
             output.flags.reserve_exact(trials);
@@ -245,7 +244,7 @@ impl Rows {
         }
     }
 
-    /// Takes the rows out; the same columns, empty, stay.
+    /// Takes the rows out and leaves the same columns empty.
     pub(super) fn take(&mut self) -> Self {
         let output = |columns: &OutputRows| OutputRows {
             values: vec![Vec::new(); columns.values.len()],
@@ -260,12 +259,12 @@ impl Rows {
         std::mem::replace(self, empty)
     }
 
-    /// Removes all rows; the room stays.
+    /// Removes all rows; the allocated room stays.
     pub fn clear(&mut self) {
         self.truncate(0);
     }
 
-    /// Leaves as many trials as these, from the first one on.
+    /// Keeps the first `trials` trials.
     pub(super) fn truncate(&mut self, trials: usize) {
         for output in &mut self.outputs {
             output.flags.truncate(trials);
@@ -280,19 +279,19 @@ impl Rows {
     }
 }
 
-/// Bytes of rows in a block file: of each output the failures, then the flags, then the measures of
+/// The bytes of rows in a block file: the failures of all outputs, then for each output its flags and the measures of
 /// the file.
 ///
 /// ```text
-/// length of failures u64 | failures (postcard) | of each output: flags u8 ... |
-/// of each measure: f64 ...
+/// length of failures u64 | failures (postcard) | for each output: flags u8 ... |
+/// for each measure: f64 ...
 /// ```
 pub(super) mod stored {
     use super::{
         Deserialize, Experiment, Failure, Flags, Measure, OutputRows, Range, Rows, Serialize,
     };
 
-    /// Failures of each output, with their places.
+    /// The failures of each output, each with the index of its trial.
     #[derive(Serialize, Deserialize)]
     struct Failures(Vec<Vec<(u32, Failure)>>);
 
@@ -327,7 +326,7 @@ pub(super) mod stored {
         }
     }
 
-    /// The rows of these trials; what is wrong where there are others.
+    /// Decodes the rows of these trials. The error says what is wrong.
     pub fn decode(
         mut bytes: &[u8],
         experiment: &Experiment,

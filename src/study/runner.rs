@@ -1,4 +1,4 @@
-//! The runner: blocks of trials over rayon's threads.
+//! The runner: computes blocks of trials on rayon's threads.
 
 use super::experiment::Source;
 use super::file::Store;
@@ -14,26 +14,26 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How many times more trials lanes do in that time, about.
+/// About how many times more trials than faer the lanes run in the same time.
 const LANES_SPEED: usize = 64;
 
-/// Samples times outputs that take as long as a step of all observers in continuous time, with its
-/// halves, about.
+/// The work of one step of all observers in continuous time, with its half steps, in samples times outputs
+/// (approximate).
 const STEP_WORK: usize = 32;
 
-/// Samples times outputs in a block, about: half a second of work.
+/// The work of a block in samples times outputs: about half a second.
 const BLOCK_WORK: usize = 1 << 21;
 
-/// Trials whose rows are tallied at once where rows are not kept.
+/// If rows are not kept, so many trials are tallied at once.
 const TALLIED: u64 = 1 << 14;
 
-/// Blocks that each thread has at least, where there are trials for them.
+/// The least number of blocks per thread, if there are enough trials.
 const BLOCKS_OF_A_THREAD: u64 = 4;
 
-/// A block that takes longer is delivered as far as it is, and goes on as another.
+/// A block that takes longer is delivered as far as it is computed; the rest follows as another block.
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// A contiguous range of trials of one cell: what one worker is given.
+/// A contiguous range of trials of one cell, as assigned to one worker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Span {
     /// The cell's index.
@@ -43,36 +43,36 @@ pub struct Span {
 }
 
 impl Span {
-    /// How many trials.
+    /// Returns the number of trials.
     pub(super) fn len(&self) -> u64 {
         self.trials.end - self.trials.start
     }
 
-    /// Whether another lies within it.
+    /// Whether another span lies within this one.
     pub(super) fn holds(&self, part: &Self) -> bool {
         let (whole, trials) = (&self.trials, &part.trials);
         self.cell == part.cell && whole.start <= trials.start && trials.end <= whole.end
     }
 }
 
-/// A contiguous range of trials of one cell, computed.
+/// A computed block: a contiguous range of trials of one cell.
 pub struct Block {
     /// The cell and the trials.
     pub span: Span,
-    /// Their rows; none where they are not kept.
+    /// Their rows; empty if rows are not kept.
     pub rows: Rows,
-    /// What is left of them.
+    /// Their tally.
     pub tally: CellTally,
     /// Where the time went.
     pub spent: Spent,
 }
 
-/// What a block has of its trials.
+/// What a block keeps of its trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// Rows and their tally.
+    /// The rows and their tally.
     Rows,
-    /// Their tally.
+    /// The tally alone.
     Tally,
     /// Nothing.
     Nothing,
@@ -97,8 +97,7 @@ pub enum RunError<E> {
         /// Trials that were asked for, over all cells.
         total: u64,
     },
-    /// A cell that no worker serves, such as one with a method of the caller's own that refuses its
-    /// shape.
+    /// No worker serves a cell, for example because a caller's own method refuses its shape.
     #[error(transparent)]
     Worker(WorkerError),
     /// The consumer failed.
@@ -106,7 +105,7 @@ pub enum RunError<E> {
     Consumer(E),
 }
 
-/// Trials in a block of a cell by default: half a second of work, about.
+/// Returns the default number of trials in a block of a cell: about half a second of work.
 pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
     let cell_of = &experiment.cells[cell];
     let outputs: usize = experiment.methods.iter().map(Method::passes).sum();
@@ -119,7 +118,7 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
         Ok(Engine::Lanes) => LANES_SPEED * work,
         _ => work,
     };
-    // Rows wait in memory for their block's end.
+    // Rows stay in memory until their block ends.
     let most = match experiment.file.store {
         Store::Trials => TALLIED,
         Store::Summaries => 1 << 20,
@@ -127,9 +126,8 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
     (work as u64).clamp(1, most)
 }
 
-/// Runs trials 0 ... `trials` - 1 of every cell, or the one that a deterministic cell has, on
-/// `threads` threads. `consume` sees each block on the calling thread as it is finished, in no
-/// certain order.
+/// Runs trials 0 ... `trials` - 1 of every cell on `threads` threads; a deterministic cell has one trial. `consume`
+/// receives each block on the calling thread when it is finished, in no particular order.
 ///
 /// # Errors
 /// [`RunError`].
@@ -148,8 +146,7 @@ pub fn run<E>(
     shared.run(threads, |block| block, consume)
 }
 
-/// Runs the same trials and throws away what comes out: what simulation, estimation and measures
-/// alone take.
+/// Runs the same trials and discards the results. This times simulation, estimation and measures alone.
 ///
 /// # Errors
 /// [`RunError`].
@@ -173,7 +170,7 @@ pub fn run_and_forget(
     Ok(spent)
 }
 
-/// Trials 0 ... `trials` - 1 of every cell, or the one that a deterministic cell has.
+/// Returns trials 0 ... `trials` - 1 of every cell; a deterministic cell has one.
 fn whole(experiment: &Experiment, trials: u64) -> Vec<Span> {
     let whole = |cell| Span {
         cell,
@@ -182,13 +179,13 @@ fn whole(experiment: &Experiment, trials: u64) -> Vec<Span> {
     (0..experiment.cells.len()).map(whole).collect()
 }
 
-/// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]; no
-/// result depends on it.
+/// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]. No result depends on the
+/// size of blocks.
 ///
-/// `finish` makes something of a block on the thread that computed it. `consume` sees that on the
-/// calling thread as blocks are finished, in no certain order; a block that takes long comes as
-/// several. The error of `consume`, or raising `stop`, ends the run with the trials under way: what
-/// is finished of every span is still delivered.
+/// `finish` converts a block on the thread that computed it. `consume` receives the result on the calling thread when
+/// the block is finished, in no particular order. A block that takes long arrives in several parts. An error of
+/// `consume`, or raising `stop`, ends the run after the trials under way; the finished part of every span is still
+/// delivered.
 ///
 /// # Errors
 /// [`RunError`].
@@ -207,9 +204,9 @@ pub fn run_spans<E, T: Delivery>(
     Shared::new(experiment, spans, block, keep, stop).run(threads, finish, consume)
 }
 
-/// What is delivered of a block.
+/// What is delivered for a block.
 pub trait Delivery: Send {
-    /// How many trials it has.
+    /// Returns the number of trials.
     fn trials(&self) -> u64;
 }
 
@@ -219,7 +216,7 @@ impl Delivery for Block {
     }
 }
 
-/// So many threads.
+/// Returns a pool of so many threads.
 pub(super) fn pool<E>(threads: usize) -> Result<rayon::ThreadPool, RunError<E>> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     pool.build().map_err(|error| RunError::Threads {
@@ -228,7 +225,7 @@ pub(super) fn pool<E>(threads: usize) -> Result<rayon::ThreadPool, RunError<E>> 
     })
 }
 
-/// Says that a worker is done, also where it panics, which ends the run.
+/// Reports that a worker is done when dropped. If the worker panicked, this ends the run.
 struct Done<'a, T> {
     sender: &'a SyncSender<Option<T>>,
     ended: &'a AtomicBool,
@@ -239,7 +236,7 @@ impl<T> Drop for Done<'_, T> {
         if std::thread::panicking() {
             self.ended.store(true, Ordering::Relaxed);
         }
-        // Where the receiver is gone, nobody waits.
+        // If the receiver is gone, nobody waits.
         let _ = self.sender.send(None);
     }
 }
@@ -248,15 +245,15 @@ impl<T> Drop for Done<'_, T> {
 struct Shared<'a> {
     experiment: &'a Experiment,
     spans: &'a [Span],
-    /// Trials in a block.
+    /// Trials in a block; `None`: [`block_size`].
     block: Option<u64>,
     keep: Keep,
-    /// Trials in a block at most, so that no thread waits long for another one's last block.
+    /// The upper limit of the default size of a block, so that no thread waits long for another's last block.
     share: u64,
     stop: &'a AtomicBool,
-    /// Raised where the consumer or a worker failed.
+    /// Raised when the consumer or a worker has failed.
     ended: AtomicBool,
-    /// What is to be taken next: a span, and how many of its trials are taken.
+    /// The next trials to take: the index of a span, and how many of its trials are already taken.
     next: Mutex<(usize, u64)>,
     /// Why a cell has no worker.
     failed: OnceLock<WorkerError>,
@@ -326,16 +323,16 @@ impl<'a> Shared<'a> {
         block_size(self.experiment, cell).min(most).min(self.share)
     }
 
-    /// How many blocks there are.
+    /// Returns the number of blocks.
     fn blocks(&self) -> u64 {
         let blocks = self.spans.iter();
         let blocks = blocks.map(|span| span.len().div_ceil(self.block_size(span.cell)));
         blocks.sum()
     }
 
-    /// The next block to be computed.
+    /// Takes the next block to compute.
     fn take(&self) -> Option<Span> {
-        // Nothing panics while it is locked.
+        // No code panics while holding the lock.
         let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
         let (index, taken) = *next;
         let span = self.spans.get(index)?;
@@ -354,7 +351,7 @@ impl<'a> Shared<'a> {
         })
     }
 
-    /// One worker: takes blocks in order until none is left.
+    /// Runs one worker: takes blocks in order until none is left.
     fn work<T>(&self, sender: &SyncSender<Option<T>>, finish: impl Fn(Block) -> T) {
         let _done = Done {
             sender,
@@ -399,7 +396,7 @@ impl<'a> Shared<'a> {
         }
     }
 
-    /// Ends the run. The first error is told; that of a stopped program is none.
+    /// Ends the run. Keeps the first error; a program that was stopped is not an error.
     fn fail(&self, error: WorkerError) {
         if error != WorkerError::Setup(ProgramError::Stopped.into()) {
             let _ = self.failed.set(error);
@@ -407,8 +404,8 @@ impl<'a> Shared<'a> {
         self.ended.store(true, Ordering::Relaxed);
     }
 
-    /// Trials of one cell, as far as time and the stop flag allow: at least one, unless a program that is a method
-    /// does not run.
+    /// Computes trials of one cell until the time or the stop flag ends it: at least one trial, unless an external
+    /// program fails.
     fn block(
         &self,
         worker: &mut Worker<'_>,
@@ -424,7 +421,7 @@ impl<'a> Shared<'a> {
         let (mut tally, mut end) = (CellTally::default(), trials.start);
         let (mut rows, mut error) = (Rows::default(), None);
         while error.is_none() && goes_on(end) {
-            // Rows that are not kept are tallied as soon as they are many.
+            // Rows that are not kept are tallied once there are many.
             let most = match self.keep {
                 Keep::Rows => trials.end - trials.start,
                 Keep::Tally | Keep::Nothing => TALLIED,
@@ -477,15 +474,14 @@ impl<'a> Shared<'a> {
         clippy::needless_pass_by_value,
         reason = "dropping the receiver ends the workers"
     )]
-    /// Hands blocks over until every worker is done; returns the number of trials delivered.
+    /// Passes blocks to `consume` until every worker is done. Returns the number of trials delivered.
     fn deliver<E, T: Delivery>(
         &self,
         receiver: Receiver<Option<T>>,
         mut working: usize,
         mut consume: impl FnMut(T) -> Result<(), E>,
     ) -> Result<u64, E> {
-        /// Where the consumer panics, the workers end; the receiver, dropped with it, frees those
-        /// that wait to send.
+        /// Ends the workers if the consumer panics. The receiver is dropped too, which frees workers that wait to send.
         struct EndOnPanic<'a>(&'a AtomicBool);
         impl Drop for EndOnPanic<'_> {
             fn drop(&mut self) {

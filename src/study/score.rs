@@ -13,17 +13,16 @@ use crate::plant::PoleFinder;
 use crate::real::with_fma;
 use crate::signal::{Input, Purpose, stream};
 
-/// Markov parameters over which [`Measure::ImpulseResponse`] is taken, and samples of
-/// [`Measure::FreshFit`].
+/// The number of Markov parameters in [`Measure::ImpulseResponse`], and of samples in [`Measure::FreshFit`].
 pub(super) const RESPONSE_SAMPLES: usize = 200;
 
-/// Measures passes of one cell, with buffers of its own.
+/// Measures passes of one cell, with its own buffers.
 pub(super) struct Scorer {
-    /// The first sample whose state's error counts.
+    /// The first sample at which the state's error counts.
     from: usize,
     start: ObserverStart,
     zero: Vec<f64>,
-    /// The order that each method's observer was made for.
+    /// The order for which each method's observer was made.
     orders: Vec<usize>,
     /// One for each method.
     observers: Vec<CellObserver>,
@@ -33,11 +32,11 @@ pub(super) struct Scorer {
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
     wanted: Wanted,
-    /// e_x(k), k = 0 ... K-1, of the pass that was measured last; NaN where undefined, empty where not wanted.
+    /// e_x(k), k = 0 ... K-1, of the pass measured last; NaN if undefined, empty if not wanted.
     curve: Vec<f64>,
 }
 
-/// What is computed.
+/// The quantities to compute.
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 struct Wanted {
     states: bool,
@@ -59,7 +58,7 @@ impl Scorer {
         let measures = experiment.measures_asked();
         let any = |values: &[Measure]| values.iter().any(|measure| measures.contains(measure));
         let methods = experiment.methods.iter();
-        // States of another order cannot be compared.
+        // States of a model of another order cannot be compared with the plant's.
         let comparable = methods
             .clone()
             .any(|method| method.order(cell.order) == process.order());
@@ -101,7 +100,7 @@ impl Scorer {
         })
     }
 
-    /// Prepares for the passes of a trial.
+    /// Prepares for scoring the passes of a trial.
     pub(super) fn begin(&mut self, seed: u64, trial: u64, record: &Realisation) {
         if record.failure.is_some() {
             return;
@@ -125,12 +124,12 @@ impl Scorer {
         }
     }
 
-    /// e_x(k) of the pass that was measured last.
+    /// Returns e_x(k) of the pass measured last.
     pub(super) fn curve(&self) -> &[f64] {
         &self.curve
     }
 
-    /// Fills the row of a pass of a method, whose number is for its failures.
+    /// Fills the row of a pass of a method. `number` is the pass's number, used for its failures.
     pub(super) fn score(
         &mut self,
         method: usize,
@@ -151,7 +150,7 @@ impl Scorer {
             row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a, !pass.unstable);
         }
         let Pass { a, b, direct, .. } = pass;
-        // A method of a user's own may leave a model of any order.
+        // A user's own method may return a model of any order.
         self.x.resize(self.x.len().max(a.len()), 0.0);
         let (model, x) = (System { a, b, d: *direct }, &mut self.x[..a.len()]);
         let response = &self.response;
@@ -201,7 +200,7 @@ impl Scorer {
         self.zero = zero;
     }
 
-    /// Stage 12: the observer from k = 0 to K, and its errors from the first sample on that counts.
+    /// Stage 12: runs the observer from k = 0 to K, and takes its errors from the first scored sample on.
     fn observe(
         &mut self,
         method: usize,

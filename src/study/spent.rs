@@ -1,4 +1,4 @@
-//! Where the time of trials goes.
+//! The time that trials take, by part.
 
 use std::ops::AddAssign;
 use std::time::{Duration, Instant};
@@ -6,27 +6,27 @@ use std::time::{Duration, Instant};
 /// Time that threads spent on trials, summed over the threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Spent {
-    /// Drawing records: random numbers, noise, the plant. In continuous time the observers too,
-    /// which run along.
+    /// Drawing records: random numbers, noise, the plant. In continuous time also the observers, which run with the
+    /// plant.
     pub simulation: Duration,
     /// Stages 1 to 11.
     pub estimation: Duration,
-    /// Observers, errors and whatever else is measured.
+    /// Observers, errors and other measures.
     pub measures: Duration,
     /// Sums, counts and distributions over trials.
     pub statistics: Duration,
-    /// Files.
+    /// Reading and writing files.
     pub storage: Duration,
 }
 
 impl Spent {
-    /// All of it.
+    /// Returns the sum of all parts.
     pub fn total(&self) -> Duration {
         let parts = self.parts().map(|(_, part)| part);
         parts.into_iter().sum()
     }
 
-    /// Each part by its name.
+    /// Returns each part with its name.
     pub fn parts(&self) -> [(&'static str, Duration); 5] {
         let Self {
             simulation,
@@ -55,7 +55,7 @@ impl AddAssign for Spent {
     }
 }
 
-/// Tells laps.
+/// Measures laps.
 pub(super) struct Watch(Instant);
 
 impl Watch {
@@ -63,7 +63,7 @@ impl Watch {
         Self(Instant::now())
     }
 
-    /// The time since the start or the last lap.
+    /// Returns the time since the start or the last lap.
     pub(super) fn lap(&mut self) -> Duration {
         let now = Instant::now();
         now.duration_since(std::mem::replace(&mut self.0, now))

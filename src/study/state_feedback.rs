@@ -5,29 +5,29 @@ use crate::estimator::{Estimator, Failure, LeastSquares, Pass, SetupError, Shape
 use crate::observer::{Gain, Observer};
 use serde_json::json;
 
-/// The loop is open (u = r) for k < N1. Then (a, b, x0) are identified by least squares on these N1
-/// samples, the observer runs over them from x0, and from k = N1 on `u(k) = -k' xhat(k) + r(k)`.
-/// The model stays as it is; xhat(k) knows y up to k - 1.
+/// The settings of the state feedback. The loop is open (u = r) for k < N1. Then least squares on these N1 samples
+/// identifies (a, b, x0), and the observer runs over them from x0. From k = N1 on `u(k) = -k' xhat(k) + r(k)`. The
+/// model is not updated; xhat(k) uses y up to k - 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateFeedback {
-    /// The feedback k, n numbers; n is the order of the model too.
+    /// The feedback k, n numbers; n is also the order of the model.
     pub k: Vec<f64>,
     /// N1, samples in open loop.
     pub pilot: usize,
-    /// Of the observer in the loop.
+    /// The gain of the observer in the loop.
     pub gain: Gain,
-    /// For the identification.
+    /// The solver of the identification.
     pub solver: Solver,
 }
 
 impl StateFeedback {
-    /// The law for [`crate::data::Feedback::Controlled`].
+    /// Returns the law for [`crate::data::Feedback::Controlled`].
     ///
     /// # Errors
-    /// If N1 is below 3n, there is no k, or gain or solver do not fit.
+    /// If N1 is below 3n, k is empty, or gain or solver do not fit.
     ///
     /// # Panics
-    /// Never: what controllers are made of is checked first.
+    /// Never: the settings are checked first.
     pub fn law(&self) -> Result<ControlLaw, SetupError> {
         Adaptive::new(self)?;
         let description = json!({
@@ -40,7 +40,7 @@ impl StateFeedback {
     }
 }
 
-/// The controller, with the model of the trial under way.
+/// The controller, with the model of the current trial.
 struct Adaptive {
     k: Vec<f64>,
     pilot: usize,
@@ -65,7 +65,7 @@ impl Adaptive {
         })
     }
 
-    /// The model from the open-loop part, and xhat(N1).
+    /// Identifies the model from the open-loop part, and computes xhat(N1).
     fn identify(&mut self, u: &[f64], y: &[f64]) -> Result<(), DrawFailure> {
         let window = Window::new(u, y, self.pilot);
         let passes = std::slice::from_mut(&mut self.model);

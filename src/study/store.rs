@@ -1,4 +1,4 @@
-//! Parquet files: the summary as a table, and what of stored trials is read again.
+//! Parquet files: writes the summary as a table, and reads stored trials again.
 
 use super::experiment::{Cell, Experiment};
 use super::file::{Key, Scalar};
@@ -19,10 +19,10 @@ use std::path::{Path, PathBuf};
 /// Why trials could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// A file.
+    /// A file failed.
     #[error(transparent)]
     File(#[from] PathError),
-    /// The file's content or its encoding.
+    /// The file's content or its encoding is wrong.
     #[error("{}: {source}", .path.display())]
     Parquet {
         /// The file.
@@ -32,7 +32,7 @@ pub enum StoreError {
     },
 }
 
-/// A writer of row groups with the columns of a table.
+/// Makes a writer of row groups with the columns of a table.
 fn batched(to: BufWriter<File>, table: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
     ParquetWriter::new(to)
         .with_compression(ParquetCompression::Zstd(None))
@@ -40,7 +40,7 @@ fn batched(to: BufWriter<File>, table: &DataFrame) -> PolarsResult<BatchedWriter
         .batched(table.schema())
 }
 
-/// A setting that varies, and whether all of its values are numbers.
+/// A setting that varies, and whether all its values are numbers.
 type Setting = (Key, bool);
 
 pub(super) fn numeric_settings(experiment: &Experiment) -> Vec<Setting> {
@@ -52,7 +52,7 @@ pub(super) fn numeric_settings(experiment: &Experiment) -> Vec<Setting> {
     axes.map(|key| (key, numeric(key))).collect()
 }
 
-/// The columns that say which cell a row is of.
+/// Returns the columns that identify the cell of a row.
 fn cell_columns<'e, R>(
     experiment: &'e Experiment,
     settings: &[Setting],
@@ -83,12 +83,12 @@ fn cell_columns<'e, R>(
     columns
 }
 
-/// A number, `None` (null) where it is undefined.
+/// Returns a number; `None` (null) if it is undefined.
 fn defined(x: f64) -> Option<f64> {
     Some(x).filter(|x| !x.is_nan())
 }
 
-/// Writes the summary as a table to a new file: a row for every cell, output and measure.
+/// Writes the summary as a table to a new file, with a row for every cell, output and measure.
 ///
 /// # Errors
 /// If the file cannot be written.
@@ -114,10 +114,10 @@ pub fn write_summary(
     Ok(file.sync_all().map_err(PathError::io(path))?)
 }
 
-/// A row of the summary's table: cell, output, the figure's name and its statistics.
+/// A row of the summary's table: cell, output, name of the measure and its statistics.
 type SummaryRow<'a> = (usize, &'a OutputSummary, String, &'a Statistics);
 
-/// Cells in a group of the summary's table.
+/// Returns the number of cells in a group of the summary's table.
 fn group_cells(summary: &Summary) -> usize {
     let rows = |cell: &CellSummary| -> usize {
         let outputs = cell.outputs.iter();
@@ -198,7 +198,7 @@ fn summary_frame(
     DataFrame::new(rows.len(), columns)
 }
 
-/// A column's name, and what it takes of the statistics.
+/// A column's name, and the statistic that it shows.
 type Named<T> = (&'static str, fn(&Statistics) -> T);
 
 fn column<'a, R, T>(rows: &'a [R], name: &str, value: impl Fn(&'a R) -> T) -> Column
@@ -219,8 +219,8 @@ fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, Store
     })
 }
 
-/// Whether `rows`, all outputs of one trial of a cell, stand bit for bit in a stored file whose
-/// cells have so many trials each; `None` where the file has no such trial.
+/// Whether a stored file contains `rows`, all outputs of one trial of a cell, bit for bit. `trials` is the number of
+/// trials of each of its cells. `None` if the file does not have this trial.
 ///
 /// # Errors
 /// If the file cannot be read.
@@ -249,8 +249,8 @@ pub fn stored_alike(
     })
 }
 
-/// Where the rows of a trial begin in a file whose cells have so many trials each; `None` where it
-/// has no such trial.
+/// Returns the index of the first row of a trial in a file whose cells have these numbers of trials; `None` if it does
+/// not have the trial.
 fn first_row(cell: usize, trials: &[u64], rows: &[Row]) -> Option<usize> {
     let (before, of_cell) = (trials.get(..cell)?, trials.get(cell)?);
     let trial = rows.first()?.trial;

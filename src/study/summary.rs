@@ -1,4 +1,4 @@
-//! Everything that a report shows, made of tallies; what summary.json holds.
+//! The summary of a study: all that a report shows, computed from tallies and stored in summary.json.
 
 use super::build::LARGEST_COUNT;
 use super::coefficients;
@@ -40,10 +40,10 @@ pub struct OutputSummary {
     /// Statistics of the signed errors of a_1 ... a_n, h_1 ... h_n: bias (mean), SD, RMSE.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<(String, Statistics)>,
-    /// What the 95 % intervals of the coefficients do, of those that have a standard error.
+    /// How the 95 % intervals of the coefficients cover the truth, for coefficients with a standard error.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coverage: Vec<(String, Coverage)>,
-    /// What theory says of the measures that it knows: not where the cell has none.
+    /// Theoretical values of the measures that theory knows; empty if the cell has no theory.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub theory: BTreeMap<Measure, TheorySummary>,
 }
@@ -64,7 +64,7 @@ impl OutputSummary {
                 .zip(&tally.samples)
                 .map(|(measure, sample)| {
                     let mut statistics = sample.statistics(measure.worse());
-                    // What an output never has is not lost.
+                    // A measure that this output never has does not count as lost.
                     if statistics.count == 0 && tally.outcomes.failed() == 0 {
                         statistics.quantiles = Quantiles::UNDEFINED;
                         statistics.conditional = None;
@@ -93,14 +93,14 @@ impl OutputSummary {
 pub struct ComparisonSummary {
     /// The first output's label.
     pub first: String,
-    /// The second's.
+    /// The second output's label.
     pub second: String,
     /// Differences and ratios of every measure.
     #[serde(rename = "figures")]
     pub measures: BTreeMap<Measure, PairedStatistics>,
 }
 
-/// How one output fares with a bound.
+/// How often one output meets a bound.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct OutputShare {
     /// The output's label.
@@ -116,7 +116,7 @@ pub struct BoundSummary {
     pub bound: BoundTable,
     /// Every output.
     pub outputs: Vec<OutputShare>,
-    /// What the last output's share says.
+    /// The verdict of the last output's share.
     pub verdict: BoundVerdict,
 }
 
@@ -144,11 +144,11 @@ pub struct CellSummary {
     pub settings: Settings,
     /// Trials.
     pub trials: u64,
-    /// Whether nothing is random: one trial stands for all, its values have no Monte-Carlo error,
-    /// and shares of trials mean nothing.
+    /// Whether nothing is random. One trial then stands for all, its values have no Monte-Carlo error, and shares of
+    /// trials mean nothing.
     #[serde(default, skip_serializing_if = "is_false")]
     pub deterministic: bool,
-    /// Solves of a lane that were done again with pivots; 0 where faer ran.
+    /// Solves of a lane that were repeated with pivoting; 0 if faer ran.
     #[serde(default)]
     pub fallbacks: u64,
     /// Every output.
@@ -225,8 +225,8 @@ impl CellSummary {
         self.outputs.iter().map(OutputSummary::label).collect()
     }
 
-    /// Checks that a stored cell can be what [`Self::new`] makes, with the outputs of the others.
-    /// What is wrong with a stored cell, that must have `least` trials.
+    /// Checks that a stored cell could have come from [`Self::new`], with these outputs and at least `least` trials.
+    /// The error names the faulty part.
     fn check(&self, index: usize, labels: &[String], least: u64) -> Result<(), &'static str> {
         let (trials, n) = (self.trials, self.order);
         let output = |output: &OutputSummary| {
@@ -285,18 +285,18 @@ impl CellSummary {
         Ok(())
     }
 
-    /// The output of a label.
+    /// Returns the output with this label.
     pub fn output(&self, label: &str) -> Option<&OutputSummary> {
         self.outputs.iter().find(|output| output.label() == label)
     }
 
-    /// Whether a setting's value is a number; a text is none even where it looks like one.
+    /// Whether a setting's value is a number. A text is not one, even if it looks like a number.
     pub fn is_number(&self, key: Key) -> bool {
         let count = matches!(key, Key::Window | Key::Order | Key::Horizon);
         count || matches!(self.settings.get(&key), Some(Scalar::Number(_)))
     }
 
-    /// A setting's value as text.
+    /// Returns a setting's value as text.
     pub fn setting(&self, key: Key) -> String {
         match key {
             Key::Window => self.window.to_string(),
@@ -339,13 +339,12 @@ fn bounds(
         .collect()
 }
 
-/// What the slopes need of a cell, for every slope of the file and every output: few numbers
-/// instead of tallies.
+/// What slopes need of a cell: a few numbers for every slope of the file and every output, instead of tallies.
 #[derive(Clone, Debug)]
 pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
 
 impl SlopeStatistics {
-    /// Takes them from a cell's tally.
+    /// Extracts them from a cell's tally.
     pub fn new(experiment: &Experiment, tally: &CellTally) -> Self {
         let measures = experiment.sloped_measures();
         let groups_of = |table: &SlopeTable| {
@@ -377,11 +376,11 @@ pub struct SlopeSummary {
     pub table: SlopeTable,
     /// The output's label.
     pub output: String,
-    /// The settings that these cells share, of those that vary.
+    /// The settings that these cells share, among those that vary.
     pub settings: Settings,
     /// The cells.
     pub cells: Vec<usize>,
-    /// The slope; null where it is undefined.
+    /// The slope; null if it is undefined.
     pub slope: Option<Slope>,
     /// Why it is undefined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -394,9 +393,9 @@ pub struct CellPair {
     /// What was asked for.
     #[serde(rename = "of")]
     pub table: SeriesTable,
-    /// The cell that the other is compared with.
+    /// The cell in the denominator.
     pub from: usize,
-    /// The other.
+    /// The other cell.
     pub to: usize,
     /// The measure in `to` over that in `from`.
     pub ratio: PairedStatistics,
@@ -405,8 +404,8 @@ pub struct CellPair {
 /// What a cell kept trial by trial, in the order of [`Experiment::series_of`].
 pub type CellSeries = Vec<Vec<f64>>;
 
-/// A study's results. As JSON the numbers of cells and slopes have nine significant digits;
-/// summary.parquet has all.
+/// A study's results. In JSON the numbers of cells and slopes have nine significant digits; summary.parquet has all
+/// digits.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Summary {
     /// The title.
@@ -415,19 +414,19 @@ pub struct Summary {
     pub question: String,
     /// The hypothesis.
     pub hypothesis: String,
-    /// The claims that it speaks to.
+    /// The names of the study's claims.
     pub claims: Vec<String>,
     /// Whether trials that the study asks for are missing.
     #[serde(default, skip_serializing_if = "is_false")]
     pub partial: bool,
     /// The seed.
     pub seed: u64,
-    /// The settings that vary, beside claim, eta and window.
+    /// The settings that vary, other than claim, eta and window.
     pub axes: Vec<Key>,
-    /// The largest relative error that quantiles and trimmed means have of their bins, beside their
-    /// standard error.
+    /// The largest relative error of quantiles and trimmed means due to binning. It comes on top of their standard
+    /// error.
     pub quantile_relative_error: f64,
-    /// The same of the quantiles in `curves`.
+    /// The same for the quantiles in `curves`.
     pub curve_relative_error: f64,
     /// Every cell.
     #[serde(serialize_with = "rounded")]
@@ -449,8 +448,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Puts cells together; `statistics` are what the slopes need of every cell, `series` what
-    /// pairs of cells do.
+    /// Puts cells together. `statistics` holds what the slopes need of every cell, `series` what pairs of cells need.
     pub fn new(
         experiment: &Experiment,
         cells: Vec<CellSummary>,
@@ -477,11 +475,10 @@ impl Summary {
         }
     }
 
-    /// The summary that a file holds, whoever wrote it: what comes out is what a run could have
-    /// left.
+    /// Reads a summary from JSON, and checks that a run could have written it.
     ///
     /// # Errors
-    /// What is wrong.
+    /// What is wrong with it.
     pub fn from_json(text: &[u8]) -> Result<Self, String> {
         let summary: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
         let errors = [
@@ -521,7 +518,7 @@ impl Summary {
                 (false, true) => from.trials,
                 _ => from.trials.min(to.trials),
             };
-            // Where trials are missing, cells are paired up to the first of them.
+            // If trials are missing, cells are paired up to the first missing one.
             let trials = if summary.partial {
                 pair.ratio
                     .checked_trials()
@@ -539,8 +536,8 @@ impl Summary {
     }
 }
 
-/// Items with numbers of nine significant digits, one at a time: all of a large study would not fit
-/// into memory.
+/// Serializes items with numbers of nine significant digits. Works item by item, because all items of a large study
+/// would not fit into memory.
 fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(items.iter().map(|item| {
         let mut json = serde_json::to_value(item).unwrap_or_default();
@@ -565,7 +562,7 @@ pub(super) fn round(value: &mut Value) {
     }
 }
 
-/// Every pair of cells that claims compare, over the trials that both have.
+/// Returns every pair of cells that claims compare, over the trials that both have.
 fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
     let file = &experiment.file;
     let settings: Vec<&Settings> = experiment.cells.iter().map(|cell| &cell.settings).collect();
@@ -582,7 +579,7 @@ fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
     });
     let paired = found.filter_map(|(table, [from, to])| {
         let (first, second) = (values(to, table)?, values(from, table)?);
-        // One trial of a cell in which nothing is random stands for all.
+        // One trial of a cell without randomness stands for all.
         let sure = |cell: usize| experiment.cells[cell].is_deterministic();
         let trials = match (sure(to), sure(from)) {
             (true, false) => second.len(),
@@ -602,7 +599,7 @@ fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
     paired.collect()
 }
 
-/// The slopes of one table: for every value of the other axes and every output.
+/// Returns the slopes of one table, for every combination of the other axes and every output.
 fn slopes(
     experiment: &Experiment,
     index: usize,
@@ -613,8 +610,8 @@ fn slopes(
     let axes = [Key::Claim, Key::Eta, Key::Window]
         .into_iter()
         .chain(experiment.axes());
-    // What moves with the axis does not tell families apart: zipped settings, and l, which is the
-    // window.
+    // Settings that change together with the axis do not tell families apart: those zipped with it, and l, which
+    // determines the window.
     let zip = experiment
         .file
         .zip

@@ -1,5 +1,4 @@
-//! What a block leaves of its trials: counts and accumulators that merge in any order to the same
-//! bits.
+//! The tally of a block: counts and accumulators that give the same bits in whatever order they are merged.
 
 use super::continuous_time::Traces;
 use super::curves::Curves;
@@ -26,7 +25,7 @@ pub struct Outcomes {
     pub failures: BTreeMap<String, u64>,
     /// Trials with an unstable A-hat.
     pub unstable: u64,
-    /// Trials in which this or an earlier pass had one, reported or not.
+    /// Trials in which this or an earlier pass had an unstable A-hat, reported or not.
     #[serde(default)]
     pub unstable_so_far: u64,
     /// Trials with a failure or an unstable A-hat.
@@ -35,7 +34,7 @@ pub struct Outcomes {
 }
 
 impl Outcomes {
-    /// Trials with a failure.
+    /// Returns the number of trials with a failure.
     pub fn failed(&self) -> u64 {
         self.failures.values().sum()
     }
@@ -73,9 +72,9 @@ pub struct OutputTally {
     pub outcomes: Outcomes,
     /// Every measure, in the order of the file.
     pub samples: Vec<Sample>,
-    /// What is wanted of each coefficient (`coefficients`).
+    /// The requested values of each coefficient (`coefficients`).
     pub parameters: Vec<Sample>,
-    /// Trials that meet each bound, in the order of the file.
+    /// The number of trials that meet each bound, in the order of the file.
     pub met: Vec<u64>,
 }
 
@@ -84,39 +83,39 @@ pub struct OutputTally {
 pub struct CellTally {
     /// Trials.
     pub trials: u64,
-    /// Solves of a lane that were done again with pivots.
+    /// Solves of a lane that were repeated with pivoting.
     pub fallbacks: u64,
     /// Every output.
     pub outputs: Vec<OutputTally>,
-    /// For every comparison, every measure.
+    /// Every measure of every comparison.
     pub pairs: Vec<Vec<Paired>>,
-    /// For every measure that slopes are of and every output, the jackknife's groups.
+    /// The jackknife's groups, for every measure with a slope and every output.
     pub groups: Vec<Vec<Vec<Sample>>>,
-    /// For every series that the cell keeps, the measure trial by trial in runs, by their first
-    /// trial; NaN of a lost one.
+    /// For every series that the cell keeps, runs of the measure trial by trial, keyed by their first trial. A lost
+    /// trial is NaN.
     pub series: Vec<BTreeMap<u64, Vec<f64>>>,
-    /// e_x(k) over k, of the first and the last output.
+    /// e_x(k) over k for the first and the last output.
     pub curves: Option<Curves>,
-    /// The course of trial 0 in continuous time, where it is wanted.
+    /// The course of trial 0 in continuous time, if wanted.
     pub traces: Option<Traces>,
 }
 
-/// Trials of one cell as they come: rows, curves.
+/// Trials of one cell as they are computed: rows, curves.
 pub struct Trials {
     /// All outputs of every trial.
     pub rows: Rows,
-    /// e_x(k) over k, where wanted.
+    /// e_x(k) over k, if wanted.
     pub curves: Option<Curves>,
-    /// The course of trial 0 in continuous time, where it is wanted and among the trials.
+    /// The course of trial 0 in continuous time, if wanted and among these trials.
     pub traces: Option<Traces>,
-    /// Solves of a lane that were done again with pivots.
+    /// Solves of a lane that were repeated with pivoting.
     pub fallbacks: u64,
     /// Where the time went.
     pub spent: Spent,
 }
 
 impl Trials {
-    /// None yet, with room for what a study keeps of a cell.
+    /// Makes an empty set with room for what a study keeps of a cell.
     pub fn new(experiment: &Experiment, cell: &Cell) -> Self {
         let curves = experiment.file.curves;
         Self {
@@ -125,12 +124,12 @@ impl Trials {
         }
     }
 
-    /// None yet, with room for every measure and no curves.
+    /// Makes an empty set with room for every measure and no curves.
     pub fn of_all_measures(experiment: &Experiment, cell: &Cell) -> Self {
         Self::from_rows(Rows::of_all_measures(experiment, cell))
     }
 
-    /// Removes rows, traces and counts; room, curves and times stay.
+    /// Removes rows, traces and counts; allocated room, curves and times stay.
     pub(super) fn clear(&mut self) {
         self.rows.clear();
         self.traces = None;
@@ -162,18 +161,18 @@ where
 }
 
 impl CellTally {
-    /// The tally of some trials; their curves move into it.
+    /// Returns the tally of some trials. Their curves move into it.
     pub fn from_trials(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
         let (curves, traces) = (trials.curves.take(), trials.traces.take());
         let rows = &trials.rows;
         let file = &experiment.file;
-        // Every file's measure stands in its rows.
+        // The rows contain every measure of the file.
         let place = |measure: Measure| rows.measures().iter().position(|other| *other == measure);
         let counted = |output: usize, measure: Measure| -> Cow<'_, [f64]> {
             let rows = &rows.outputs()[output];
             place(measure).map_or(Cow::default(), |at| rows.counted(&rows.values()[at]))
         };
-        // Each column with its failed trials left out once, whoever counts it.
+        // Leave the failed trials out of each column once, for all that use it.
         let columns: Vec<Vec<Cow<'_, [f64]>>> = (0..rows.outputs().len())
             .map(|output| {
                 file.measures
@@ -241,11 +240,11 @@ impl CellTally {
         }
     }
 
-    /// Checks that this can be what [`Self::from_trials`] leaves of these trials of a cell: every
-    /// part is there, and each obeys what its type does.
+    /// Checks that this can be what [`Self::from_trials`] returns for these trials of a cell: every part is there, and
+    /// each keeps the invariants of its type.
     ///
     /// # Errors
-    /// The part that does not.
+    /// The faulty part.
     pub(super) fn check(
         &self,
         experiment: &Experiment,
@@ -302,7 +301,7 @@ impl CellTally {
             });
             joined && next == trials.end
         };
-        // Stages 3 or 10, and 6.
+        // Stages 3 or 10, and stage 6.
         let solves = count.saturating_mul(2 * passes);
         for (fits, part) in [
             (self.trials == count, "another number of trials"),
@@ -334,7 +333,7 @@ impl CellTally {
         Ok(())
     }
 
-    /// The series of all trials, in their order.
+    /// Returns the series of all trials, in their order.
     pub fn whole_series(&self) -> CellSeries {
         let whole = |parts: &BTreeMap<u64, Vec<f64>>| parts.values().flatten().copied().collect();
         self.series.iter().map(whole).collect()
@@ -371,7 +370,7 @@ impl CellTally {
     }
 }
 
-/// How many of some trials are in a group of the jackknife.
+/// Returns how many of some trials belong to a group of the jackknife.
 fn group_size(group: u64, trials: &Range<u64>) -> u64 {
     let groups = JACKKNIFE_GROUPS as u64;
     let before = |end: u64| (end + groups - 1 - group) / groups;
@@ -402,7 +401,7 @@ pub(super) fn outcomes(rows: &OutputRows) -> Outcomes {
     outcomes
 }
 
-/// How many rows meet each bound of the file.
+/// Counts the rows that meet each bound of the file.
 fn met(experiment: &Experiment, cell: &Cell, measures: &[Measure], rows: &OutputRows) -> Vec<u64> {
     let column = |measure: Measure| {
         let at = measures.iter().position(|other| *other == measure);

@@ -1,4 +1,4 @@
-//! What theory says of an experiment's cells.
+//! Theoretical results for an experiment's cells.
 
 use super::{Cell, Experiment, Measure};
 use crate::metric::Statistics;
@@ -8,15 +8,15 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::OnceLock;
 
-/// What theory says of a cell, or why there is none.
+/// The theory of a cell, or why there is none.
 pub type FoundTheory = Result<CellTheory, NoTheory>;
 
-/// The theories of all cells, each found when it is first asked for; cells that differ in nothing that it depends on, such
-/// as the window, share one.
+/// The theories of all cells, each computed when first requested. Cells that differ only in settings that do not matter
+/// to it, such as the window, share one theory.
 pub(super) struct Theories {
-    /// Of every cell the index of its theory.
+    /// The index of every cell's theory.
     place: Vec<usize>,
-    /// The first cell of each, and what was found.
+    /// The first cell of each theory, and the result.
     found: Vec<(usize, OnceLock<FoundTheory>)>,
 }
 
@@ -27,7 +27,7 @@ impl Theories {
         let place = cells.iter().enumerate().map(|(index, cell)| {
             let key = cell.process().map_or_else(String::new, |process| {
                 let mut of_process = process.describe();
-                // Where a record starts is forgotten.
+                // The limit does not depend on the initial state.
                 of_process["x0"].take();
                 of_process["x0_deviation"].take();
                 format!("{of_process} {} {}", cell.eta, cell.order)
@@ -45,7 +45,7 @@ impl Theories {
 }
 
 impl Experiment {
-    /// What theory says of a cell as N grows, for every output.
+    /// Returns the theory of a cell as N grows, for every output.
     ///
     /// # Panics
     /// If there is no such cell.
@@ -61,24 +61,24 @@ impl Experiment {
 }
 
 named_enum! {
-    /// What of theory the results of an output are compared with.
+    /// The theoretical value with which the results of an output are compared.
     TheoryReference, "reference of theory" {
-        /// What theory gives for the output itself.
+        /// The theory of the output itself.
         Own = "theory",
-        /// The Cramer-Rao bound where A is common to plant and noise.
+        /// The Cramer-Rao bound if plant and noise share A.
         Shared = "bound:shared",
-        /// The Cramer-Rao bound where the noise model has its own poles.
+        /// The Cramer-Rao bound if the noise model has its own poles.
         Separate = "bound:separate",
     }
 }
 
 impl TheoryReference {
-    /// The reference of a name, where it is one and no output.
+    /// Parses the name of a reference; `None` for the name of an output.
     pub fn named(name: &str) -> Option<Self> {
         name.parse().ok()
     }
 
-    /// As sentences call it.
+    /// Returns its name in sentences.
     pub const fn words(self) -> &'static str {
         match self {
             Self::Own => "its theory",
@@ -88,7 +88,7 @@ impl TheoryReference {
     }
 }
 
-/// Median and root mean square of an error that has the distribution of the limit, at the window N: over sqrt(N).
+/// Median and root mean square of an error at the window N, from its limit distribution divided by sqrt(N).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LimitError {
     /// The median.
@@ -107,7 +107,7 @@ impl LimitError {
     }
 }
 
-/// One value for each bound; null where there is none.
+/// One value for each bound; null if there is none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OfBounds<T> {
     /// [`TheoryReference::Shared`].
@@ -125,20 +125,20 @@ impl<T> OfBounds<T> {
     }
 }
 
-/// What theory says of a measure of an output, as N grows, beside what its trials say.
+/// The theory of a measure of an output, as N grows, to compare with its trials.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TheorySummary {
-    /// The output's own; null where it is biased or has no theory.
+    /// The theory of the output itself; null if the output is biased or has no theory.
     pub theory: Option<LimitError>,
-    /// An efficient estimate's.
+    /// The theory of an efficient estimate.
     pub bound: OfBounds<LimitError>,
-    /// The square of the median under the bound over the median of all trials, lost ones last; null where the output is
-    /// biased.
+    /// The square of the ratio of the median under the bound to the median of all trials, lost ones ranked last. Null
+    /// if the output is biased.
     pub efficiency: OfBounds<f64>,
 }
 
 impl TheorySummary {
-    /// The error of a reference.
+    /// Returns the error of a reference.
     pub fn reference(&self, of: TheoryReference) -> Option<LimitError> {
         match of {
             TheoryReference::Own => self.theory,
@@ -148,13 +148,13 @@ impl TheorySummary {
     }
 }
 
-/// The measures of theory that have this name.
+/// Returns the measure of theory with the same name.
 pub(super) fn smooth(measure: Measure) -> Option<SmoothMeasure> {
     let mut all = SmoothMeasure::ALL.iter().copied();
     all.find(|smooth| smooth.name() == measure.name())
 }
 
-/// Theory beside the statistics of an output's measures.
+/// Returns the theory of an output's measures, with efficiencies from their statistics.
 pub(super) fn beside(
     theory: &CellTheory,
     output: &Result<Theory, Missing>,
@@ -163,7 +163,7 @@ pub(super) fn beside(
 ) -> BTreeMap<Measure, TheorySummary> {
     let is_biased = match output {
         Ok(theory) => !theory.is_consistent,
-        // Of a method without theory its user knows.
+        // The user knows whether a method without theory is biased.
         Err(Missing::Method(_)) => false,
         Err(_) => true,
     };

@@ -1,4 +1,4 @@
-//! Times of the methods, which are measured apart from results.
+//! Times of the methods, measured apart from the results.
 
 use serde::Deserialize;
 
@@ -18,7 +18,7 @@ pub struct MethodTime {
 }
 
 impl MethodTime {
-    /// Whether it can be a time of a study of so many cells.
+    /// Whether it can be a time from a study of so many cells.
     pub(crate) fn is_of(&self, cells: usize) -> bool {
         let times = [self.q25_seconds, self.median_seconds, self.q75_seconds];
         self.cell < cells && times[0] >= 0.0 && times.is_sorted_by(|a, b| a <= b)

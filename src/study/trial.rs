@@ -11,20 +11,20 @@ use crate::estimator::{Estimator, Output, Pass, Progress, Records, SetupError, W
 use crate::metric::relative_error;
 use crate::worker::seed_of;
 
-/// Buffers to run trials of one cell: one value per worker.
+/// Buffers to run trials of one cell; each worker has its own.
 pub struct Trial<'e> {
     experiment: &'e Experiment,
     cell: &'e Cell,
     process: &'e Process,
     outputs: Vec<Output>,
     realisation: Realisation,
-    /// Records of other trials, where a method wants to see them.
+    /// Records of other trials, for methods that need them.
     others: Others<'e>,
     methods: Vec<MethodRun<'e>>,
     scorer: Scorer,
     /// The rows of the last trial.
     rows: Vec<Row>,
-    /// Room for what is wanted of each coefficient of a row.
+    /// Room for the requested values of each coefficient of a row.
     parameters: Vec<f64>,
 }
 
@@ -36,7 +36,7 @@ struct MethodRun<'e> {
     reported: &'e [usize],
 }
 
-/// Everything that one trial computed, for a replay.
+/// All that one trial computed, for a replay.
 pub struct TrialRecord<'a> {
     /// The record and its truth.
     pub realisation: &'a Realisation,
@@ -60,7 +60,7 @@ impl Records for Others<'_> {
     fn draw(&mut self, trial: u64) -> Option<Window<'_>> {
         let (cell, record) = (self.cell, &mut self.realisation);
         let Cell { eta, window, .. } = *cell;
-        // A longer record begins with the same samples.
+        // A shorter record has the same samples as the beginning of a longer one.
         self.process
             .realise(self.seed, trial, eta, window, window, record);
         let drawn = record.failure.is_none();
@@ -73,7 +73,7 @@ impl Records for Others<'_> {
 }
 
 impl<'e> Trial<'e> {
-    /// Buffers for a cell of an experiment.
+    /// Makes buffers for a cell of an experiment.
     ///
     /// # Errors
     /// If a method cannot serve the cell, or it is in continuous time.
@@ -106,7 +106,7 @@ impl<'e> Trial<'e> {
         })
     }
 
-    /// Runs a trial: its rows, one per output.
+    /// Runs a trial and returns its rows, one per output.
     ///
     /// # Errors
     /// [`SetupError::Program`].
@@ -115,7 +115,7 @@ impl<'e> Trial<'e> {
         Ok(&self.rows)
     }
 
-    /// Runs a trial and appends what is wanted of it; nothing where there is an error.
+    /// Runs a trial and appends the requested results; nothing if there is an error.
     ///
     /// # Errors
     /// [`SetupError::Program`].
@@ -142,7 +142,7 @@ impl<'e> Trial<'e> {
         Ok(())
     }
 
-    /// Runs a trial; `on_row` sees each row with its pass, the record and e_x(k).
+    /// Runs a trial. `on_row` receives each row with its pass, the record and e_x(k).
     fn measure(
         &mut self,
         trial: u64,
@@ -199,7 +199,7 @@ impl<'e> Trial<'e> {
         Ok(spent)
     }
 
-    /// What the last [`Self::run`] computed.
+    /// Returns all that the last [`Self::run`] computed.
     pub fn record(&self) -> TrialRecord<'_> {
         let passes = self
             .methods
@@ -218,7 +218,7 @@ impl<'e> Trial<'e> {
     }
 }
 
-/// `|| a - a_before || / || a_before ||`; NaN where one of them is not known.
+/// Returns `|| a - a_before || / || a_before ||`; NaN if one of them is not known.
 fn change(before: &Pass, pass: &Pass) -> f64 {
     if before.progress.min(pass.progress) >= Progress::Parameters {
         relative_error(&before.a, &pass.a)

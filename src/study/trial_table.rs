@@ -1,4 +1,4 @@
-//! trials.parquet: groups of rows, encoded on any thread and written in their order.
+//! trials.parquet: groups of rows, encoded on any thread and written in order.
 
 use super::experiment::Experiment;
 use super::file::{Key, Scalar};
@@ -26,20 +26,20 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 
-/// Rows in a group, at least; groups end with a trial. No measure depends on it.
+/// The least number of rows in a group. Groups end with a trial. No measure depends on it.
 pub(super) const GROUP_ROWS: usize = 1 << 16;
 
-/// Numbers hardly compress, so the fastest level does nearly what the others do.
+/// Numbers hardly compress, so the fastest level does nearly as well as the others.
 const ZSTD_LEVEL: i32 = 1;
 
 /// The columns of trials.parquet for an experiment.
 ///
 /// `cell, claim, eta, window`, every other setting that varies,
-/// `trial, estimator, pass, status, failed_pass, failed_stage, unstable, unstable_so_far`, then
-/// every measure; eta in per cent; null where undefined.
+/// `trial, estimator, pass, status, failed_pass, failed_stage, unstable, unstable_so_far`, then every measure. eta is
+/// in per cent; undefined values are null.
 pub(super) struct TrialTable<'e> {
     experiment: &'e Experiment,
-    /// Settings that vary, and whether all values are numbers.
+    /// The settings that vary, each with whether all its values are numbers.
     settings: Vec<(Key, bool)>,
     outputs: Vec<Output>,
     schema: ArrowSchema,
@@ -47,7 +47,7 @@ pub(super) struct TrialTable<'e> {
     options: WriteOptions,
 }
 
-/// Trials of a cell that are in a group, as places in their rows.
+/// Trials of a cell that belong to a group, as indices into their rows.
 #[derive(Clone)]
 struct Part {
     cell: usize,
@@ -55,18 +55,18 @@ struct Part {
     places: Range<usize>,
 }
 
-/// A group of rows as it stands in a file: the pages of every column.
+/// A group of rows in the form of the file: the pages of every column.
 struct Encoded {
     rows: usize,
     columns: Vec<Vec<CompressedPage>>,
 }
 
-/// A column of a group, and how it is encoded.
+/// A column of a group with its encoding.
 type Column = (Box<dyn Array>, Encoding);
 
 impl<'e> TrialTable<'e> {
     /// # Errors
-    /// If a name cannot be that of a column.
+    /// If a name cannot be the name of a column.
     pub(super) fn new(experiment: &'e Experiment) -> PolarsResult<Self> {
         use ArrowDataType::{Boolean, Float64, UInt32, UInt64, Utf8View};
         let settings = numeric_settings(experiment);
@@ -113,12 +113,12 @@ impl<'e> TrialTable<'e> {
         })
     }
 
-    /// Trials in a group.
+    /// Returns the number of trials in a group.
     fn group_trials(&self) -> usize {
         GROUP_ROWS.div_ceil(self.outputs.len())
     }
 
-    /// The table of some rows of a cell, as a file of its own.
+    /// Returns the bytes of a complete file with some rows of a cell.
     pub(super) fn file_of(&self, cell: usize, rows: Rows) -> PolarsResult<Vec<u8>> {
         let places = 0..rows.trial_count();
         let rows = Arc::new(rows);
@@ -138,7 +138,7 @@ impl<'e> TrialTable<'e> {
         let columns = self.columns(group)?;
         let columns = columns.iter().zip(&self.types);
         let columns = columns.map(|((array, encoding), type_)| {
-            // Ranges of measures tell a reader nothing, and take time.
+            // Ranges of measures help no reader, and take time.
             let ranges = !matches!(array.dtype(), ArrowDataType::Float64);
             let mut options = self.options;
             options.statistics.min_value = ranges;
@@ -161,7 +161,7 @@ impl<'e> TrialTable<'e> {
         trials * self.outputs.len()
     }
 
-    /// Every column of a group, in the order of the schema.
+    /// Returns every column of a group, in the order of the schema.
     fn columns(&self, group: &[Part]) -> PolarsResult<Vec<Column>> {
         let cell = |part: &Part| &self.experiment.cells[part.cell];
         let mut columns = vec![
@@ -220,8 +220,8 @@ impl<'e> TrialTable<'e> {
         Ok(columns)
     }
 
-    /// What the column of statuses has in a group: the failures of this crate whether there are any or not, then
-    /// those of programs.
+    /// Returns the values of the column of statuses in a group: all failure kinds of this crate, even if none occurred,
+    /// then those reported by programs.
     fn statuses(group: &[Part]) -> Vec<&'static str> {
         let own = FailureKind::ALL.iter().map(|kind| kind.name());
         let mut names: Vec<&str> = std::iter::once("ok").chain(own).collect();
@@ -236,7 +236,7 @@ impl<'e> TrialTable<'e> {
         names
     }
 
-    /// A value for every row: all outputs of the first trial, then of the next.
+    /// Returns a value for every row: all outputs of the first trial, then of the next.
     fn rows<T>(&self, group: &[Part], value: impl Fn(&Rows, usize, usize) -> T) -> Vec<T> {
         let mut values = Vec::with_capacity(self.row_count(group));
         for Part { rows, places, .. } in group {
@@ -247,7 +247,7 @@ impl<'e> TrialTable<'e> {
         values
     }
 
-    /// A column of few values, of which each row has one by its key.
+    /// Returns a column of few distinct values, chosen for each row by a key.
     fn by_key(
         &self,
         group: &[Part],
@@ -259,7 +259,7 @@ impl<'e> TrialTable<'e> {
         Ok((Box::new(array), Encoding::RleDictionary))
     }
 
-    /// A column of what all rows of a cell share.
+    /// Returns a column whose value all rows of a cell share.
     fn of_cells<T>(
         &self,
         group: &[Part],
@@ -284,7 +284,7 @@ impl<'e> TrialTable<'e> {
         Ok((Box::new(array), Encoding::RleDictionary))
     }
 
-    /// A column of numbers that most rows do not have.
+    /// Returns a column of numbers that most rows lack.
     fn optional(
         &self,
         group: &[Part],
@@ -303,7 +303,7 @@ impl<'e> TrialTable<'e> {
         (BooleanArray::from(values).boxed(), Encoding::Plain)
     }
 
-    /// A measure of the file, null where it is undefined.
+    /// Returns the column of a measure of the file, null where undefined.
     fn measure(&self, group: &[Part], measure: Measure) -> Column {
         let mut values = Vec::with_capacity(self.row_count(group));
         for Part { rows, places, .. } in group {
@@ -341,19 +341,18 @@ fn append<W: Write>(to: &mut FileWriter<W>, group: &Encoded) -> PolarsResult<()>
     to.write(group.rows as u64, DynIter::new(columns))
 }
 
-/// Writes the trials of an experiment to one file, cell after cell; groups are encoded on the
-/// threads of a scope.
+/// Writes the trials of an experiment to one file, cell by cell. Groups are encoded on the threads of a scope.
 pub(super) struct TrialWriter<'t> {
     table: &'t TrialTable<'t>,
     path: PathBuf,
-    /// The file once more, for the disk to have it.
+    /// The same file, to flush it to the disk.
     file: File,
     writer: FileWriter<BufWriter<File>>,
-    /// Trials that wait for their group to be full.
+    /// Trials that wait until their group is full.
     waiting: Vec<Part>,
-    /// Groups on the way, in their order.
+    /// Groups being encoded, in order.
     encoding: VecDeque<Receiver<PolarsResult<Encoded>>>,
-    /// How many of these there are at most.
+    /// The largest number of these.
     most: usize,
 }
 
@@ -415,7 +414,7 @@ impl<'t> TrialWriter<'t> {
         Ok(())
     }
 
-    /// Hands the group that waits to a thread of the scope.
+    /// Passes the waiting group to a thread of the scope.
     fn encode<'s>(&mut self, scope: &Scope<'s>) -> Result<(), StoreError>
     where
         't: 's,
@@ -429,13 +428,13 @@ impl<'t> TrialWriter<'t> {
         }
         let (sender, receiver) = sync_channel(1);
         let table = self.table;
-        // Where nobody waits any more, the writer has failed.
+        // If the receiver is gone, the writer has failed.
         scope.spawn(move |_| drop(sender.send(table.encode(&group))));
         self.encoding.push_back(receiver);
         Ok(())
     }
 
-    /// Appends the first group on the way.
+    /// Appends the first of the groups being encoded.
     fn append_next(&mut self) -> Result<(), StoreError> {
         let Some(receiver) = self.encoding.pop_front() else {
             return Ok(());
@@ -446,10 +445,10 @@ impl<'t> TrialWriter<'t> {
         appended.map_err(|source| self.parquet_error(source))
     }
 
-    /// Writes what waits and closes the file.
+    /// Writes the waiting groups and closes the file.
     ///
     /// # Errors
-    /// If the file cannot be written to its end.
+    /// If the file cannot be completed.
     pub(super) fn finish<'s>(mut self, scope: &Scope<'s>) -> Result<(), StoreError>
     where
         't: 's,

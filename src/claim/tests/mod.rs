@@ -1,4 +1,4 @@
-//! The engine on summaries of made-up studies.
+//! Tests of the engine on summaries of invented studies.
 
 mod rates;
 mod words;
@@ -9,13 +9,13 @@ use crate::study::file::{ClaimTest, Key, Scalar, TestTable};
 use crate::study::{CellSummary, ComparisonSummary, Measure, Outcomes, OutputSummary, Summary};
 use std::collections::BTreeMap;
 
-/// The test of a line of TOML.
+/// Parses a test from a line of TOML.
 fn test(toml: &str) -> ClaimTest {
     let table: TestTable = toml::from_str(toml).unwrap();
     ClaimTest::from_table(&table).unwrap()
 }
 
-/// An output without failures whose e_a is 1 in all of `trials` trials.
+/// Makes an output without failures, whose e_a is 1 in all of `trials` trials.
 fn output(label: &str, trials: u64) -> OutputSummary {
     OutputSummary {
         estimator: label.to_owned(),
@@ -40,7 +40,7 @@ fn ones(trials: u64) -> Statistics {
     statistics
 }
 
-/// A cell with the outputs "new" and "old", compared, at a noise level.
+/// Makes a cell with the outputs "new" and "old", which are compared, at a noise level.
 fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
     let mut pair = Paired::from_pairs([(Some(1.0), Some(1.0))]).statistics(Worse::Larger);
     pair.both = trials;

@@ -1,9 +1,7 @@
-//! Error rates by simulation: 2,000 repetitions of small studies of whose numbers the truth is
-//! known.
+//! Error rates by simulation: 2,000 repetitions of small studies whose true numbers are known.
 //!
-//! A claim is at its boundary where a number's truth is its limit: there a verdict either way may
-//! be wrong with the level 2.5 %, and no more than that by more than three standard errors of the
-//! simulation.
+//! A claim is at its boundary if the true number equals the limit. Either verdict may then be wrong, at the level of
+//! 2.5 %. The tests allow three standard errors of the simulation above that.
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
@@ -34,15 +32,14 @@ const FAIL: PValues = PValues {
     fail: 0.0,
 };
 
-/// One kind of number with its sampling distribution: draws a study of one cell whose truth is
-/// `truth`.
+/// A kind of number with its sampling distribution. Draws a study of one cell whose true number is `truth`.
 trait Law {
     fn test(&self) -> ClaimTest;
-    /// Normal numbers that a draw takes.
+    /// Returns how many normal numbers a draw takes.
     fn width(&self) -> usize;
     /// Puts a draw into the cell.
     fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary);
-    /// The limit.
+    /// Returns the limit.
     fn limit(&self) -> f64;
     fn trials(&self) -> u64;
 }
@@ -50,7 +47,7 @@ trait Law {
 /// The mean of normal numbers with variance 1, and its estimated standard error.
 struct Mean(u64);
 
-/// Mean and standard error of some numbers.
+/// Returns mean and standard error of some numbers.
 fn mean(z: &[f64]) -> (f64, f64) {
     let n = z.len() as f64;
     let mean = z.iter().sum::<f64>() / n;
@@ -118,7 +115,7 @@ impl Law for Failures {
         1
     }
     fn draw(&self, truth: f64, z: &[f64], cell: &mut CellSummary) {
-        // The count at the quantile that the normal number has.
+        // The count at the same probability as the normal number.
         let above = crate::metric::tails::normal_above(z[0]);
         let (n, odds) = (self.1, truth / (1.0 - truth));
         let mut term = (n as f64 * (1.0 - truth).ln()).exp();
@@ -139,7 +136,7 @@ impl Law for Failures {
     }
 }
 
-/// The median of exp(1.5 z), z normal: a heavy tail, through the sketch and its standard error.
+/// The median of exp(1.5 z), z normal: heavy-tailed, computed by the sketch with its standard error.
 struct Median(u64);
 
 impl Law for Median {
@@ -161,8 +158,8 @@ impl Law for Median {
     }
 }
 
-/// What `cells` draws of a law say, the `number`-th of all. Every law and size has numbers of its
-/// own.
+/// Returns the p-values of `cells` draws of a law. `number` is that of the repetition. Every law and size has its own
+/// random numbers.
 fn p_values(law: &dyn Law, truth: f64, number: u64, cells: usize) -> Vec<PValues> {
     let mut z = vec![0.0; law.width() * cells];
     let seed = (law.limit() * 1000.0) as u64 + law.trials();
@@ -186,7 +183,7 @@ fn verdict(holds: Holds, judged: &[PValues], level: f64) -> Verdict {
     decide(holds, Cells { judged, among }, level)
 }
 
-/// m cells of which as few pass as the claim needs, one of them at its boundary: the hardest case.
+/// Returns m cells, as few passing as the claim needs and one of them at its boundary: the hardest case.
 fn on_the_edge(holds: Holds, boundary: PValues, m: usize) -> Vec<PValues> {
     let passes = holds.passes(m) - 1;
     let mut cells = vec![PASS; passes];
@@ -195,7 +192,7 @@ fn on_the_edge(holds: Holds, boundary: PValues, m: usize) -> Vec<PValues> {
     cells
 }
 
-/// The shares of repetitions of (holds, does not hold).
+/// Returns the shares of repetitions with the verdict (holds, does not hold).
 fn rates(mut judge: impl FnMut(u64) -> Verdict) -> [f64; 2] {
     let mut counts = [0_u64; 2];
     for repetition in 0..REPETITIONS {
@@ -208,8 +205,8 @@ fn rates(mut judge: impl FnMut(u64) -> Verdict) -> [f64; 2] {
     counts.map(|count| count as f64 / REPETITIONS as f64)
 }
 
-/// At the boundary, in 1, 24 and 76 cells, wherever the claim holds: neither verdict is more
-/// frequent than the level. `exact`: with one cell both are as frequent.
+/// At the boundary, in 1, 24 and 76 cells, for every way to hold: neither verdict is more frequent than the level.
+/// `exact`: with one cell, both have the frequency of the level.
 fn keeps_its_level(name: &str, law: &dyn Law, exact: bool) {
     let most = LEVEL + three(LEVEL);
     let drawn: Vec<Vec<PValues>> = (0..REPETITIONS)
@@ -270,8 +267,8 @@ fn a_counterexample_of_five_standard_errors_is_found() {
     assert!(refuted > 0.9, "{refuted}");
 }
 
-/// The trials that the engine asks for where every one of m cells is found with the value `truth`
-/// and where its error is exactly that of the law.
+/// Returns the number of trials that the engine asks for if every one of m cells has the drawn value, with exactly the
+/// error of the law.
 fn asked_for(law: &dyn Law, draw: impl Fn(&mut CellSummary), holds: Holds, m: usize) -> u64 {
     let mut results = summary(vec![cell(0, 10.0, law.trials())]);
     draw(&mut results.cells[0]);
@@ -293,11 +290,11 @@ fn asked_for(law: &dyn Law, draw: impl Fn(&mut CellSummary), holds: Holds, m: us
     }
 }
 
-/// A planted effect that few trials leave open: with the trials that are asked for it is decided in
-/// 80 %, in 1 and in 12 cells.
+/// A planted effect that few trials leave open. With the number of trials that the engine asks for, 80 % of studies
+/// decide it, in 1 and in 12 cells.
 #[test]
 fn the_stated_number_of_trials_decides_in_four_of_five() {
-    // In standard deviations; as many trials as leave either effect open in most studies.
+    // Effects in standard deviations, and a number of trials that leaves either open in most studies.
     for (effect, expected) in [(-0.15, Verdict::Holds), (0.15, Verdict::DoesNotHold)] {
         for m in [1, 12] {
             let few = Mean(60);
@@ -318,7 +315,7 @@ fn the_stated_number_of_trials_decides_in_four_of_five() {
             });
             let power = found[usize::from(expected == Verdict::DoesNotHold)];
             println!("mean {effect:+} in {m}: {trials} trials, {power}");
-            // At least twice what there is, which may be more than enough.
+            // The engine asks for at least twice the present trials, which may be more than enough.
             assert!(
                 power >= 0.8 - three(0.8),
                 "{expected} in {m} cells: {power} with {trials}"
@@ -331,7 +328,7 @@ fn the_stated_number_of_trials_decides_in_four_of_five() {
     }
 }
 
-/// The same of shares, whose counts make steps: never too few trials.
+/// The same for shares, whose counts are discrete: never too few trials.
 #[test]
 fn the_stated_number_of_trials_decides_shares() {
     for (limit, truth, few) in [
@@ -363,13 +360,13 @@ fn the_stated_number_of_trials_decides_shares() {
     }
 }
 
-/// And of medians, whose standard error comes from few order statistics.
+/// The same for medians, whose standard error comes from few order statistics.
 #[test]
 fn the_stated_number_of_trials_decides_medians() {
     for (truth, expected) in [(1.75, 0), (2.3, 1)] {
         let few = Median(100);
-        // The standard error that a run of so few trials prints, on average: its ranks are rounded
-        // outwards, so that it is above 1 / (2 f sqrt n).
+        // The mean standard error that a run of so few trials prints. Its ranks are rounded outwards, so it is above 1
+        // / (2 f sqrt n).
         let printed = |number: u64| {
             let mut z = vec![0.0; few.width()];
             fill_standard_normal(&mut stream(17, number, Purpose::NoiseDrive), &mut z);
@@ -402,8 +399,8 @@ fn the_stated_number_of_trials_decides_medians() {
     }
 }
 
-/// A rule that looks at 20, 40, ..., 1,280 trials of a claim at its boundary, each time at a
-/// seventh of the level, and stops at the first verdict.
+/// A rule that looks at a claim at its boundary after 20, 40, ..., 1,280 trials, each time at a seventh of the level,
+/// and stops at the first verdict.
 #[test]
 fn seven_looks_keep_the_level() {
     let sizes: Vec<usize> = (0..7).map(|look| 20 << look).collect();
@@ -438,7 +435,7 @@ fn seven_looks_keep_the_level() {
         for rate in found {
             assert!(rate <= LEVEL + three(LEVEL), "{m} cells: {found:?}");
         }
-        // One look at the whole level, seven times, would be wrong far more often.
+        // Seven looks, each at the whole level, would be wrong far more often.
         assert!(m > 1 || found[0] + found[1] > 0.01, "{found:?}");
     }
 }

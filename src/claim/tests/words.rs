@@ -1,4 +1,4 @@
-//! Verdicts and their sentences on a handful of cells.
+//! Verdicts and their sentences, for a few cells.
 
 use super::*;
 use crate::claim::known::{Freedom, Known, Range};
@@ -7,9 +7,8 @@ use crate::metric::tails::{binomial_at_least, binomial_at_most};
 use crate::study::file::ExperimentFile;
 use crate::study::{BoundSummary, OutputShare};
 
-/// Three cells with the noise levels 10, 20 and 30, of 1,000 trials each, in which the RMSE ratio
-/// of "new" to "old" is as given, with an error of a hundredth of it, and so many trials of "new"
-/// fail.
+/// Makes three cells with the noise levels 10, 20 and 30 and 1,000 trials each. The RMSE ratio of "new" to "old" is as
+/// given, with an error of a hundredth of it. So many trials of "new" fail.
 fn three(ratios: [f64; 3], failures: [u64; 3]) -> Summary {
     let cells = ratios.into_iter().zip(failures).enumerate();
     summary(
@@ -38,7 +37,7 @@ fn claim(holds: &str, test: &str) -> ExperimentFile {
 const RATIO: &str =
     "test = { ratio = 'e_a', of = 'new', to = 'old', statistic = 'rms', below = 1 }";
 
-/// The one verdict; its line begins with id and verdict, and has at most two numbers with errors.
+/// Returns the only verdict. Checks that its line begins with id and verdict and has at most two numbers with errors.
 fn judged(file: &ExperimentFile, summary: &Summary) -> Judged {
     let mut all = judge(file, summary, &[]);
     assert_eq!(all.len(), 1);
@@ -51,7 +50,7 @@ fn judged(file: &ExperimentFile, summary: &Summary) -> Judged {
     judged
 }
 
-/// Numbers with errors in a text: "0.83(2)".
+/// Counts the numbers with errors in a text: "0.83(2)".
 fn numbers(text: &str) -> usize {
     let is_error = |rest: &&str| {
         let digits = rest
@@ -130,10 +129,10 @@ fn lists_conditions_and_what_is_missing() {
     );
     let found = judged(&claim("everywhere", both), &three([0.5; 3], [0, 600, 0]));
     assert_eq!(found.verdict, Verdict::DoesNotHold);
-    // Twice the tail of 600 or more failures of 1,000 at one half: two tests.
+    // Twice the tail of at least 600 failures among 1,000 at one half: there are two tests.
     let expected = 2.0 * binomial_at_least(600, 1000, 0.5);
     assert!((found.cells[1].p_fail / expected - 1.0).abs() < 1e-9);
-    // Only where hardly a trial fails: not at 20 %, where half of them do.
+    // Only cells where hardly any trial fails. This excludes 20 %, where half of them do.
     let given = format!("{RATIO}\ngiven = {{ share = 'failed', of = 'new', below = 0.1 }}");
     let found = judged(
         &claim("everywhere", &given),
@@ -147,7 +146,7 @@ fn lists_conditions_and_what_is_missing() {
     assert_eq!(says, ["pass", "left out", "pass"]);
     let found = line(&claim("everywhere", &given), &three([0.5; 3], [500; 3]));
     assert_eq!(found, "W1  undecided: its condition is certain in no cell.");
-    // A statistic that the run did not keep, and cells that it does not have.
+    // A statistic that the run did not keep, and cells that the summary does not have.
     let other = RATIO
         .replace("to = 'old'", "to = 'new'")
         .replace("of = 'new'", "of = 'old'");
@@ -173,7 +172,7 @@ fn lists_conditions_and_what_is_missing() {
     );
 }
 
-/// Shares of a bound, of wins and of lost trials; means of the trials that are left.
+/// Shares for a bound, for wins and for lost trials; means of the remaining trials.
 #[test]
 fn populations_are_named() {
     let mut results = three([0.5; 3], [0; 3]);
@@ -221,8 +220,8 @@ fn populations_are_named() {
     }
 }
 
-/// A median among lost trials: 600 of 1,000 are lost, so no value is below any limit in more than
-/// 400; the binomial tail of 400 or fewer of 1,000 at one half says how certain that is.
+/// A median among lost trials: 600 of 1,000 are lost, so at most 400 values are below any limit. The binomial tail of
+/// at most 400 of 1,000 at one half gives the certainty.
 #[test]
 fn a_median_among_lost_trials_is_judged_by_their_count() {
     let mut results = three([0.5; 3], [600; 3]);
@@ -249,8 +248,7 @@ fn a_median_among_lost_trials_is_judged_by_their_count() {
     );
 }
 
-/// Of ranks alone: 100 values of which 30 are 0, 50 are 1 and 20 are 2, so that the median has no
-/// error.
+/// Ranks alone: of 100 values 30 are 0, 50 are 1 and 20 are 2, so the median has no error.
 #[test]
 fn ties_are_judged_by_ranks() {
     let values: Vec<f64> = [(0.0, 30), (1.0, 50), (2.0, 20)]
@@ -283,8 +281,8 @@ fn ties_are_judged_by_ranks() {
     near(ranks.inside(closed), binomial_at_least(80, 100, 0.5));
 }
 
-/// A range with two ends, by hand with normal tails: 1.0(1) in 0.9 to 1.05 is 1 and 0.5 errors
-/// inside, 1.2(1) is 1.5 outside and 3 from the other end.
+/// A range with two ends, by hand with normal tails, from 0.9 to 1.05. 1.0(1) is 1 and 0.5 errors inside. 1.2(1) is 1.5
+/// errors outside and 3 from the other end.
 #[test]
 fn ranges_with_two_ends_by_hand() {
     let known = |value: f64| Known::Estimate {
@@ -303,14 +301,14 @@ fn ranges_with_two_ends_by_hand() {
     assert!((known(1.0).inside(range) - tails[0]).abs() < 1e-9);
     assert!((known(1.2).outside(range) - (tails[1] + tails[2])).abs() < 1e-9);
     assert!((known(1.2).inside(range) - (1.0 - tails[1])).abs() < 1e-9);
-    // A point: the two-sided test.
+    // A range that is a point: the two-sided test.
     let point = Range {
         low: 1.05,
         high: 1.05,
         open: false,
     };
     assert!((known(1.2).outside(point) - 2.0 * tails[1]).abs() < 1e-9);
-    // Within a factor of 1.05, of a ratio: both ends are as far from 1 in the logarithm.
+    // A ratio within a factor of 1.05: on the logarithmic scale both ends are equally far from 1.
     let ratio = |value: f64| Known::Estimate {
         value,
         error: value * 0.01,
@@ -324,7 +322,7 @@ fn ranges_with_two_ends_by_hand() {
     };
     assert!((ratio(1.02).inside(same) / ratio(1.0 / 1.02).inside(same) - 1.0).abs() < 1e-9);
     assert!(ratio(1.0).inside(same) < 1e-5 && ratio(1.2).outside(same) < 1e-5);
-    // What needs no test at all.
+    // Exact numbers need no test.
     assert_eq!(Known::Exact(1.0).inside(same), 0.0);
     assert_eq!(Known::Exact(1.1).outside(same), 0.0);
     let open = Range {
@@ -341,7 +339,7 @@ fn ranges_with_two_ends_by_hand() {
     );
 }
 
-/// Pairs of cells that differ in a setting, each found with its partner; no results have them yet.
+/// Pairs of cells that differ in a setting: each cell is found with its partner. There are no results yet.
 #[test]
 fn pairs_and_families_of_cells_are_found() {
     use crate::claim::units::units;
@@ -372,8 +370,7 @@ fn pairs_and_families_of_cells_are_found() {
     );
 }
 
-/// Times: a ratio of medians with the spread of one repetition for its error; more trials do not
-/// help.
+/// Times: a ratio of medians, whose error is the spread of one repetition. More trials do not help.
 #[test]
 fn times_are_judged_by_their_quartiles() {
     let time = |method: &str, median: f64, spread: f64| crate::study::MethodTime {
@@ -418,9 +415,8 @@ fn times_are_judged_by_their_quartiles() {
     );
 }
 
-/// 1,000 trials of which 300 have a ratio of 1/2, 400 of exactly 1 and 300 of 3: the median is a
-/// tie without an error. 700 are at most 1, so below 1.05 it certainly is; whether it is below 1
-/// only 300 say.
+/// Of 1,000 trials 300 have a ratio of 1/2, 400 of exactly 1 and 300 of 3, so the median is a tie without error. 700
+/// are at most 1, so it is certainly below 1.05. Only 300 are evidence that it is below 1.
 #[test]
 fn a_median_among_ties_is_judged_by_their_number() {
     let pairs = |x: f64, count: usize| vec![(Some(x), Some(1.0)); count];
@@ -441,7 +437,7 @@ fn a_median_among_ties_is_judged_by_their_number() {
     assert_eq!(found("below = 1").verdict, Verdict::DoesNotHold);
 }
 
-/// An open cell is not told as one in which a claim holds.
+/// A setting with an open cell is not reported as one where a claim holds.
 #[test]
 fn what_holds_is_told_of_settings_whose_cells_all_pass() {
     let place = |eta: &str, noise: &str| {

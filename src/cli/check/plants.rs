@@ -12,16 +12,16 @@ use crate::text::{rounded, visible};
 use faer::{Mat, MatRef, c64};
 use std::fmt::Write as _;
 
-/// So many plants are shown.
+/// The largest number of plants shown.
 const SHOWN: usize = 8;
 
-/// The columns of a line's name.
+/// The columns of the name of a line.
 const INDENT: usize = 10;
 
-/// A step response that has not settled after so many samples.
+/// A step response that has not settled after so many samples counts as not settling.
 const LONGEST: usize = 100_000;
 
-/// Of its last value: within this share it has settled.
+/// The response has settled within this fraction of its last value.
 const SETTLED: f64 = 0.02;
 
 /// Numbers below this share of the largest one are rounding: they are shown as 0.
@@ -166,7 +166,8 @@ fn listed(label: &str, poles: &[c64]) -> String {
     lines + "\n"
 }
 
-/// The first sample from which the step response stays within 2 % of its last value; of the largest one where that is 0.
+/// Returns the first sample from which the step response stays within 2 % of its last value; if that is 0, of its
+/// largest value.
 fn settling(model: &LinearModel, stable: bool) -> Option<usize> {
     if !stable {
         return None;
@@ -188,7 +189,7 @@ fn settling(model: &LinearModel, stable: bool) -> Option<usize> {
 mod tests {
     use super::*;
 
-    /// `y(k) = 0.5 y(k-1) + u(k-1)` has the step response `2 (1 - 0.5^k)`: within 2 % from k = 6 on.
+    /// The step response of `y(k) = 0.5 y(k-1) + u(k-1)` is `2 (1 - 0.5^k)`: within 2 % from k = 6 on.
     #[test]
     fn a_first_order_plant_settles_by_hand() {
         let plant = StateSpace::new(vec![0.5], vec![1.0]).unwrap();

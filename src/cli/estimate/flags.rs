@@ -1,4 +1,4 @@
-//! The flags of `asobench estimate` that are options of estimators: the registry's, each once.
+//! The flags of `asobench estimate` for options of estimators, one for each option of the registry.
 
 use crate::estimator::{EstimatorName, OptionEntry, option_keys};
 use crate::names::UnknownName;
@@ -6,22 +6,22 @@ use clap::{Arg, ArgMatches, Command};
 use serde_json::{Map, Value};
 use std::sync::LazyLock;
 
-/// A flag with what it may hold.
+/// A flag with the values that it accepts.
 struct Flag {
     key: &'static str,
-    /// The key with hyphens.
+    /// The key, with hyphens.
     long: String,
     help: String,
     schema: Value,
 }
 
-/// The names that a value may be; none where it is no name.
+/// Returns the names that a value may have; none if the value is not a name.
 fn values(schema: &Value) -> Vec<String> {
     let names = schema["enum"].as_array().into_iter().flatten();
     names.filter_map(Value::as_str).map(str::to_owned).collect()
 }
 
-/// The option `gain` is the command's own flag, which the observer of every estimator takes.
+/// All flags. The option `gain` is left out: it is the command's own flag, for the observer of every estimator.
 static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
     let flag = |key: &'static str| {
         let takers = EstimatorName::ALL.iter().filter(|name| name.takes(key));
@@ -36,7 +36,7 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
             mut schema,
             ..
         } = entry(*takers.first()?)?;
-        // Estimators with other values of a key say themselves what it is for them.
+        // Estimators with other values of a key add their own description.
         let (mut names, mut other_names, mut others) = (Vec::new(), Vec::new(), String::new());
         for name in &takers {
             let other = entry(*name)?;
@@ -87,7 +87,7 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
 pub(super) struct OptionFlags(Map<String, Value>);
 
 impl Flag {
-    /// The value of a text, where it fits the schema.
+    /// Parses a text, if it fits the schema.
     fn read(&self, text: &str) -> Result<Value, String> {
         if let Some(valid) = self.schema["enum"].as_array() {
             let valid: Vec<&str> = valid.iter().filter_map(Value::as_str).collect();
@@ -153,7 +153,7 @@ impl clap::FromArgMatches for OptionFlags {
 }
 
 impl OptionFlags {
-    /// One that was given; none where none was.
+    /// Returns one of the given options as a flag; `None` if none was given.
     pub(super) fn first(&self) -> Option<String> {
         self.0
             .keys()
@@ -166,7 +166,7 @@ impl OptionFlags {
         self.0.contains_key(key)
     }
 
-    /// Those that an estimator takes.
+    /// Returns the given options that an estimator takes.
     pub(super) fn taken_by(&self, estimator: EstimatorName) -> Map<String, Value> {
         let taken = self.0.iter().filter(|(key, _)| estimator.takes(key));
         taken
@@ -174,10 +174,10 @@ impl OptionFlags {
             .collect()
     }
 
-    /// A flag that none of the estimators takes, and who takes it, in words.
+    /// Returns a message about a flag that none of the estimators takes, naming those that do.
     pub(super) fn useless(&self, estimators: &[EstimatorName]) -> Option<String> {
         let taken = |key: &String| estimators.iter().any(|estimator| estimator.takes(key));
-        // Orders mean something to the command too.
+        // The command itself uses orders, too.
         let mut keys = self.0.keys().filter(|key| *key != "orders");
         let key = keys.find(|key| !taken(key))?;
         let takers = EstimatorName::ALL.iter().filter(|name| name.takes(key));

@@ -1,5 +1,5 @@
-//! The estimates as JSON. Numbers are in the shortest form that reads back to the same bits (at most
-//! 17 significant digits); what is undefined is null.
+//! The estimates as JSON. Numbers have the shortest form that reads back to the same bits (at most 17 significant
+//! digits); undefined ones are null.
 
 use super::{Estimate, Observed, PassReport, Report};
 use crate::diagnosis::{Cancellation, Precision, Root, Z_95};
@@ -69,7 +69,7 @@ fn observer(observer: &Observed) -> Value {
     })
 }
 
-/// A pole and a zero that may be the same, and the orders without them.
+/// Returns a pole and a zero that may cancel, and the orders without them.
 fn cancellation(pair: &Cancellation, model: &LinearModel) -> Value {
     let Cancellation { pole, zero, .. } = pair;
     json!({

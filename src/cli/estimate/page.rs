@@ -6,11 +6,11 @@ use crate::diagnosis::{Precision, Root, Z_95};
 use crate::report::html::{CellText, Column, Page, Section, Table};
 use crate::text::{rounded, visible};
 
-/// Significant digits of values, and of standard errors.
+/// Significant digits of values and of standard errors.
 const DIGITS: usize = 6;
 const ERROR_DIGITS: usize = 3;
 
-/// The page of a record without its sections about models.
+/// Begins the page of a record, without its sections about models.
 pub(super) fn begin(report: &Report) -> Page {
     let mut page = Page::new(title(report));
     page.introduction(|section| section.settings(&settings(report)));
@@ -62,7 +62,7 @@ pub(super) fn render(report: &Report) -> String {
     page.html()
 }
 
-/// The page's title, by which the program knows it as its own.
+/// Returns the page's title, by which the program recognises the page as its own.
 fn title(report: &Report) -> String {
     let file = report.file.file_name().unwrap_or(report.file.as_os_str());
     format!("asobench report: {}", visible(file.display()))
@@ -89,7 +89,7 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// Section of one estimator.
+/// Writes the section of one estimator.
 fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
     let last = estimate.last();
     if let Some(failure) = last.pass.failure {
@@ -156,7 +156,7 @@ fn number(value: f64, digits: usize) -> CellText {
     }
 }
 
-/// Each parameter with its standard error and its 95 % interval.
+/// Returns each parameter with its standard error and its 95 % interval.
 fn parameters(report: &PassReport) -> Table {
     let model = &report.model;
     let errors = model.standard_errors();
@@ -185,7 +185,7 @@ fn parameters(report: &PassReport) -> Table {
     table
 }
 
-/// Poles and zeros, and the static gain.
+/// Returns poles and zeros, and the static gain.
 fn roots(precision: &Precision) -> Table {
     let columns = vec![
         Column::text("what"),
@@ -218,7 +218,7 @@ fn roots(precision: &Precision) -> Table {
     table
 }
 
-/// FIT of every model.
+/// Returns the FIT of every model.
 fn fits(report: &Report) -> Table {
     let columns = vec![
         Column::text("estimator"),

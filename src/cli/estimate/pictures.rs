@@ -13,15 +13,15 @@ use std::f64::consts::PI;
 
 const SHARED_TIME: Sharing = Sharing { x: true, y: false };
 
-/// Points of an ellipse.
+/// Points on an ellipse.
 const ELLIPSE: usize = 120;
-/// Places in the palette whose markers are a cross and a ring.
+/// Positions in the palette whose markers are a cross and a ring.
 const POLE_SLOT: usize = 6;
 const ZERO_SLOT: usize = 5;
-/// How far from 0 the plane of poles and zeros reaches at most.
+/// The largest distance from 0 that the plane of poles and zeros shows.
 const FARTHEST: f64 = 2.0;
 
-/// A plot over the samples of the record, with the end of the window.
+/// Makes a plot over the samples of the record, with the end of the window marked.
 fn over_time(report: &Report, title: &str, label: &str) -> Plot {
     let plot = Plot::new(
         title,
@@ -36,7 +36,7 @@ fn over_time(report: &Report, title: &str, label: &str) -> Plot {
     }
 }
 
-/// Input and output, less what was taken off.
+/// Draws input and output, after detrending.
 pub(super) fn record(report: &Report) -> String {
     let panel = |name: &str, values: &[f64]| {
         let series = Series::new("", Style::Line, points(0, values));
@@ -47,7 +47,7 @@ pub(super) fn record(report: &Report) -> String {
     small_multiples("Input and output", description, &panels, 1, SHARED_TIME)
 }
 
-/// Measured and simulated output, and prediction errors.
+/// Draws measured and simulated output, and prediction errors.
 pub(super) fn outputs(report: &Report) -> String {
     let measured = Series::new("measured", Style::Line, points(0, &report.record.y));
     let outputs = over_time(report, "measured and simulated output", "y");
@@ -79,7 +79,7 @@ pub(super) fn outputs(report: &Report) -> String {
     small_multiples(&title, description, &[outputs, errors], 1, SHARED_TIME)
 }
 
-/// Leaves unstable models out from where they leave the axes, so that they hide nothing.
+/// Cuts unstable models off where they leave the axes, so that they hide nothing.
 fn cut_unstable(plot: &mut Plot, report: &Report) {
     let Some((low, high)) = plot.y.range else {
         return;
@@ -102,7 +102,7 @@ fn points(first: usize, values: &[f64]) -> Vec<Point> {
     points.filter(|point| point.y.is_finite()).collect()
 }
 
-/// The output under u alone; `None` where there is no x0.
+/// Returns the output simulated from u alone; `None` if there is no x0.
 fn simulated(estimate: &Estimate, report: &Report) -> Option<Vec<f64>> {
     let pass = &estimate.last().pass;
     if pass.progress < Progress::InitialState {
@@ -116,7 +116,7 @@ fn simulated(estimate: &Estimate, report: &Report) -> Option<Vec<f64>> {
     Some(y)
 }
 
-/// The prediction errors that count, and the first of them.
+/// Returns the prediction errors that count, and the index of the first.
 fn errors_of(estimate: &Estimate, report: &Report) -> Option<(usize, Vec<f64>)> {
     let model = estimate.last().known_model()?;
     let (u, y) = (&report.record.u, &report.record.y);
@@ -124,19 +124,19 @@ fn errors_of(estimate: &Estimate, report: &Report) -> Option<(usize, Vec<f64>)> 
     Some((first, e.split_off(first)))
 }
 
-/// The models with the places of their estimators in the palette.
+/// Returns the models with their estimators' positions in the palette.
 fn models(report: &Report) -> impl Iterator<Item = (usize, &Estimate, &LinearModel)> {
     let estimates = report.estimates.iter().enumerate();
     estimates.filter_map(|(i, estimate)| Some((i + 1, estimate, estimate.last().known_model()?)))
 }
 
-/// The largest error.
+/// Returns the largest error.
 fn worst(series: &[Series]) -> Option<f64> {
     let points = series.iter().flat_map(|series| &series.points);
     points.map(|point| point.y.abs()).reduce(f64::max)
 }
 
-/// Step responses of all models, stable ones with bands; the axis holds these.
+/// Draws step responses of all models, stable ones with bands. The axis is chosen for the stable ones.
 pub(super) fn steps(report: &Report) -> String {
     let samples = settling(report);
     let (mut series, mut stable) = (Vec::new(), Vec::new());
@@ -162,7 +162,7 @@ pub(super) fn steps(report: &Report) -> String {
     plot.svg()
 }
 
-/// Samples until the slowest stable model has settled to 1 %, within limits.
+/// Returns the number of samples until the slowest stable model has settled to 1 %, within limits.
 fn settling(report: &Report) -> usize {
     const FEWEST: f64 = 20.0;
     const MOST: f64 = 1000.0;
@@ -174,7 +174,7 @@ fn settling(report: &Report) -> usize {
     radii.flatten().fold(FEWEST, f64::max).min(MOST).ceil() as usize
 }
 
-/// Magnitude and phase of all models, with bands.
+/// Draws magnitude and phase of all models, with bands.
 pub(super) fn bode(report: &Report) -> String {
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
     for (slot, estimate, model) in models(report) {
@@ -214,7 +214,7 @@ pub(super) fn bode(report: &Report) -> String {
     small_multiples("Frequency response", description, &panels, 1, SHARED_TIME)
 }
 
-/// Frequencies from one period per window to pi, more about resonances and notches.
+/// Returns frequencies from one period per window to pi, denser near resonances and notches.
 fn frequencies(window: usize, precision: Option<&Precision>) -> Vec<f64> {
     const COUNT: usize = 300;
     let low = (2.0 * PI / window as f64).min(0.01);
@@ -236,7 +236,7 @@ fn frequencies(window: usize, precision: Option<&Precision>) -> Vec<f64> {
     all
 }
 
-/// The series of an estimator: a band where there are errors, otherwise a line.
+/// Returns the series of an estimator: a band if there are errors, otherwise a line.
 fn banded(estimate: &Estimate, points: Vec<Point>) -> Series {
     let has_band = points
         .iter()
@@ -250,7 +250,7 @@ fn values(series: &[Series]) -> impl Iterator<Item = f64> {
     points.map(|point| point.y)
 }
 
-/// The smallest and the largest of finite values.
+/// Returns the smallest and the largest finite value.
 fn ends(values: &mut dyn Iterator<Item = f64>) -> Option<(f64, f64)> {
     let pairs = values
         .filter(|value| value.is_finite())
@@ -258,8 +258,8 @@ fn ends(values: &mut dyn Iterator<Item = f64>) -> Option<(f64, f64)> {
     pairs.reduce(|(low, high), (value, _)| (low.min(value), high.max(value)))
 }
 
-/// An axis that holds a range (of logarithms where it is logarithmic), and of other values and of bands what is not further
-/// beyond it than its length.
+/// Returns an axis that shows a range (of logarithms if it is logarithmic). It also shows other values and bands, as
+/// far beyond the range as the range is long.
 fn framed(axis: PlotAxis, held: Option<(f64, f64)>, series: &[Series]) -> PlotAxis {
     let Some((low, high)) = held else {
         return axis;
@@ -284,7 +284,7 @@ fn framed(axis: PlotAxis, held: Option<(f64, f64)>, series: &[Series]) -> PlotAx
     }
 }
 
-/// Correlations of the residuals with themselves and with the input.
+/// Draws correlations of the residuals with themselves and with the input.
 pub(super) fn correlations(slot: usize, residuals: &Residuals) -> String {
     const BOUND: &str = "99 % bound of one lag";
     let lags = residuals.lags() as f64;
@@ -337,7 +337,7 @@ pub(super) fn correlations(slot: usize, residuals: &Residuals) -> String {
     )
 }
 
-/// Poles and zeros with their 95 % regions.
+/// Draws poles and zeros with their 95 % regions.
 pub(super) fn plane(precision: &Precision) -> String {
     let Precision { poles, zeros, .. } = precision;
     let circle = (0..=360).map(|i| f64::from(i).to_radians().sin_cos());

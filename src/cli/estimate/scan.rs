@@ -1,4 +1,4 @@
-//! ARX models of several orders and delays over the same equations: which one each criterion chooses.
+//! Compares ARX models of several orders and delays over the same equations, by each criterion.
 
 mod picture;
 
@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use std::str::FromStr;
 
-/// A number, or all numbers from one to another: `4`, `1:8`.
+/// A number, or a range of numbers: `4`, `1:8`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Span {
     pub(super) first: usize,
@@ -48,7 +48,7 @@ impl FromStr for Span {
 /// One model of the table.
 struct Row {
     orders: Orders,
-    /// `RSS / M` over the common equations; `None` where it cannot be found.
+    /// `RSS / M` over the common equations; `None` if there is no estimate.
     loss: Option<f64>,
     /// The parameters over the common equations.
     theta: Vec<f64>,
@@ -57,7 +57,7 @@ struct Row {
     /// FIT of the simulated output on the window and on the samples after it, per cent.
     window_fit: Option<f64>,
     validation_fit: Option<f64>,
-    /// In the order of [`Criterion::ALL`].
+    /// The criteria, in the order of [`Criterion::ALL`].
     criteria: Vec<Option<f64>>,
 }
 
@@ -116,7 +116,7 @@ pub(super) fn scan(report: &Report, order: Span, delay: Span) -> Result<Scan, Er
 }
 
 impl Row {
-    /// The model by its own equations, and its FIT.
+    /// Estimates the model from its own equations, and computes its FIT.
     fn fit(&mut self, report: &Report) -> Result<(), Error> {
         let (u, y, window) = (&report.record.u, &report.record.y, report.window);
         let options = ArxOptions {
@@ -267,7 +267,7 @@ impl Scan {
     }
 }
 
-/// The flags that a table of several models has no use for.
+/// Refuses a flag that has no meaning for a table of several models.
 pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
     if given {
         return Err(Error::Input(format!(
@@ -277,7 +277,7 @@ pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
     Ok(())
 }
 
-/// The only estimator of the table.
+/// Checks that the estimator is the only one that the table supports.
 pub(super) fn check_estimators(names: &[&str], default: &[&str]) -> Result<(), Error> {
     if names == ["arx"] || names == default {
         return Ok(());

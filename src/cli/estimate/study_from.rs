@@ -1,4 +1,4 @@
-//! `asobench study-from`: a record and its estimate as an experiment file, a study of the user's own case.
+//! `asobench study-from`: turns a record and its estimate into an experiment file, a study of the user's own case.
 
 use super::flags::OptionFlags;
 use super::{RecordArguments, Report};
@@ -27,19 +27,19 @@ mod methods;
 named_enum! {
     /// The input of the trials.
     InputOf, "input" {
-        /// The record's own, the same in every trial (the default).
+        /// The record's own input, the same in every trial (the default).
         Fixed = "fixed",
-        /// Drawn anew: Gaussian, with the record's spectrum.
+        /// Drawn anew: Gaussian with the record's spectrum.
         Spectrum = "spectrum",
     }
 }
 
 named_enum! {
-    /// What the noise of the trials is drawn from.
+    /// The source of the trials' noise.
     Bootstrap, "bootstrap" {
         /// Gaussian numbers of the estimated variance (the default).
         Parametric = "parametric",
-        /// The record's residuals, with replacement.
+        /// The record's residuals, drawn with replacement.
         Residual = "residual",
     }
 }
@@ -71,21 +71,21 @@ pub(in crate::cli) struct Arguments {
     options: OptionFlags,
 }
 
-/// The chance that a record in open loop is taken for one in closed loop, at most.
+/// The largest chance that a record in open loop is taken for one in closed loop.
 const LOOP_LEVEL: f64 = 0.05;
 
-/// What the trials are drawn from.
+/// The source of the trials.
 struct Case {
     report: Report,
     model: LinearModel,
     plant: StateSpace,
     x0: Vec<f64>,
     residuals: Option<Residuals>,
-    /// u, or r where there is feedback: the name of its column, and its samples in the window.
+    /// u, or r with feedback: the name of its column, and its samples in the window.
     input: (&'static str, Vec<f64>),
-    /// The input's spectrum, where it is drawn anew.
+    /// The input's spectrum, if the input is drawn anew.
     spectrum: Option<NoiseFilter>,
-    /// The samples of e, where noise is drawn from them.
+    /// The samples of e, if noise is drawn from them.
     drawn: Option<Vec<f64>>,
     feedback: Option<OutputFeedback>,
 }
@@ -206,13 +206,13 @@ impl Case {
         })
     }
 
-    /// The standard deviation of the noise e, per cent of a unit of y: the setting `eta`.
+    /// Returns the setting `eta`: the standard deviation of the noise e, per cent of a unit of y.
     fn eta(&self) -> f64 {
         100.0 * self.model.noise_variance.sqrt()
     }
 }
 
-/// The filter from e to the output, `C/(A D)`; `None` where it is not stable.
+/// Returns the filter from e to the output, `C/(A D)`; `None` if it is not stable.
 fn noise_filter(model: &LinearModel) -> Option<NoiseFilter> {
     NoiseFilter::new(&model.c, &multiply(&model.a, &model.d)).ok()
 }
@@ -222,7 +222,7 @@ fn about_mean(signal: &[f64]) -> Vec<f64> {
     signal.iter().map(|sample| sample - mean).collect()
 }
 
-/// A record that may have been taken in a loop needs the user's word, or the loop.
+/// Refuses a record that may come from a closed loop, unless the user gives the feedback or declares an open loop.
 fn check_loop(arguments: &Arguments, residuals: Option<&Residuals>) -> Result<(), String> {
     const WAYS: &str = "expected --feedback K, or --open-loop where nothing fed y back";
     if arguments.feedback.is_some() || arguments.open_loop {
@@ -251,7 +251,7 @@ fn is_loop_stable(model: &LinearModel, law: &OutputFeedback) -> bool {
     StepDown::new(&sum[1..]).is_some()
 }
 
-/// `r = u + K(q) y`, K at rest before k = 0.
+/// Computes `r = u + K(q) y`, with K at rest before k = 0.
 fn reference(law: &OutputFeedback, u: &[f64], y: &[f64]) -> Vec<f64> {
     let mut r = vec![0.0; u.len()];
     filter(law.numerator(), &y[..u.len()], &mut r);
@@ -262,10 +262,10 @@ fn reference(law: &OutputFeedback, u: &[f64], y: &[f64]) -> Vec<f64> {
     r
 }
 
-/// A column of a CSV file with its name.
+/// A column of a CSV file: its name and its samples.
 type Column<'a> = (&'a str, &'a [f64]);
 
-/// Where the files go.
+/// The paths of the files.
 struct Places {
     file: PathBuf,
     record: PathBuf,
@@ -295,7 +295,7 @@ impl Places {
         })
     }
 
-    /// The name of a file in the folder of all of them.
+    /// Returns the name of a file without its folder, which all files share.
     fn name(path: &Path) -> String {
         path.file_name()
             .unwrap_or_default()
@@ -303,7 +303,7 @@ impl Places {
             .into_owned()
     }
 
-    /// The CSV files with their columns.
+    /// Returns the CSV files with their columns.
     fn columns<'a>(&'a self, case: &'a Case) -> Vec<(&'a Path, Vec<Column<'a>>)> {
         let mut files = Vec::new();
         if case.spectrum.is_none() {
@@ -345,7 +345,7 @@ impl Places {
     }
 }
 
-/// What was written, and what comes next.
+/// Prints what was written, and the next command.
 fn conclude(
     case: &Case,
     arguments: &Arguments,

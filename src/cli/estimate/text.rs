@@ -1,4 +1,4 @@
-//! The estimates for people, at most 80 columns wide.
+//! Prints the estimates for people, at most 80 columns wide.
 
 use super::{Estimate, PassReport, Report, words};
 use crate::cli::equation::broken;
@@ -173,7 +173,7 @@ fn write_roots(text: &mut String, name: &str, roots: &[Root]) -> fmt::Result {
     Ok(())
 }
 
-/// Each parameter with its standard error and its 95 % interval.
+/// Writes each parameter with its standard error and its 95 % interval.
 fn write_parameters(text: &mut String, model: &LinearModel, errors: &[f64]) -> fmt::Result {
     writeln!(
         text,
@@ -194,7 +194,7 @@ fn write_parameters(text: &mut String, model: &LinearModel, errors: &[f64]) -> f
     Ok(())
 }
 
-/// " +- 0.01", or nothing where there is no standard error.
+/// Formats " +- 0.01"; nothing if there is no standard error.
 fn plus_minus(error: f64) -> String {
     if error.is_finite() {
         format!(" +- {error:.2e}")
@@ -203,7 +203,7 @@ fn plus_minus(error: f64) -> String {
     }
 }
 
-/// What the residuals say, in words.
+/// Writes the results of the residual tests in words.
 fn write_residuals(text: &mut String, residuals: &Residuals) -> fmt::Result {
     let names = ["residuals", "", ""];
     for (name, verdict) in names.iter().zip(words::residual_tests(residuals)) {
@@ -222,7 +222,7 @@ fn write_fit(text: &mut String, on: &str, fit: Fit) -> fmt::Result {
     )
 }
 
-/// A vector, four numbers a line.
+/// Writes a vector, four numbers per line.
 fn write_vector(text: &mut String, name: &str, values: &[f64]) -> fmt::Result {
     for (i, line) in values.chunks(4).enumerate() {
         let name = if i == 0 { name } else { "" };
@@ -235,16 +235,16 @@ fn write_vector(text: &mut String, name: &str, values: &[f64]) -> fmt::Result {
     Ok(())
 }
 
-/// As C's `%13.5e`, so that columns line up: two digits of exponent at least, with a sign.
+/// Formats a number like C's `%13.5e`, so that columns line up: a signed exponent of at least two digits.
 fn scientific(value: f64, digits: usize) -> String {
-    // Plus 0 makes -0 a 0.
+    // Adding 0 turns -0 into 0.
     let text = format!("{:.digits$e}", value + 0.0);
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     format!("{:>13}", format!("{mantissa}e{exponent:+03}"))
 }
 
-/// A FIT; one that is undefined, or so bad that it overflows, is "undefined".
+/// Formats a FIT; "undefined" if it is undefined or overflows.
 fn percent(fit: f64) -> String {
     if fit.abs() < 1e6 {
         format!("{fit:.3}")

@@ -1,4 +1,4 @@
-//! What is said of a model in words, in the text and on the page alike.
+//! Words about a model, shared by the text and the page.
 
 use super::Estimate;
 use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness};
@@ -6,7 +6,7 @@ use crate::model::{LinearModel, Orders};
 use crate::text::rounded;
 use faer::c64;
 
-/// What an estimator does, in a line, and after which pass.
+/// Returns, in a line, what an estimator does and after which pass.
 pub(super) fn heading(estimate: &Estimate) -> String {
     let number = estimate.passes.last().map_or(0, |(number, _)| *number);
     let about = estimate.name.about();
@@ -22,14 +22,14 @@ pub(super) fn heading(estimate: &Estimate) -> String {
     format!("{}: {about}{pass}", estimate.name)
 }
 
-/// A sentence with a capital.
+/// Capitalises a sentence.
 pub(super) fn capitalised(sentence: &str) -> String {
     let mut characters = sentence.chars();
     let first = characters.next().map(|first| first.to_ascii_uppercase());
     first.into_iter().chain(characters).collect()
 }
 
-/// Names of the parameters in their order.
+/// Returns the names of the parameters in their order.
 pub(super) fn parameters(orders: Orders) -> Vec<String> {
     let names = [
         ("a", 1, orders.na),
@@ -48,7 +48,7 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
 pub(super) const NOT_TESTED: &str =
     "not tested: fewer than 4, or all zero, or the predictor is unstable";
 
-/// The verdict of each residual test, with its p-value.
+/// Returns the verdict of each residual test, with its p-value.
 pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
     let verdict = |test: Whiteness, good: &str, bad: &str| {
         let verdict = if test.passed { good } else { bad };
@@ -74,7 +74,7 @@ pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
     ]
 }
 
-/// What [`residual_tests`] rest on.
+/// Returns the basis of [`residual_tests`].
 pub(super) fn residual_basis(residuals: &Residuals) -> String {
     format!(
         "each test at 1 %, over {} lags of {} residuals",
@@ -83,7 +83,7 @@ pub(super) fn residual_basis(residuals: &Residuals) -> String {
     )
 }
 
-/// `p = 0.1234`.
+/// Formats `p = 0.1234`.
 pub(super) fn chance(p: f64) -> String {
     if p < 1e-4 {
         "p < 0.0001".to_owned()
@@ -92,7 +92,7 @@ pub(super) fn chance(p: f64) -> String {
     }
 }
 
-/// `0.5 - 0.2i`, or with `+-` for a pair, four digits.
+/// Formats `0.5 - 0.2i`, or with `+-` for a pair, with four digits.
 fn complex(z: c64) -> String {
     if z.im == 0.0 {
         return rounded(z.re, 4);
@@ -100,7 +100,7 @@ fn complex(z: c64) -> String {
     format!("{} +- {}i", rounded(z.re, 4), rounded(z.im.abs(), 4))
 }
 
-/// The closest pole and zero that may cancel, and the orders without them.
+/// Returns the closest pole and zero that may cancel, and the orders without them.
 pub(super) fn cancellation(model: &LinearModel, precision: &Precision) -> Option<String> {
     let first: &Cancellation = precision.cancellations.first()?;
     let (poles, zeros) = if first.pole.im == 0.0 {
@@ -118,7 +118,7 @@ pub(super) fn cancellation(model: &LinearModel, precision: &Precision) -> Option
     ))
 }
 
-/// Why a model has no standard errors; `None` where it has them.
+/// Returns why a model has no standard errors; `None` if it has them.
 pub(super) fn no_errors(model: &LinearModel) -> Option<&'static str> {
     match model.standard_errors() {
         None if model.noise_variance.is_nan() => {

@@ -1,4 +1,4 @@
-//! Replay of a trial in continuous time.
+//! Replays a trial in continuous time.
 
 use super::super::error::{Error, failed};
 use super::{Options, Replay, Stage, stored};
@@ -6,7 +6,7 @@ use crate::estimator::Output;
 use crate::study::{ContinuousCell, ContinuousTrial, Experiment, Row, Traces, Trials};
 use std::process::ExitCode;
 
-/// Replays a trial in continuous time: its rows, and its course at some times.
+/// Replays a trial in continuous time: prints its rows, and its course at some times.
 pub(super) fn show(
     experiment: &Experiment,
     index: usize,
@@ -42,7 +42,7 @@ pub(super) fn show(
     .print(options)
 }
 
-/// The true state, then what every observer makes of it.
+/// Returns the true state, then the estimates of every observer.
 fn course(traces: &Traces, outputs: &[Output]) -> Vec<Stage> {
     let named = |name: &str, courses: &[Vec<f64>]| -> Vec<(String, Vec<f64>)> {
         let courses = courses.iter().enumerate();

@@ -1,5 +1,4 @@
-//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and what its
-//! studies claim.
+//! The second part of `asobench reproduce`: the example of Bobtsov et al. (2023), and the claims of its studies.
 
 use super::super::error::{Error, failed};
 use super::super::files::cannot_write;
@@ -13,8 +12,7 @@ use crate::text::visible;
 use serde_json::Value;
 use std::path::Path;
 
-/// Refuses a folder in which the studies' own cannot be made, before the other paper's experiment
-/// has run.
+/// Refuses a folder in which the folders of the studies cannot be made, before the other paper's experiment runs.
 pub(super) fn check(folder: &Path) -> Result<(), Error> {
     BOBTSOV2023.iter().try_for_each(|(name, ..)| {
         let there = files::subfolder(folder, name);
@@ -22,13 +20,13 @@ pub(super) fn check(folder: &Path) -> Result<(), Error> {
     })
 }
 
-/// What was run.
+/// The completed studies.
 pub(super) struct Bobtsov {
     studies: Vec<Study>,
 }
 
 impl Bobtsov {
-    /// Runs the studies, each in a folder of its name below `folder`.
+    /// Runs the studies, each in a folder with its name below `folder`.
     pub(super) fn run(arguments: &Arguments, folder: &Path) -> Result<Self, Error> {
         let mut studies = Vec::new();
         for (name, text, trials) in BOBTSOV2023 {
@@ -52,7 +50,7 @@ impl Bobtsov {
         Ok(Self { studies })
     }
 
-    /// The table, and what the claims come to.
+    /// Returns the table, and the verdicts on the claims.
     pub(super) fn text(&self, folder: &Path) -> String {
         let mut text =
             "Bobtsov et al. (2023): the example, delta = 0.3 sin t, t = 8 to 20 s\n\n".to_owned();
@@ -80,7 +78,7 @@ impl Bobtsov {
         text
     }
 
-    /// The claims with their numbers.
+    /// Returns the claims with their numbers.
     pub(super) fn json(&self) -> Vec<Value> {
         self.studies.iter().flat_map(claims_json).collect()
     }

@@ -1,4 +1,4 @@
-//! `asobench throughput FILE`: trials per second of a study's cells without statistics and files.
+//! `asobench throughput FILE`: measures trials per second of a study's cells, without statistics and files.
 
 use super::{Arguments, median};
 use crate::cli::error::{Error, failed};
@@ -13,12 +13,12 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// All cells on some threads.
+/// The times of all cells with some number of threads.
 struct Timing {
     threads: usize,
     /// Trials per second of every repetition, ascending.
     rates: Vec<f64>,
-    /// Of all repetitions.
+    /// The sum over all repetitions.
     spent: Spent,
 }
 
@@ -68,7 +68,7 @@ pub(super) fn time(
     let once = |threads: usize, count: u64| run(&experiment, count, threads, &stop);
     let mut timings = Vec::new();
     for &threads in threads {
-        // What is loaded and sized at first use is not timed.
+        // The first run loads and allocates, so it is not timed.
         once(threads, count.div_ceil(20))?;
         let (mut rates, mut spent) = (Vec::new(), Spent::default());
         for _ in 0..arguments.repetitions {

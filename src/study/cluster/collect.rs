@@ -1,4 +1,4 @@
-//! What processes left in folders: their blocks, and what they said of themselves.
+//! What processes left in folders: their blocks, and their records of themselves.
 
 use super::cover::cover;
 use super::plan::hexadecimal;
@@ -13,36 +13,36 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
 
-/// The file in which a process says of itself.
+/// The file in which a process describes itself.
 pub(super) const RUN: &str = "run.json";
 
 /// A folder with blocks.
 #[derive(Clone, Debug)]
 pub(super) struct RunFolder {
     pub(super) path: PathBuf,
-    /// Who wrote them, where that is known.
+    /// The process that wrote them, if known.
     pub(super) run: Option<Run>,
 }
 
-/// A block that is there; its name says the rest.
+/// A block that was found; the rest is in its name.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     source: u32,
     pub(super) trials: Range<u64>,
 }
 
-/// Block files of one design, by cell, in folders and those within them.
+/// Block files of one design, by cell, in folders and their subfolders.
 #[derive(Debug, Default)]
 pub struct Collection {
     pub(super) sources: Vec<RunFolder>,
     pub(super) cells: Vec<Vec<Found>>,
-    /// What was not taken and why, a line each.
+    /// What was left out and why, one line each.
     pub refused: Vec<String>,
-    /// Folders whose blocks only their content can tell of.
+    /// Folders without a record of their design; only the content of their blocks tells.
     unknown: Vec<u32>,
 }
 
-/// What reading the blocks showed.
+/// The result of reading the blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Verified {
     /// Block files.
@@ -52,8 +52,8 @@ pub struct Verified {
 }
 
 impl Collection {
-    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone.
-    /// Blocks of folders without it count as there until they are read.
+    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone. Blocks of folders
+    /// without any record of their design count until they are read.
     ///
     /// # Errors
     /// If a folder cannot be read.
@@ -70,7 +70,7 @@ impl Collection {
                     left.extend(within.into_iter().rev());
                     collection.take(&folder, &found, &fingerprint)?;
                 }
-                // A folder that was listed may be gone; one that was named must be there.
+                // A subfolder may have vanished after it was listed. A folder named by the caller must exist.
                 Err(error) if folders.contains(&folder) || !is_missing(&error) => {
                     return Err(error);
                 }
@@ -80,7 +80,7 @@ impl Collection {
         Ok(collection)
     }
 
-    /// Takes the blocks of one folder.
+    /// Collects the blocks of one folder.
     fn take(
         &mut self,
         folder: &Path,
@@ -125,7 +125,7 @@ impl Collection {
         Ok(())
     }
 
-    /// Leaves out what is in folders that do not say whose it is: without reading it nobody knows.
+    /// Leaves out blocks in folders without a record of their design. Only reading would identify them.
     pub fn forget_unknown(&mut self) {
         for source in &self.unknown {
             let of_cells = self.cells.iter().flatten();
@@ -168,7 +168,7 @@ impl Collection {
                         self.cells[cell].push(found);
                     }
                     Ok((None, _)) => refused.push("a block with the name of another".to_owned()),
-                    // It became part of a larger one since it was listed.
+                    // It was merged into a larger block after it was listed.
                     Err(BlockError::File(error)) if is_missing(&error) => {}
                     Err(BlockError::File(error)) if !error.foreign => {
                         return Err(error.into());
@@ -189,7 +189,7 @@ impl Collection {
         Ok(verified)
     }
 
-    /// Keeps the blocks of some cells by who wrote them.
+    /// Keeps blocks by their cell and the process that wrote them.
     pub(super) fn retain(&mut self, keep: impl Fn(usize, Option<&Run>) -> bool) {
         let sources = &self.sources;
         for (cell, of_cell) in self.cells.iter_mut().enumerate() {
@@ -197,13 +197,13 @@ impl Collection {
         }
     }
 
-    /// Who wrote blocks of a cell; `None` for those that do not say.
+    /// Returns the process that wrote each block of a cell; `None` if unknown.
     pub(super) fn runs_of(&self, cell: usize) -> impl Iterator<Item = Option<&Run>> {
         let of_cell = self.cells[cell].iter();
         of_cell.map(|found| self.sources[found.source as usize].run.as_ref())
     }
 
-    /// The blocks that make up most of some trials of a cell: ascending, and without overlap.
+    /// Returns the blocks that cover most of a range of a cell's trials: ascending, and without overlap.
     pub(super) fn cover(&self, cell: usize, trials: &Range<u64>) -> Vec<Found> {
         let of_cell = self.cells[cell].iter();
         let inside = of_cell
@@ -211,7 +211,7 @@ impl Collection {
         cover(inside.cloned().collect(), |found| &found.trials)
     }
 
-    /// How many of a cell's first trials blocks of some processes have.
+    /// Returns how many of a cell's first trials are covered by blocks of some processes.
     pub(super) fn cover_of(
         &self,
         cell: usize,
@@ -227,7 +227,7 @@ impl Collection {
         covered.iter().map(|range| range.end - range.start).sum()
     }
 
-    /// A block with its path.
+    /// Returns a block with its path.
     pub(super) fn block(&self, cell: usize, found: &Found) -> StoredBlock {
         let trials = found.trials.clone();
         let span = Span { cell, trials };
@@ -238,7 +238,7 @@ impl Collection {
         }
     }
 
-    /// For every cell the blocks that make up most of its first trials.
+    /// Returns for every cell the blocks that cover most of its first trials.
     pub(super) fn chosen(&self, trials: impl Fn(usize) -> u64) -> Vec<Vec<StoredBlock>> {
         let of_cell = |cell: usize| {
             let covered = self.cover(cell, &(0..trials(cell)));
@@ -251,18 +251,18 @@ impl Collection {
     }
 }
 
-/// Whether a file is only gone.
+/// Whether the error is only that the file does not exist.
 pub(super) fn is_missing(error: &PathError) -> bool {
     error.source.kind() == std::io::ErrorKind::NotFound
 }
 
-/// What a process said of itself; `None` where there is nothing that can be read.
+/// Reads what a process records of itself; `None` if there is nothing readable.
 fn read_run(path: &Path) -> Result<Option<Run>, PathError> {
     let text = files::read_own(path, Kind::Run)?;
     Ok(text.and_then(|text| serde_json::from_slice(&text).ok()))
 }
 
-/// The fingerprint of the design that stands beside the blocks of a run in a folder of results.
+/// Reads the fingerprint of the design beside the blocks in a folder of results.
 fn design_fingerprint(path: &Path) -> Result<Option<String>, PathError> {
     let text = files::read_own(path, Kind::Design)?;
     let design = text.and_then(|text| serde_json::from_slice::<Value>(&text).ok());

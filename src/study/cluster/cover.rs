@@ -1,12 +1,12 @@
-//! Which of the blocks that are there make up the trials of a cell.
+//! Chooses blocks that together make up the trials of a cell.
 
 use std::ops::Range;
 
-/// Of ranges those that do not overlap and together have the most trials, of these the fewest;
-/// ascending. Blocks can only be taken whole, since they hold what is left of all of their trials.
+/// Returns ranges without overlap that together have the most trials; among such choices, the one with the fewest
+/// ranges. They ascend. A block can only be taken whole, because it holds the tally of all its trials.
 pub(super) fn cover<T>(mut found: Vec<T>, range: impl Fn(&T) -> &Range<u64>) -> Vec<T> {
     found.sort_by_key(|block| (range(block).end, range(block).start));
-    // Of the first i ranges: the most trials, and how few ranges have them.
+    // For the first i ranges: the most trials, and the smallest number of ranges that have them.
     let mut best: Vec<(u64, std::cmp::Reverse<usize>)> = vec![(0, std::cmp::Reverse(0))];
     let mut before = Vec::with_capacity(found.len());
     for (i, block) in found.iter().enumerate() {
@@ -35,7 +35,7 @@ pub(super) fn cover<T>(mut found: Vec<T>, range: impl Fn(&T) -> &Range<u64>) -> 
 mod tests {
     use super::*;
 
-    /// The most trials of any choice without overlap, by trying all.
+    /// Returns the most trials of any choice without overlap, by trying all choices.
     fn most(found: &[Range<u64>]) -> u64 {
         let choices = 0..1_u32 << found.len();
         let trials = |choice: u32| {
@@ -77,7 +77,7 @@ mod tests {
         }
     }
 
-    /// A greedy choice by the first trial leaves a gap here.
+    /// A greedy choice by the first trial would leave a gap here.
     #[test]
     fn blocks_of_two_processes_are_not_mixed() {
         let found = vec![0..100, 100..200, 0..130, 130..180];

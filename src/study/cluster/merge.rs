@@ -1,4 +1,4 @@
-//! Results of the blocks that processes left: the same bytes as those of one machine.
+//! Merges the blocks that processes left into results: the same bytes as those of one machine.
 
 use super::collect::{Collection, Verified};
 use super::plan::ShardPlan;
@@ -20,26 +20,24 @@ use std::sync::atomic::AtomicBool;
 pub struct MergeOptions {
     /// Threads.
     pub threads: usize,
-    /// Whether results are made of what there is.
+    /// Whether results are made even if trials are missing.
     pub partial: bool,
-    /// Whether faer's bits of different machines are taken as they are.
+    /// Whether faer's bits from different machines may be mixed.
     pub mix_instructions: bool,
 }
 
-/// What came of it.
+/// The outcome of a merge.
 pub enum Merged {
     /// The results.
     Done(Box<Summary>),
     /// Trials are missing: nothing was written.
     Missing(Status),
-    /// All trials of the plan are there, and by the file's rule so many cells need more: nothing
-    /// was written.
+    /// All trials of the plan are there, but the file's rule asks for more in this many cells. Nothing was written.
     More(usize),
 }
 
-/// Puts together what is in folders. Blocks are read where they are, one in memory at a time for
-/// each thread; `out` has what a run leaves in its folder, and of a study that keeps its trials no
-/// blocks.
+/// Merges the blocks in folders. Blocks are read in place, each thread holding one at a time in memory. Afterwards
+/// `out` has what a run leaves in its folder; but without blocks, if the study keeps its trials.
 ///
 /// # Errors
 /// [`ClusterError`].
@@ -97,7 +95,7 @@ pub fn merge(
     done(Merged::Done(Box::new(summary)))
 }
 
-/// Of each cell one block for every range of trials that is there, in the folder of the results.
+/// Writes to the folder of the results one block per cell and contiguous range of trials.
 fn fold(
     campaign: &Campaign<'_>,
     threads: usize,
@@ -115,7 +113,7 @@ fn fold(
     pool.install(|| campaign.stored.par_iter().map(of_cell).collect())
 }
 
-/// Removes blocks that were in the folder of the results before and lie within others.
+/// Removes earlier blocks in the folder of the results that lie within others.
 fn remove_parts<'a>(
     before: impl Iterator<Item = &'a StoredBlock>,
     whole: &[Vec<StoredBlock>],
@@ -130,8 +128,8 @@ fn remove_parts<'a>(
     Ok(())
 }
 
-/// The vector instructions of all cells by faer, and the machines' blocks of these alone. Where no
-/// one kind has all that is there, nothing is left out, and only `mix` takes it.
+/// Returns the vector instructions of faer's cells, and keeps only blocks computed with them. If no single kind covers
+/// all trials, nothing is left out, and it is an error unless `mix`.
 fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<String, ClusterError> {
     let by_faer = |cell: &usize| plan.is_by_faer(*cell);
     let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
@@ -173,8 +171,8 @@ fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<Strin
     ))
 }
 
-/// How many trials each cell is to have next by the rule of the file, and which of them are
-/// missing: what is there is read where the rule asks for it.
+/// Returns how many trials each cell should have next by the rule of the file, and which of them are missing. Reads
+/// stored blocks if the rule needs them.
 ///
 /// # Errors
 /// [`ClusterError`].

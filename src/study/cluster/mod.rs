@@ -1,17 +1,15 @@
-//! A study over many machines: a plan of shards, each computed by processes that know nothing of
-//! each other, and what they left put together.
+//! A study over many machines. A plan divides it into shards, independent processes compute these, and a merge puts
+//! together what they left.
 //!
-//! A process writes into a folder of its own, so that no lock is needed on a file system that many
-//! machines share:
+//! A process writes into its own folder, so that no lock is needed on a file system that many machines share:
 //!
 //! ```text
 //! NAME-shards/shard-0003/HOST-PID-SECONDS/run.json
 //! NAME-shards/shard-0003/HOST-PID-SECONDS/c00000-0000000000-0000000100.block
 //! ```
 //!
-//! Trials are pure functions of design, cell and trial, and tallies merge in any order. So it does
-//! no harm that a shard is computed twice, at once or by different plans of one design: any blocks
-//! that cover all trials give the same results.
+//! A trial is a pure function of design, cell and index, and tallies merge in any order. So a shard may be computed
+//! twice, at the same time or by different plans of one design: any blocks that cover all trials give the same results.
 
 mod collect;
 mod cover;
@@ -34,25 +32,25 @@ use super::runner::RunError;
 use crate::files::PathError;
 use std::path::PathBuf;
 
-/// Why a step of a study over many machines ended.
+/// Why a step of a study over many machines failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ClusterError {
-    /// A file or folder.
+    /// A file or folder failed.
     #[error(transparent)]
     File(#[from] PathError),
-    /// A block.
+    /// A block file failed.
     #[error(transparent)]
     Block(#[from] BlockError),
-    /// The experiment of a plan.
+    /// The experiment of a plan is wrong.
     #[error(transparent)]
     Experiment(#[from] FileError),
     /// A cell has no worker.
     #[error(transparent)]
     Worker(#[from] WorkerError),
-    /// The threads, or the stop flag.
+    /// The run failed: threads, the stop flag, a worker or a block file.
     #[error(transparent)]
     Run(#[from] RunError<BlockError>),
-    /// The results.
+    /// The results failed.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
     /// A plan that cannot be used.
@@ -63,15 +61,15 @@ pub enum ClusterError {
         /// What is wrong, and what was expected.
         reason: String,
     },
-    /// Runs of another design.
+    /// The folder holds runs of another design.
     #[error("{}: holds {what}; choose another --out", .path.display())]
     Foreign {
         /// The folder.
         path: PathBuf,
-        /// What of.
+        /// What it holds.
         what: String,
     },
-    /// Faer's bits of different machines.
+    /// The blocks have faer's bits from different machines.
     #[error(
         "cells by faer were computed with different vector instructions, whose last bits differ \
          ({0}); compute their shards again on machines of one kind, or take them as they are with \

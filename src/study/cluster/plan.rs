@@ -1,4 +1,4 @@
-//! The plan of a study in shards: one file that says everything that a shard must know.
+//! The plan of a study in shards: one file with all that a shard needs to know.
 
 use super::ClusterError;
 use crate::files::{self, Kind};
@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// The largest number of trials that the ends of a part are multiples of.
+/// The ends of a part are multiples of a power of two, at most this one.
 const ROUND: u64 = 256;
-/// In how many steps the part of a shard can be given at least.
+/// A shard can be cut at least into so many steps.
 const STEPS: f64 = 16.0;
 
 /// A plan.
@@ -22,19 +22,19 @@ pub struct ShardPlan {
     git_revision: Option<String>,
     /// The design's fingerprint, in hexadecimal digits.
     fingerprint: String,
-    /// Trials of each cell, those that were there when it was planned among them.
+    /// Trials of each cell, including those already computed when the plan was made.
     pub trials: Vec<u64>,
-    /// What computes each cell.
+    /// The engine of each cell.
     engine: Vec<Engine>,
-    /// What a shard takes on one thread of the machine that planned it, seconds.
+    /// Seconds that a shard takes on one thread of the machine that made the plan.
     pub seconds: f64,
-    /// The study, with everything resolved.
+    /// The study, fully resolved.
     experiment: Value,
     /// The shards.
     pub shards: Vec<Vec<Part>>,
 }
 
-/// A part of a shard: trials of a cell.
+/// A part of a shard: a range of trials of one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// The cell.
@@ -46,9 +46,8 @@ pub struct Part {
 }
 
 impl ShardPlan {
-    /// A plan of trials that are `missing` of those wanted, in about so many shards that take
-    /// equally long, where a trial of each cell takes some seconds. There are fewer shards where
-    /// trials are few.
+    /// Makes a plan for the `missing` trials, in about `shards` shards that take equally long. `seconds` is the time of
+    /// a trial of each cell, `trials` the number wanted of each cell. There are fewer shards if there are few trials.
     ///
     /// # Errors
     /// If a cell has no engine.
@@ -76,10 +75,10 @@ impl ShardPlan {
         })
     }
 
-    /// Reads a plan, and makes its experiment again.
+    /// Reads a plan, and rebuilds its experiment.
     ///
     /// # Errors
-    /// If it is no plan, of another version, or does not fit together.
+    /// If it is not a plan, has another version, or is inconsistent.
     pub fn read(path: &Path) -> Result<(Self, Experiment), ClusterError> {
         let wrong = |reason: String| ClusterError::Plan {
             path: path.to_owned(),
@@ -110,7 +109,7 @@ impl ShardPlan {
         Ok((plan, experiment))
     }
 
-    /// Checks that a plan is one of an experiment.
+    /// Checks that a plan fits its experiment.
     fn check(&self, experiment: &Experiment) -> Result<(), String> {
         if self.fingerprint != hexadecimal(experiment.fingerprint()) {
             return Err(
@@ -128,7 +127,7 @@ impl ShardPlan {
         if !counts.all(|(cell, count)| *count <= experiment.trials_of(cell, most)) {
             return Err("more trials than its experiment asks for; plan again".to_owned());
         }
-        // Of each cell the parts ascend without overlap.
+        // The parts of each cell must ascend without overlap.
         let mut ends = vec![0; cells];
         let mut in_range = |part: &Part| {
             let end = ends.get_mut(part.cell);
@@ -149,10 +148,10 @@ impl ShardPlan {
         Ok(())
     }
 
-    /// Writes it, unless a plan of another design is there.
+    /// Writes the plan.
     ///
     /// # Errors
-    /// If it is, or the plan cannot be written.
+    /// If a plan of another design is there, or the plan cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ClusterError> {
         if let Some(stored) = files::read_own(path, Kind::Plan)? {
             let stored: Value = serde_json::from_slice(&stored).unwrap_or_default();
@@ -171,23 +170,22 @@ impl ShardPlan {
         )?)
     }
 
-    /// The design's fingerprint, in hexadecimal digits.
+    /// Returns the design's fingerprint, in hexadecimal digits.
     pub fn fingerprint(&self) -> &str {
         &self.fingerprint
     }
 
-    /// What computes a cell.
+    /// Whether faer computes a cell.
     pub fn is_by_faer(&self, cell: usize) -> bool {
         self.engine[cell] == Engine::Faer
     }
 
-    /// Trials of a shard.
+    /// Returns the number of trials of a shard.
     pub fn trials_of_shard(&self, index: usize) -> u64 {
         self.shards[index].iter().map(Part::len).sum()
     }
 
-    /// The folder of what the shards of a plan leave, where none is given: `NAME-shards` beside
-    /// `NAME.plan.json`.
+    /// Returns the default folder for the results of a plan's shards: `NAME-shards` beside `NAME.plan.json`.
     pub fn default_folder(path: &Path) -> PathBuf {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.strip_suffix(".json").unwrap_or(&name);
@@ -206,7 +204,7 @@ impl Part {
     }
 }
 
-/// A fingerprint as it is written.
+/// Formats a fingerprint.
 pub(super) fn hexadecimal(fingerprint: u128) -> String {
     format!("{fingerprint:032x}")
 }
@@ -215,7 +213,7 @@ fn cost(span: &Span, seconds: &[f64]) -> f64 {
     (span.trials.end - span.trials.start) as f64 * seconds[span.cell]
 }
 
-/// Cuts spans into parts of shards that cost about the same, in their order.
+/// Cuts spans, in their order, into shards of about equal cost.
 fn cut(spans: &[Span], seconds: &[f64], shards: usize) -> Vec<Vec<Part>> {
     let seconds: Vec<f64> = seconds.iter().map(|time| time.max(1e-9)).collect();
     let all: f64 = spans.iter().map(|span| cost(span, &seconds)).sum();
@@ -257,8 +255,7 @@ fn cut(spans: &[Span], seconds: &[f64], shards: usize) -> Vec<Vec<Part>> {
 mod tests {
     use super::*;
 
-    /// Whatever the costs, every trial stands in one shard, in order, and no shard has much more
-    /// than its share.
+    /// Whatever the costs, every trial is in exactly one shard, in order, and no shard exceeds its share by much.
     #[test]
     fn every_trial_is_in_one_shard() {
         let spans: Vec<Span> = [(0, 0..1000), (1, 300..5000), (3, 0..1), (7, 10..90_000)]

@@ -1,4 +1,4 @@
-//! One process's work on a shard.
+//! The work of one process on a shard.
 
 use super::ClusterError;
 use super::collect::{Collection, Found, RUN};
@@ -15,11 +15,11 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-/// So many blocks of a part are put together to one while it is computed: files are dear where many
-/// machines share them.
+/// So many blocks of a part are merged into one while the part is computed, because files are costly on a file system
+/// that many machines share.
 const JOINED: usize = 64;
 
-/// What a process says of itself in `run.json`.
+/// What a process records of itself in `run.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Run {
     /// "asobench".
@@ -35,34 +35,34 @@ pub(super) struct Run {
     process: Process,
 }
 
-/// Which process it is, on which machine.
+/// A process on its machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Process {
     /// The machine's name.
     pub host: String,
-    /// The process's number.
+    /// The process ID.
     pub pid: u32,
-    /// When it began, seconds since 1970.
+    /// Its start, in seconds since 1970.
     pub begin: u64,
-    /// The job's number, where it is one.
+    /// The number of the job, if it is one.
     pub job: Option<String>,
 }
 
-/// How a shard is computed; no result depends on it.
+/// How a shard is computed. No result depends on it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShardOptions {
     /// Threads.
     pub threads: usize,
-    /// Trials in a block.
+    /// Trials in a block; `None`: the default.
     pub block: Option<u64>,
 }
 
-/// The folder of a shard within that of all, by its index from 0.
+/// Returns the folder of a shard within the folder of all shards, by its index from 0.
 pub fn shard_folder(folder: &Path, index: usize) -> PathBuf {
     folder.join(format!("shard-{:04}", index + 1))
 }
 
-/// A shard under work.
+/// A shard being computed.
 struct Shard<'a> {
     plan: &'a ShardPlan,
     experiment: &'a Experiment,
@@ -74,12 +74,12 @@ struct Shard<'a> {
     own: Option<PathBuf>,
 }
 
-/// Computes what is missing of a shard: what earlier processes left in the shard's folder is read
-/// and counts, what this one computes goes into a folder of its own. What is finished stays,
-/// whatever ends it. Notes are of what was found and not taken.
+/// Computes what is missing of a shard. Reads what earlier processes left in the shard's folder and counts it; writes
+/// its own blocks to a folder of its own. What is finished stays, however the process ends. `on_note` receives what was
+/// found and not used.
 ///
 /// # Errors
-/// [`ClusterError`], [`crate::study::RunError::Interrupted`] where `stop` was raised.
+/// [`ClusterError`]; [`crate::study::RunError::Interrupted`] if `stop` was raised.
 #[expect(
     clippy::too_many_arguments,
     reason = "a shard is a plan, a place, a process and its listeners"
@@ -94,7 +94,7 @@ pub fn compute_shard(
     mut on_event: impl FnMut(Event),
     mut on_note: impl FnMut(&str),
 ) -> Result<(), ClusterError> {
-    // One level only: a shared folder that is not there on this machine is not made up.
+    // Makes one level only: a shared folder that is missing on this machine is not created.
     let within = folder
         .parent()
         .filter(|parent| !parent.as_os_str().is_empty());
@@ -115,7 +115,7 @@ pub fn compute_shard(
     };
     loop {
         let (there, notes) = shard.there()?;
-        // Told once: when this process has computed something, it has its own folder.
+        // Note it once. After this process has computed something, it has its own folder.
         if shard.own.is_none() {
             for line in &notes {
                 on_note(line);
@@ -134,7 +134,7 @@ impl Shard<'_> {
         &self.plan.shards[self.index]
     }
 
-    /// For every part the blocks that are there; and what was not taken, in lines.
+    /// Returns the stored blocks of every part, and one line for each thing that was not used.
     fn there(&self) -> Result<(Vec<Vec<StoredBlock>>, Vec<String>), ClusterError> {
         let mut found =
             Collection::from_folders(std::slice::from_ref(&self.folder), self.experiment)?;
@@ -147,7 +147,7 @@ impl Shard<'_> {
         let pool = pool::<BlockError>(self.options.threads)?;
         pool.install(|| found.verify(self.experiment))?;
         let notes = std::mem::take(&mut found.refused);
-        // Faer's last bits are those of a machine's vector instructions.
+        // The last bits of faer's results depend on the vector instructions of the machine.
         let here = Engine::faer_instructions();
         found.retain(|cell, run| {
             !self.plan.is_by_faer(cell) || run.is_some_and(|run| run.faer_instructions == here)
@@ -160,7 +160,7 @@ impl Shard<'_> {
         Ok((self.parts().iter().map(of_part).collect(), notes))
     }
 
-    /// The trials of the parts that no block covers.
+    /// Returns the trials of the parts that no block covers.
     fn missing(&self, there: &[Vec<StoredBlock>]) -> Vec<Span> {
         let parts = self.parts().iter().zip(there);
         let of_part = |(part, blocks): (&Part, &Vec<StoredBlock>)| {
@@ -172,7 +172,7 @@ impl Shard<'_> {
         parts.flat_map(of_part).collect()
     }
 
-    /// This process's folder, made at first with `run.json`.
+    /// Returns this process's folder. The first call creates it with `run.json`.
     fn own_folder(&mut self) -> Result<PathBuf, PathError> {
         if let Some(own) = &self.own {
             return Ok(own.clone());
@@ -181,7 +181,7 @@ impl Shard<'_> {
             host, pid, begin, ..
         } = self.process;
         let mut path = self.folder.join(format!("{host}-{pid}-{begin}"));
-        // Machines may share names and process numbers.
+        // Machines may share names and process IDs.
         let mut again = 1;
         while !files::make_new_subfolder(&path)? {
             path = self.folder.join(format!("{host}-{pid}-{begin}-{again}"));
@@ -243,8 +243,8 @@ impl Shard<'_> {
         Ok(())
     }
 
-    /// Puts the blocks of each part together to one, where this process made some of them: whatever
-    /// became of another process's blocks since, the part is whole. Those of others stay.
+    /// Merges the blocks of each part of which this process computed some. The part is then complete, whatever happens
+    /// to other processes' blocks. Other processes' blocks stay.
     fn join_all(&self, there: &[Vec<StoredBlock>]) -> Result<(), ClusterError> {
         let Some(own) = &self.own else { return Ok(()) };
         if self.experiment.file.store == Store::Trials {
@@ -261,7 +261,7 @@ impl Shard<'_> {
     }
 }
 
-/// Puts blocks that follow each other together.
+/// Merges consecutive blocks.
 fn join_neighbours(blocks: &BlockFolder<'_>, own: &mut Vec<StoredBlock>) -> Result<(), BlockError> {
     own.sort_by_key(|block| block.span.trials.start);
     let follows = |a: &StoredBlock, b: &StoredBlock| a.span.trials.end == b.span.trials.start;

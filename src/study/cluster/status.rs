@@ -1,4 +1,4 @@
-//! What of a plan is there.
+//! Which trials of a plan are computed.
 
 use super::collect::Collection;
 use super::plan::{Part, ShardPlan};
@@ -8,33 +8,33 @@ use crate::study::rounds::gaps;
 /// Trials of a shard or a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PlaceStatus {
-    /// Wanted.
+    /// Trials wanted.
     pub wanted: u64,
-    /// Not there.
+    /// Trials missing.
     pub missing: u64,
 }
 
-/// What is there, by shard and by cell.
+/// The status of a plan, by shard and by cell.
 #[derive(Clone, Debug, Default)]
 pub struct Status {
-    /// Of every shard.
+    /// Every shard.
     pub shards: Vec<PlaceStatus>,
-    /// Of every cell.
+    /// Every cell.
     pub cells: Vec<PlaceStatus>,
     /// The trials that are missing, by cell.
     pub missing: Vec<Span>,
-    /// Trials that are missing and in no shard of the plan: they were there when it was made.
+    /// Missing trials that no shard of the plan has, because they were there when it was made.
     pub unplanned: u64,
 }
 
 impl Status {
-    /// Of what a collection has.
+    /// Returns the status of a plan, given the blocks in a collection.
     pub fn new(plan: &ShardPlan, found: &Collection) -> Self {
         let mut status = Self {
             shards: vec![PlaceStatus::default(); plan.shards.len()],
             ..Self::default()
         };
-        // The parts of every cell with their shards; both ascend, as missing trials do.
+        // The parts of every cell with their shards. They ascend, and so do missing trials.
         let mut parts: Vec<Vec<(Part, usize)>> = vec![Vec::new(); plan.trials.len()];
         for (shard, of_shard) in plan.shards.iter().enumerate() {
             for part in of_shard {
@@ -74,8 +74,7 @@ impl Status {
         self.missing.is_empty()
     }
 
-    /// The numbers, from 1, of the shards of which trials are missing, as Slurm's `--array` takes
-    /// them: `3,17-19`.
+    /// Returns the numbers, from 1, of the shards with missing trials, in the form of Slurm's `--array`: `3,17-19`.
     pub fn array(&self) -> String {
         let shards = self.shards.iter().enumerate();
         let numbers: Vec<usize> = shards

@@ -1,4 +1,4 @@
-//! A cell in continuous time of its settings.
+//! Makes a cell in continuous time from its settings.
 
 use super::{ContinuousCell, Term};
 use crate::observer::gpebo::{CascadeError, Factor, GpeboOptions, ObserverSpec};
@@ -13,22 +13,22 @@ use crate::study::file::{
 use crate::text;
 use faer::Mat;
 
-/// Plants that need no table.
+/// Built-in plants, which need no table.
 pub(in crate::study) const CONTINUOUS_PLANTS: [&str; 1] = ["bobtsov2023"];
-/// Disturbances that need no table.
+/// Built-in disturbances, which need no table.
 pub(in crate::study) const SIGNALS: [&str; 6] =
     ["none", "constant", "ramp", "sine", "square", "white"];
 
-/// The most states of a plant: what a step of the mixing costs grows as their fifth power.
+/// The largest number of states of a plant. The cost of a step of the mixing grows as their fifth power.
 const MOST_STATES: usize = 16;
 
-/// The most terms of a disturbance.
+/// The largest number of terms of a disturbance.
 const MOST_TERMS: usize = 100;
 
-/// The most numbers of white noise in a trial.
+/// The largest number of white noise samples in a trial.
 const MOST_HOLDS: f64 = 1e7;
 
-/// The cell of some settings.
+/// Makes the cell of some settings.
 pub(in crate::study) fn continuous_cell(
     build: &Build<'_>,
     table: &ContinuousTable,
@@ -68,7 +68,7 @@ pub(in crate::study) fn continuous_cell(
     Ok(cell)
 }
 
-/// A refusal at its place in the file.
+/// Returns an error with its place in the file.
 fn placed(error: CascadeError) -> FileError {
     match error {
         CascadeError::Observer { number, source } => {
@@ -81,7 +81,7 @@ fn placed(error: CascadeError) -> FileError {
     }
 }
 
-/// The times of the table.
+/// Checks the times of the table.
 fn times(table: &ContinuousTable) -> Result<(), FileError> {
     let positive = |x: f64| x > 0.0 && x.is_finite();
     let wrong = |key: &str, value: f64, expected: &str| {
@@ -110,7 +110,7 @@ fn times(table: &ContinuousTable) -> Result<(), FileError> {
     }
 }
 
-/// The plant, x(0) and xi(0).
+/// Returns the plant, x(0) and xi(0).
 fn plant(build: &Build<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f64>), FileError> {
     let name = build.text(Key::Plant);
     if name == "bobtsov2023" {
@@ -153,7 +153,8 @@ fn positive(build: &Build<'_>, key: Key) -> Result<f64, FileError> {
     ))
 }
 
-/// The terms of the disturbance. One of amplitude zero is none, so that nothing is drawn for it.
+/// Returns the terms of the disturbance. Random terms with amplitude zero are left out, so that nothing is drawn for
+/// them.
 fn disturbance(build: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
     let mut terms = terms(build, until)?;
     terms.retain(|term| match term {
@@ -167,7 +168,7 @@ fn disturbance(build: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
     Ok(terms)
 }
 
-/// The terms as they are asked for.
+/// Returns the terms as the settings ask for them.
 fn terms(build: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
     let name = build.text(Key::Disturbance);
     let wave = match name.as_str() {
@@ -202,7 +203,7 @@ fn terms(build: &Build<'_>, until: f64) -> Result<Vec<Term>, FileError> {
     Ok(vec![term(build, &table, until, "settings")?])
 }
 
-/// One term, times the level.
+/// Returns one term, times the level.
 fn term(build: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Term, FileError> {
     let level = build.number(Key::Level)?;
     let amplitude = table.amplitude * level;
@@ -245,7 +246,7 @@ fn term(build: &Build<'_>, table: &WaveTable, until: f64, place: &str) -> Result
     }
 }
 
-/// A sine or a square wave; its own frequency and phase come before the settings'.
+/// Returns a sine or a square wave. Its own frequency and phase take precedence over the settings.
 fn periodic(build: &Build<'_>, table: &WaveTable, amplitude: f64) -> Result<Term, FileError> {
     let frequency = match table.frequency {
         Some(frequency) => frequency,
@@ -282,7 +283,7 @@ fn periodic(build: &Build<'_>, table: &WaveTable, amplitude: f64) -> Result<Term
     Ok(term(wave))
 }
 
-/// An observer of its table; Luenberger observers start from xi(0), as GPEBO does.
+/// Makes an observer from its table. Luenberger observers start from xi(0), as GPEBO does.
 fn observer(
     table: &ObserverTable,
     plant: &ContinuousPlant,
@@ -317,7 +318,7 @@ fn observer(
         }),
         ObserverName::Proposed => {
             let order = table.expansion.unwrap_or(2);
-            // The paper's filters, 2/(p + 2) and 6/(p + 6), in front.
+            // The default: the paper's filters, 2/(p + 2) and 6/(p + 6).
             let filters = table.filters.clone();
             Ok(ObserverSpec::Proposed {
                 k: table.pole.unwrap_or(1.0),
@@ -334,7 +335,7 @@ fn observer(
     }
 }
 
-/// The filter of the steady state, which is a full-order observer, or without process noise the
+/// Makes the Kalman-Bucy filter: the steady-state one, which is a full-order observer, or without process noise the
 /// time-varying one.
 fn kalman_bucy(
     table: &ObserverTable,
@@ -361,7 +362,7 @@ fn kalman_bucy(
     }
 }
 
-/// The adaptation gains times their scale; one stands for all components.
+/// Returns the adaptation gains times their scale. A single gain applies to all components.
 fn gains(table: &ObserverTable, n: usize, scale: f64) -> Result<Vec<f64>, String> {
     let given = table.gains.as_deref().unwrap_or(&[]);
     let all = match given {

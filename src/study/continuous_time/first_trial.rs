@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-/// x(t), xhat(t) and theta_hat(t) of one trial at some times.
+/// x(t), xhat(t) and theta_hat(t) of one trial at several times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Traces {
     /// Seconds, ascending.
     pub times: Vec<f64>,
-    /// For every state x_i its course; NaN, in files null, where it is not finite.
+    /// The course of every state x_i; NaN (null in files) if it is not finite.
     #[serde(with = "nan_is_null")]
     pub x: Vec<Vec<f64>>,
     /// theta = x(0) - xi(0), which GPEBO estimates.
@@ -16,19 +16,19 @@ pub struct Traces {
     pub outputs: Vec<OutputTrace>,
 }
 
-/// What one observer makes of it.
+/// The course of one observer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OutputTrace {
-    /// For every state xhat_i its course.
+    /// The course of every state xhat_i.
     #[serde(with = "nan_is_null")]
     pub x_hat: Vec<Vec<f64>>,
-    /// For every component of theta its estimate's course; empty where the observer estimates none.
+    /// The course of the estimate of every component of theta; empty if the observer estimates none.
     #[serde(with = "nan_is_null")]
     pub theta_hat: Vec<Vec<f64>>,
 }
 
 impl Traces {
-    /// An empty course of `observers` observers, each with a theta where `estimates` says so.
+    /// Makes an empty course with one observer per entry of `estimates`, which says whether it estimates theta.
     pub(super) fn new(theta: Vec<f64>, estimates: &[bool]) -> Self {
         let n = theta.len();
         let output = |estimates: &bool| OutputTrace {
@@ -45,8 +45,8 @@ impl Traces {
 }
 
 impl Traces {
-    /// Whether this can be the course of a trial of n states and so many observers: every part of
-    /// the same length, and ascending times.
+    /// Whether this can be the course of a trial of n states and so many observers: all parts have the same length, and
+    /// the times ascend.
     pub(crate) fn are_of(&self, n: usize, observers: usize) -> bool {
         let points = self.times.len();
         let full = |courses: &[Vec<f64>]| {
@@ -73,7 +73,7 @@ pub(super) fn append(to: &mut [Vec<f64>], values: &[f64]) {
         .for_each(|(to, value)| to.push(*value));
 }
 
-/// Courses with gaps: JSON has neither NaN nor infinities.
+/// Serializes courses with gaps, because JSON has neither NaN nor infinities.
 mod nan_is_null {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

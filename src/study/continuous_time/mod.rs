@@ -14,7 +14,7 @@ use crate::signal::{Hold, Purpose, Signal, Wave, fill_white, stream};
 use rand::RngExt;
 use std::f64::consts::TAU;
 
-/// What draws and runs the trials of a cell in continuous time.
+/// A cell in continuous time: draws and runs its trials.
 #[derive(Clone, Debug)]
 pub struct ContinuousCell {
     /// The plant.
@@ -31,13 +31,13 @@ pub struct ContinuousCell {
     pub observers: Vec<ObserverSpec>,
     /// The end T, seconds.
     pub until: f64,
-    /// Root mean squares are taken from here on, seconds.
+    /// The time from which root mean squares are taken, seconds.
     pub scored_from: f64,
     /// The longest step, seconds.
     pub step: f64,
-    /// A larger relative error of a trial is a failure.
+    /// A trial with a larger relative error fails.
     pub error_limit: f64,
-    /// Seconds between the points that are kept of the first trial.
+    /// Seconds between the stored points of the first trial.
     pub trace_every: Option<f64>,
 }
 
@@ -46,9 +46,9 @@ pub struct ContinuousCell {
 pub enum Term {
     /// The same in every trial.
     Fixed(Wave),
-    /// A sine or square whose phase is uniform on [0, 2 pi), a new one in every trial.
+    /// A sine or square whose phase is uniform on [0, 2 pi), drawn anew in every trial.
     RandomPhase(Wave),
-    /// White Gaussian numbers of this standard deviation, each held so many seconds.
+    /// White Gaussian numbers, each held for some time.
     White {
         /// Standard deviation.
         deviation: f64,
@@ -58,7 +58,7 @@ pub enum Term {
 }
 
 impl ContinuousCell {
-    /// The disturbance of a trial: a pure function of seed and trial.
+    /// Draws the disturbance of a trial: a pure function of seed and trial.
     pub fn draw(&self, seed: u64, trial: u64) -> Signal {
         let mut phases = stream(seed, trial, Purpose::DisturbancePhase);
         let mut noise = stream(seed, trial, Purpose::Disturbance);
@@ -66,8 +66,7 @@ impl ContinuousCell {
             Term::Fixed(wave) => wave.clone(),
             Term::RandomPhase(wave) => with_phase(wave, TAU * phases.random::<f64>()),
             Term::White { deviation, hold } => {
-                // One more than the holds that fit, so that the last instant has one however the
-                // quotient is rounded.
+                // One more than the holds that fit, so that the last instant has one, however the quotient is rounded.
                 let count = (self.until / hold).ceil() as usize + 1;
                 let mut values = vec![0.0; count];
                 fill_white(&mut noise, *deviation, &mut values);
@@ -83,13 +82,13 @@ impl ContinuousCell {
         }
     }
 
-    /// Whether all trials are the same.
+    /// Whether all trials are identical.
     pub fn is_deterministic(&self) -> bool {
         let is_fixed = |term: &Term| matches!(term, Term::Fixed(_));
         self.disturbance.iter().all(is_fixed)
     }
 
-    /// What is run with a disturbance.
+    /// Returns the scenario with a disturbance.
     fn scenario(&self, delta: Signal) -> Scenario {
         Scenario {
             u: self.input.clone(),
@@ -101,7 +100,7 @@ impl ContinuousCell {
         }
     }
 
-    /// Numbers of white noise in a trial.
+    /// Returns how many numbers of white noise a trial has.
     pub(super) fn disturbance_numbers(&self) -> usize {
         let terms = self.disturbance.iter().map(|term| match term {
             Term::White { hold, .. } => (self.until / hold).ceil() as usize + 1,
@@ -110,13 +109,13 @@ impl ContinuousCell {
         terms.sum()
     }
 
-    /// Steps of a trial at least, without the halved ones.
+    /// Returns the least number of steps of a trial, not counting the halved ones.
     pub fn steps(&self) -> usize {
         (self.until / self.step).ceil() as usize
     }
 }
 
-/// A sine or square with another phase.
+/// Returns a sine or square with another phase.
 fn with_phase(wave: &Wave, phase: f64) -> Wave {
     let mut wave = wave.clone();
     if let Wave::Sine { phase: angle, .. } | Wave::Square { phase: angle, .. } = &mut wave {

@@ -9,14 +9,14 @@ use crate::observer::gpebo::{
 use crate::study::spent::Watch;
 use crate::study::{Experiment, Measure, Row, Trials};
 
-/// Runs trials of one cell: one value per worker.
+/// Runs trials of one cell; each worker has its own.
 pub struct ContinuousTrial<'e> {
     cell: &'e ContinuousCell,
     seed: u64,
 }
 
 impl ContinuousCell {
-    /// The run of a trial.
+    /// Makes the run of a trial.
     ///
     /// # Errors
     /// If the parts do not fit each other: [`CascadeError`].
@@ -25,20 +25,20 @@ impl ContinuousCell {
         Cascade::new(&self.plant, &scenario, &self.gpebo, &self.observers)
     }
 
-    /// Whether a trial can be run; which one does not matter.
+    /// Checks that a trial can be run; any trial serves.
     ///
     /// # Errors
-    /// As [`Self::cascade`].
+    /// As for [`Self::cascade`].
     pub(super) fn check(&self, seed: u64) -> Result<(), CascadeError> {
         self.cascade(seed, 0).map(|_| ())
     }
 }
 
 impl<'e> ContinuousTrial<'e> {
-    /// Buffers for a cell.
+    /// Makes buffers for a cell.
     ///
     /// # Errors
-    /// As [`ContinuousCell::cascade`].
+    /// As for [`ContinuousCell::cascade`].
     pub fn new(experiment: &Experiment, cell: &'e ContinuousCell) -> Result<Self, CascadeError> {
         cell.check(experiment.file.seed)?;
         Ok(Self {
@@ -47,17 +47,16 @@ impl<'e> ContinuousTrial<'e> {
         })
     }
 
-    /// Runs a trial and appends its rows, one per observer; of trial 0 its course too, where it is
-    /// wanted.
+    /// Runs a trial and appends its rows, one per observer. For trial 0 also stores its course, if wanted.
     pub fn run_into(&self, trial: u64, to: &mut Trials) {
         let every = self.cell.trace_every.filter(|_| trial == 0);
         self.run_with_course(trial, every, to);
     }
 
-    /// The same, with the trial's course in points of so many seconds, where they are given.
+    /// Does the same, and stores the trial's course with a point every `every` seconds, if given.
     pub fn run_with_course(&self, trial: u64, every: Option<f64>, to: &mut Trials) {
         let rows = 0..self.cell.observers.len();
-        // Checked by `new`; but random phases may make steps of too many lengths.
+        // `new` checked it, but random phases may lead to steps of too many lengths.
         let Ok(cascade) = self.cell.cascade(self.seed, trial) else {
             for output in rows {
                 let row = failed(Row::new(trial, output), FailureKind::NotRun);
@@ -90,7 +89,7 @@ impl<'e> ContinuousTrial<'e> {
         }
     }
 
-    /// What of a trial is kept.
+    /// Makes the empty course of a trial.
     fn course(&self, every: f64, cascade: &Cascade) -> Course {
         let is_gpebo = |spec: &ObserverSpec| !matches!(spec, ObserverSpec::Luenberger { .. });
         let estimates: Vec<bool> = self.cell.observers.iter().map(is_gpebo).collect();
@@ -100,7 +99,7 @@ impl<'e> ContinuousTrial<'e> {
         }
     }
 
-    /// The row of an observer.
+    /// Fills the row of an observer.
     fn row(&self, mut row: Row, observer: &ObserverSummary, step: Convergence) -> Row {
         if observer.outcome != Outcome::Finite {
             return failed(row, FailureKind::NonFinite);
@@ -108,7 +107,7 @@ impl<'e> ContinuousTrial<'e> {
         let relative = step.relative();
         row[Measure::StepError] = relative;
         row[Measure::StepOrder] = step.state.order.unwrap_or(f64::NAN);
-        // A NaN is no small error.
+        // A NaN does not count as a small error.
         if !(relative <= self.cell.error_limit) {
             return failed(row, FailureKind::StepTooLong);
         }
@@ -134,7 +133,7 @@ impl<'e> ContinuousTrial<'e> {
             .map(|(gain, integral)| gain * integral);
         row[Measure::Adaptation] = learnt.fold(f64::NAN, f64::min);
         let frozen = observer.excitation.frozen_at.iter().copied();
-        // All components: the estimate as a whole is frozen when the last one is.
+        // All components: the whole estimate is frozen when its last component is.
         let last = frozen.collect::<Option<Vec<f64>>>();
         let last = last.map_or(f64::NAN, |times| times.into_iter().fold(f64::NAN, f64::max));
         row[Measure::Frozen] = last;
@@ -142,7 +141,7 @@ impl<'e> ContinuousTrial<'e> {
     }
 }
 
-/// A row that has no measure of merit.
+/// Returns a row of a failed trial, with no further measures.
 fn failed(mut row: Row, kind: FailureKind) -> Row {
     row.failure = Some(Failure {
         kind,
@@ -152,18 +151,18 @@ fn failed(mut row: Row, kind: FailureKind) -> Row {
     row
 }
 
-/// The course of a trial, a point at a time.
+/// The stored course of a trial, point by point.
 struct Course {
     every: f64,
     traces: Traces,
 }
 
 impl Course {
-    /// Keeps a point where one is due.
+    /// Stores a point if one is due.
     fn add(&mut self, sample: &Sample<'_>) {
         let traces = &mut self.traces;
         let due = traces.times.len() as f64 * self.every;
-        // Times are sums of steps.
+        // Times are sums of steps, so they have rounding errors.
         if sample.t < due - 1e-9 * self.every {
             return;
         }

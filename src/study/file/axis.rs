@@ -33,7 +33,7 @@ impl From<&str> for Scalar {
 impl Serialize for Scalar {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            // Whole numbers are written without a point, as people write them.
+            // Whole numbers are written without a decimal point.
             Self::Number(x) if x.fract() == 0.0 && x.abs() < 1e15 => {
                 serializer.serialize_i64(*x as i64)
             }
@@ -72,12 +72,12 @@ pub enum Axis {
     One(Scalar),
     /// A list.
     Many(Vec<Scalar>),
-    /// A range; [`super::Key::is_count`] settings take its values rounded to whole numbers.
+    /// The values of a range; [`super::Key::is_count`] settings round them to whole numbers.
     Range(Vec<f64>),
 }
 
 impl Axis {
-    /// The values, rounded to whole numbers where they come of a range of a `count`.
+    /// Returns the values. Those from a range are rounded to whole numbers if `count`.
     pub fn values(&self, count: bool) -> Vec<Scalar> {
         match self {
             Self::One(value) => vec![value.clone()],
@@ -105,7 +105,7 @@ impl Serialize for Axis {
 const EXPECTED: &str =
     "a number, a text, a list of them, or a range such as { logspace = [0.1, 100, 13] }";
 
-/// The longest list.
+/// The length of the longest list.
 pub(super) const LONGEST: usize = 10_000;
 
 struct AxisVisitor;
@@ -147,7 +147,7 @@ impl<'de> Visitor<'de> for AxisVisitor {
                         "a list of more than {LONGEST} values"
                     )));
                 }
-                // Results tell values by their texts.
+                // Results distinguish values by their texts.
                 Axis::One(value) if !seen.insert(folded(&value.to_string())) => {
                     return Err(A::Error::custom(format!(
                         "{value} is given twice in the list; case, blanks and invisible characters do not \
@@ -197,7 +197,7 @@ impl<'de> Visitor<'de> for AxisVisitor {
     }
 }
 
-/// `count` values from `from` to `to`, evenly spaced under `map`, rounded to six significant digits
+/// Returns `count` values from `from` to `to`, evenly spaced under `map`. They are rounded to six significant digits,
 /// so that they are the same numbers on every machine; the ends are exact.
 fn range_of(
     from: f64,

@@ -1,4 +1,4 @@
-//! Claims: what a study's results are to show, and the tests that decide it.
+//! Claims: what the results of a study should show, and the tests that decide it.
 
 use super::super::measure::Measure;
 use super::super::theory::TheoryReference;
@@ -29,7 +29,7 @@ named_enum! {
     ClaimStatistic, "statistic" {
         /// The median.
         Median = "median",
-        /// Of a ratio: the median over trials of the ratio of two outputs on the same trial.
+        /// The median over trials of the ratio of two outputs on the same trial; for ratios.
         PairedMedian = "paired-median",
         /// The mean.
         Mean = "mean",
@@ -43,14 +43,15 @@ named_enum! {
         Q75 = "q75",
         /// The 95 % quantile.
         Q95 = "q95",
-        /// Of a coefficient: the mean of its signed error over the error's standard deviation.
+        /// The mean of the signed error over its standard deviation; for a coefficient.
         Bias = "bias",
-        /// Of a coefficient: the share of trials whose 95 % interval holds the truth, of those with a standard error.
+        /// The share of trials whose 95 % interval contains the truth, among those with a standard error; for a
+        /// coefficient.
         Coverage = "coverage",
     }
 }
 
-/// The one-sided error rate of a verdict where a claim names none.
+/// The one-sided error rate of a verdict if a claim names none.
 pub const CLAIM_LEVEL: f64 = 0.025;
 
 fn level() -> f64 {
@@ -98,7 +99,7 @@ pub struct ClaimTable {
 }
 
 impl ClaimTable {
-    /// Whether it asks the same as another one, whatever its name and words.
+    /// Whether two claims test the same, whatever their names and words.
     pub fn judges_as(&self, other: &Self) -> bool {
         let worded = Self {
             id: other.id.clone(),
@@ -110,7 +111,7 @@ impl ClaimTable {
         worded == *other
     }
 
-    /// A claim that is only named, as in files of before there were tests; it is not judged.
+    /// Makes a claim that has only a name, as in files from before claims had tests. It is not judged.
     fn named(id: &str) -> Self {
         Self {
             id: id.to_owned(),
@@ -125,11 +126,11 @@ impl ClaimTable {
         }
     }
 
-    /// Its tests for each output, or pair of outputs, that it lists: one list of tests where it
-    /// lists none.
+    /// Returns the tests of every case: one list of tests for each output, or pair of outputs, that the claim lists. A
+    /// claim without lists is one case.
     ///
     /// # Errors
-    /// What is wrong with a test, or with the lists, with the key in the claim.
+    /// A faulty test or list, with its key in the claim.
     pub fn cases(&self) -> Result<Vec<Vec<ClaimTest>>, FileError> {
         let lists = |part: fn(&TestTable) -> Option<&Axis>| -> Result<Vec<Scalar>, FileError> {
             let mut found: Option<Vec<Scalar>> = None;
@@ -167,7 +168,7 @@ impl ClaimTable {
         Ok(cases)
     }
 
-    /// The one value that it wants of a setting; `None` where there is none or several.
+    /// Returns the value that the claim wants of a setting; `None` unless it names exactly one.
     fn single(&self, key: Key) -> Option<String> {
         let values = self.cells.get(&key)?.values(key.is_count());
         let [value] = values.as_slice() else {
@@ -176,7 +177,8 @@ impl ClaimTable {
         Some(value.to_string())
     }
 
-    /// All tests of all cases and the condition; none where something is wrong with them.
+    /// Returns the tests of all cases, then the condition. A fault in any test leaves out all cases; a faulty condition
+    /// is left out.
     pub fn all_tests(&self) -> Vec<ClaimTest> {
         let given = self
             .given
@@ -186,7 +188,7 @@ impl ClaimTable {
         cases.into_iter().flatten().chain(given).collect()
     }
 
-    /// All its tests, each with its key: those that must pass, then the condition.
+    /// Returns all tests, each with its key: those that must pass, then the condition.
     pub fn tests(&self) -> impl Iterator<Item = (String, &TestTable)> {
         let many = self.test.len() > 1;
         let key = move |i: usize| {
@@ -275,12 +277,12 @@ pub struct TestTable {
 }
 
 impl TestTable {
-    /// What is compared with, where that is an output or a method.
+    /// Returns what the test compares with, if that is an output or a method.
     pub(super) fn compared_with(&self) -> Option<&Axis> {
         self.to.as_ref().filter(|_| self.cells.is_none())
     }
 
-    /// The table with one name instead of each list.
+    /// Returns the table with one name instead of each list.
     fn chosen(&self, output: Option<&Scalar>, to: Option<&Scalar>) -> Self {
         let name = |list: Option<&Axis>, name: Option<&Scalar>| match (list, name) {
             (Some(Axis::Many(_)), Some(name)) => Some(Axis::One(name.clone())),
@@ -296,9 +298,9 @@ impl TestTable {
 }
 
 named_enum! {
-    /// What of a method takes time.
+    /// What part of a method is timed.
     TimeOf, "time" {
-        /// The whole estimate, of all passes.
+        /// The whole estimate, with all passes.
         Estimate = "estimate",
     }
 }
@@ -351,7 +353,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// Whether it is nothing.
+    /// Whether the claims need nothing.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
@@ -362,7 +364,7 @@ impl Needs {
             TestKind::Outcome(_) => {}
             TestKind::Bound(bound) => {
                 push(&mut self.measures, &file.measures, bound.measure);
-                // Bounds of a file may be of one claim's cells only.
+                // A bound of the file may apply to the cells of one claim only.
                 let claim = claim.single(Key::Claim);
                 let counted = |table: &BoundTable| {
                     table.limits() == bound.limits()
@@ -426,7 +428,7 @@ impl Needs {
     }
 }
 
-/// Adds what is not in the list yet.
+/// Adds the items that the list does not have yet.
 fn extend<T: Clone + PartialEq>(list: &mut Vec<T>, items: &[T]) {
     for item in items {
         if !list.contains(item) {
@@ -435,7 +437,7 @@ fn extend<T: Clone + PartialEq>(list: &mut Vec<T>, items: &[T]) {
     }
 }
 
-/// Adds what is in neither list.
+/// Adds an item that is in neither list.
 fn push<T: PartialEq>(list: &mut Vec<T>, known: &[T], item: T) {
     if !known.contains(&item) && !list.contains(&item) {
         list.push(item);
@@ -443,8 +445,7 @@ fn push<T: PartialEq>(list: &mut Vec<T>, known: &[T], item: T) {
 }
 
 impl ExperimentFile {
-    /// What the claims need of a run beside what a resolved file asks for itself. Tests that are
-    /// wrong need nothing.
+    /// Returns what the claims need of a run beyond what a resolved file asks for itself. Faulty tests need nothing.
     pub fn needs(&self) -> Needs {
         let mut needs = Needs::default();
         for claim in &self.claims {
@@ -459,7 +460,7 @@ impl ExperimentFile {
         needs
     }
 
-    /// Adds what the claims need; where `needed` is given already, that and nothing more.
+    /// Adds what the claims need. If `needed` is given already, adds exactly that.
     pub(super) fn add_needs(&mut self) {
         let needs = self.needed.take().unwrap_or_else(|| self.needs());
         extend(&mut self.measures, &needs.measures);
@@ -473,8 +474,8 @@ impl ExperimentFile {
     }
 }
 
-/// The list `claims`: tables, or the names of claims that are not judged, as files had before there
-/// were tests.
+/// The list `claims`: tables, or only names. Names are claims that are not judged, as in files from before claims had
+/// tests.
 pub(super) mod list {
     use super::{
         ClaimTable, Deserialize, Deserializer, Error, MapAccess, MapAccessDeserializer, Serialize,
@@ -540,7 +541,7 @@ pub(super) mod list {
     }
 }
 
-/// One test, or a list of them.
+/// One test, or a list of tests.
 mod tests_of_a_cell {
     use super::{
         Deserialize, Deserializer, Error, MapAccess, MapAccessDeserializer, SeqAccess,

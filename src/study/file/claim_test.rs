@@ -1,5 +1,4 @@
-//! The tests of claims: what a table of an experiment file says, in one of the kinds that there
-//! are.
+//! The tests of claims: converts a table of an experiment file to one of the kinds of test.
 
 use super::super::measure::Measure;
 use super::super::theory::TheoryReference;
@@ -20,7 +19,7 @@ named_enum! {
     }
 }
 
-/// What a value is of.
+/// What a value is taken of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ValueOf {
     /// A measure.
@@ -34,35 +33,35 @@ pub enum ValueOf {
 /// The numbers that pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
-    /// Those below.
+    /// Those below this number.
     Below(f64),
-    /// Those above.
+    /// Those above this number.
     Above(f64),
-    /// From the first to the second.
+    /// Those from the first to the second number.
     Between(f64, f64),
-    /// From 1 over this factor to this factor.
+    /// Those from 1 over this factor to this factor.
     Within(f64),
 }
 
 /// What a test looks at.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TestKind {
-    /// The share of trials that end so.
+    /// The share of trials with this outcome.
     Outcome(Outcome),
     /// The share of trials that meet a bound.
     Bound(BoundTable),
-    /// The share of trials in which the output is better in a measure than another one.
+    /// The share of trials in which the output is better than another one by a measure.
     Wins {
         /// The measure.
         measure: Measure,
         /// The other output.
         to: String,
     },
-    /// A statistic.
+    /// A statistic of a measure or a coefficient.
     Value {
-        /// Of what.
+        /// What it is taken of.
         what: ValueOf,
-        /// Which one.
+        /// Which statistic.
         statistic: Statistic,
     },
     /// A ratio to another output.
@@ -84,12 +83,12 @@ pub enum TestKind {
         axis: Key,
         /// Its value in the cell that others are compared with.
         from: Scalar,
-        /// Its values in the others; every other value where absent.
+        /// Its values in the others; if absent, every other value.
         to: Option<Vec<Scalar>>,
     },
     /// A log-log slope.
     Slope(SlopeTable),
-    /// The time of a method over that of another.
+    /// The time of a method over that of another method.
     Time {
         /// The other method.
         to: String,
@@ -97,7 +96,7 @@ pub enum TestKind {
 }
 
 impl TestKind {
-    /// The output or method that the test's is compared with.
+    /// Returns the output or method with which the test compares.
     pub fn other(&self) -> Option<&String> {
         match self {
             Self::Wins { to, .. } | Self::Ratio { to, .. } | Self::Time { to } => Some(to),
@@ -105,7 +104,7 @@ impl TestKind {
         }
     }
 
-    /// The same, to change it.
+    /// Returns the same, mutable.
     pub fn other_mut(&mut self) -> Option<&mut String> {
         match self {
             Self::Wins { to, .. } | Self::Ratio { to, .. } | Self::Time { to } => Some(to),
@@ -117,23 +116,22 @@ impl TestKind {
 /// What one test of a claim says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClaimTest {
-    /// The output, or of [`TestKind::Time`] the method.
+    /// The output; the method in [`TestKind::Time`].
     pub output: String,
-    /// What it looks at.
+    /// What the test looks at.
     pub kind: TestKind,
-    /// What that must be.
+    /// The limit that this must meet.
     pub limit: Limit,
 }
 
-/// What a test is about: a cell, two cells, or a family of cells. Tests of one claim must be about
-/// the same.
+/// The unit of a test: a cell, two cells, or a family of cells. All tests of a claim must have the same unit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TestUnit {
     /// One cell.
     Cell,
-    /// Two cells that differ in a setting: the value in the first, and those in the others.
+    /// Two cells that differ in a setting: its value in the first, and its values in the others.
     Pair(Key, Scalar, Option<Vec<Scalar>>),
-    /// Cells that differ in a setting, from a value on.
+    /// Cells that differ in a setting, from this value on.
     Family(Key, f64),
 }
 
@@ -141,7 +139,7 @@ const KINDS: [&str; 6] = ["share", "value", "ratio", "cells", "slope", "time"];
 const LIMITS: [&str; 4] = ["below", "above", "between", "within"];
 
 impl TestTable {
-    /// The keys that stand in the table, each with the kinds of test that have it.
+    /// Returns the keys present in the table, each with the kinds of test that allow it.
     fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
         const COMPARED: &[&str] = &["share", "ratio", "cells", "time"];
         let options: [(&str, bool, &[&str]); 9] = [
@@ -217,7 +215,7 @@ impl TestTable {
         Err(FileError::key("statistic", unknown.to_string()))
     }
 
-    /// `of` or `to` as the name of an output or method.
+    /// Returns `of` or `to` as the name of an output or method.
     fn name(key: &str, given: Option<&Axis>, expected: &str) -> Result<String, FileError> {
         match given {
             Some(Axis::One(Scalar::Text(label))) => Ok(label.clone()),
@@ -295,7 +293,7 @@ impl TestTable {
         let to = self.other()?;
         let mut known = &[Statistic::PairedMedian, Statistic::Median, Statistic::Rms][..];
         if TheoryReference::named(&to).is_some() {
-            // Theory has no trials to be paired with.
+            // Theory has no trials to pair with.
             known = &known[1..];
         }
         let statistic = self.statistic_of(known)?;
@@ -344,10 +342,10 @@ impl TestTable {
 }
 
 impl ClaimTest {
-    /// What a table says.
+    /// Converts a table to a test.
     ///
     /// # Errors
-    /// What is wrong with it, with the key in the table.
+    /// What is wrong with the table, with the key in it.
     pub fn from_table(table: &TestTable) -> Result<Self, FileError> {
         let name = table.kind_name()?;
         let stray = table
@@ -405,7 +403,7 @@ impl ClaimTest {
         })
     }
 
-    /// What it is about.
+    /// Returns the unit of the test.
     pub fn unit(&self) -> TestUnit {
         match &self.kind {
             TestKind::Cells { axis, from, to, .. } => {
@@ -421,7 +419,7 @@ impl ClaimTest {
         matches!(self.kind, TestKind::Time { .. })
     }
 
-    /// The measures that it looks at.
+    /// Returns the measures that it looks at.
     pub fn measures(&self) -> Vec<Measure> {
         match &self.kind {
             TestKind::Bound(bound) => vec![bound.measure],
@@ -443,8 +441,7 @@ impl ClaimTest {
 }
 
 impl TestUnit {
-    /// The values (from, to) of the setting in which two cells differ, of all pairs that a file
-    /// has.
+    /// Returns the values (from, to) of the setting in which two cells differ, for all pairs in a file.
     pub fn steps(&self, file: &ExperimentFile) -> Vec<(Scalar, Scalar)> {
         let Self::Pair(axis, from, to) = self else {
             return Vec::new();
@@ -467,7 +464,7 @@ impl TestUnit {
 }
 
 impl Limit {
-    /// The smallest and the largest number, of which one may be infinite.
+    /// Returns the smallest and the largest number; one of them may be infinite.
     pub fn ends(self) -> [f64; 2] {
         match self {
             Self::Below(high) => [f64::NEG_INFINITY, high],
@@ -482,7 +479,7 @@ fn missing(key: &str, what: &str) -> FileError {
     FileError::key(key, format!("missing; expected {what}"))
 }
 
-/// The one key of several that is there.
+/// Returns the only key of several that is present.
 fn one_of<const N: usize>(
     intro: &str,
     names: [&'static str; N],
@@ -497,7 +494,7 @@ fn one_of<const N: usize>(
     }
 }
 
-/// A measure of this name; `others` may stand there too.
+/// Parses the name of a measure; `others` are further names to offer.
 fn measure<'a>(
     key: &str,
     name: &str,

@@ -1,4 +1,4 @@
-//! Columns of CSV files that a study takes its input or its noise from. Their numbers become part of the file, so that
+//! Columns of CSV files from which a study takes its input or its noise. Their numbers become part of the file. So
 //! results can be replayed, extended and merged without the CSV file, and are not mixed with those of a changed one.
 
 use super::{Axis, ExperimentFile, FileError, Key, Scalar};
@@ -6,20 +6,20 @@ use crate::data::csv;
 use crate::files::{self, Kind};
 use std::path::Path;
 
-/// How a name of a column begins: `file:PATH` (its column u) or `file:PATH#COLUMN`.
+/// The prefix of a column's name: `file:PATH` (its column u) or `file:PATH#COLUMN`.
 const FILE: &str = "file:";
 
-/// The most samples of a column: each is a number in every manifest.
+/// The largest number of samples in a column. Every manifest contains them all.
 const LONGEST: usize = 1_000_000;
 
-/// The path and the column that a name says; `None` where it is no name of a column.
+/// Splits a name into path and column; `None` if it is not the name of a column.
 fn parts(name: &str) -> Option<(&str, &str)> {
     let rest = name.strip_prefix(FILE)?;
     Some(rest.rsplit_once('#').unwrap_or((rest, "u")))
 }
 
 impl ExperimentFile {
-    /// The columns that settings and noises name, each with the key that does.
+    /// Returns the columns that settings and noises name, each with the key that names it.
     fn named_columns(&self) -> Vec<(String, String)> {
         let axes = [
             Some(&self.settings),
@@ -43,7 +43,7 @@ impl ExperimentFile {
             .collect()
     }
 
-    /// Takes the columns that are named and not yet there, from files that stand relative to `folder`.
+    /// Reads the named columns that are not yet there. Their paths are relative to `folder`.
     pub(super) fn read_columns(&mut self, folder: &Path) -> Result<(), FileError> {
         for (key, name) in self.named_columns() {
             let Some((path, column)) = parts(&name).filter(|_| !self.columns.contains_key(&name))
@@ -66,14 +66,14 @@ impl ExperimentFile {
         Ok(())
     }
 
-    /// Forgets columns that nothing names.
+    /// Removes columns that nothing names.
     pub(super) fn drop_columns(&mut self) {
         let named = self.named_columns();
         self.columns
             .retain(|column, _| named.iter().any(|(_, name)| name == column));
     }
 
-    /// The samples of a column; `None` where `name` is no name of a column.
+    /// Returns the samples of a column; `None` if `name` is not the name of a column.
     pub(in crate::study) fn column(
         &self,
         key: &str,

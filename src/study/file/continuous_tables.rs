@@ -60,7 +60,7 @@ named_enum! {
     WaveName, "wave" {
         /// A constant.
         Constant = "constant",
-        /// A ramp of that slope per second.
+        /// A ramp with this slope per second.
         Ramp = "ramp",
         /// A sine.
         Sine = "sine",
@@ -74,9 +74,9 @@ named_enum! {
 }
 
 named_enum! {
-    /// What is between two samples.
+    /// The signal between two samples.
     HoldName, "hold" {
-        /// The sample before.
+        /// The previous sample.
         Zero = "zero",
         /// The straight line between them.
         Linear = "linear",
@@ -129,8 +129,7 @@ named_enum! {
         Gradient = "gradient",
         /// The full-order observer, Eq. (4).
         Luenberger = "luenberger",
-        /// The Kalman-Bucy filter: with process noise that of the steady state, without it the
-        /// time-varying one.
+        /// The Kalman-Bucy filter: the steady-state one with process noise, the time-varying one without.
         KalmanBucy = "kalman-bucy",
     }
 }
@@ -140,7 +139,7 @@ named_enum! {
     FactorName, "factor" {
         /// Kept, as in the paper.
         Keep = "keep",
-        /// Cancelled; it needs gains of its own.
+        /// Cancelled; this needs other gains.
         Drop = "drop",
     }
 }
@@ -190,13 +189,13 @@ pub struct ObserverTable {
 }
 
 impl ObserverTable {
-    /// What its output is called.
+    /// Returns the name of its output.
     pub fn label(&self) -> String {
         let name = || self.observer.name().to_owned();
         self.name.clone().unwrap_or_else(name)
     }
 
-    /// The options that stand in the table, each with the observers that have it.
+    /// Returns the options given in the table, each with the observers that take it.
     fn given(&self) -> impl Iterator<Item = (&'static str, &'static [ObserverName])> {
         use ObserverName as O;
         const BOTH: &[O] = &[O::Gradient, O::Proposed];
@@ -217,7 +216,7 @@ impl ObserverTable {
         .filter_map(|(name, given, observers)| given.then_some((name, observers)))
     }
 
-    /// The first option that its observer does not have.
+    /// Returns the first option that its observer does not take.
     pub(in crate::study) fn stray(&self) -> Option<&'static str> {
         let stray = |(_, observers): &(&str, &[ObserverName])| !observers.contains(&self.observer);
         self.given().find(stray).map(|(name, _)| name)
@@ -225,7 +224,7 @@ impl ObserverTable {
 }
 
 impl SignalTable {
-    /// Takes the samples of the files that its terms name, which stand relative to `folder`.
+    /// Reads the samples of the files that its terms name, relative to `folder`.
     pub(super) fn read_files(&mut self, folder: &Path, place: &str) -> Result<(), FileError> {
         for (i, wave) in self.waves.iter_mut().enumerate() {
             let place = format!("{place}.waves[{i}]");
@@ -247,7 +246,7 @@ impl SignalTable {
     }
 }
 
-/// The interval and the values of a table `t,delta` with evenly spaced times from 0 on.
+/// Parses a table `t,delta` with evenly spaced times from 0 on. Returns the interval and the values.
 fn samples(text: &str) -> Result<(f64, Vec<f64>), String> {
     let lines = text
         .lines()

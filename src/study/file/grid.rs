@@ -1,4 +1,4 @@
-//! The grid: the product of all axes, with zipped axes moving together and cells that are left out.
+//! The grid: the product of all axes, with zipped axes moving together and some cells left out.
 
 use super::{Axis, ExperimentFile, FileError, Key, Scalar};
 use std::collections::BTreeMap;
@@ -6,14 +6,14 @@ use std::collections::BTreeMap;
 /// The settings of one cell.
 pub type Settings = BTreeMap<Key, Scalar>;
 
-/// The largest grid that is run.
+/// The largest number of cells in a grid.
 pub const CELL_LIMIT: u128 = 100_000;
 
 /// Axes that move together: at step i each key has its i-th value.
 type Dimension = Vec<(Key, Vec<Scalar>)>;
 
-/// All cells: axes in the order of [`Key`], the first one slowest; a zipped group stands where its
-/// first key does.
+/// Returns all cells, with the axes in the order of [`Key`], the first one slowest. A zipped group has the position of
+/// its first key.
 ///
 /// # Errors
 /// If the grid is too large or empty, or `zip` is wrong.
@@ -105,8 +105,8 @@ fn cell(dimensions: &[Dimension], mut index: usize) -> Settings {
     cell
 }
 
-/// The pairs of cells that differ in one setting, which is `from` in the first and `to` in the
-/// second, and in what moves with it; as indices.
+/// Returns the pairs of cells, as indices, that differ only in one setting and those zipped with it. Its value is
+/// `from` in the first cell and `to` in the second.
 pub fn partners(
     file: &ExperimentFile,
     cells: &[&Settings],
@@ -138,7 +138,7 @@ pub fn partners(
 /// The values that some settings may have.
 pub type Conditions = BTreeMap<Key, Vec<Scalar>>;
 
-/// The conditions of a table, its ranges written out.
+/// Returns the conditions of a table, with ranges written out.
 pub fn conditions(table: &BTreeMap<Key, Axis>) -> Conditions {
     let values = |(key, axis): (&Key, &Axis)| (*key, axis.values(key.is_count()));
     table.iter().map(values).collect()

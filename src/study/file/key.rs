@@ -1,5 +1,4 @@
-//! The settings of a study: one scalar each, any of them an axis of the grid; one entry of one
-//! table for each.
+//! The settings of a study. Each is a scalar and may be an axis of the grid. Each has one entry of one table.
 
 use super::Scalar;
 use crate::names::named_table;
@@ -15,7 +14,7 @@ pub(in crate::study) enum Time {
 }
 
 impl Time {
-    /// Whether a study in continuous time, or in discrete time, has it.
+    /// Whether studies in continuous time (`continuous`) or in discrete time have it.
     pub(in crate::study) const fn is_of(self, continuous: bool) -> bool {
         match self {
             Self::Discrete => !continuous,
@@ -25,7 +24,7 @@ impl Time {
     }
 }
 
-/// A default.
+/// A default value.
 #[derive(Clone, Copy)]
 enum Given {
     Nothing,
@@ -33,7 +32,7 @@ enum Given {
     Number(f64),
 }
 
-/// How a value is said.
+/// How a value is put into words.
 #[derive(Clone, Copy)]
 enum InWords {
     /// As the setting's name and the value.
@@ -44,38 +43,38 @@ enum InWords {
     Words(fn(&str) -> String),
 }
 
-/// What a study knows of a setting beside its name and its sentence.
+/// The properties of a setting, other than its name and description.
 #[expect(clippy::struct_excessive_bools, reason = "each is one property")]
 struct Entry {
-    /// The value where a file says nothing.
+    /// The value if a file gives none.
     default: Given,
-    /// The same in continuous time, where it is another one.
+    /// The default in continuous time, if it differs.
     default_in_continuous: Option<&'static str>,
     time: Time,
-    /// The heading of a table's column; the name where empty.
+    /// The heading of a table's column; the setting's name if empty.
     title: &'static str,
-    /// The unit that stands beside it.
+    /// The unit beside the heading.
     unit: &'static str,
-    /// The label of an axis, with its unit; title and unit where empty.
+    /// The label of an axis, with its unit; heading and unit if empty.
     axis: &'static str,
     words: InWords,
-    /// A value as an axis of names shows it.
+    /// Shortens a value for the ticks of an axis of names.
     tick: fn(&str) -> &str,
-    /// The setting's turn among those that may tell cells apart.
+    /// The setting's rank among those that may tell cells apart.
     telling: usize,
-    /// The setting's turn among those that may be the axis of a picture.
+    /// The setting's rank among those that may be the axis of a picture.
     along: usize,
-    /// The setting's turn among those that get panels of a picture; the last are held.
+    /// The setting's rank among those that get panels of a picture; the last are held at one value.
     held: usize,
-    /// Whether a resolved file leaves it out where it has its default.
+    /// Whether a resolved file omits the setting if it has its default.
     left_out: bool,
-    /// Whether it is a whole number of something.
+    /// Whether the value is a count, a whole number.
     count: bool,
-    /// Whether results have a column of it even where it does not vary.
+    /// Whether results have a column of the setting even if it does not vary.
     column: bool,
-    /// Whether it is a reading of the paper, named only where it is not the default.
+    /// Whether the setting is a reading of the paper, named only if it is not the default.
     reading: bool,
-    /// Whether it changes the observer alone, and no parameter.
+    /// Whether the setting changes only the observer, and no parameter.
     of_observer: bool,
 }
 
@@ -349,10 +348,10 @@ named_table! {
     }
 }
 
-/// "the plant's", "as stated": settings whose default follows from others.
+/// The value of settings whose default follows from others: "the plant's", "as stated".
 pub const AUTOMATIC: &str = "auto";
 
-/// The noise's name as people say it.
+/// Returns the common name of a noise.
 fn noise(value: &str) -> &str {
     match value {
         "ar" => "1/A",
@@ -366,7 +365,7 @@ fn noise_words(value: &str) -> String {
     format!("{} noise", noise(value))
 }
 
-/// A gain by the factor on the poles.
+/// Shortens a gain to the factor on the poles.
 fn gain(value: &str) -> &str {
     match value {
         "dead-beat" => "0",
@@ -374,7 +373,7 @@ fn gain(value: &str) -> &str {
     }
 }
 
-/// A gain by the poles of F.
+/// Describes a gain by the poles of F.
 fn gain_words(value: &str) -> String {
     match value.strip_prefix("scaled:") {
         Some("1") => "no feedback (scaled:1)".to_owned(),
@@ -384,12 +383,12 @@ fn gain_words(value: &str) -> String {
 }
 
 impl Key {
-    /// Whether a study in continuous time, or in discrete time, has the setting.
+    /// Whether studies in continuous time (`continuous`) or in discrete time have the setting.
     pub const fn is_of(self, continuous: bool) -> bool {
         self.entry().time.is_of(continuous)
     }
 
-    /// The value where a file of that kind says nothing.
+    /// Returns the value if a file of that kind gives none.
     pub fn default_of(self, continuous: bool) -> Option<Scalar> {
         let own = self.entry().default_in_continuous.filter(|_| continuous);
         let own = own.map(|text| Scalar::Text(text.to_owned()));
@@ -397,7 +396,7 @@ impl Key {
             .filter(|_| self.is_of(continuous))
     }
 
-    /// The value where a file says nothing; `None` for `l`, which stands instead of `window`.
+    /// Returns the value if a file gives none; `None` for `l`, which replaces `window`.
     pub fn default(self) -> Option<Scalar> {
         match self.entry().default {
             Given::Nothing => None,
@@ -406,7 +405,7 @@ impl Key {
         }
     }
 
-    /// A value in words: "N = 98", "eta = 2 %", "white noise".
+    /// Puts a value into words: "N = 98", "eta = 2 %", "white noise".
     pub fn words(self, value: &str) -> String {
         match self.entry().words {
             InWords::Named => format!("{self} {value}"),
@@ -415,12 +414,12 @@ impl Key {
         }
     }
 
-    /// A value as an axis of names shows it.
+    /// Returns a value as the tick of an axis of names.
     pub fn tick(self, value: &str) -> &str {
         (self.entry().tick)(value)
     }
 
-    /// The heading of a table's column, without its unit.
+    /// Returns the heading of a table's column, without its unit.
     pub fn title(self) -> String {
         match self.entry().title {
             "" => self.name().replace('_', " "),
@@ -428,12 +427,12 @@ impl Key {
         }
     }
 
-    /// The unit that stands beside the title; empty where there is none.
+    /// Returns the unit beside the heading; empty if there is none.
     pub const fn unit(self) -> &'static str {
         self.entry().unit
     }
 
-    /// The setting as an axis is labelled, with its unit.
+    /// Returns the label of an axis of this setting, with its unit.
     pub fn axis_label(self) -> String {
         let Entry { axis, unit, .. } = self.entry();
         match (axis, unit) {
@@ -443,46 +442,46 @@ impl Key {
         }
     }
 
-    /// Every setting, in the order in which they are asked whether they tell cells apart.
+    /// Returns every setting, in the order in which they are used to tell cells apart.
     pub fn telling() -> impl Iterator<Item = Self> {
         let mut all = Self::ALL.to_vec();
         all.sort_by_key(|key| key.entry().telling);
         all.into_iter()
     }
 
-    /// The setting's turn among those that may be the axis of a picture, the first one preferred.
+    /// Returns the setting's rank among those that may be the axis of a picture; the lowest is preferred.
     pub const fn along(self) -> usize {
         self.entry().along
     }
 
-    /// The setting's turn among those that get panels of a picture: colours of noise first;
-    /// readings of the errata and the like are held at one value where there is no room.
+    /// Returns the setting's rank among those that get panels of a picture. Colours of noise come first; readings of
+    /// the errata and similar settings are held at one value if there is no room.
     pub const fn held(self) -> usize {
         self.entry().held
     }
 
-    /// Whether the setting is a reading of the paper, named only where it is not the default.
+    /// Whether the setting is a reading of the paper, named only if it is not the default.
     pub const fn is_reading(self) -> bool {
         self.entry().reading
     }
 
-    /// Whether the setting changes the observer alone, and no parameter.
+    /// Whether the setting changes only the observer, and no parameter.
     pub const fn is_of_observer(self) -> bool {
         self.entry().of_observer
     }
 
-    /// Whether a resolved file leaves the setting out where it has its default: settings that came
-    /// later, so that the designs of older results, which do not have them, stay the same.
+    /// Whether a resolved file omits the setting if it has its default. These settings were added later; omitting them
+    /// keeps the designs of older results unchanged.
     pub const fn is_left_out(self) -> bool {
         self.entry().left_out
     }
 
-    /// Whether the setting is a whole number of something.
+    /// Whether the value is a count, a whole number.
     pub const fn is_count(self) -> bool {
         self.entry().count
     }
 
-    /// Whether results have a column of this setting even where it does not vary.
+    /// Whether results have a column of this setting even if it does not vary.
     pub const fn is_always_a_column(self) -> bool {
         self.entry().column
     }

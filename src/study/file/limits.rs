@@ -1,20 +1,20 @@
-//! How long the words and the lists of a file may be.
+//! Limits on the lengths of texts and lists in a file.
 
 use super::{ExperimentFile, FileError};
 
-/// The most characters of a title, and of the other words.
+/// The largest number of characters of a title, and of the other texts.
 const TITLE_LIMIT: usize = 200;
 const WORDS_LIMIT: usize = 5_000;
 
-/// The most entries of a list, such as methods (one for each combination of their options), bounds
-/// or comparisons.
+/// The largest number of entries in a list, such as methods (one for each combination of their options), bounds or
+/// comparisons.
 pub(super) const LIST_LIMIT: usize = 1_000;
 
-/// The most tables of a kind, such as plants or noises: as many as a setting has values.
+/// The largest number of tables of a kind, such as plants or noises: the largest number of values of a setting.
 const TABLE_LIMIT: usize = super::axis::LONGEST;
 
 impl ExperimentFile {
-    /// Checks words and lists.
+    /// Checks the lengths of texts and lists.
     ///
     /// # Errors
     /// The first that is too long.
@@ -53,7 +53,7 @@ impl ExperimentFile {
     }
 }
 
-/// Checks a number of things.
+/// Checks a count against its limit.
 pub(in crate::study) fn at_most(
     key: &str,
     count: usize,

@@ -1,4 +1,4 @@
-//! The methods of an experiment file: an estimator of the registry with its options.
+//! The methods of an experiment file: estimators of the registry with their options, or external programs.
 
 use super::FileError;
 use super::limits::{LIST_LIMIT, at_most};
@@ -14,13 +14,13 @@ use serde_json::{Map, Value, json};
 use std::fmt;
 use std::sync::Arc;
 
-/// The keys that every method has, beside the options of its estimator.
+/// The keys that every method has, in addition to the options of its estimator.
 const COMMON: [&str; 4] = ["name", "estimator", "observer", "report"];
 
-/// The keys of a method that is a program; `orders` are an option of estimators too.
+/// The keys of a method that is a program. `orders` is an option of estimators too, so it is not listed.
 const OF_PROGRAM: [&str; 6] = ["command", "batch", "timeout", "workers", "told", "worker"];
 
-/// A method: an estimator with its options, or a program; a list in an option, or of observers, makes one method per
+/// A method: an estimator with its options, or a program. A list in an option, or of observers, makes one method per
 /// value.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MethodTable {
@@ -31,7 +31,7 @@ pub struct MethodTable {
     /// In the registry's order.
     #[serde(flatten)]
     options: Map<String, Value>,
-    /// What a method is that is a program.
+    /// The options of a method that is a program.
     #[serde(flatten)]
     program: Option<CommandOptions>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,11 +40,11 @@ pub struct MethodTable {
     report: Option<Vec<usize>>,
 }
 
-/// A key of a method, of whatever estimator.
+/// A key of a method, for any estimator.
 struct MethodKey(String);
 
 impl<'de> Deserialize<'de> for MethodKey {
-    /// Refuses an unknown key where it stands, so that its line is told.
+    /// Refuses an unknown key while parsing, so that the error names its line.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let key = String::deserialize(deserializer)?;
         let mut valid: Vec<&str> = COMMON[..2].to_vec();
@@ -58,11 +58,11 @@ impl<'de> Deserialize<'de> for MethodKey {
     }
 }
 
-/// A value of an option, whichever it is, or a list of them.
+/// A value of any option, or a list of values.
 struct OptionValue(Value);
 
 impl<'de> Deserialize<'de> for OptionValue {
-    /// Refuses what no option can be, so that its line is told.
+    /// Refuses a value that no option can have while parsing, so that the error names its line.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let single = |value: &Value| value.is_u64() || value.is_string() || value.is_object();
         let value = Value::deserialize(deserializer)?;
@@ -131,7 +131,7 @@ impl schemars::JsonSchema for MethodTable {
         "MethodTable".into()
     }
 
-    /// One form for each estimator of the registry.
+    /// Describes one form for each estimator of the registry.
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         let form = |estimator: &EstimatorName| {
             let several = |schema: &Value| json!([schema, { "type": "array", "items": schema }]);
@@ -182,7 +182,7 @@ impl schemars::JsonSchema for MethodTable {
     }
 }
 
-/// The form of a method that is a program, with some properties of those of estimators.
+/// Returns the form of a method that is a program; some properties are those of estimators.
 fn program_form(of_estimator: &Value) -> Value {
     let mut form = inline_schema::<CommandOptions>();
     let mut properties = Map::from_iter([("name".to_owned(), json!({ "type": "string" }))]);
@@ -200,7 +200,7 @@ fn program_form(of_estimator: &Value) -> Value {
 }
 
 impl MethodTable {
-    /// One table per combination of the options' lists, every option written out; `index` is the place of
+    /// Returns one table per combination of the options' lists, with every option written out. `index` is the place of
     /// this table in the file.
     pub(super) fn expand(&self, index: usize) -> Result<Vec<Self>, FileError> {
         self.check_program(index)?;
@@ -265,7 +265,7 @@ impl MethodTable {
             .collect()
     }
 
-    /// A program has a name, and no estimator or option of one.
+    /// Checks that a program has a name, and no estimator and no option of one.
     fn check_program(&self, index: usize) -> Result<(), FileError> {
         let Some(program) = &self.program else {
             return Ok(());
@@ -291,19 +291,19 @@ impl MethodTable {
         }
     }
 
-    /// The program that the method is, if it is one.
+    /// Returns the program that the method is, if it is one.
     pub fn program(&self) -> Option<&CommandOptions> {
         self.program.as_ref()
     }
 
-    /// Writes down what the program says that it is.
+    /// Records what the program says that it is.
     pub fn set_worker(&mut self, identity: String) {
         if let Some(program) = &mut self.program {
             program.worker = Some(identity);
         }
     }
 
-    /// An option's value as a name says it: as the option itself writes it.
+    /// Returns an option's value as part of a name, in the option's own spelling.
     fn value_text(&self, index: usize, key: &str, value: &Value) -> String {
         let alone = Map::from_iter([(key.to_owned(), value.clone())]);
         let described = self.parse(index, alone).map(|options| options.describe());
@@ -333,7 +333,7 @@ impl MethodTable {
         parsed.map_err(|error| FileError::key(&place, error.to_string()))
     }
 
-    /// The options of an IV method of a resolved file; `None` for another method.
+    /// Returns the options of an IV method of a resolved file; `None` for another method.
     pub fn iv_options(&self) -> Option<IvOptions> {
         if self.program.is_some() {
             return None;
@@ -349,12 +349,12 @@ impl MethodTable {
         self.program.is_none() && self.estimator().takes("solver")
     }
 
-    /// Whose method it is.
+    /// Returns the estimator of the method.
     pub(in crate::study) fn estimator(&self) -> EstimatorName {
         self.estimator.unwrap_or_default()
     }
 
-    /// What outputs of a pass are called, in a resolved file.
+    /// Returns the name of the outputs of a pass, in a resolved file.
     pub fn output_name(&self, pass: usize) -> String {
         let name = self.base_name();
         if self.program.is_some() {
@@ -366,7 +366,7 @@ impl MethodTable {
         output.map_or(name, |output| output.estimator)
     }
 
-    /// The observer of its own, if a table that [`Self::expand`] made has one.
+    /// Returns the method's own observer, if a table from [`Self::expand`] has one.
     fn observer(&self, index: usize) -> Result<Option<ObserverKind>, FileError> {
         let place = format!("methods[{index}].observer");
         let text = match &self.observer {
@@ -390,7 +390,8 @@ impl MethodTable {
         Ok(Some(observer))
     }
 
-    /// The method of a table that [`Self::expand`] made; `index` is its place. `program` is what it is, if it is one.
+    /// Makes the method of a table from [`Self::expand`]; `index` is its place. `program` is the program that the
+    /// method is, if it is one.
     pub(in crate::study) fn method(
         &self,
         index: usize,

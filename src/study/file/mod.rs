@@ -1,4 +1,4 @@
-//! Experiment files: TOML, the same structure as JSON in a manifest, every default written out.
+//! Experiment files: TOML, or the same structure as JSON in a manifest with every default written out.
 
 mod axis;
 mod claim;
@@ -43,7 +43,7 @@ named_enum! {
     Store, "store" {
         /// Exact sums, counts and quantile sketches of every measure (the default).
         Summaries = "summaries",
-        /// Every trial's rows too, in one trials.parquet.
+        /// Also the rows of every trial, in one trials.parquet.
         Trials = "trials",
     }
 }
@@ -176,7 +176,7 @@ impl Default for ExperimentFile {
 }
 
 impl ExperimentFile {
-    /// Takes what `[quick]` says into the file's place.
+    /// Applies the changes of `[quick]` to the file.
     #[must_use]
     pub fn quick(mut self) -> Self {
         if let Some(quick) = self.quick.take() {
@@ -186,11 +186,11 @@ impl ExperimentFile {
         self
     }
 
-    /// Whether each entry of `exclude`, what each claim speaks of and each bound's claim is of some cell. This is
-    /// asked of a file as it is written: `--quick` and `--set` may leave them without a cell.
+    /// Checks that every entry of `exclude`, every claim and every bound's claim applies to at least one cell. Checks
+    /// the file as written: `--quick` and `--set` may leave them without a cell.
     ///
     /// # Errors
-    /// The first that is of none. A grid that is wrong itself is not looked at.
+    /// The first that applies to no cell. If the grid itself is wrong, nothing is checked.
     pub fn check_filters(&self) -> Result<(), FileError> {
         let Ok(resolved) = self.clone().resolve() else {
             return Ok(());
@@ -218,7 +218,7 @@ impl ExperimentFile {
         Ok(())
     }
 
-    /// What belongs to the other kind of study means nothing.
+    /// Refuses keys that belong to the other kind of study.
     fn check_kind(&self) -> Result<(), FileError> {
         let continuous = self.continuous.is_some();
         let kind = if continuous {
@@ -230,7 +230,7 @@ impl ExperimentFile {
             let message = format!("is not used in a study in {kind}");
             Err(FileError::key(key, message))
         };
-        // With what there is in this kind of study.
+        // The same error, with the names that this kind of study has.
         let instead = |key: &str, names: Vec<&str>| {
             let message = format!(
                 "is not used in a study in {kind}; expected one of {}",
@@ -277,7 +277,7 @@ impl ExperimentFile {
         }
     }
 
-    /// Writes every default out, but those of [`Key::is_left_out`]: settings, and one table per method.
+    /// Writes out every default, except those of [`Key::is_left_out`]: settings, and one table per method.
     ///
     /// # Errors
     /// If both `l` and `window` are given, or a method's options contradict each other.
@@ -306,7 +306,7 @@ impl ExperimentFile {
                 self.settings.entry(*key).or_insert(Axis::One(default));
             }
         }
-        // Ranges and lists of counts as they are taken.
+        // Ranges and lists of counts become the values that they stand for.
         for (key, axis) in &mut self.settings {
             let mut values = axis.values(key.is_count());
             *axis = match (axis.clone(), values.len()) {

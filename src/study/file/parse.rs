@@ -1,4 +1,4 @@
-//! Reading experiment files: one line for what is wrong, with its place.
+//! Reading experiment files. An error is one line with its place.
 
 use super::{ExperimentFile, Key};
 use crate::files::{self, Kind};
@@ -7,10 +7,10 @@ use crate::study::Measure;
 use serde_json::Value;
 use std::path::Path;
 
-/// What is wrong with an experiment file.
+/// An error in an experiment file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
-    /// The text: syntax, an unknown key, a wrong type.
+    /// A fault in the text: syntax, an unknown key, a wrong type.
     #[error("line {line}, column {column}: {message}")]
     Text {
         /// Line, from 1.
@@ -20,7 +20,7 @@ pub enum FileError {
         /// What is wrong.
         message: String,
     },
-    /// What a key says.
+    /// A wrong value of a key.
     #[error("{key}: {message}")]
     Key {
         /// The key's path.
@@ -31,7 +31,7 @@ pub enum FileError {
     /// The file cannot be read.
     #[error("{0}")]
     Io(String),
-    /// With the file's name.
+    /// An error with the file's name.
     #[error("{path}: {error}")]
     In {
         /// The file.
@@ -42,7 +42,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// Something wrong with what a key says.
+    /// Makes the error of a key with a wrong value.
     pub fn key(key: &str, message: impl Into<String>) -> Self {
         Self::Key {
             key: key.to_owned(),
@@ -50,7 +50,7 @@ impl FileError {
         }
     }
 
-    /// The error of a key that stands in a table at `place`; the empty key is the table itself.
+    /// Returns the error with its key inside the table at `place`; the empty key stands for the table itself.
     pub(in crate::study) fn within(self, place: &str) -> Self {
         match self {
             Self::Key { key, message } if key.is_empty() => Self::key(place, message),
@@ -60,7 +60,7 @@ impl FileError {
     }
 }
 
-/// "unknown field `x`, expected one of `a`, `b`" of serde, with the nearest name.
+/// Adds the nearest name to serde's message "unknown field `x`, expected one of `a`, `b`".
 fn with_nearest(message: &str) -> String {
     let mut quoted = message.split('`').skip(1).step_by(2);
     let (true, Some(given)) = (message.starts_with("unknown field"), quoted.next()) else {
@@ -88,10 +88,10 @@ impl ExperimentFile {
         })
     }
 
-    /// Reads a TOML file, or what a manifest (`manifest.json`) says of its experiment.
+    /// Reads a TOML file, or the experiment of a manifest (`manifest.json`).
     ///
     /// # Errors
-    /// With the file's name.
+    /// The error, with the file's name.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let json = path
             .extension()
@@ -112,7 +112,7 @@ impl ExperimentFile {
         })
     }
 
-    /// Takes the samples of the files that disturbances, inputs and noises name and that were not yet read, which stand
+    /// Reads the samples of files that disturbances, inputs and noises name, unless they were read before. Paths are
     /// relative to the folder of the experiment file `path`.
     ///
     /// # Errors
@@ -137,14 +137,14 @@ impl ExperimentFile {
     /// Reads the JSON of a manifest.
     ///
     /// # Errors
-    /// If it is not of this structure.
+    /// If it does not have this structure.
     pub fn from_json(value: &Value) -> Result<Self, FileError> {
         serde_json::from_value(value.clone())
             .map_err(|error| FileError::key("experiment", with_nearest(&error.to_string())))
     }
 
-    /// Sets one key, `eta=5`, `seed=7`, `methods.0.solver=["lu","qr"]`: a setting by its name, or a path into the
-    /// file. The value is TOML; what is no TOML is a text.
+    /// Sets one key, `eta=5`, `seed=7`, `methods.0.solver=["lu","qr"]`: a setting by its name, or a path into the file.
+    /// The value is TOML; anything else is a text.
     ///
     /// # Errors
     /// If there is no such key, or the value does not fit.
@@ -183,7 +183,7 @@ impl ExperimentFile {
     }
 }
 
-/// The text as a TOML value, or as itself.
+/// Parses the text as a TOML value; anything else is a text.
 fn toml_value(text: &str) -> Value {
     #[derive(serde::Deserialize)]
     struct Line {
@@ -193,7 +193,7 @@ fn toml_value(text: &str) -> Value {
     parsed.map_or_else(|_| Value::String(text.to_owned()), |line| line.v)
 }
 
-/// Whether there is a null, which JSON has instead of NaN and the infinities.
+/// Whether the value contains a null, which JSON has instead of NaN and infinity.
 fn holds_null(value: &Value) -> bool {
     match value {
         Value::Null => true,
@@ -203,7 +203,7 @@ fn holds_null(value: &Value) -> bool {
     }
 }
 
-/// The JSON schema of experiment files, for editors.
+/// Returns the JSON schema of experiment files, for editors.
 pub fn schema() -> Value {
     let mut schema = schemars::schema_for!(ExperimentFile).to_value();
     schema["title"] = "asobench experiment".into();

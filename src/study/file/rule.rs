@@ -1,4 +1,4 @@
-//! How many trials: a number, or until a measure is known well enough or a claim is decided.
+//! The rule for the number of trials: a number, or until a measure is known well enough or a claim is decided.
 
 use super::super::measure::Measure;
 use crate::names::named_enum;
@@ -53,12 +53,12 @@ pub struct UntilDecided {
 }
 
 impl UntilDecided {
-    /// The number of trials after so many.
+    /// Returns the number of trials that follows this one.
     pub fn next(&self, trials: u64) -> u64 {
         trials.saturating_mul(2).min(self.maximum)
     }
 
-    /// How many numbers of trials there are, from the fewest to the most.
+    /// Returns how many numbers of trials the rule tries, from the fewest to the most.
     pub fn looks(&self) -> u32 {
         let mut trials = self.minimum.max(1);
         let mut looks = 1;
@@ -82,7 +82,7 @@ pub enum TrialRule {
     Decided(UntilDecided),
 }
 
-/// A rule as it is written; which one it is, `until` says.
+/// A rule as it is written in a file; `until` tells which kind it is.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -120,11 +120,11 @@ impl Written {
     }
 }
 
-/// The most trials of a cell.
+/// The largest number of trials of a cell.
 pub const TRIAL_LIMIT: u64 = 4_000_000_000;
 
 impl TrialRule {
-    /// The fewest and the most trials of a cell.
+    /// Returns the fewest and the most trials of a cell.
     pub fn extent(&self) -> (u64, u64) {
         match self {
             Self::Fixed(trials) => (*trials, *trials),
@@ -133,7 +133,7 @@ impl TrialRule {
         }
     }
 
-    /// What is wrong with the rule, if anything is.
+    /// Returns what is wrong with the rule, if anything.
     pub fn fault(&self) -> Option<String> {
         let (minimum, maximum) = self.extent();
         if ![minimum, maximum]

@@ -40,7 +40,7 @@ pub struct PlantTable {
 }
 
 impl PlantTable {
-    /// The plant, in whichever of the notations it is given.
+    /// Returns the plant, from the notation in which it is given.
     pub(in crate::study) fn plant(&self) -> Result<StateSpace, String> {
         let polynomials = [
             &self.output_polynomial,
@@ -97,7 +97,7 @@ impl PlantTable {
     }
 }
 
-/// A polynomial whose first coefficient is 1; 1 where it is absent.
+/// Checks a polynomial whose first coefficient is 1; returns 1 if it is absent.
 fn monic(name: &str, given: Option<&[f64]>) -> Result<Vec<f64>, String> {
     match given {
         None => Ok(vec![1.0]),
@@ -133,7 +133,7 @@ pub struct NoiseTable {
 }
 
 impl NoiseTable {
-    /// The same as a resolved file writes it, with numerator and denominator.
+    /// Returns the table as a resolved file has it, with numerator and denominator.
     pub(super) fn resolve(self) -> Result<Self, String> {
         let Self {
             moving_average: c,
@@ -163,7 +163,7 @@ impl NoiseTable {
         })
     }
 
-    /// Numerator and denominator of a resolved table.
+    /// Returns numerator and denominator of a resolved table.
     pub(in crate::study) fn filter(&self) -> (&[f64], &[f64]) {
         let numerator = self.numerator.as_deref().unwrap_or(&[1.0]);
         (numerator, self.denominator.as_deref().unwrap_or(&[1.0]))
@@ -211,7 +211,7 @@ pub struct SlopeTable {
 }
 
 impl SlopeTable {
-    /// Whether the setting has values to take a slope over.
+    /// Checks that the setting has values over which to take a slope.
     pub(in crate::study) fn check(&self, file: &ExperimentFile) -> Result<(), String> {
         let Self { over, from, .. } = self;
         let Some(Axis::Many(values)) = file.settings.get(over) else {
@@ -265,12 +265,12 @@ impl BoundTable {
         limits.clone().next().is_some() && limits.all(|limit| value < limit)
     }
 
-    /// What is bounded and how, whatever it is called and of whatever cells.
+    /// Returns the measure and its limits, without label and claim.
     pub(crate) fn limits(&self) -> (Measure, Option<f64>, Option<f64>) {
         (self.measure, self.below, self.rounding)
     }
 
-    /// The bound as a table shows it.
+    /// Returns the bound as a table shows it.
     pub fn text(&self) -> String {
         let below = self.below.map(|limit| format!("< {}", number(limit)));
         match (below, self.rounding) {
@@ -280,7 +280,7 @@ impl BoundTable {
         }
     }
 
-    /// The figure's name in a table.
+    /// Returns the bound's name in a table.
     pub fn label(&self) -> &str {
         self.label.as_deref().unwrap_or(self.measure.name())
     }

@@ -7,27 +7,27 @@ use crate::report::html::{CellText, Column, Table};
 use crate::report::plot::{Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::text::rounded;
 
-/// Lines that a picture tells apart; of more delays it has the best one of each order.
+/// The most lines that a picture can tell apart. With more delays, it shows only the best delay of each order.
 const MOST_LINES: usize = 7;
-/// The place of the mark at the best in the palette: a dot in grey.
+/// The palette's position for the mark of the best model: a grey dot.
 const BEST: usize = 13;
-/// FIT below this is not shown beside those that explain something.
+/// FIT below this is cut off, so that models that explain something remain visible.
 const LEAST_FIT: f64 = -10.0;
 
-/// A number of each model.
+/// A value of each model.
 type Value<'a> = &'a dyn Fn(&Row) -> Option<f64>;
 
-/// What is drawn over the order.
+/// A quantity drawn over the order.
 struct Quantity<'a> {
     name: &'static str,
     value: Value<'a>,
-    /// Whether the larger value is better.
+    /// Whether larger values are better.
     larger: bool,
     best: Option<usize>,
 }
 
 impl Scan {
-    /// Criteria and FIT over the order.
+    /// Draws criteria and FIT over the order.
     pub(in crate::cli::estimate) fn picture(&self) -> String {
         let criteria = Criterion::ALL.iter().enumerate().map(|(i, criterion)| {
             self.plot(&Quantity {
@@ -91,7 +91,7 @@ impl Scan {
         plot
     }
 
-    /// A line for each delay, or the best delay of each order.
+    /// Returns a line for each delay, or one with the best delay of each order.
     fn lines(&self, quantity: &Quantity<'_>) -> Vec<(String, Vec<&Row>)> {
         let same_delay = |a: &Row, b: &Row| a.orders.nk == b.orders.nk;
         let delays: Vec<&[Row]> = self.rows.chunk_by(same_delay).collect();
@@ -111,7 +111,7 @@ impl Scan {
         vec![("best delay of each order".to_owned(), best.collect())]
     }
 
-    /// The page of a record and the table.
+    /// Returns the page of the record with the table.
     pub(in crate::cli::estimate) fn page(&self, report: &Report) -> String {
         let mut page = page::begin(report);
         page.section("orders", "Which order?", |section| {

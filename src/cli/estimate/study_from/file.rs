@@ -7,7 +7,7 @@ use crate::signal::arithmetic::variance;
 use crate::text::{beginning, number, rounded, visible};
 use std::fmt::{self, Write};
 
-/// The file's text.
+/// Returns the file's text.
 pub(super) fn text(
     case: &Case,
     arguments: &Arguments,
@@ -20,7 +20,7 @@ pub(super) fn text(
     text
 }
 
-/// What the input of the trials is.
+/// Describes the input of the trials.
 pub(super) fn input_in_words(case: &Case) -> String {
     let (name, n) = (case.input.0, case.report.window);
     match &case.spectrum {
@@ -33,7 +33,7 @@ pub(super) fn input_in_words(case: &Case) -> String {
     }
 }
 
-/// What the noise of the trials is.
+/// Describes the noise of the trials.
 pub(super) fn noise_in_words(case: &Case) -> &'static str {
     if case.drawn.is_some() {
         "Noise is drawn with replacement from the record's residuals."
@@ -42,7 +42,7 @@ pub(super) fn noise_in_words(case: &Case) -> &'static str {
     }
 }
 
-/// Whether the trials are in closed loop, and how that is known.
+/// Describes whether the trials are in closed loop, and how that is known.
 pub(super) fn loop_in_words(case: &Case, open: bool) -> String {
     match (&case.feedback, case.residuals.as_ref().filter(|_| !open)) {
         (Some(_), _) => "The loop is closed by the feedback that was given.".to_owned(),
@@ -54,7 +54,7 @@ pub(super) fn loop_in_words(case: &Case, open: bool) -> String {
     }
 }
 
-/// Why the trials may be unlike the record.
+/// Returns reasons why the trials may differ from the record.
 pub(super) fn doubts(case: &Case) -> Vec<String> {
     let Some(residuals) = &case.residuals else {
         return Vec::new();
@@ -75,7 +75,7 @@ pub(super) fn doubts(case: &Case) -> Vec<String> {
         .collect()
 }
 
-/// A TOML string, which JSON's is where nothing is unseen.
+/// Formats a TOML string. JSON's form is the same if there are no invisible characters.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }

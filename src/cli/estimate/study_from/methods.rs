@@ -1,4 +1,4 @@
-//! The methods that suit a case: each with the orders that hold its model, where its structure can.
+//! Chooses the methods that suit a case, each with orders that contain its model, if its structure can.
 
 use super::{Arguments, Case};
 use crate::estimator::{EstimatorName, Method, MethodOptions, Pass, Problem, Shape, Window};
@@ -8,17 +8,18 @@ use serde_json::{Map, Value, json};
 /// A method of the study.
 pub(super) struct Chosen {
     pub(super) name: EstimatorName,
-    /// Orders and what the user said.
+    /// The orders and the user's options.
     pub(super) options: Map<String, Value>,
-    /// The last pass of several, which alone is reported.
+    /// The last pass of several; only this one is reported.
     pub(super) pass: Option<usize>,
-    /// As results call its output.
+    /// The name of its output in the results.
     pub(super) label: String,
-    /// Whether it had standard errors of the record's coefficients.
+    /// Whether the method has standard errors of the coefficients on this record.
     pub(super) errors: bool,
 }
 
-/// Those that suit the case, the one that made the model first; and those that do not, with the reason.
+/// The methods that suit the case, with the one that made the model first. Those that do not suit are left out, with
+/// the reason.
 pub(super) struct Methods {
     pub(super) chosen: Vec<Chosen>,
     pub(super) left_out: Vec<String>,
@@ -55,7 +56,7 @@ pub(super) fn all(case: &Case, arguments: &Arguments) -> Methods {
     methods
 }
 
-/// The method with its options; `None` where it is told the truth, or why it does not suit.
+/// Returns the method with its options; `None` if it knows the true plant. The error is why it does not suit.
 fn suited(
     case: &Case,
     name: EstimatorName,
@@ -88,7 +89,7 @@ fn suited(
     .map(Some)
 }
 
-/// The orders of an estimator's form that hold the model, with as few coefficients as that takes.
+/// Returns the smallest orders of an estimator's form that contain the model.
 fn holding(model: &LinearModel, form: Orders) -> Orders {
     let Orders {
         na,
@@ -101,7 +102,7 @@ fn holding(model: &LinearModel, form: Orders) -> Orders {
     let denominator = na + nf;
     let common = form.na > 0;
     let where_in = |given: usize, order: usize| if given > 0 { order } else { 0 };
-    // In front of e stands C/(A D): over a common A F it is C F/D, over poles of its own C/(A D).
+    // The filter of e is C/(A D). Over a common A F it becomes C F/D; with its own poles it stays C/(A D).
     let numerator = if common { nc + nf } else { nc };
     let nothing = numerator == 0 && (common || na + nd == 0);
     Orders {
