@@ -1,15 +1,14 @@
-//! What the stages' arithmetic is written over: one number, or a pack of numbers in lock step.
+//! The number type of the stages' arithmetic: one number, or a pack of numbers in lock step.
 //!
-//! [`Real`] is f64 itself or one SIMD register of f64 ([`crate::lanes`]). A lane's results are
-//! those of f64: every operation is IEEE 754's, lane by lane, and every fused product says so
-//! ([`Real::mul_add`]).
+//! [`Real`] is f64 itself or one SIMD register of f64 ([`crate::lanes`]). The results of a lane are those of f64: every
+//! operation is that of IEEE 754, lane by lane, and products are fused only where the code says so ([`Real::mul_add`]).
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// The largest number of lanes.
 pub const MOST_LANES: usize = 8;
 
-/// A double, or some in lock step.
+/// A double, or several in lock step.
 pub trait Real:
     Copy
     + Add<Output = Self>
@@ -20,62 +19,62 @@ pub trait Real:
     + Send
     + 'static
 {
-    /// Numbers in a pack.
+    /// The number of lanes of a pack.
     const LANES: usize;
-    /// Packs that registers hold, which decides how much a loop should do at once.
+    /// How many packs the registers hold, which determines how much a loop should do at once.
     const REGISTERS: usize;
-    /// What a comparison gives.
+    /// The result of a comparison.
     type Mask: Mask;
     /// The same bits as integers.
     type Word: Word;
 
-    /// The same number in every lane.
+    /// Returns the same number in every lane.
     fn splat(x: f64) -> Self;
-    /// Lane i from `x[i]`.
+    /// Loads lane i from `x[i]`.
     ///
     /// # Panics
     /// If `x` is shorter than the pack.
     fn load(x: &[f64]) -> Self;
-    /// Lane i to `x[i]`.
+    /// Stores lane i to `x[i]`.
     ///
     /// # Panics
     /// If `x` is shorter than the pack.
     fn store(self, x: &mut [f64]);
-    /// `self * factor + addend` with one rounding.
+    /// Returns `self * factor + addend` with one rounding.
     #[must_use]
     fn mul_add(self, factor: Self, addend: Self) -> Self;
-    /// `addend - self * factor` with one rounding.
+    /// Returns `addend - self * factor` with one rounding.
     #[must_use]
     fn neg_mul_add(self, factor: Self, addend: Self) -> Self;
-    /// The square root.
+    /// Returns the square root.
     #[must_use]
     fn sqrt(self) -> Self;
-    /// The absolute value.
+    /// Returns the absolute value.
     #[must_use]
     fn abs(self) -> Self;
-    /// Whether `self < other`; false for NaN.
+    /// Returns whether `self < other`; false for NaN.
     fn less(self, other: Self) -> Self::Mask;
-    /// Whether `self <= other`; false for NaN.
+    /// Returns whether `self <= other`; false for NaN.
     fn at_most(self, other: Self) -> Self::Mask;
-    /// `yes` where the mask is set, `no` elsewhere.
+    /// Returns `yes` in the lanes that the mask selects, `no` elsewhere.
     #[must_use]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// The bits.
+    /// Returns the bits.
     fn to_bits(self) -> Self::Word;
-    /// The number of some bits.
+    /// Returns the number with these bits.
     fn from_bits(bits: Self::Word) -> Self;
-    /// Where the highest bit is set.
+    /// Returns the lanes in which the highest bit is set.
     fn where_negative(bits: Self::Word) -> Self::Mask;
-    /// Runs a kernel, which must be inlined, with the instructions that the lanes need.
+    /// Runs a kernel with the instructions that the lanes need. The kernel must be inlined.
     fn run<T>(kernel: impl FnOnce() -> T) -> T;
 
-    /// Zero.
+    /// Returns zero.
     #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)
     }
 
-    /// The number of one lane.
+    /// Returns the number of one lane.
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
         let mut lanes = [0.0; MOST_LANES];
@@ -83,7 +82,7 @@ pub trait Real:
         lanes[lane]
     }
 
-    /// The pack with another number in one lane.
+    /// Returns the pack with the number of one lane replaced.
     #[inline(always)]
     #[must_use]
     fn with_lane(self, lane: usize, x: f64) -> Self {
@@ -93,81 +92,82 @@ pub trait Real:
         Self::load(&lanes)
     }
 
-    /// The larger one, NaN if either is.
+    /// Returns the larger number, NaN if either is.
     #[inline(always)]
     #[must_use]
     fn maximum(self, other: Self) -> Self {
-        // `other <= self` is false where one is NaN; then other, or self where self is the NaN.
+        // `other <= self` is false if either is NaN. The first selection then returns other, and the second self if it
+        // is the NaN.
         let larger = Self::select(other.at_most(self), self, other);
         Self::select(self.at_most(self), larger, self)
     }
 
-    /// Where the number is neither infinite nor NaN.
+    /// Returns the lanes in which the number is neither infinite nor NaN.
     #[inline(always)]
     fn is_finite(self) -> Self::Mask {
         self.abs().less(Self::splat(f64::INFINITY))
     }
 }
 
-/// A choice of lanes.
+/// A selection of lanes.
 pub trait Mask:
     Copy + Send + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// Bit i is lane i.
+    /// Returns the mask as bits; bit i is lane i.
     fn bits(self) -> u8;
-    /// The inverse of [`Self::bits`]; bits beyond the lanes count for nothing.
+    /// Returns the mask with these bits, the inverse of [`Self::bits`]. Bits beyond the lanes are ignored.
     fn from_bits(bits: u8) -> Self;
 
-    /// Whether a lane is chosen.
+    /// Returns whether a lane is selected.
     #[inline(always)]
     fn lane(self, lane: usize) -> bool {
         self.bits() >> lane & 1 == 1
     }
 
-    /// Whether any lane is chosen.
+    /// Returns whether any lane is selected.
     #[inline(always)]
     fn any(self) -> bool {
         self.bits() != 0
     }
 
-    /// The lanes that are chosen.
+    /// Returns the selected lanes.
     fn lanes(self) -> impl Iterator<Item = usize> {
         let bits = self.bits();
         (0..MOST_LANES).filter(move |lane| bits >> lane & 1 == 1)
     }
 }
 
-/// 64 bits, or some times 64.
+/// 64 bits, or several times 64.
 pub trait Word:
     Copy + BitXor<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self>
 {
-    /// The same bits in every lane.
+    /// Returns the same bits in every lane.
     fn splat(x: u64) -> Self;
-    /// Lane i from `x[i]`.
+    /// Loads lane i from `x[i]`.
     ///
     /// # Panics
     /// If `x` is shorter than the pack.
     fn load(x: &[u64]) -> Self;
-    /// The sum modulo 2^64.
+    /// Returns the sum modulo 2^64.
     #[must_use]
     fn plus(self, other: Self) -> Self;
-    /// The difference modulo 2^64.
+    /// Returns the difference modulo 2^64.
     #[must_use]
     fn minus(self, other: Self) -> Self;
-    /// The product modulo 2^64.
+    /// Returns the product modulo 2^64.
     #[must_use]
     fn times(self, other: Self) -> Self;
-    /// Shifted to the left.
+    /// Shifts to the left.
     #[must_use]
     fn left<const BITS: u32>(self) -> Self;
-    /// Shifted to the right, zeros following.
+    /// Shifts to the right, filling with zeros.
     #[must_use]
     fn right<const BITS: u32>(self) -> Self;
 }
 
 /// Runs `kernel` compiled for the machine's fused multiply-add and vector instructions.
 ///
-/// The result does not depend on what is found: `kernel` must only use the rules of
+/// The result does not depend on the instructions found: `kernel` must follow the rules of
 /// [`crate::signal::arithmetic`].
 #[inline(always)]
 pub fn with_fma<T>(kernel: impl FnOnce() -> T) -> T {

@@ -1,11 +1,11 @@
-//! Controllers of a caller's own, such as an adaptive state feedback.
+//! User-defined controllers, such as an adaptive state feedback.
 
 use super::DrawFailure;
 use serde_json::Value;
 use std::sync::Arc;
 
-/// What a controller has seen when it must give u(k): samples from the trial's first one on, the
-/// open-loop part included.
+/// What a controller knows when it must return u(k): samples from the trial's first one on, including the open-loop
+/// part.
 #[derive(Clone, Copy, Debug)]
 pub struct History<'a> {
     /// The reference r(0) ... r(k).
@@ -17,29 +17,29 @@ pub struct History<'a> {
 }
 
 impl History<'_> {
-    /// The present k.
+    /// Returns the present k.
     pub const fn k(&self) -> usize {
         self.u.len()
     }
 }
 
-/// A controller in the loop, with buffers of its own: one value per worker.
+/// A controller in the loop. It owns its buffers; each worker has its own controller.
 pub trait Controller: Send {
-    /// Forgets the trial before.
+    /// Forgets the previous trial.
     fn reset(&mut self);
 
-    /// The input u(k) that is to drive the plant. Called once for every k from
-    /// [`ControlLaw::pilot`] on, in order.
+    /// Returns the input u(k) that will drive the plant. Called once for every k from [`ControlLaw::pilot`] on, in
+    /// order.
     ///
     /// # Errors
-    /// [`DrawFailure`] where no input can be given; the trial then has no record.
+    /// [`DrawFailure`] if there is no input; the trial then has no record.
     fn control(&mut self, history: History<'_>) -> Result<f64, DrawFailure>;
 }
 
 /// Makes controllers.
 type Factory = dyn Fn() -> Box<dyn Controller> + Send + Sync;
 
-/// How workers make their own controller, when it starts and what it is called.
+/// How workers make their own controller, when it starts and how it is described.
 #[derive(Clone)]
 pub struct ControlLaw {
     pilot: usize,
@@ -49,8 +49,8 @@ pub struct ControlLaw {
 }
 
 impl ControlLaw {
-    /// A law. The loop is open (u = r) for the first `pilot` samples, which precede the record;
-    /// `description` is what a manifest says of it.
+    /// Makes a law. The loop is open (u = r) for the first `pilot` samples, which precede the record. `description`
+    /// goes into the manifest.
     pub fn new(
         pilot: usize,
         description: Value,
@@ -64,24 +64,24 @@ impl ControlLaw {
         }
     }
 
-    /// The same with r = 0 once the loop is closed.
+    /// Sets r = 0 once the loop is closed.
     #[must_use]
     pub fn without_reference(mut self) -> Self {
         self.silent = true;
         self
     }
 
-    /// Whether r = 0 once the loop is closed.
+    /// Returns whether r = 0 once the loop is closed.
     pub const fn is_silent(&self) -> bool {
         self.silent
     }
 
-    /// Samples in open loop, N1.
+    /// Returns the number of samples in open loop, N1.
     pub const fn pilot(&self) -> usize {
         self.pilot
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub const fn description(&self) -> &Value {
         &self.description
     }
@@ -97,13 +97,12 @@ impl std::fmt::Debug for ControlLaw {
     }
 }
 
-/// A controller kept from trial to trial with the law that it was made by. A copy begins without
-/// one.
+/// A controller kept from trial to trial, with the law that made it. A copy starts without one.
 #[derive(Default)]
 pub(super) struct Kept(Option<(Arc<Factory>, Box<dyn Controller>)>);
 
 impl Kept {
-    /// The law's controller, reset; made anew where the one kept is of another law.
+    /// Returns the law's controller, reset. It is made anew if the kept one belongs to another law.
     pub(super) fn for_law(&mut self, law: &ControlLaw) -> &mut dyn Controller {
         if !matches!(&self.0, Some((factory, _)) if Arc::ptr_eq(factory, &law.factory)) {
             self.0 = None;

@@ -1,5 +1,5 @@
-//! CSV text: records of u and y, which have a header with the columns `u`, `y` and perhaps `k` and
-//! comment lines beginning with `#`; and the one writer of lines for every table of the program.
+//! CSV text. Records of u and y have a header with the columns `u`, `y` and optionally `k`, and comment lines beginning
+//! with `#`. All tables of the program are written by the one line writer here.
 
 use crate::text::{beginning, number, visible, visible_lines};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -16,13 +16,13 @@ pub struct Record {
 /// Why a record was refused. Lines count from 1, comments and header included.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The text has no line beside comments.
+    /// The text has no line except comments.
     #[error("the file is empty; expected a header line with the columns u and y (and perhaps k)")]
     Empty,
     /// The first line is data.
     #[error("line {0}: no header; expected a line with the columns u and y (and perhaps k) first")]
     NoHeader(u64),
-    /// A column that is neither k, u nor y.
+    /// A column is neither k, u nor y.
     #[error(
         "line {line}: unknown column '{column}'; expected k (optional), u and y, separated by \
         commas"
@@ -33,7 +33,7 @@ pub enum RecordError {
         /// The column's name.
         column: String,
     },
-    /// A column that is named twice.
+    /// A column is named twice.
     #[error("line {line}: column '{column}' appears twice")]
     RepeatedColumn {
         /// The header's line.
@@ -49,7 +49,7 @@ pub enum RecordError {
         /// The column's name.
         column: &'static str,
     },
-    /// A row with too few or too many cells.
+    /// A row has too few or too many cells.
     #[error("line {line}: {found} cells where the header has {expected}")]
     RowLength {
         /// The line.
@@ -59,7 +59,7 @@ pub enum RecordError {
         /// Cells in the header.
         expected: usize,
     },
-    /// A column that was asked for is missing.
+    /// A requested column is missing.
     #[error("line {line}: no column '{column}'; expected a header line with it")]
     NoColumn {
         /// The header's line.
@@ -67,7 +67,7 @@ pub enum RecordError {
         /// The column's name.
         column: String,
     },
-    /// A cell that is no finite number.
+    /// A cell is not a finite number.
     #[error("line {line}, column {column}: '{text}' is not a finite number")]
     Cell {
         /// The line.
@@ -86,15 +86,15 @@ pub enum RecordError {
     Gap {
         /// The line.
         line: u64,
-        /// The k that stands there.
+        /// The k found.
         found: f64,
-        /// The k that should.
+        /// The k expected.
         expected: f64,
     },
-    /// A header and no rows.
+    /// The file has a header and no rows.
     #[error("no samples after the header")]
     NoSamples,
-    /// A line that no record has.
+    /// A line is too long for any record.
     #[error("line {0}: longer than {LONGEST_LINE} bytes")]
     LongLine(u64),
     /// The reader failed.
@@ -102,12 +102,12 @@ pub enum RecordError {
     Read(u64, std::io::Error),
 }
 
-/// The longest line that is read: what has none at all must not fill the memory.
+/// The longest line that is read, so that a file without line ends cannot fill the memory.
 const LONGEST_LINE: u64 = 1 << 20;
 
 const NAMES: [&str; 3] = ["k", "u", "y"];
 
-/// Where k, u and y stand in a row.
+/// The positions of k, u and y in a row.
 struct Columns {
     positions: [Option<usize>; 3],
     count: usize,
@@ -139,7 +139,7 @@ impl Columns {
         Ok(Self { positions, count })
     }
 
-    /// The finite number in column `name` of a row, if the header has it.
+    /// Returns the finite number in column `name` of a row; `None` if the header does not have the column.
     fn number(&self, row: &[&str], line: u64, name: usize) -> Result<Option<f64>, RecordError> {
         let Some(position) = self.positions[name] else {
             return Ok(None);
@@ -148,7 +148,7 @@ impl Columns {
     }
 }
 
-/// The finite number of a cell.
+/// Parses a cell as a finite number.
 fn finite(cell: &str, line: u64, column: &str) -> Result<f64, RecordError> {
     let number = cell.parse().ok().filter(|x: &f64| x.is_finite());
     number.ok_or_else(|| RecordError::Cell {
@@ -158,7 +158,7 @@ fn finite(cell: &str, line: u64, column: &str) -> Result<f64, RecordError> {
     })
 }
 
-/// Lines that are neither blank nor comments, with their numbers.
+/// Iterates over the lines that are neither blank nor comments, with their numbers.
 struct Lines<R> {
     reader: BufReader<R>,
     text: String,
@@ -174,7 +174,7 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// The next line and its number; `None` at the end.
+    /// Returns the next line and its number; `None` at the end.
     fn next(&mut self) -> Result<Option<(u64, &str)>, RecordError> {
         loop {
             self.text.clear();
@@ -198,12 +198,12 @@ impl<R: Read> Lines<R> {
     }
 }
 
-/// A cell without the blanks and double quotes around it.
+/// Returns a cell without surrounding blanks and double quotes.
 fn unquote(cell: &str) -> &str {
     cell.trim().trim_matches('"')
 }
 
-/// Reads a record. Memory is that of the two columns.
+/// Reads a record. The memory used is that of the two columns.
 ///
 /// # Errors
 /// [`RecordError`], with line and column.
@@ -251,7 +251,7 @@ pub fn read(from: impl Read) -> Result<Record, RecordError> {
     Ok(record)
 }
 
-/// Reads one column of a table with a header line, whatever other columns it has.
+/// Reads one column of a table with a header line; other columns are ignored.
 ///
 /// # Errors
 /// [`RecordError`], with line and column.
@@ -283,7 +283,7 @@ pub fn read_column(from: impl Read, name: &str) -> Result<Vec<f64>, RecordError>
     Ok(samples)
 }
 
-/// Writes a record with all digits, after `comments`, one line each.
+/// Writes a record with all digits, preceded by `comments`, one per line.
 ///
 /// # Errors
 /// If the writer fails.
@@ -291,7 +291,7 @@ pub fn write(to: impl Write, comments: &[String], u: &[f64], y: &[f64]) -> std::
     write_columns(to, comments, &[("u", u), ("y", y)])
 }
 
-/// Writes columns of one length with their names, after a column k.
+/// Writes columns of one length under their names, after a column k.
 ///
 /// # Errors
 /// If the writer fails.
@@ -317,23 +317,24 @@ pub fn write_columns(
     to.flush()
 }
 
-/// What stands between two commas.
+/// The content of a table's cell.
 #[derive(Clone, Copy, Debug)]
 pub enum Cell<'a> {
     /// A text.
     Text(&'a str),
-    /// A number; written with all digits.
+    /// A number, written with all digits.
     Number(f64),
 }
 
-/// A comment line without its end.
+/// Returns a comment line without its line end.
 pub fn comment(text: &str) -> String {
     format!("# {}", visible(text))
 }
 
-/// A line of a table without its end, as in RFC 4180: quotes around texts that need them. No text
-/// is a formula for a spreadsheet: `=`, `+`, `-` and `@` have an apostrophe before them wherever a
-/// cell could begin, and so has an apostrophe, so that nothing is lost by taking one away.
+/// Returns a line of a table without its line end, as in RFC 4180, with quotes around texts that need them.
+///
+/// No text is a formula to a spreadsheet: wherever a cell could begin, `=`, `+`, `-` and `@` get an apostrophe before
+/// them. So does an apostrophe itself, so that removing one apostrophe restores the text.
 pub fn line<'a>(cells: impl IntoIterator<Item = Cell<'a>>) -> String {
     let text = |cell: Cell<'_>| match cell {
         Cell::Number(value) => number(value),
@@ -343,9 +344,9 @@ pub fn line<'a>(cells: impl IntoIterator<Item = Cell<'a>>) -> String {
     cells.join(",")
 }
 
-/// A text with an apostrophe before all that a spreadsheet would read as the first sign of a
-/// formula: at the beginning, or behind what separates cells elsewhere (semicolon, line end), with
-/// or without blanks and quotes between.
+/// Returns a text with an apostrophe before every character that a spreadsheet could read as the start of a formula.
+/// This can be at the beginning, or after a character that separates cells elsewhere (semicolon, line end), with or
+/// without blanks and quotes between.
 fn no_formula(text: &str) -> String {
     const SIGNS: &str = "=+-@\u{ff1d}\u{ff0b}\u{ff0d}\u{ff20}";
     if text == "-" {
@@ -391,8 +392,7 @@ mod tests {
         assert_eq!(read(text.as_slice()).unwrap(), record);
     }
 
-    /// No cell begins a formula, whatever separates cells, and taking one apostrophe away gives the
-    /// text back.
+    /// No cell begins a formula, whatever separates cells, and removing one apostrophe restores the text.
     #[test]
     fn texts_are_no_formulas_and_numbers_stay_numbers() {
         for (text, cell) in [

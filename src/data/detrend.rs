@@ -5,7 +5,7 @@ use crate::signal::arithmetic::{covariance, mean, variance};
 use crate::text::rounded;
 
 named_enum! {
-    /// What is subtracted from u and y before estimation.
+    /// The trend that is subtracted from u and y before estimation.
     Detrend, "detrend" {
         /// Nothing (the default).
         None = "none",
@@ -26,7 +26,7 @@ pub struct Trend {
 }
 
 impl Detrend {
-    /// Whether nothing is subtracted.
+    /// Returns whether nothing is subtracted.
     pub fn is_none(self) -> bool {
         self == Self::None
     }
@@ -44,7 +44,7 @@ impl std::fmt::Display for Trend {
 }
 
 impl Trend {
-    /// Fits the window's samples.
+    /// Fits the trend to the samples of the window.
     pub fn fit(detrend: Detrend, window: &[f64]) -> Self {
         match detrend {
             Detrend::None => Self::default(),
@@ -67,7 +67,7 @@ impl Trend {
         }
     }
 
-    /// Subtracts the line from a whole record, the window and what follows it.
+    /// Subtracts the line from a whole record, including the samples after the window.
     pub fn subtract(self, record: &mut [f64]) {
         if self == Self::default() {
             return;

@@ -1,13 +1,12 @@
-//! The loop around the plant: none, output feedback, or a controller of the caller's own.
+//! The loop around the plant: none, output feedback, or a user-defined controller.
 //!
-//! The plant is strictly proper: y(k) depends on u only up to k - 1. So u(k) may use y(k), and no
-//! algebraic loop arises.
+//! The plant is strictly proper: y(k) depends on u up to k - 1 only. So u(k) may use y(k) without an algebraic loop.
 
 use super::{ControlLaw, DrawFailure, History, Realisation};
 use crate::plant::{StateSpace, drive};
 use serde_json::{Value, json};
 
-/// What closes the loop.
+/// The feedback that closes the loop.
 #[derive(Clone, Debug, Default)]
 pub enum Feedback {
     /// Nothing: u = r (the default).
@@ -15,13 +14,12 @@ pub enum Feedback {
     None,
     /// `u(k) = -K(q) y(k) + r(k)` from k = 0 on.
     Output(OutputFeedback),
-    /// A controller of the caller's own, after an open-loop part of [`ControlLaw::pilot`] samples
-    /// that precedes the record.
+    /// A user-defined controller, after an open-loop part of [`ControlLaw::pilot`] samples that precedes the record.
     Controlled(ControlLaw),
 }
 
 impl Feedback {
-    /// Samples in open loop before the record.
+    /// Returns the number of samples in open loop before the record.
     pub const fn pilot(&self) -> usize {
         match self {
             Self::Controlled(law) => law.pilot(),
@@ -29,7 +27,7 @@ impl Feedback {
         }
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub fn describe(&self) -> Value {
         match self {
             Self::None => json!("none"),
@@ -47,8 +45,8 @@ impl Feedback {
     }
 }
 
-/// `K(q) = (c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`, acting on the measured y, at rest before
-/// k = 0.
+/// Output feedback `K(q) = (c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`, acting on the measured y, at rest before k =
+/// 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputFeedback {
     /// c_0 ... c_q.
@@ -66,7 +64,7 @@ pub enum FeedbackError {
     /// The denominator is empty, does not begin with 1, or has a coefficient that is not finite.
     #[error("the feedback's denominator must be finite numbers beginning with 1")]
     Denominator,
-    /// A text that is no K(q).
+    /// The text is not a K(q).
     #[error(
         "feedback '{0}': expected a gain (such as 0.5) or c_0,c_1,.../1,d_1,... \
          (such as 0.5,-0.2/1,-0.9)"
@@ -75,7 +73,7 @@ pub enum FeedbackError {
 }
 
 impl OutputFeedback {
-    /// K(q) from c_0, c_1, ... and 1, d_1, ... It need not be stable.
+    /// Makes K(q) from c_0, c_1, ... and 1, d_1, ... It need not be stable.
     ///
     /// # Errors
     /// If a polynomial is empty or not finite, or the denominator is not monic.
@@ -92,18 +90,18 @@ impl OutputFeedback {
         })
     }
 
-    /// c_0 ... c_q.
+    /// Returns c_0 ... c_q.
     pub fn numerator(&self) -> &[f64] {
         &self.numerator
     }
 
-    /// 1, d_1 ... d_p.
+    /// Returns 1, d_1 ... d_p.
     pub fn denominator(&self) -> Vec<f64> {
         [&[1.0], self.denominator.as_slice()].concat()
     }
 
-    /// `v(k) = sum_i c_i y(k-i) - sum_i d_i v(k-i)`, newest first, from v(0) ... v(k-1) and y(0)
-    /// ... y(k).
+    /// Returns `v(k) = sum_i c_i y(k-i) - sum_i d_i v(k-i)`, summed from the newest sample, given v(0) ... v(k-1) and
+    /// y(0) ... y(k).
     #[inline(always)]
     fn output(&self, k: usize, y: &[f64], v: &[f64]) -> f64 {
         let mut sum = 0.0;
@@ -116,8 +114,7 @@ impl OutputFeedback {
         sum
     }
 
-    /// Runs the loop with the noise `scale f` from the state in `to.x`: fills y0, y, u0 and the
-    /// states.
+    /// Runs the loop with the noise `scale f` from the state in `to.x`; computes y0, y, u0 and the states.
     pub(super) fn run(&self, plant: &StateSpace, scale: f64, to: &mut Realisation) {
         let n = plant.order();
         let Realisation {
@@ -150,8 +147,8 @@ impl OutputFeedback {
     }
 }
 
-/// Runs the loop of a controller with the noise `scale f` from the state in `to.x`: fills y0, y,
-/// u0, u and the states. `to.u` comes with the input-measurement noise in it.
+/// Runs a controller's loop with the noise `scale f` from the state in `to.x`; computes y0, y, u0, u and the states. On
+/// entry, `to.u` holds the input-measurement noise.
 pub(super) fn run_controlled(
     law: &ControlLaw,
     plant: &StateSpace,
@@ -201,7 +198,7 @@ pub(super) fn run_controlled(
 impl std::str::FromStr for OutputFeedback {
     type Err = FeedbackError;
 
-    /// Reads `c_0,c_1,...` or `c_0,c_1,.../1,d_1,...`.
+    /// Parses `c_0,c_1,...` or `c_0,c_1,.../1,d_1,...`.
     fn from_str(text: &str) -> Result<Self, FeedbackError> {
         let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
         let numbers = |list: &str| -> Result<Vec<f64>, FeedbackError> {

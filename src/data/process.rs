@@ -10,43 +10,46 @@ use crate::signal::{
 };
 use serde_json::{Value, json};
 
-/// What a process is made of.
+/// The settings of a process.
 #[derive(Clone, Debug)]
 pub struct ProcessSettings {
     /// The plant.
     pub plant: PlantSource,
-    /// The initial state at k = 0, n numbers: of every trial, or their mean with [`Self::x0_deviation`].
+    /// The initial state at k = 0, n numbers: that of every trial, or the mean over trials with [`Self::x0_deviation`].
     pub x0: Vec<f64>,
-    /// Standard deviation d of every component of the initial state, `x(0) ~ N(x0, d^2 I)`, drawn for every trial; 0 for
-    /// none. In open loop only.
+    /// Standard deviation d of every component of the initial state, `x(0) ~ N(x0, d^2 I)`, drawn in every trial; 0 for
+    /// none. Open loop only.
     pub x0_deviation: f64,
-    /// The reference r, which is u in open loop. Amplitude 0 (r = 0) is for closed loops.
+    /// The reference r, which is u in open loop. Amplitude 0 (r = 0) is allowed in closed loop only.
     pub input: Input,
     /// The colour of the measurement noise.
     pub noise: NoiseColour,
-    /// How the noise level eta is read.
+    /// How the noise level eta is interpreted.
     pub level: LevelReading,
-    /// Standard deviation of the input-measurement noise, per cent of the input's amplitude, which is the process
-    /// standard deviation of r, and of u in open loop.
+    /// Standard deviation of the input-measurement noise, in per cent of the input's amplitude. The amplitude is the
+    /// process standard deviation of r, and of u in open loop.
     pub input_noise: f64,
     /// Standard deviation q of every component of the process noise, `w(k) ~ N(0, q^2 I)`, in the states' units; 0 for
-    /// none. In open loop only.
+    /// none. Open loop only.
     pub process_noise: f64,
-    /// What closes the loop.
+    /// The feedback that closes the loop.
     pub feedback: Feedback,
 }
 
-/// What draws a record: `y(k) = x_1(k) + s f(k)` with `x(k+1) = A x(k) + b u0(k) + w(k)` from x(0), where the process
-/// noise w, n numbers, is white, Gaussian and independent of all else; zero by default, as is the spread of x(0).
+/// The process that draws records: `y(k) = x_1(k) + s f(k)` with `x(k+1) = A x(k) + b u0(k) + w(k)` from x(0). The
+/// process noise w, n numbers, is white, Gaussian and independent of all else. It is zero by default, as is the spread
+/// of x(0).
 ///
-/// In open loop u0 = r. The measured input is u0 with white Gaussian noise, zero by default.
+/// In open loop u0 = r. The measured input is u0 plus white Gaussian noise, zero by default.
 ///
-/// The factor s gives the noise level eta, Eq. (6), by the variance of x_1 in open loop, which is that of what is
-/// measured: it holds the process noise's share too, in the window ('exact') as in the processes' variance ('nominal':
-/// `amplitude^2 sum_k (c'A^k b)^2 + q^2 sum_k ||c'A^k||^2`, from which s is the same in every trial). In a closed one x_1 holds
-/// noise that went around the loop, so the noise-free loop stands in its place: with output feedback the loop driven
-/// by r alone from x0, in the window k = 0 ... N-1; with a controller, whose part before the record is in open loop,
-/// the open-loop response over that part (not over the record's window), and s stays the same throughout.
+/// The factor s sets the noise level eta, Eq. (6). In open loop it uses the variance of the actual x_1, including the
+/// contribution of the process noise. This holds in the window ('exact') and for the variance of the processes
+/// ('nominal': `amplitude^2 sum_k (c'A^k b)^2 + q^2 sum_k ||c'A^k||^2`, which makes s the same in every trial).
+///
+/// In closed loop, x_1 contains noise that went around the loop, so a noise-free response is used instead. With output
+/// feedback it is that of the loop driven by r alone from x0, in the window k = 0 ... N-1. With a controller, whose
+/// part before the record is in open loop, it is the open-loop response over that part (not over the record's window),
+/// and s stays the same throughout.
 #[derive(Clone, Debug)]
 pub struct Process {
     settings: ProcessSettings,
@@ -56,37 +59,37 @@ pub struct Process {
 /// Why a process was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProcessError {
-    /// The plant's coefficients.
+    /// The plant's coefficients are wrong.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// The noise filter.
+    /// The noise filter is wrong.
     #[error(transparent)]
     Noise(#[from] NoiseFilterError),
-    /// Order or radius of random plants.
+    /// The order or radius of random plants is out of range.
     #[error(
         "random plants need an order of at least 1 (and at most {ORDER_LIMIT}) and a radius in (0, 1), \
          not {0} and {1}"
     )]
     RandomPlant(usize, f64),
-    /// x0 has another length than the order, or is not finite.
+    /// x0 does not have the length of the order, or is not finite.
     #[error("x0 must be {0} finite numbers, one per state")]
     InitialState(usize),
     /// The amplitude is negative or not finite, or zero in open loop.
     #[error("the input's amplitude must be finite and positive (or 0 with feedback), not {0}")]
     Amplitude(f64),
-    /// The input-measurement noise.
+    /// The input-measurement noise is out of range.
     #[error(
         "the input-measurement noise must be a finite percentage of at least 0 of an amplitude above 0, \
          not {0} % of {1}"
     )]
     InputNoise(f64, f64),
-    /// A standard deviation of process noise or initial states.
+    /// A standard deviation of process noise or initial states is out of range.
     #[error("{0} must be a finite standard deviation of at least 0, not {1}")]
     Deviation(&'static str, f64),
-    /// Process noise or random initial states in a loop.
+    /// Process noise or random initial states are used in a closed loop.
     #[error("{0} is for open loops; expected 0 with feedback, not {1}")]
     DisturbedLoop(&'static str, f64),
-    /// A reading of eta that only an open loop has.
+    /// A reading of eta is used that only an open loop has.
     #[error(
         "with feedback eta is read as 'exact' of the 'noise-free' output, or as 'absolute', not '{over}' of '{of}'"
     )]
@@ -96,22 +99,22 @@ pub enum ProcessError {
         /// Noise-free or measured output.
         of: LevelOf,
     },
-    /// A reading of eta that means nothing.
+    /// A reading of eta is meaningless.
     #[error(
         "eta over \"{over}\" is not of an output; expected eta_of = \"noise-free\", not '{of}'"
     )]
     LevelOfNothing {
-        /// Over nothing.
+        /// The reading of what eta is taken over, namely nothing.
         over: LevelOver,
-        /// An output.
+        /// The reading of the output.
         of: LevelOf,
     },
-    /// Nominal variances of an input that is no random process.
+    /// Nominal variances are asked for with an input that is not a random process.
     #[error(
         "given samples of the input have no process variance, over which eta could be '{0}'; expected 'exact' or 'absolute'"
     )]
     LevelOfSamples(LevelOver),
-    /// A controller without samples before it, over which the noise level could be set.
+    /// The controller has too few samples before it to set the noise level.
     #[error("a controller needs at least 2 samples in open loop before it, not {0}")]
     Pilot(usize),
 }
@@ -158,7 +161,7 @@ impl ProcessSettings {
 }
 
 impl Process {
-    /// A process in open loop with exactly measured input.
+    /// Makes a process in open loop with exactly measured input.
     ///
     /// # Errors
     /// As for [`Self::from_settings`].
@@ -182,10 +185,10 @@ impl Process {
         })
     }
 
-    /// A process.
+    /// Makes a process.
     ///
     /// # Errors
-    /// What does not fit, the first that is found.
+    /// The first setting that is wrong.
     pub fn from_settings(settings: ProcessSettings) -> Result<Self, ProcessError> {
         let order = settings.plant.order();
         if settings.x0.len() != order || !settings.x0.iter().all(|x| x.is_finite()) {
@@ -212,7 +215,8 @@ impl Process {
         Ok(Self { settings, plants })
     }
 
-    /// The factor of the noise of level `eta`, where it is that of all trials; not finite where there is none.
+    /// Returns the factor of the noise of level `eta` if it is the same in all trials; not finite if there is no such
+    /// factor.
     pub(crate) fn common_scale(&self, eta: f64) -> Option<f64> {
         let Plants::Fixed(resolved) = &self.plants else {
             return None;
@@ -222,23 +226,23 @@ impl Process {
         common.then(|| level.scale(eta, &[], &[], resolved.variances))
     }
 
-    /// What the process is made of.
+    /// Returns the settings of the process.
     pub fn settings(&self) -> &ProcessSettings {
         &self.settings
     }
 
-    /// The order n of every trial's plant.
+    /// Returns the order n of every trial's plant.
     pub fn order(&self) -> usize {
         self.settings.x0.len()
     }
 
-    /// The external input, r.
+    /// Returns the external input r.
     pub fn input(&self) -> &Input {
         &self.settings.input
     }
 
-    /// Whether all trials are the same at a noise level eta (per cent): a loop around a fixed plant
-    /// that nothing drives but its initial state, or a plant with a given input.
+    /// Returns whether all trials are the same at a noise level eta (per cent). This is so for a loop around a fixed
+    /// plant that only its initial state drives, and for a plant with a given input.
     pub fn is_deterministic(&self, eta: f64) -> bool {
         let settings = &self.settings;
         let spreads = [
@@ -251,11 +255,11 @@ impl Process {
         fixed && spreads == [0.0; 4]
     }
 
-    /// Draws trial `trial` of `seed` for K = `horizon` samples, with noise level `eta` (per cent) in the
-    /// window k = 0 ... N-1 (with a controller: in the part before the record).
+    /// Draws trial `trial` of `seed` for K = `horizon` samples. The noise level `eta` (per cent) holds in the window k
+    /// = 0 ... N-1, or with a controller in the part before the record.
     ///
-    /// Plant, r, f and the input-measurement noise depend on seed and trial alone: the same whatever eta, window
-    /// and horizon (which only cuts them). A loop that diverges gives values that are not finite.
+    /// Plant, r, f and the input-measurement noise depend on seed and trial alone, not on eta, window or horizon (which
+    /// only truncates them). A diverging loop gives values that are not finite.
     ///
     /// # Panics
     /// If the window is longer than the horizon.
@@ -314,7 +318,7 @@ impl Process {
         }
     }
 
-    /// Fills r, f and, with the input-measurement noise, u.
+    /// Draws r, f and, with the input-measurement noise, u.
     fn draw_signals(&self, names: (u64, u64), noise: &NoiseFilter, to: &mut Realisation) {
         let (seed, trial) = names;
         let mut input = stream(seed, trial, Purpose::Input);
@@ -330,7 +334,7 @@ impl Process {
         self.draw_input_noise(names, &mut to.u);
     }
 
-    /// Adds its random part to the initial state, which is the mean; nothing is drawn by default.
+    /// Adds the random part to the initial state, which is the mean. By default nothing is drawn.
     fn draw_initial_state(&self, (seed, trial): (u64, u64), to: &mut Realisation) {
         let deviation = self.settings.x0_deviation;
         if deviation == 0.0 {
@@ -344,7 +348,7 @@ impl Process {
         }
     }
 
-    /// Fills row k of the states with w(k); nothing is drawn by default.
+    /// Fills row k of the states with w(k). By default nothing is drawn.
     fn draw_process_noise(&self, (seed, trial): (u64, u64), to: &mut Realisation) {
         let deviation = self.settings.process_noise;
         if deviation > 0.0 {
@@ -353,14 +357,14 @@ impl Process {
         }
     }
 
-    /// The plant at its initial state.
+    /// Sets the plant's state to the initial state.
     fn rest(to: &mut Realisation) {
         to.x.clear();
         to.x.extend_from_slice(&to.truth.x0);
     }
 
-    /// u0 = r; the noise level holds in the first `window` samples. Row k of the states comes with w(k), if there is
-    /// process noise.
+    /// Runs the plant in open loop, u0 = r; the noise level holds in the first `window` samples. With process noise,
+    /// row k of the states holds w(k) on entry.
     fn run_open(&self, resolved: &Resolved, eta: f64, window: usize, to: &mut Realisation) {
         to.u0.copy_from_slice(&to.r);
         Self::rest(to);
@@ -379,7 +383,7 @@ impl Process {
         Self::measure_input(to);
     }
 
-    /// Fills `u` with the input-measurement noise: zeros by default, when nothing is drawn.
+    /// Fills `u` with the input-measurement noise. By default it is zero and nothing is drawn.
     fn draw_input_noise(&self, (seed, trial): (u64, u64), u: &mut [f64]) {
         let deviation = self.settings.input_noise / 100.0 * self.settings.input.amplitude();
         if deviation == 0.0 {
@@ -396,7 +400,7 @@ impl Process {
         }
     }
 
-    /// The same, where the inputs and the initial state are all that moves the plant.
+    /// Returns the same as [`Self::open_loop`] if only the inputs and the initial state drive the plant.
     pub(crate) fn undisturbed(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let ProcessSettings {
             process_noise,
@@ -407,8 +411,8 @@ impl Process {
             .filter(|_| process_noise == 0.0 && x0_deviation == 0.0)
     }
 
-    /// Plant, noise filter and variances, where they are those of every trial, in open loop, and the measured input is
-    /// the plant's.
+    /// Returns plant, noise filter and variances if they are the same in every trial, the loop is open, and the
+    /// measured input is the true one.
     pub fn open_loop(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let open = matches!(self.settings.feedback, Feedback::None);
         let Plants::Fixed(resolved) = &self.plants else {
@@ -422,7 +426,7 @@ impl Process {
         (open && self.settings.input_noise == 0.0).then_some((plant, noise, *variances))
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub fn describe(&self) -> Value {
         let ProcessSettings {
             plant,
@@ -464,8 +468,7 @@ mod tests {
     use crate::signal::RandomSigns;
     use crate::signal::arithmetic::variance;
 
-    /// A loop with r = 0 and without noise is the same in every trial; with any of r, noise,
-    /// another plant it is not.
+    /// A loop with r = 0 and without noise is the same in every trial. With r, noise or random plants it is not.
     #[test]
     fn a_loop_that_nothing_random_drives() {
         let settings = |amplitude: f64, plant: PlantSource| ProcessSettings {

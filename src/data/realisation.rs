@@ -8,12 +8,12 @@ use crate::plant::canonical::multiply_toeplitz;
 named_enum! {
     /// Why a trial has no record.
     DrawFailure, "failure of the draw" {
-        /// A value that is not finite, or a random plant so near the unit circle that rounding
-        /// leaves the noise `1/A` without a stationary start.
+        /// A value is not finite, or a random plant is so near the unit circle that rounding leaves the noise `1/A`
+        /// without a stationary start.
         NonFinite = "non-finite",
-        /// The controller's model: an exactly singular matrix.
+        /// A matrix of the controller's model is exactly singular.
         Singular = "singular",
-        /// The controller's model: a matrix that is singular to rounding.
+        /// A matrix of the controller's model is singular up to rounding.
         RankDeficient = "rank-deficient",
     }
 }
@@ -46,7 +46,7 @@ impl Truth {
         multiply_toeplitz(&self.a, &mut self.h);
     }
 
-    /// Forgets the trial before: n numbers each that are NaN.
+    /// Forgets the previous trial: sets each part to n NaN.
     fn forget(&mut self, order: usize) {
         for part in [&mut self.a, &mut self.b, &mut self.h, &mut self.x0] {
             part.clear();
@@ -55,17 +55,17 @@ impl Truth {
     }
 }
 
-/// Buffers for one realisation of a process. All samples are k = 0 ... K-1 of the record; with
-/// [`super::Feedback::Controlled`] that begins where the loop is closed ([`Self::origin`]).
+/// Buffers for one realisation of a process. All samples are k = 0 ... K-1 of the record. With
+/// [`super::Feedback::Controlled`] the record begins where the loop is closed ([`Self::origin`]).
 #[derive(Clone, Debug, Default)]
 pub struct Realisation {
     /// The measured input u(k), which estimators and observers see.
     pub u: Vec<f64>,
     /// The measured output `y(k) = x_1(k) + s f(k)`.
     pub y: Vec<f64>,
-    /// The external reference r(k): the input itself in open loop.
+    /// The external reference r(k); in open loop the input itself.
     pub r: Vec<f64>,
-    /// The true input, which drives the plant: equal to `u` without input-measurement noise.
+    /// The true input, which drives the plant. It equals `u` if there is no input-measurement noise.
     pub u0: Vec<f64>,
     /// The plant's output x_1(k) before measurement noise; noise-free in open loop.
     pub y0: Vec<f64>,
@@ -73,23 +73,21 @@ pub struct Realisation {
     pub f: Vec<f64>,
     /// The true states, n numbers a row: row k holds x(k).
     pub states: Vec<f64>,
-    /// The factor s of the noise; NaN where the noise level cannot be reached.
+    /// The factor s of the noise; NaN if the noise level cannot be reached.
     pub scale: f64,
     /// The true system of this trial.
     pub truth: Truth,
-    /// Samples that were drawn before the record's first one: the open-loop part before a
-    /// controller starts.
+    /// The number of samples drawn before the record's first one: the open-loop part before a controller starts.
     pub origin: usize,
-    /// Why there is no record, if there is none: `u` and `y` are then NaN, and so is the truth
-    /// where no plant was drawn.
+    /// Why there is no record, if there is none. Then `u` and `y` are NaN, and so is the truth if no plant was drawn.
     pub failure: Option<DrawFailure>,
-    /// The noise filter's inner signal.
+    /// Scratch for the noise filter's inner signal v.
     pub(super) scratch: Vec<f64>,
-    /// The state under way.
+    /// The current state during a simulation.
     pub(super) x: Vec<f64>,
     /// The output `K(q) y` of the output feedback.
     pub(super) fed_back: Vec<f64>,
-    /// The controller of the process that was drawn from last.
+    /// The controller of the process last drawn from.
     pub(super) controller: Kept,
 }
 
@@ -113,7 +111,7 @@ impl Realisation {
         self.failure = None;
     }
 
-    /// Forgets the first `count` samples: the record begins at k = `count`, from the state there.
+    /// Drops the first `count` samples: the record begins at k = `count`, from the state there.
     pub(super) fn begin_at(&mut self, order: usize, count: usize) {
         for buffer in [
             &mut self.u,
@@ -132,7 +130,7 @@ impl Realisation {
         }
     }
 
-    /// Marks the trial as failed; no number of the record may be used.
+    /// Marks the trial as failed; no number of its record may then be used.
     pub(super) fn fail(&mut self, failure: DrawFailure) {
         self.failure = Some(failure);
         self.u.fill(f64::NAN);

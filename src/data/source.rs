@@ -1,4 +1,4 @@
-//! Where a trial's plant and the colour of its noise come from.
+//! The sources of a trial's plant and of the colour of its noise.
 
 use super::{DrawFailure, ProcessError};
 use crate::model::polynomial::multiply;
@@ -10,9 +10,9 @@ use std::borrow::Cow;
 /// The plant of a process.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlantSource {
-    /// The same one in every trial.
+    /// The same plant in every trial.
     Fixed(StateSpace),
-    /// One of its own for every trial, from the stream of [`Purpose::Plant`]: [`random_stable`].
+    /// A different plant in every trial, from the stream of [`Purpose::Plant`]; see [`random_stable`].
     Random {
         /// The order n.
         order: usize,
@@ -22,7 +22,7 @@ pub enum PlantSource {
 }
 
 impl PlantSource {
-    /// The order n of every trial's plant.
+    /// Returns the order n of every trial's plant.
     pub fn order(&self) -> usize {
         match self {
             Self::Fixed(plant) => plant.order(),
@@ -30,7 +30,7 @@ impl PlantSource {
         }
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub fn describe(&self) -> Value {
         match self {
             Self::Fixed(plant) => json!({ "a": plant.a(), "b": plant.b() }),
@@ -57,7 +57,7 @@ pub enum NoiseColour {
 }
 
 impl NoiseColour {
-    /// Every setting, for a manifest; the coefficients too where they are known.
+    /// Returns every setting, for a manifest, including the coefficients if they are known.
     pub(super) fn describe(&self, filter: Option<&NoiseFilter>) -> Value {
         let coefficients = |filter: &NoiseFilter| {
             let mut described =
@@ -88,12 +88,12 @@ impl From<NoiseFilter> for NoiseColour {
 /// Why a noise colour was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoiseColourError {
-    /// A text that is no colour.
+    /// The text is not a colour.
     #[error(
         "noise '{0}': expected white, 1/A or c_0,c_1,.../1,d_1,... (such as 1,0.5/1,-0.9 or 1/1,-0.9)"
     )]
     Form(String),
-    /// The filter.
+    /// The filter is wrong.
     #[error(transparent)]
     Filter(#[from] NoiseFilterError),
 }
@@ -101,7 +101,7 @@ pub enum NoiseColourError {
 impl std::str::FromStr for NoiseColour {
     type Err = NoiseColourError;
 
-    /// Reads `white`, `1/A` or `c_0,c_1,.../1,d_1,...`.
+    /// Parses `white`, `1/A` or `c_0,c_1,.../1,d_1,...`.
     fn from_str(text: &str) -> Result<Self, NoiseColourError> {
         let form = || NoiseColourError::Form(text.to_owned());
         match text {
@@ -133,7 +133,7 @@ impl std::fmt::Display for NoiseColour {
     }
 }
 
-/// What drives the plant in open loop.
+/// The signals that drive the plant in open loop.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drive<'a> {
     pub(super) input: &'a Input,
@@ -141,12 +141,12 @@ pub(super) struct Drive<'a> {
     pub(super) process_noise: f64,
 }
 
-/// A plant with what depends on it.
+/// A plant and what depends on it.
 #[derive(Clone, Debug)]
 pub(super) struct Resolved {
     pub(super) plant: StateSpace,
     pub(super) noise: NoiseFilter,
-    /// In open loop, with process noise.
+    /// The variances in open loop, process noise included.
     pub(super) variances: ProcessVariances,
 }
 
@@ -182,7 +182,7 @@ impl Resolved {
     }
 }
 
-/// The variance of the output where the input's is 1; `None` where there is none.
+/// Returns the variance of the output for an input of variance 1; `None` if there is none.
 fn input_energy(plant: &StateSpace, input: &Input) -> Option<f64> {
     match input {
         Input::Signs(_) | Input::Gaussian { .. } => plant.energy(),
@@ -196,7 +196,7 @@ fn input_energy(plant: &StateSpace, input: &Input) -> Option<f64> {
     }
 }
 
-/// The plants of a process, checked.
+/// The checked plants of a process.
 #[derive(Clone, Debug)]
 pub(super) enum Plants {
     Fixed(Resolved),
@@ -224,7 +224,7 @@ impl Plants {
         }
     }
 
-    /// The noise filter, where it is the same in every trial.
+    /// Returns the noise filter if it is the same in every trial.
     pub(super) fn noise(&self) -> Option<&NoiseFilter> {
         match self {
             Self::Fixed(resolved) => Some(&resolved.noise),
@@ -232,7 +232,7 @@ impl Plants {
         }
     }
 
-    /// The plant of a trial. Fails where rounding takes a random plant's `1/A` for unstable.
+    /// Returns the plant of a trial. Fails if rounding makes a random plant's `1/A` look unstable.
     pub(super) fn of_trial(
         &self,
         (seed, trial): (u64, u64),

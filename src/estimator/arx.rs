@@ -37,7 +37,7 @@ impl ArxOptions {
         self.orders.unwrap_or(Orders::arx(order, order, 1))
     }
 
-    /// Whether only na, nb and nk are given.
+    /// Checks that only na, nb and nk are given.
     pub(super) fn check_orders(orders: Option<Orders>) -> Result<(), OptionError> {
         let wrong = |message: &str| Err(OptionError::new("orders", message));
         match orders {
@@ -105,11 +105,10 @@ impl MethodKind for ArxOptions {
     }
 }
 
-/// `theta = argmin sum (y(k) - phi(k)' theta)^2`, its covariance `s^2 (Phi'Phi)^-1`, `s^2 = RSS / (rows - parameters)` (of
-/// white errors),
-/// and x0 (stage 6). The loss is RSS / N.
+/// Least squares `theta = argmin sum (y(k) - phi(k)' theta)^2`, with x0 by stage 6. The loss is RSS / N. For white
+/// errors the covariance of theta is `s^2 (Phi'Phi)^-1`, `s^2 = RSS / (rows - parameters)`.
 pub struct Arx {
-    /// Of each order that may be chosen.
+    /// One fit for each order that may be chosen.
     fits: Vec<Fit>,
     choice: Option<(Criterion, OrderComparison)>,
     state: StateEstimate,
@@ -202,7 +201,8 @@ mod tests {
         pass
     }
 
-    /// Without noise the record's own model comes out, whatever its orders, delay and rows; its output from rest too.
+    /// From a record without noise, the model that made it is found, whatever its orders, delay and rows. So is its
+    /// start from rest.
     #[test]
     fn a_record_without_noise_gives_its_model() {
         for trial in 0..128_u64 {
@@ -244,7 +244,7 @@ mod tests {
         }
     }
 
-    /// `y(k) = 2 u(k) - 1 + (+-0.5)` in turn: by hand, b = 2 where u is orthogonal to the rest.
+    /// `y(k) = 2 u(k) - 1 + (+-0.5)`, alternating. By hand, b = 2 if u is orthogonal to the rest.
     #[test]
     fn the_covariance_by_hand() {
         let u = [1.0, 1.0, -1.0, -1.0];
@@ -267,7 +267,7 @@ mod tests {
         huge[7] = f64::MAX;
         huge[8] = f64::MAX;
         assert_eq!(kind(Orders::arx(1, 1, 1), &huge), FailureKind::NonFinite);
-        // y is twice u: a column is another one.
+        // y is twice u, so one column is a multiple of another.
         let double: Vec<f64> = u.iter().map(|u| 2.0 * u).collect();
         let found = kind(Orders::arx(1, 2, 0), &double);
         assert_eq!(found, FailureKind::RankDeficient);

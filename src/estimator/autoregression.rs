@@ -1,13 +1,14 @@
-//! A signal's spectrum as an autoregression of an order that AIC chooses.
+//! The spectrum of a signal as an autoregression whose order AIC chooses.
 
 use super::{Criterion, OrderComparison};
 use crate::model::Orders;
 use crate::signal::NoiseFilter;
 
-/// `D(q) u(k) = e(k)` of a signal of mean zero by least squares, as the filter `1/D`.
+/// Fits `D(q) u(k) = e(k)` to a signal of mean zero by least squares and returns the filter `1/D`.
 ///
-/// The order is that of the smallest AIC among 0 ... min(10 log10 N, N/4), all over the same equations (Ljung, System
-/// Identification, 2nd ed., section 16.4). Models that are not stable are left out; that of order 0 always is.
+/// The order is the one with the smallest AIC among 0 ... min(10 log10 N, N/4), all fitted over the same equations
+/// (Ljung, System Identification, 2nd ed., section 16.4). Unstable models are left out. That of order 0 is always
+/// stable.
 ///
 /// # Panics
 /// Never: the filter 1 is stable.
@@ -41,8 +42,8 @@ mod tests {
     use super::*;
     use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 
-    /// The coefficients of an AR(2) signal within 4.5 of their standard errors, sqrt((1 - d_2^2)/N) each (Box and Jenkins, Time Series
-    /// Analysis, chapter 7), where AIC finds this order; white signals have a spectrum near 1.
+    /// The coefficients of an AR(2) signal are found within 4.5 standard errors, sqrt((1 - d_2^2)/N) each (Box and
+    /// Jenkins, Time Series Analysis, chapter 7), if AIC finds this order. White signals have a spectrum near 1.
     #[test]
     fn the_spectrum_of_an_autoregression_is_found() {
         const N: usize = 4000;
@@ -64,7 +65,8 @@ mod tests {
                 }
             }
         }
-        // AIC takes the right order in 71 % of long records (Shibata, 1976): 20 trials give fewer than 7 in 2e-4.
+        // AIC takes the right order in 71 % of long records (Shibata, 1976). 20 trials give fewer than 7 with
+        // probability 2e-4.
         assert!(found >= 7, "{found}");
         let mut white = vec![0.0; N];
         let input = Input::new(InputLaw::Gaussian, 5.0, Sequence::default());
@@ -73,7 +75,8 @@ mod tests {
         assert!((1.0..1.1).contains(&variance), "{variance}");
     }
 
-    /// What has no spread, or repeats itself exactly, has no stable model but 1, and no failure.
+    /// For a signal without spread, or one that repeats itself exactly, only the model 1 is stable. That is not a
+    /// failure.
     #[test]
     fn signals_without_a_spectrum_are_white() {
         assert_eq!(autoregression(&[0.0; 50]), NoiseFilter::white());

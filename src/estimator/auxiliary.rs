@@ -15,7 +15,7 @@ pub struct AuxiliaryModel {
 }
 
 impl AuxiliaryModel {
-    /// Buffers for order n and windows of N samples; `gain` is used where the observer drives.
+    /// Makes buffers for order n and windows of N samples. `gain` is used if the observer is the auxiliary model.
     pub fn new(order: usize, window: usize, drive: Drive, gain: Gain) -> Self {
         Self {
             drive,
@@ -26,10 +26,10 @@ impl AuxiliaryModel {
         }
     }
 
-    /// Fills `yhat` for the model (a, b) from x0.
+    /// Computes `yhat` for the model (a, b) from x0.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the output overflows.
+    /// [`FailureKind::NonFinite`] if the output overflows.
     pub fn run(
         &mut self,
         a: &[f64],
@@ -40,7 +40,7 @@ impl AuxiliaryModel {
         self.run_driven(a, b, x0, window, window.u)
     }
 
-    /// The same, driven by `input` instead of u.
+    /// Does the same as [`Self::run`] with `input` instead of u.
     ///
     /// # Errors
     /// As for [`Self::run`].

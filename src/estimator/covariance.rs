@@ -1,18 +1,18 @@
-//! The covariance of an estimate from what each equation adds to its error,
+//! The covariance of an estimate from the contribution of each equation to its error,
 //! `theta_hat - theta = sum over k of psi(k) v(k)`, whatever the correlation of the equation errors v.
 
 use super::FailureKind;
 use crate::names::named_enum;
 
 named_enum! {
-    /// What the covariance of the parameters assumes of the equation errors v.
+    /// The assumption about the equation errors v from which the covariance of the parameters is computed.
     Covariance, "covariance" {
         /// They are white (the default).
         White = "white",
-        /// They are coloured and independent of the instruments: `v = e / D(q)`, D an autoregression of the residuals by
-        /// Yule and Walker, its order by AIC.
+        /// They are coloured and independent of the instruments: `v = e / D(q)`. D is an autoregression of the
+        /// residuals by Yule-Walker, with its order chosen by AIC.
         Coloured = "coloured",
-        /// Nothing: sums over lags with Bartlett's weights (Newey and West 1987).
+        /// Nothing is assumed: sums over lags with Bartlett's weights (Newey and West 1987).
         Robust = "robust",
     }
 }
@@ -23,7 +23,7 @@ pub(super) struct Influence {
     /// Row by row, one number for each parameter.
     rows: Vec<f64>,
     residuals: Vec<f64>,
-    /// `D = 1 + d_1 q^-1 + ...` of growing orders, and the best.
+    /// `D = 1 + d_1 q^-1 + ...` of the order being tried, and the best D so far.
     d: Vec<f64>,
     best: Vec<f64>,
     /// Covariances of the residuals.
@@ -31,13 +31,13 @@ pub(super) struct Influence {
 }
 
 impl Influence {
-    /// No rows; the room stays.
+    /// Removes all rows and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.rows.clear();
         self.residuals.clear();
     }
 
-    /// Appends psi(k), whose numbers `row` sets in zeros, and v(k).
+    /// Appends v(k) and psi(k). `row` fills psi(k), which starts as zeros.
     pub(super) fn push(&mut self, width: usize, residual: f64, row: impl FnOnce(&mut [f64])) {
         let begin = self.rows.len();
         self.rows.resize(begin + width, 0.0);
@@ -45,11 +45,11 @@ impl Influence {
         self.residuals.push(residual);
     }
 
-    /// The covariance, row by row. All kinds carry the factor M / (M - d) for M rows and d parameters.
+    /// Computes the covariance, row by row. All kinds carry the factor M / (M - d) for M rows and d parameters.
     ///
     /// - white: `s^2 sum psi psi'`, `s^2 = sum v^2 / M`;
-    /// - coloured: `lambda sum psi_D psi_D'`, `psi_D(k) = psi(k+0) + h_1 psi(k+1) + ...` with `1/D = 1 + h_1 q^-1 + ...`,
-    ///   over all k where it is not 0 (Soderstrom and Stoica 1989, section 8.2);
+    /// - coloured: `lambda sum psi_D psi_D'`, `psi_D(k) = psi(k+0) + h_1 psi(k+1) + ...` with
+    ///   `1/D = 1 + h_1 q^-1 + ...`, over all k for which it is not 0 (Soderstrom and Stoica 1989, section 8.2);
     /// - robust: `S_0 + sum_(t=1)^L (1 - t/(L+1)) (S_t + S_t')`, `S_t = sum psi(k) v(k) v(k-t) psi(k-t)'`,
     ///   `L = floor(4 (M/100)^(2/9))`.
     pub(super) fn covariance(&mut self, kind: Covariance, to: &mut Vec<f64>) {
@@ -95,8 +95,8 @@ impl Influence {
         }
     }
 
-    /// D of the residuals into [`Self::best`], of the order up to `10 log10 M` (and M/4) with the least
-    /// `M ln(variance) + 2 order`; the variance of `D v`.
+    /// Stores D of the residuals in [`Self::best`]: the order up to `10 log10 M` (and M/4) with the smallest
+    /// `M ln(variance) + 2 order`. Returns the variance of `D v`.
     fn autoregression(&mut self) -> f64 {
         let v = &self.residuals;
         let rows = v.len() as f64;
@@ -127,7 +127,8 @@ impl Influence {
         of_best
     }
 
-    /// Adds the sum of `psi_D psi_D'`; psi becomes psi_D: `psi_D(k) = psi(k) - d_1 psi_D(k+1) - ...`, from the end.
+    /// Adds the sum of `psi_D psi_D'`. Overwrites psi by psi_D, from the end:
+    /// `psi_D(k) = psi(k) - d_1 psi_D(k+1) - ...`.
     fn add_filtered(&mut self, width: usize, to: &mut [f64]) {
         const NEGLIGIBLE: f64 = 1e-24;
         let (d, rows) = (&self.best[1..], &mut self.rows);
@@ -140,7 +141,7 @@ impl Influence {
             }
             add_product(to, 1.0, row, row);
         }
-        // What e from before the first row adds: the recursion runs on, without new rows, until it has died away.
+        // The contribution of e before the first row: the recursion continues without new rows until it has died away.
         if d.is_empty() {
             return;
         }
@@ -161,11 +162,11 @@ impl Influence {
     }
 }
 
-/// One step of Levinson and Durbin's recursion: `l = 1 + l_1 q^-1 + ... + l_lag q^-lag` from the order before, and the
-/// variance of `l w`.
+/// Does one step of the Levinson-Durbin recursion: computes `l = 1 + l_1 q^-1 + ... + l_lag q^-lag` and the variance of
+/// `l w` from those of the previous order.
 ///
 /// # Errors
-/// [`FailureKind::Singular`] where there is no variance left.
+/// [`FailureKind::Singular`] if no variance is left.
 pub(super) fn durbin_step(
     l: &mut [f64],
     lag: usize,
@@ -177,7 +178,7 @@ pub(super) fn durbin_step(
     }
     let sum: f64 = (0..lag).map(|i| l[i] * covariance(lag - i)).sum();
     let reflection = -sum / *variance;
-    // l_i + k l_(lag - i), both ends at once.
+    // Computes l_i + k l_(lag - i) for both ends at once.
     for i in 0..=lag / 2 {
         let (low, high) = (l[i], l[lag - i]);
         l[i] = reflection.mul_add(high, low);
@@ -189,7 +190,7 @@ pub(super) fn durbin_step(
     Ok(())
 }
 
-/// Adds `weight x y'`, row by row.
+/// Adds `weight x y'` to a matrix stored row by row.
 fn add_product(to: &mut [f64], weight: f64, x: &[f64], y: &[f64]) {
     for (row, x) in to.chunks_exact_mut(y.len()).zip(x) {
         let x = weight * x;
@@ -212,7 +213,7 @@ mod tests {
 
     const N: usize = 200;
 
-    /// A record that another program can make: `v = e / (1 - 0.8 q^-1)`,
+    /// Returns a record that other programs can reproduce: `v = e / (1 - 0.8 q^-1)`,
     /// `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2) + 0.3 v(k)`.
     fn record() -> [Vec<f64>; 2] {
         let mut u = vec![0.0; N];
@@ -257,8 +258,9 @@ mod tests {
         }
     }
 
-    /// Robust: statsmodels 0.14, `OLS(...).fit(cov_type="HAC", cov_kwds={"maxlags": 4, "use_correction": True})`; coloured:
-    /// `psi' R psi M/(M-4)` with R the Toeplitz matrix of `arma_acovf` of its `yule_walker` of order 1, which AIC takes.
+    /// Robust: statsmodels 0.14, `OLS(...).fit(cov_type="HAC", cov_kwds={"maxlags": 4, "use_correction": True})`.
+    /// Coloured: `psi' R psi M/(M-4)`, R being the Toeplitz matrix of `arma_acovf` of its `yule_walker` of order 1, the
+    /// order that AIC takes.
     #[test]
     fn least_squares_against_statsmodels() {
         let arx = |kind| ArxOptions {
@@ -287,7 +289,7 @@ mod tests {
         check(&errors(&ls), &robust);
     }
 
-    /// The same by numpy with the regressors' projection on nine delayed inputs in place of psi's regressors.
+    /// The same by numpy, with the regressors' projection on nine delayed inputs instead of psi's regressors.
     #[test]
     fn two_stage_least_squares_against_numpy() {
         let of = |kind| IvDelayedOptions {
@@ -310,7 +312,7 @@ mod tests {
         check(&errors(&of(Covariance::Coloured)), &coloured);
     }
 
-    /// The paper's passes have the covariances of the general form, which other code finds.
+    /// The paper's passes have the covariances of the general form, which other code computes.
     #[test]
     fn passes_of_the_paper_as_in_the_general_form() {
         for kind in [Covariance::White, Covariance::Coloured, Covariance::Robust] {
@@ -330,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Where the filter is 1 the sums are those of white errors; and what is not asked for is not computed.
+    /// If the filter is 1, the sums are those of white errors. A covariance that is not asked for is not computed.
     #[test]
     fn of_white_errors_all_are_near() {
         let [u, _] = record();

@@ -1,4 +1,4 @@
-//! Why an estimate failed: of this crate's estimators, and of programs that are methods ([`crate::worker`]).
+//! Why an estimate failed, for this crate's estimators and for programs that are methods ([`crate::worker`]).
 
 use crate::data::DrawFailure;
 use crate::names::UnknownName;
@@ -10,48 +10,48 @@ use std::sync::{Mutex, PoisonError};
 /// Why a pass failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FailureKind {
-    /// A value that is not finite.
+    /// A value is not finite.
     #[default]
     NonFinite,
-    /// An exactly singular matrix: a zero row or column.
+    /// A matrix is exactly singular: it has a zero row or column.
     Singular,
-    /// A matrix that is singular to rounding (or whose pivot came out as zero): [`super::solver::condition::RANK_MULTIPLE`].
+    /// A matrix is singular up to rounding, or a pivot is zero: [`super::solver::condition::RANK_MULTIPLE`].
     RankDeficient,
     /// Continuous time: the error by step halving is above the study's limit.
     StepTooLong,
-    /// Continuous time: the trial's disturbance makes a run that is too long.
+    /// Continuous time: the disturbance of the trial makes the run too long.
     NotRun,
-    /// An iteration that did not come to rest.
+    /// An iteration did not converge.
     NoConvergence,
-    /// A model whose predictor is not stable.
+    /// The predictor of a model is not stable.
     UnstablePredictor,
-    /// Parameters that the record does not tell apart: psi'psi is singular to rounding.
+    /// The record does not distinguish the parameters: psi'psi is singular up to rounding.
     NotIdentifiable,
     /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
     NoFilter,
-    /// A program says that the record is not one for it.
+    /// A program declined the record.
     Declined,
     /// A program did not answer in time.
     Timeout,
-    /// A program ended, or closed its replies.
+    /// A program ended, or closed its output.
     Crashed,
-    /// A program's reply is none by the protocol.
+    /// A program's reply violates the protocol.
     Malformed,
-    /// A program failed for a reason of its own: "external: REASON".
+    /// A program failed for a reason of its own, "external: REASON".
     External(Reason),
 }
 
-/// The name of a failure with a program's reason, "external: REASON": one text for each in the whole process.
+/// The name of a failure with a program's reason, "external: REASON". Each text is stored once per process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Reason(&'static str);
 
 impl Reason {
-    /// The most characters of a reason.
+    /// The largest number of characters of a reason.
     pub const LONGEST: usize = 60;
     const PREFIX: &str = "external: ";
 
-    /// The reason that a program gives: ASCII letters, digits, spaces and `-_.,()`; another character becomes `?`, and
-    /// what is longer than [`Self::LONGEST`] is cut.
+    /// Makes the reason from the text that a program gives. Only ASCII letters, digits, spaces and `-_.,()` are kept;
+    /// other characters become `?`. A text longer than [`Self::LONGEST`] is cut.
     pub fn new(given: &str) -> Self {
         static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
         let plain = |c: char| c.is_ascii_alphanumeric() || " -_.,()".contains(c);
@@ -62,7 +62,8 @@ impl Reason {
         if let Some(name) = known.get(name.as_str()) {
             return Self(name);
         }
-        // Few and short: kept as long as the process, so that failures stay small values that are copied.
+        // Reasons are few and short. They are kept as long as the process, so that failures are small values that are
+        // copied.
         let name: &'static str = Box::leak(name.into_boxed_str());
         known.insert(name);
         Self(name)
@@ -83,7 +84,7 @@ impl FailureKind {
         Self::NoFilter,
     ];
 
-    /// The failures of programs, but those with a reason.
+    /// The failures of programs, except those with a reason.
     pub const OF_PROGRAMS: &[Self] = &[
         Self::Declined,
         Self::Timeout,
@@ -91,7 +92,7 @@ impl FailureKind {
         Self::Malformed,
     ];
 
-    /// The name that every output uses.
+    /// Returns the name that every output uses.
     pub const fn name(self) -> &'static str {
         match self {
             Self::NonFinite => "non-finite",
@@ -128,7 +129,7 @@ impl FromStr for FailureKind {
         }
         if let Some(reason) = given.strip_prefix(Reason::PREFIX) {
             let reason = Reason::new(reason);
-            // Only what a program's reason becomes is one.
+            // Accepts only a text that a program's reason can become.
             if reason.0 == given {
                 return Ok(Self::External(reason));
             }
@@ -166,7 +167,7 @@ impl From<FailureKind> for DrawFailure {
         match kind {
             FailureKind::Singular => Self::Singular,
             FailureKind::RankDeficient => Self::RankDeficient,
-            // No draw has a step or a program, and controllers have observers by pole placement only.
+            // Draws involve neither steps nor programs, and their controllers have observers by pole placement only.
             _ => Self::NonFinite,
         }
     }

@@ -1,5 +1,5 @@
-//! The paper's instrumental variables for any orders na, nb and delay nk: least squares, then passes whose instruments are
-//! the output of the model before, or of one fixed model.
+//! The paper's instrumental variables for any orders na, nb and delay nk: least squares, then IV passes. The
+//! instruments are the output of the previous pass's model, or of one fixed model.
 
 use super::auxiliary::AuxiliaryModel;
 use super::covariance::Covariance;
@@ -22,10 +22,10 @@ pub struct FixedModel {
 }
 
 impl FixedModel {
-    /// Of the polynomials in q^-1 with their leading coefficients.
+    /// Makes the model from polynomials in q^-1, leading coefficients included.
     ///
     /// # Errors
-    /// In words, where a number is not finite, B is empty or F does not begin with 1.
+    /// A message if a number is not finite, B is empty, or F does not begin with 1.
     pub fn new(b: Vec<f64>, f: Vec<f64>) -> Result<Self, String> {
         if b.is_empty() || !b.iter().chain(&f).all(|value| value.is_finite()) {
             return Err("expected B and F as lists of finite numbers".to_owned());
@@ -45,7 +45,7 @@ impl FixedModel {
 impl std::str::FromStr for FixedModel {
     type Err = String;
 
-    /// Reads `B=0,1;F=1,-0.5`; F is 1 where it is not given.
+    /// Parses `B=0,1;F=1,-0.5`; F is 1 if not given.
     fn from_str(text: &str) -> Result<Self, String> {
         let (mut b, mut f) = (Vec::new(), vec![1.0]);
         for part in text.split(';') {
@@ -80,7 +80,7 @@ impl Serialize for FixedModel {
 }
 
 impl<'de> Deserialize<'de> for FixedModel {
-    /// A text, or a table of lists.
+    /// Reads a text, or a table of lists.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -121,7 +121,7 @@ impl schemars::JsonSchema for FixedModel {
     }
 }
 
-/// What the general form is made of.
+/// The options of the general form.
 pub(super) struct GeneralOptions {
     pub(super) orders: Orders,
     pub(super) rows: Rows,
@@ -131,8 +131,8 @@ pub(super) struct GeneralOptions {
     pub(super) covariance: Covariance,
 }
 
-/// Pass 0: least squares. Pass i: `theta = (Z'Phi)^-1 Z'y`, Z being Phi with x instead of y, x the output of pass i-1's
-/// model: from its x0 where only complete rows are used, from rest where zeros stand before the record.
+/// Pass 0 is least squares. Pass i is `theta = (Z'Phi)^-1 Z'y`, with Z equal to Phi except for x instead of y. x is the
+/// output of the model of pass i-1: from its x0 if only complete rows are used, from rest if zeros precede the record.
 pub struct GeneralIv {
     regression: Regression,
     instruments: InstrumentalRegression,
@@ -146,7 +146,7 @@ pub struct GeneralIv {
 }
 
 impl GeneralIv {
-    /// Buffers for windows of so many samples.
+    /// Makes buffers for windows of `window` samples.
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
@@ -170,7 +170,7 @@ impl GeneralIv {
         })
     }
 
-    /// The instruments of the past outputs.
+    /// Computes the instruments of the past outputs.
     fn simulate(&mut self, window: Window<'_>, previous: &Pass) -> Result<(), FailureKind> {
         if let Some(model) = &self.fixed {
             model.run(window.u, &mut self.auxiliary.yhat);
@@ -188,7 +188,7 @@ impl GeneralIv {
         Ok(())
     }
 
-    /// The model of a pass; on failure its kind and the stage.
+    /// Computes the model of a pass; on failure returns its kind and stage.
     fn find(
         &mut self,
         window: Window<'_>,
@@ -239,7 +239,7 @@ impl GeneralIv {
     }
 }
 
-/// Rows beyond the parameters, if there are any.
+/// Returns the number of rows minus that of parameters, if it is positive.
 pub(super) fn freedom(rows: usize, parameters: usize) -> Option<f64> {
     (rows > parameters).then(|| (rows - parameters) as f64)
 }
@@ -253,7 +253,7 @@ impl Estimator for GeneralIv {
             if let Some(previous) = previous
                 && previous.progress != Progress::InitialState
             {
-                // Nothing to start from: the failure goes on.
+                // Nothing to start from: the failure is passed on.
                 pass.failure = previous.failure;
                 continue;
             }
@@ -276,7 +276,7 @@ mod tests {
     use crate::signal::{Purpose, stream};
     use rand::Rng as _;
 
-    /// For na = nb = n and nk = 1 every pass is the paper's, which other code finds by other arithmetic.
+    /// For na = nb = n and nk = 1 every pass equals the paper's, which other code computes with other arithmetic.
     #[test]
     fn the_papers_form_is_a_special_case() {
         let n = 300;

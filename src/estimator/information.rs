@@ -4,8 +4,8 @@
 //!
 //! `S(i+1, j+1) = S(i, j) + z(n-2-i) w(n-2-j) - z(N-2-i) w(N-2-j)`,
 //!
-//! so one row and one column of lag sums make an n x n block: O(N n) operations instead of O(N n^2).
-//! `Z'y` is the column j = -1 of a block against y, and gives that block's first column with it.
+//! Hence one row and one column of lag sums make an n x n block, in O(N n) operations instead of O(N n^2). `Z'y` is the
+//! column j = -1 of a block against y, and yields the first column of that block too.
 
 use super::regressors::fill_rows;
 use super::{Instruments, Window};
@@ -21,7 +21,7 @@ pub struct Information {
     rhs: Vec<f64>,
 }
 
-/// `S(i, j)`; `column` is j + 1, so that 0 stands for w(k) itself.
+/// Returns `S(i, j)`; `column` is j + 1, so that 0 stands for w(k) itself.
 #[inline(always)]
 fn lag_sum(z: &[f64], w: &[f64], order: usize, i: usize, column: usize) -> f64 {
     let length = z.len() - order;
@@ -29,7 +29,7 @@ fn lag_sum(z: &[f64], w: &[f64], order: usize, i: usize, column: usize) -> f64 {
     dot(&z[z_from..z_from + length], &w[w_from..w_from + length])
 }
 
-/// What the recurrence adds to `S(i, j)` to make `S(i+1, j+1)`, times `sign`; `column` is j + 1.
+/// Returns `sign S(i+1, j+1)` by the recurrence, given `sum = sign S(i, j)`; `column` is j + 1.
 #[inline(always)]
 fn shift(z: &[f64], w: &[f64], order: usize, i: usize, column: usize, sign: f64, sum: f64) -> f64 {
     let last = z.len() - 1;
@@ -48,7 +48,7 @@ fn extend(mut block: MatMut<'_, f64>, z: &[f64], w: &[f64], sign: f64) {
     }
 }
 
-/// Fills a block `sign * z'W` and `rhs_i = S(i, -1)` where `w` is also the right-hand side's signal.
+/// Fills a block `sign * z'W` and `rhs_i = S(i, -1)`, if `w` is also the signal of the right-hand side.
 #[inline(always)]
 fn block_with_rhs(mut block: MatMut<'_, f64>, rhs: &mut [f64], z: &[f64], w: &[f64], sign: f64) {
     let order = rhs.len();
@@ -75,7 +75,7 @@ fn block(mut block: MatMut<'_, f64>, z: &[f64], w: &[f64], sign: f64) {
 }
 
 impl Information {
-    /// Buffers for order n.
+    /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
         Self {
             order,
@@ -84,17 +84,17 @@ impl Information {
         }
     }
 
-    /// G, 2n x 2n.
+    /// Returns G, 2n x 2n.
     pub fn matrix(&self) -> MatRef<'_, f64> {
         self.matrix.as_ref()
     }
 
-    /// The right-hand side, 2n.
+    /// Returns the right-hand side, 2n.
     pub fn rhs(&self) -> &[f64] {
         &self.rhs
     }
 
-    /// Stage 2: `G = Phi'Phi`, `r = Phi'y`, in 4n + 1 lag sums.
+    /// Computes stage 2: `G = Phi'Phi`, `r = Phi'y`, in 4n + 1 lag sums.
     ///
     /// # Panics
     /// If the window is shorter than n + 1.
@@ -121,9 +121,9 @@ impl Information {
         g12.copy_from(g21.transpose());
     }
 
-    /// Stage 9: `G = Z'Phi`, `r = Z'y` with yhat for y in the instruments. G11, G12 and the first half of r
-    /// change; where u itself stays in Z the rest is of the window's last [`Self::least_squares`]. Where another
-    /// signal takes u's place, G21, G22 and the second half of r change too.
+    /// Computes stage 9: `G = Z'Phi`, `r = Z'y` with yhat instead of y in the instruments. This changes G11, G12 and
+    /// the first half of r. If u itself stays in Z, the rest remains from the last [`Self::least_squares`] on this
+    /// window. If another signal replaces u, G21, G22 and the second half of r change too.
     ///
     /// # Panics
     /// If an instrument is not as long as the window.
@@ -155,8 +155,8 @@ impl Information {
         }
     }
 
-    /// The same blocks by the plain product of the data matrices: what the recurrence is checked
-    /// and measured against. For stage 2 the instruments are y and u themselves.
+    /// Computes the same blocks by the plain product of the data matrices, to check and time the recurrence. For stage
+    /// 2 the instruments are y and u themselves.
     ///
     /// # Panics
     /// If an instrument is not as long as the window.

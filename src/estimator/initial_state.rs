@@ -1,11 +1,12 @@
 //! Stage 6: the initial state `x0 = argmin || y - y_u - D x0 ||`.
 //!
-//! Row k of D is `c'A^k` and y_u is the zero-state response `Q u`; both come from recursions, so
-//! neither Q nor any N x N matrix is formed. The first n rows of D are the identity, hence `D'D >= I` and
-//! cond(D'D) is at most the trace of D'D: where that is below 10^4, the normal equations are
-//! well conditioned and Cholesky serves. Otherwise (an unstable A, whose rows grow like the spectral radius
-//! to the power k, or clustered poles near the unit circle) D is factorised by Householder QR with
-//! column pivoting, rows sorted by size (`sorted_qr.rs`).
+//! Row k of D is `c'A^k`, and y_u is the zero-state response `Q u`. Both come from recursions, so neither Q nor any N x
+//! N matrix is formed.
+//!
+//! The first n rows of D are the identity. Hence `D'D >= I`, and cond(D'D) is at most the trace of D'D. If the trace is
+//! below 10^4, the normal equations are well conditioned and Cholesky is used. Otherwise A is unstable, with rows that
+//! grow like the spectral radius to the power k, or has clustered poles near the unit circle. D is then factorised by
+//! Householder QR with column pivoting, rows sorted by size (`sorted_qr.rs`).
 
 use super::sorted_qr::SortedQr;
 use super::{FailureKind, Window};
@@ -15,11 +16,11 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, MatMut, Par};
 
-/// Once every entry of `c'A^k` of a stable A is below this, later rows change no digit of x0: their
-/// terms are below 2^-160 of `D'D >= I`, and far below the rounding of the terms before them.
+/// Once every entry of `c'A^k` of a stable A is below this, later rows change no digit of x0. Their terms are below
+/// 2^-160 of `D'D >= I`, far below the rounding of earlier terms.
 pub(crate) const NEGLIGIBLE: f64 = 8.271_806_125_530_277e-25; // 2^-80
 
-/// The largest trace of D'D for which x0 is found by Cholesky: four of the sixteen digits may go.
+/// The largest trace of D'D for which x0 is computed by Cholesky: at most four of the sixteen digits are lost.
 pub(crate) const TRACE_LIMIT: f64 = 1e4;
 
 /// Buffers for stage 6.
@@ -31,12 +32,12 @@ pub struct InitialState {
     /// `D'D`.
     gram: Mat<f64>,
     memory: MemBuffer,
-    /// Made when the first ill-conditioned model is met.
+    /// Made when the first ill-conditioned model occurs.
     sorted_qr: Option<SortedQr>,
 }
 
 impl InitialState {
-    /// Buffers for order n.
+    /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
         let scratch =
             llt::factor::cholesky_in_place_scratch::<f64>(order, Par::Seq, Default::default());
@@ -49,11 +50,11 @@ impl InitialState {
         }
     }
 
-    /// Fills `x0` (n) for the model (a, b) on the window.
+    /// Computes `x0` (n numbers) for the model (a, b) on the window.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where D or the zero-state response overflows, and
-    /// [`FailureKind::RankDeficient`] where rounding leaves D without full rank.
+    /// [`FailureKind::NonFinite`] if D or the zero-state response overflows, [`FailureKind::RankDeficient`] if D is
+    /// rank deficient after rounding.
     ///
     /// # Panics
     /// If `a`, `b`, `x0` are not of the order that the buffers were made for.
@@ -68,7 +69,7 @@ impl InitialState {
         let window = Window::with_reference(window.u, window.y, window.r, rows);
         self.form_normal_equations(a, b, window, x0);
         let trace: f64 = (0..x0.len()).map(|i| self.gram[(i, i)]).sum();
-        // An overflow makes the trace infinite or NaN; only sorted QR can then tell whether D is finite.
+        // An overflow makes the trace infinite or NaN. Only sorted QR can then decide whether D is finite.
         if trace <= TRACE_LIMIT {
             self.solve_normal_equations(x0)?;
         } else {
@@ -87,7 +88,8 @@ impl InitialState {
         self.state.fill(0.0);
     }
 
-    /// How many rows of D, at least n and at most `rows`, come before all are below [`NEGLIGIBLE`].
+    /// Returns how many rows of D matter, at most `rows`: those before the first row, from row n on, whose entries are
+    /// all below [`NEGLIGIBLE`].
     fn relevant_rows(&mut self, a: &[f64], rows: usize) -> usize {
         self.start();
         let row = &mut self.row;
@@ -105,7 +107,7 @@ impl InitialState {
         )
     }
 
-    /// `D'D`, and `D'(y - y_u)` in `rhs`.
+    /// Computes `D'D`, and `D'(y - y_u)` in `rhs`.
     fn form_normal_equations(&mut self, a: &[f64], b: &[f64], window: Window<'_>, rhs: &mut [f64]) {
         let n = rhs.len();
         self.start();
@@ -182,7 +184,7 @@ impl InitialState {
     }
 }
 
-/// `r <- r A`: `r_1 <- r_n a_1`, `r_i <- r_(i-1) + r_n a_i`.
+/// Computes `r <- r A`: `r_1 <- r_n a_1`, `r_i <- r_(i-1) + r_n a_i`.
 #[inline(always)]
 pub(crate) fn next_row<R: Real>(a: &[R], row: &mut [R]) {
     let n = row.len();

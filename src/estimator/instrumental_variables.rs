@@ -22,20 +22,20 @@ use crate::names::named_enum;
 use crate::observer::Gain;
 
 named_enum! {
-    /// What of the auxiliary model is renewed after each pass: reading E4.
+    /// The parts of the auxiliary model that each pass renews: reading E4.
     Auxiliary, "reading of the auxiliary model" {
         /// b and x0 follow each pass: stages 5 and 6 after every stage 10 (the default).
         Refresh = "refresh",
-        /// Only A-hat follows; b and x0 of iteration 0 drive every simulation, and that x0 starts the
-        /// observer. b is reported from each pass's h.
+        /// Only A-hat is renewed. b and x0 of iteration 0 drive every simulation, and that x0 starts the observer. The
+        /// reported b comes from each pass's h.
         Frozen = "frozen",
-        /// As frozen, and b is reported as iteration 0's.
+        /// As frozen, but the reported b is that of iteration 0.
         Literal = "literal",
     }
 }
 
 named_enum! {
-    /// What the auxiliary model is: reading E12.
+    /// The auxiliary model: reading E12.
     Drive, "reading of stage 7" {
         /// The simulation of (A-hat, b-hat) from x0-hat (the default).
         Model = "model",
@@ -45,16 +45,16 @@ named_enum! {
 }
 
 named_enum! {
-    /// What the instruments are formed from: claim C7.
+    /// The signal from which the instruments are formed: claim C7.
     InstrumentSource, "source of the instruments" {
-        /// The input u, which drives the auxiliary model and stands in Z (the default).
+        /// The input u, both to drive the auxiliary model and in Z (the default).
         Input = "u",
-        /// The reference r in both places: free of noise that came through the loop.
+        /// The reference r in both places, free of noise that came through the loop.
         Reference = "r",
     }
 }
 
-/// The most IV passes.
+/// The largest number of IV passes.
 pub const MOST_ITERATIONS: usize = 1000;
 
 /// The readings of the IV passes.
@@ -114,7 +114,7 @@ impl Default for IvOptions {
 }
 
 impl IvOptions {
-    /// What the paper's form does not have; `None` where it serves.
+    /// Returns the options of the general form if one is given that the paper's form does not have; otherwise `None`.
     fn general(&self, order: usize) -> Option<GeneralOptions> {
         let asked = self.orders.is_some()
             || self.rows.is_some()
@@ -130,7 +130,7 @@ impl IvOptions {
         })
     }
 
-    /// The choices that only the paper's form has must be the defaults beside those of the general one.
+    /// Checks that the options of the paper's form alone have their defaults if one of the general form is given.
     fn check_general(&self) -> Result<(), OptionError> {
         let Some(general) = self.general(1) else {
             return Ok(());
@@ -155,7 +155,7 @@ impl IvOptions {
         ArxOptions::check_orders(self.orders)
     }
 
-    /// How many passes follow iteration 0: one where the instruments are not renewed.
+    /// Returns how many passes follow iteration 0: one if the instruments are not renewed.
     fn passes(&self) -> usize {
         match (self.reading, &self.fixed_model) {
             (None, None) => self.iterations,
@@ -220,8 +220,8 @@ impl MethodKind for IvOptions {
     }
 
     fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
-        // `_`: any number of passes; the gain is of a drive that lanes do not have; where standard errors are wanted, no
-        // lanes run.
+        // The ignored fields (`_`): any number of passes is possible; the gain belongs to a drive that lanes do not
+        // have; lanes do not run if standard errors are wanted.
         let Self {
             iterations: _,
             solver,
@@ -271,7 +271,7 @@ impl MethodKind for IvOptions {
     }
 }
 
-/// The IV estimator: pass 0 is least squares, passes 1, 2, ... use the instruments of the pass before.
+/// The IV estimator: pass 0 is least squares; passes 1, 2, ... use instruments from the previous pass.
 pub struct InstrumentalVariables {
     auxiliary: Auxiliary,
     solver: Box<dyn SolveInstruments>,
@@ -280,11 +280,11 @@ pub struct InstrumentalVariables {
     model: AuxiliaryModel,
     source: InstrumentSource,
     reflection: Option<PoleReflection>,
-    /// Where standard errors are wanted.
+    /// Present if standard errors are wanted.
     errors: Option<InstrumentalErrors>,
 }
 
-/// The covariance of every pass.
+/// Computes the covariance of every pass.
 struct InstrumentalErrors {
     first: LeastSquaresErrors,
     instruments: InstrumentalRegression,
@@ -300,7 +300,7 @@ impl InstrumentalErrors {
         })
     }
 
-    /// That of an IV pass with these instruments.
+    /// Sets the covariance of an IV pass with these instruments.
     fn set(&mut self, window: Window<'_>, instruments: Instruments<'_>, pass: &mut Pass) {
         let (regression, mut unused) = (&mut self.instruments, f64::NAN);
         let signals = Signals {
@@ -319,11 +319,11 @@ impl InstrumentalErrors {
 }
 
 impl InstrumentalVariables {
-    /// Buffers for a shape.
+    /// Makes buffers for a shape.
     ///
     /// # Errors
-    /// As for [`Solver::instruments`], or if the gain does not fit the order, or if instruments are to be formed
-    /// from r by an observer, which y drives.
+    /// As for [`Solver::instruments`]; also if the gain does not fit the order, or if instruments are to be formed from
+    /// r by an observer, which y drives.
     pub fn new(shape: Shape, options: &IvOptions) -> Result<Self, SetupError> {
         options.gain.check(shape.order)?;
         if options.instruments == InstrumentSource::Reference && options.drive != Drive::Model {
@@ -347,7 +347,7 @@ impl InstrumentalVariables {
         })
     }
 
-    /// Stage 7: yhat of A-hat of `previous` and of b and x0 of `source`, stabilised where asked for.
+    /// Computes stage 7: yhat of A-hat of `previous` with b and x0 of `source`, stabilised if asked for.
     fn simulate(
         &mut self,
         window: Window<'_>,
@@ -365,7 +365,7 @@ impl InstrumentalVariables {
         self.model.run_driven(a, b, &source.x0, window, input)
     }
 
-    /// One pass: stages 7 to 10, and 5 and 6 where the reading says so.
+    /// Runs one pass: stages 7 to 10, and 5 and 6 if the reading includes them.
     fn pass(
         &mut self,
         window: Window<'_>,
@@ -374,7 +374,7 @@ impl InstrumentalVariables {
         previous: &Pass,
         pass: &mut Pass,
     ) {
-        // Reading E4: whose b and x0 drive the auxiliary model.
+        // Reading E4 decides whose b and x0 drive the auxiliary model.
         let source = match self.auxiliary {
             Auxiliary::Refresh => previous,
             Auxiliary::Frozen | Auxiliary::Literal => first,
@@ -431,7 +431,7 @@ impl Estimator for InstrumentalVariables {
             if previous.progress == Progress::InitialState {
                 self.pass(window, number, first, previous, pass);
             } else {
-                // Nothing to start from: the failure goes on.
+                // Nothing to start from: the failure is passed on.
                 pass.failure = previous.failure;
             }
         }

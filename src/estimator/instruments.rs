@@ -1,7 +1,7 @@
 //! Instrumental variables for any orders: `theta = argmin || Q'(y - Phi theta) ||`, `Z = Q R`.
 //!
-//! With as many instruments as parameters it is `(Z'Phi)^-1 Z'y`, with more two-stage least squares. Neither `Z'Z` nor
-//! `Z'Phi` is formed.
+//! With as many instruments as parameters this is `(Z'Phi)^-1 Z'y`; with more it is two-stage least squares. Neither
+//! `Z'Z` nor `Z'Phi` is formed.
 
 use super::covariance::{Covariance, Influence};
 use super::regression::{Lagged, Rows, covariance_of_triangle, solve_normal, solve_transposed};
@@ -13,20 +13,20 @@ use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::reborrow::ReborrowMut;
 use faer::{MatMut, Par};
 
-/// What the instruments of the past outputs are.
+/// The choice of instruments for the past outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instruments {
-    /// `-x(k-1) ... -x(k-na)` of another signal x, such as a model's output.
+    /// `-x(k-1) ... -x(k-na)` of another signal x, such as the output of a model.
     Signal,
-    /// Inputs from before those of the regression, `na + extra` of them.
+    /// `na + extra` inputs from before those of the regression.
     DelayedInputs {
-        /// How many more than there are outputs in the regression.
+        /// How many more instruments than outputs in the regression.
         extra: usize,
     },
 }
 
 impl Instruments {
-    /// Instruments beside the inputs of the regression.
+    /// Returns the number of instruments besides the inputs of the regression.
     fn count(self, orders: Orders) -> usize {
         match self {
             Self::Signal => orders.na,
@@ -34,7 +34,7 @@ impl Instruments {
         }
     }
 
-    /// How many samples before k a row looks back.
+    /// Returns how many samples before k a row looks back.
     fn reach(self, orders: Orders) -> usize {
         match self {
             Self::Signal => orders.reach(),
@@ -45,31 +45,31 @@ impl Instruments {
     }
 }
 
-/// The signals of a regression with instruments, of one length.
+/// The signals of a regression with instruments, all of one length.
 #[derive(Clone, Copy, Debug)]
 pub struct Signals<'a> {
     /// The input.
     pub u: &'a [f64],
     /// The output.
     pub y: &'a [f64],
-    /// What takes the output's place in the instruments; not looked at for delayed inputs.
+    /// Replaces the output in the instruments; not used for delayed inputs.
     pub x: &'a [f64],
-    /// What takes the input's place in the instruments; the input itself where absent.
+    /// Replaces the input in the instruments; `None`: the input itself.
     pub v: Option<&'a [f64]>,
 }
 
 impl<'a> Signals<'a> {
-    /// With the input itself among the instruments.
+    /// Makes signals with the input itself among the instruments.
     pub fn new(u: &'a [f64], y: &'a [f64], x: &'a [f64]) -> Self {
         Self { u, y, x, v: None }
     }
 }
 
-/// Buffers for records of one length.
+/// Buffers of a regression with instruments, for records of one length.
 pub struct InstrumentalRegression {
     lagged: Lagged,
     instruments: Instruments,
-    /// What takes the output's and the input's place, between zeros.
+    /// The signals instead of output and input, between zeros.
     x: Vec<f64>,
     v: Vec<f64>,
     /// `Z = Q R` with Phi and y as companions, then `Q'Phi` with `Q'y`.
@@ -82,10 +82,10 @@ pub struct InstrumentalRegression {
 }
 
 impl InstrumentalRegression {
-    /// Buffers for windows of so many samples; C, D and F play no part.
+    /// Makes buffers for windows of `window` samples. The orders of C, D and F are ignored.
     ///
     /// # Errors
-    /// [`SetupError::ShortRecord`] where there are fewer rows than instruments.
+    /// [`SetupError::ShortRecord`] if there are fewer rows than instruments.
     pub fn new(
         orders: Orders,
         instruments: Instruments,
@@ -109,17 +109,17 @@ impl InstrumentalRegression {
         })
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.lagged.count
     }
 
-    /// What was solved last.
+    /// Returns the last solution.
     pub fn theta(&self) -> &[f64] {
         &self.theta
     }
 
-    /// Finds theta; the condition is the worse one of R and of the triangle of `Q'Phi`, columns scaled.
+    /// Computes theta. The condition is the worse of those of R and of the triangle of `Q'Phi`, columns scaled.
     ///
     /// # Errors
     /// As for [`super::Regression::solve`].
@@ -185,7 +185,7 @@ impl InstrumentalRegression {
         Ok(())
     }
 
-    /// The condition of a triangle, checked.
+    /// Returns the condition of a triangle after checking its rank.
     fn triangle(&mut self, outer: bool, columns: usize) -> Result<f64, FailureKind> {
         let reduction = if outer { &self.outer } else { &self.inner };
         let scales = &mut self.equilibration.columns;
@@ -197,14 +197,16 @@ impl InstrumentalRegression {
         Ok(condition)
     }
 
-    /// `sum (y(k) - phi(k)' theta)^2` over the rows of what was solved last.
+    /// Returns `sum (y(k) - phi(k)' theta)^2` over the rows of the last solution.
     pub fn residual_sum(&self) -> f64 {
         self.lagged.residual_sum(&self.theta)
     }
 
-    /// The covariance of what was solved last, row by row: `variance (Phi'Q Q'Phi)^-1` where equation errors are white (with
-    /// as many instruments as parameters `variance (Z'Phi)^-1 Z'Z (Phi'Z)^-1`), else by what each row adds to theta,
-    /// `(Phi'Q Q'Phi)^-1 Phi'Q q(k)`, `q(k)` the row of Q.
+    /// Computes the covariance of the last solution, row by row.
+    ///
+    /// For white equation errors it is `variance (Phi'Q Q'Phi)^-1`; with as many instruments as parameters this is
+    /// `variance (Z'Phi)^-1 Z'Z (Phi'Z)^-1`. Otherwise it follows from each row's contribution to theta,
+    /// `(Phi'Q Q'Phi)^-1 Phi'Q q(k)`, with `q(k)` the row of Q.
     pub fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
         let inner = self.inner.r();
         if kind == Covariance::White {
@@ -235,13 +237,13 @@ impl InstrumentalRegression {
         self.influence.covariance(kind, to);
     }
 
-    /// `variance (Z'Z)^-1` of what was solved last, row by row.
+    /// Computes `variance (Z'Z)^-1` of the last solution, row by row.
     pub fn covariance_of_instruments(&mut self, variance: f64, to: &mut Vec<f64>) {
         covariance_of_triangle(self.outer.r(), variance, &mut self.scratch, to);
     }
 }
 
-/// z(k).
+/// Computes z(k).
 fn row_of_instruments(
     lagged: &Lagged,
     instruments: Instruments,

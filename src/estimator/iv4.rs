@@ -1,5 +1,5 @@
-//! The four-step instrumental variables of Ljung and Soderstrom, approximately optimal where the noise is
-//! `1/(A L)` of white noise.
+//! The four-step instrumental variables of Ljung and Soderstrom. They are approximately optimal if the noise is white
+//! noise through `1/(A L)`.
 
 use super::arx::ArxOptions;
 use super::covariance::{Covariance, durbin_step};
@@ -51,7 +51,7 @@ impl MethodKind for Iv4Options {
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let (orders, window) = (self.orders(problem.shape.order), problem.shape.window);
-        // R's sysid has zeros after the record too, which its filters run on into.
+        // R's sysid also has zeros after the record, and its filters continue into them.
         let r_sysid = self.reading == Some(Reading::RSysid);
         let (rows, ridge, length) = if r_sysid {
             (Rows::Prewindow, R_SYSID_RIDGE, window + orders.reach())
@@ -60,7 +60,7 @@ impl MethodKind for Iv4Options {
         };
         let signal = || vec![0.0; length];
         let regression = Regression::with_ridge(orders, rows, ridge, length)?;
-        // The residuals of the rows are a record of their own.
+        // The residuals of the rows form a record of their own.
         let residuals = regression.rows().min(window);
         let lags = orders.na + orders.nb;
         let whitening = if r_sysid {
@@ -68,7 +68,7 @@ impl MethodKind for Iv4Options {
         } else {
             let equations = Regression::new(Orders::arx(lags, 0, 1), rows, residuals);
             let equations = equations.map_err(|_| {
-                // The residuals' autoregression looks back as far as it has coefficients.
+                // The residuals' autoregression looks back as many samples as it has coefficients.
                 SetupError::ShortRecord {
                     orders,
                     window,
@@ -98,12 +98,12 @@ impl MethodKind for Iv4Options {
 /// How the autoregression of the residuals is found.
 enum Whitening {
     LeastSquares(Box<Regression>),
-    /// From the covariances of the residuals less their mean, sums divided by their number.
+    /// From the covariances of the residuals about their mean; each sum is divided by the number of residuals.
     YuleWalker,
 }
 
 impl Whitening {
-    /// `L = 1 + l_1 q^-1 + ...` of residuals w; `zeros` are as many zeros.
+    /// Computes `L = 1 + l_1 q^-1 + ...` of residuals w; `zeros` is a signal of zeros of the same length.
     fn find(&mut self, w: &[f64], zeros: &[f64], prefilter: &mut [f64]) -> Result<(), FailureKind> {
         match self {
             Self::LeastSquares(regression) => {
@@ -117,7 +117,7 @@ impl Whitening {
     }
 }
 
-/// The autoregression `L w = e` of a signal by Levinson and Durbin's recursion.
+/// Computes the autoregression `L w = e` of a signal by the Levinson-Durbin recursion.
 fn yule_walker(w: &[f64], l: &mut [f64]) -> Result<(), FailureKind> {
     let level = mean(w);
     let covariance = |lag: usize| -> f64 {
@@ -135,29 +135,30 @@ fn yule_walker(w: &[f64], l: &mut [f64]) -> Result<(), FailureKind> {
     Ok(())
 }
 
-/// (1) Least squares; (2) instruments from its simulated output; (3) `L(q)`, an AR(na + nb) of the residual
-/// `A y - B u`; (4) instruments from the output of (2), everything filtered by L. The covariance is
-/// `s^2 (Z'Phi)^-1 Z'Z (Phi'Z)^-1` of (4), `s^2` its filtered residuals' sum over rows less parameters.
+/// The four steps: (1) least squares; (2) instruments from the simulated output of (1); (3) `L(q)`, an AR(na + nb) of
+/// the residual `A y - B u` of (2); (4) instruments from the output of (2), everything filtered by L. The covariance is
+/// `s^2 (Z'Phi)^-1 Z'Z (Phi'Z)^-1` of (4), `s^2` being the sum of its squared filtered residuals over rows less
+/// parameters.
 pub struct Iv4 {
     regression: Regression,
     instruments: InstrumentalRegression,
     whitening: Whitening,
-    /// The samples whose residuals are whitened.
+    /// The range of samples whose residuals are whitened.
     residuals: Range<usize>,
     prefilter: Vec<f64>,
     model: LinearModel,
     state: StateEstimate,
-    /// The record, with zeros after it in the reading that has them.
+    /// The record, followed by zeros in the reading that has them.
     u: Vec<f64>,
     y: Vec<f64>,
     x: Vec<f64>,
     w: Vec<f64>,
-    /// u, y, x filtered by L.
+    /// u, y and x filtered by L.
     filtered: [Vec<f64>; 3],
 }
 
 impl Iv4 {
-    /// The model; on failure its kind and the stage.
+    /// Computes the model; on failure returns its kind and stage.
     fn find(
         &mut self,
         Window { u, y, .. }: Window<'_>,
@@ -178,7 +179,7 @@ impl Iv4 {
         self.model.set_parameters(self.instruments.theta());
         self.model.residuals(u, y, w, x);
         let w = &w[self.residuals.clone()];
-        // No input.
+        // The residuals have no input.
         x[..w.len()].fill(0.0);
         let whitened = self.whitening.find(w, &x[..w.len()], &mut self.prefilter);
         whitened.map_err(at(iv))?;

@@ -40,7 +40,7 @@ impl Default for IvDelayedOptions {
     }
 }
 
-/// The most instruments beyond the parameters.
+/// The largest number of instruments beyond the parameters.
 const MOST_EXTRA: usize = 1000;
 
 impl IvDelayedOptions {
@@ -75,8 +75,8 @@ impl MethodKind for IvDelayedOptions {
     }
 }
 
-/// `theta = argmin || P_Z (y - Phi theta) ||`, Z of the inputs `u(k-nk) ... u(k-nk-nb-na-extra+1)`; its covariance
-/// `s^2 (Phi' P_Z Phi)^-1` with `s^2 = RSS / rows`.
+/// Two-stage least squares `theta = argmin || P_Z (y - Phi theta) ||` with Z from the inputs
+/// `u(k-nk) ... u(k-nk-nb-na-extra+1)`. The covariance is `s^2 (Phi' P_Z Phi)^-1` with `s^2 = RSS / rows`.
 pub struct IvDelayed {
     regression: InstrumentalRegression,
     covariance: Covariance,

@@ -1,4 +1,4 @@
-//! The true plant instead of an estimate: what observers achieve that know it.
+//! The true plant instead of an estimate: what observers achieve if they know it.
 
 use super::method::{MethodKind, Needs, Problem};
 use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
@@ -25,14 +25,14 @@ impl MethodKind for KnownOptions {
     }
 }
 
-/// "Estimates" (a, b, h) by the true plant's and x0 by a given one, without looking at the record. One pass.
+/// Returns (a, b, h) of the true plant and a given x0 as its estimate, without looking at the record. One pass.
 #[derive(Clone, Debug)]
 pub struct KnownModel {
     pass: Pass,
 }
 
 impl KnownModel {
-    /// The model of a plant with the initial state (n numbers) that observers start from.
+    /// Returns the model of a plant with the initial state (n numbers) that observers start from.
     ///
     /// # Panics
     /// If `x0` is of another length than the plant's order.
@@ -42,7 +42,7 @@ impl KnownModel {
         let p = [&denominator[1..], &plant.h()].concat();
         match pass.set_parameters(&p, f64::NAN) {
             Ok(()) => {
-                // Not through T and back, which rounds.
+                // Copied, because the way through T and back rounds.
                 pass.b.copy_from_slice(plant.b());
                 pass.set_initial_state(x0);
             }
@@ -55,7 +55,7 @@ impl KnownModel {
         Self { pass }
     }
 
-    /// The model.
+    /// Returns the model.
     pub fn pass(&self) -> &Pass {
         &self.pass
     }

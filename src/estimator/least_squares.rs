@@ -48,7 +48,7 @@ impl MethodKind for LsOptions {
         Ok(Box::new(estimator))
     }
 
-    /// Least squares is IV without iterations.
+    /// Least squares is IV without passes.
     fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
         let Self {
             solver,
@@ -65,16 +65,16 @@ impl MethodKind for LsOptions {
     }
 }
 
-/// `p = argmin || y - Phi p ||`, then b (stage 5) and x0 (stage 6).
+/// Least squares `p = argmin || y - Phi p ||`, then b (stage 5) and x0 (stage 6).
 pub struct LeastSquares {
     solver: Box<dyn SolveLeastSquares>,
     solution: Solution,
     state: StateEstimate,
-    /// Where standard errors are wanted.
+    /// Present if standard errors are wanted.
     errors: Option<LeastSquaresErrors>,
 }
 
-/// The covariance of least squares in the paper's form.
+/// Computes the covariance of least squares in the paper's form.
 pub(super) struct LeastSquaresErrors {
     pub(super) kind: Covariance,
     regression: Regression,
@@ -89,7 +89,7 @@ impl LeastSquaresErrors {
         })
     }
 
-    /// Sets it, with the variance of the equation errors; nothing where the estimate failed.
+    /// Sets the covariance and the variance of the equation errors; does nothing if the estimate failed.
     pub(super) fn set(&mut self, window: Window<'_>, pass: &mut Pass) {
         let (regression, mut unused) = (&mut self.regression, f64::NAN);
         pass.model.covariance.clear();
@@ -105,7 +105,7 @@ impl LeastSquaresErrors {
 }
 
 impl LeastSquares {
-    /// Buffers for a shape.
+    /// Makes buffers for a shape.
     ///
     /// # Errors
     /// As for [`Solver::least_squares`].
@@ -118,7 +118,7 @@ impl LeastSquares {
         })
     }
 
-    /// The same with x0 estimated or taken as zero.
+    /// Returns the same estimator with x0 either estimated or zero.
     #[must_use]
     pub fn with_start(mut self, start: StartState) -> Self {
         self.state.start = start;
@@ -140,7 +140,7 @@ impl Estimator for LeastSquares {
     }
 }
 
-/// Iteration 0 of every method, stages 1 to 6, into a cleared pass.
+/// Runs iteration 0 of every method, stages 1 to 6, into a cleared pass.
 pub(super) fn iteration_zero(
     solver: &mut (impl SolveLeastSquares + ?Sized),
     solution: &mut Solution,
@@ -155,7 +155,7 @@ pub(super) fn iteration_zero(
     }
 }
 
-/// Takes a solution into a pass (stages 4 and 5) or records its failure; true where a, b, h stand.
+/// Stores a solution in a pass (stages 4 and 5) or records its failure. Returns whether a, b, h are set.
 pub(super) fn conclude(
     solved: Result<(), FailureKind>,
     solution: &Solution,
@@ -174,12 +174,12 @@ pub(super) fn conclude(
     parameters.is_ok()
 }
 
-/// Stage 6 for one pass.
+/// Buffers for stage 6 of one pass.
 pub(crate) struct StateEstimate {
     start: StartState,
     initial_state: InitialState,
     x0: Vec<f64>,
-    /// y less what u adds at once, where it does.
+    /// y minus the immediate effect of u, if there is one.
     undelayed: Vec<f64>,
 }
 
@@ -193,7 +193,7 @@ impl StateEstimate {
         }
     }
 
-    /// Sets x0 of a pass whose a, b, h stand, or records the failure.
+    /// Sets x0 of a pass whose a, b, h are set, or records the failure.
     pub(crate) fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
         if self.start == StartState::Zero {
             pass.start_at_zero();
@@ -205,7 +205,7 @@ impl StateEstimate {
             self.undelayed
                 .extend(samples.map(|(y, u)| y - pass.direct * u));
         }
-        // A model may have another order than the last one.
+        // A model may have another order than the previous one.
         if self.x0.len() != pass.a.len() {
             self.initial_state = InitialState::new(pass.a.len());
             self.x0.resize(pass.a.len(), 0.0);

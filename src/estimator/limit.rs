@@ -1,4 +1,4 @@
-//! What least squares converges to as the window grows.
+//! The limit of least squares as the window grows.
 
 use crate::plant::StateSpace;
 use crate::plant::stability::StepDown;
@@ -9,34 +9,34 @@ use faer::{Mat, Side};
 /// Why there is no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LimitError {
-    /// An output without stationary variance.
+    /// The plant is not stable, so its output has no stationary variance.
     #[error("the plant is not stable: its output is not stationary")]
     UnstablePlant,
-    /// A number that makes no process.
+    /// The amplitude or a noise level is out of range.
     #[error(
         "the amplitude must be above 0, and both noise levels percentages of at least 0, all finite"
     )]
     Level,
-    /// Noise of variance 0 cannot be scaled to a level.
+    /// The noise has variance 0 and cannot be scaled to a level.
     #[error("the noise filter is zero")]
     NoNoise,
-    /// R is singular to rounding: without noise, a plant whose order is lower than it says.
+    /// R is singular up to rounding: without noise, the true order of the plant is lower than stated.
     #[error("the covariance of the regressors is not positive definite")]
     Singular,
 }
 
-/// The limit of least squares for N -> infinity in open loop, with probability one: `p = (alpha, beta)`.
+/// Computes the limit `p = (alpha, beta)` of least squares for N -> infinity in open loop, with probability one.
 ///
 /// ```text
 /// p = theta + R^-1 E[phi(k) v(k)],   R = E[phi phi'],   v = A(q) f - B(q) w_u,
 /// phi(k) = (-y(k-1) ... -y(k-n), u(k-1) ... u(k-n)),   y = y0 + f,   u = u0 + w_u
 /// ```
 ///
-/// (Soderstrom and Stoica, System Identification, 1989, chapters 7 and 8). `amplitude` is the standard deviation of
-/// the white input u0. f is noise of the colour `noise`, scaled so that `100 sigma_f / sigma_y0 = eta` for the
-/// stationary processes, y0 the noise-free output; a record whose window holds eta exactly differs by O(1/N). w_u is
-/// white, independent of f, of standard deviation `input_noise` per cent of the amplitude (errors in variables). With
-/// autocovariances r0 of y0 and r of f, and the Markov parameters g of the plant,
+/// Source: Soderstrom and Stoica, System Identification, 1989, chapters 7 and 8. `amplitude` is the standard deviation
+/// of the white input u0. f is noise of the colour `noise`, scaled so that `100 sigma_f / sigma_y0 = eta` for the
+/// stationary processes, with y0 the noise-free output. For a record whose own window has exactly eta, the result
+/// differs by O(1/N). w_u is white, independent of f, with a standard deviation of `input_noise` per cent of the
+/// amplitude (errors in variables). With autocovariances r0 of y0 and r of f, and the Markov parameters g of the plant:
 ///
 /// ```text
 /// E[y(k-i) y(k-j)] = r0(i-j) + r(i-j),   E[y(k-i) u(k-j)] = amplitude^2 g(j-i),   g(j) = 0 for j < 1,
@@ -44,8 +44,8 @@ pub enum LimitError {
 /// E[-y(k-i) v(k)] = -sum_j alpha_j r(i-j), alpha_0 = 1,   E[u(k-i) v(k)] = -beta_i sigma_u^2.
 /// ```
 ///
-/// No series is cut off: `r(t) = energy(C (1 + q^-t) / D) / 2 - energy(C / D)` for `f = C/D w`, each energy a finite sum
-/// by the step-down recursion ([`StepDown::energy`]).
+/// No series is truncated: `r(t) = energy(C (1 + q^-t) / D) / 2 - energy(C / D)` for `f = C/D w`. Each energy is a
+/// finite sum by the step-down recursion ([`StepDown::energy`]).
 ///
 /// # Errors
 /// [`LimitError`].
@@ -69,7 +69,7 @@ pub fn least_squares_limit(
 
     let numerator = [&[0.0], beta.as_slice()].concat();
     let r0 = autocovariances(&numerator, &alpha, n).ok_or(LimitError::UnstablePlant)?;
-    // Of the unscaled noise; NoiseFilter has seen to its stability.
+    // Autocovariances of the unscaled noise; NoiseFilter has checked its stability.
     let r =
         autocovariances(noise.numerator(), &noise.denominator(), n).ok_or(LimitError::NoNoise)?;
     let square = match (eta, r[0]) {
@@ -93,7 +93,7 @@ pub fn least_squares_limit(
         (false, false) if i == j => input + input_error,
         (false, false) => 0.0,
     });
-    // Of A(q) f with f(k-i-1): alpha_0 belongs to f(k).
+    // Covariance of A(q) f with f(k-i-1): alpha_0 belongs to f(k).
     let coloured = |i: usize| -> f64 {
         let terms = alpha.iter().enumerate();
         terms.map(|(j, alpha)| alpha * r[(i + 1).abs_diff(j)]).sum()
@@ -121,7 +121,8 @@ pub fn least_squares_limit(
     }
 }
 
-/// `r(0) ... r(lags)` of white noise of unit variance through `C(q) / D(q)`, D monic; `None` where D is not stable.
+/// Returns `r(0) ... r(lags)` of white noise of unit variance through `C(q) / D(q)`, D monic; `None` if D is not
+/// stable.
 fn autocovariances(numerator: &[f64], denominator: &[f64], lags: usize) -> Option<Vec<f64>> {
     let step_down = StepDown::new(denominator.get(1..)?)?;
     let variance = step_down.energy(numerator);
@@ -157,8 +158,8 @@ mod tests {
         assert_eq!(autocovariances(&[1.0], &[1.0, -1.0], 1), None);
     }
 
-    /// `y(k) = -alpha y(k-1) + beta u(k-1)` in white noise of variance s: `R = diag(r0 + s, 1 + q)` with input noise
-    /// of variance q, so alpha tends to `alpha r0 / (r0 + s)` and beta to `beta / (1 + q)`.
+    /// `y(k) = -alpha y(k-1) + beta u(k-1)` in white noise of variance s, with input noise of variance q:
+    /// `R = diag(r0 + s, 1 + q)`. Hence alpha tends to `alpha r0 / (r0 + s)` and beta to `beta / (1 + q)`.
     #[test]
     fn a_first_order_plant_by_hand() {
         let (alpha, beta) = (-0.8, 2.0);

@@ -1,4 +1,4 @@
-//! A method under study: what it is called and how workers make their own copy of it.
+//! A method under study: its name, and how workers make their own copy of it.
 
 use super::{
     Estimator, IvOptions, KnownModel, KnownOptions, LsOptions, MethodOptions, SetupError, Shape,
@@ -7,7 +7,7 @@ use crate::data::Process;
 use crate::model::Orders;
 use crate::observer::ObserverKind;
 
-/// One line of a method's results: an estimator's name and the number of its pass.
+/// One line of a method's results: the name of an estimator and the number of a pass.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Output {
     /// The estimator's name, such as "ls" or "iv".
@@ -17,7 +17,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// "ls", "iv(4)": the name, with the pass where it is not 0.
+    /// Returns the name, with the pass if it is not 0: "ls", "iv(4)".
     pub fn label(&self) -> String {
         match self.pass {
             0 => self.estimator.clone(),
@@ -29,16 +29,16 @@ impl Output {
 /// Makes an estimator with buffers for a shape.
 type Factory = dyn Fn(&Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync;
 
-/// What an estimator is prepared for.
+/// The problem that an estimator is prepared for.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
     /// The setting's order and the window.
     pub shape: Shape,
-    /// The model that a method with the true plant is given, where there is one for all trials.
+    /// The true model for a method that is given it, if all trials have the same one.
     pub known: Option<&'a KnownModel>,
-    /// What draws the records, with the noise level eta in per cent: for a method that may be told of it.
+    /// The process that draws the records and the noise level eta in per cent, for a method that may know them.
     pub process: Option<(&'a Process, f64)>,
-    /// Whether standard errors are wanted of methods that can do without.
+    /// Whether standard errors are wanted from methods that can do without them.
     pub covariance: bool,
 }
 
@@ -53,27 +53,27 @@ impl From<Shape> for Problem<'_> {
     }
 }
 
-/// What a method needs of a cell beside a record.
+/// What a method needs of a cell besides a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
     /// The true plant.
     pub plant: bool,
-    /// A reference of its own, which only feedback has; the key and value of the option that asks for it.
+    /// A separate reference, which exists in feedback only: the key and value of the option that requires it.
     pub reference: Option<(&'static str, &'static str)>,
 }
 
-/// What is wrong with an option.
+/// An error in an option.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{message}", .key.as_ref().map_or_else(String::new, |key| format!("{key}: ")))]
 pub struct OptionError {
-    /// Its key; `None` where the message names it.
+    /// The option's key; `None` if the message names it.
     pub key: Option<String>,
-    /// What is wrong, and what was expected.
+    /// What is wrong and what was expected.
     pub message: String,
 }
 
 impl OptionError {
-    /// Of a key.
+    /// Makes the error of a key.
     pub fn new(key: &str, message: impl Into<String>) -> Self {
         Self {
             key: Some(key.to_owned()),
@@ -82,18 +82,18 @@ impl OptionError {
     }
 }
 
-/// What the registry asks of an estimator's options. One struct with serde and docs: keys of experiment files, their
-/// schema, flags of `asobench estimate` and docs/methods.md follow from it.
+/// The interface of an estimator's options to the registry. One struct with serde and docs yields the keys of
+/// experiment files, their schema, the flags of `asobench estimate` and docs/methods.md.
 pub trait MethodKind {
-    /// Whether the options are within their bounds and fit each other.
+    /// Checks that the options are within their bounds and fit together.
     ///
     /// # Errors
-    /// The key, and what is wrong with it.
+    /// The key and what is wrong with it.
     fn check(&self) -> Result<(), OptionError> {
         Ok(())
     }
 
-    /// The outputs, of a method with this name: one, pass 0.
+    /// Returns the outputs of a method with this name; by default one, pass 0.
     fn outputs(&self, name: &str) -> Vec<Output> {
         vec![Output {
             estimator: name.to_owned(),
@@ -101,27 +101,30 @@ pub trait MethodKind {
         }]
     }
 
-    /// The orders of its models, where the setting `order` is so large; `None`: the paper's form of that order.
+    /// Returns the orders of the estimator's models for a value of the setting `order`. `None`: the paper's form of
+    /// that order.
     fn model_orders(&self, _setting: usize) -> Option<Orders> {
         None
     }
 
-    /// What it needs of a cell.
+    /// Returns what the estimator needs of a cell.
     fn needs(&self) -> Needs {
         Needs::default()
     }
 
-    /// An estimator with buffers for a problem.
+    /// Returns an estimator with buffers for a problem.
     ///
     /// # Errors
-    /// If it cannot serve it.
+    /// If the estimator cannot serve the problem.
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError>;
 
-    /// The options as lanes run them, as those of IV passes; `None`: no lanes have the estimator. It must take every
-    /// option apart (no `..`) and name the values that lanes have, so that a new one runs on the scalar engine.
+    /// Returns the options in the form that lanes run, that of IV passes. `None`: lanes do not have the estimator.
+    ///
+    /// An implementation must destructure all options (no `..`) and name the values that lanes support, so that a new
+    /// value runs on the scalar engine.
     ///
     /// # Errors
-    /// What of the options lanes do not have, in words.
+    /// The option that lanes do not support, in words.
     fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
         None
     }
@@ -134,27 +137,27 @@ pub struct Method {
     reported: Vec<usize>,
     passes: usize,
     maker: Maker,
-    /// The observer of its outputs; `None`: with the setting's gain.
+    /// The observer of the outputs; `None`: one with the setting's gain.
     observer: Option<ObserverKind>,
 }
 
-/// Where a method's estimators come from.
+/// The source of a method's estimators.
 enum Maker {
     Options(MethodOptions),
     Own {
-        /// `None` of a program, which the experiment file tells of.
+        /// `None` for a program, which the experiment file identifies.
         identity: Option<String>,
-        /// The orders of its models; `None`: the setting's.
+        /// The orders of the method's models; `None`: the setting's.
         orders: Option<Orders>,
         factory: Box<Factory>,
     },
 }
 
 impl Method {
-    /// A method of your own: `outputs` names what [`Estimator::estimate`] fills, in order.
+    /// Makes a method of your own; `outputs` names what [`Estimator::estimate`] fills, in order.
     ///
-    /// `identity` is what tells it from others and from its own earlier versions: a name, a version, and every option.
-    /// It is part of the design's fingerprint, so that results of another identity are never taken up.
+    /// `identity` distinguishes it from other methods and from its own earlier versions: a name, a version, and every
+    /// option. It is part of the design's fingerprint, so results of another identity are never reused.
     pub fn new(
         identity: impl Into<String>,
         outputs: Vec<Output>,
@@ -165,7 +168,7 @@ impl Method {
         })
     }
 
-    /// A method of your own with one output. Its name and version tell it from others, as `identity` does in
+    /// Makes a method of your own with one output. Its name and version identify it, as `identity` does in
     /// [`Self::new`].
     pub fn single(
         name: &str,
@@ -179,7 +182,7 @@ impl Method {
         Self::new(format!("{name} {version}"), vec![output], factory)
     }
 
-    /// The same as [`Self::new`], of models of certain orders, made for a problem with all that is known of it.
+    /// Does the same as [`Self::new`] for models of given orders; the factory gets all that is known of the problem.
     pub(crate) fn own(
         identity: Option<String>,
         outputs: Vec<Output>,
@@ -194,7 +197,7 @@ impl Method {
         Self::from_maker(outputs, maker)
     }
 
-    /// A method of this crate, with this name in the results.
+    /// Makes a method of this crate, with this name in the results.
     pub fn named(name: &str, options: impl Into<MethodOptions>) -> Self {
         let options = options.into();
         Self::from_maker(options.outputs(name), Maker::Options(options))
@@ -210,37 +213,37 @@ impl Method {
         }
     }
 
-    /// The true plant: one output, ("known", 0).
+    /// Makes the method that returns the true plant: one output, ("known", 0).
     pub fn known() -> Self {
         Self::named("known", KnownOptions {})
     }
 
-    /// Has its outputs observed by an observer of its own, whatever gain the setting says.
+    /// Uses `observer` for the outputs instead of one with the setting's gain.
     #[must_use]
     pub fn observed_by(mut self, observer: ObserverKind) -> Self {
         self.observer = Some(observer);
         self
     }
 
-    /// The observer of its own, if it has one.
+    /// Returns the method's own observer, if it has one.
     pub fn observer(&self) -> Option<&ObserverKind> {
         self.observer.as_ref()
     }
 
-    /// Least squares: one output, ("ls", 0).
+    /// Makes least squares: one output, ("ls", 0).
     pub fn least_squares(options: LsOptions) -> Self {
         Self::named("ls", options)
     }
 
-    /// Instrumental variables with its iteration 0: ("ls", 0), ("iv", 1), ("iv", 2), ...
+    /// Makes instrumental variables with iteration 0: ("ls", 0), ("iv", 1), ("iv", 2), ...
     pub fn instrumental_variables(options: IvOptions) -> Self {
         Self::named("iv", options)
     }
 
-    /// Reports only some passes.
+    /// Reports only the given passes.
     ///
     /// # Errors
-    /// The pass that the method does not have.
+    /// The first pass that the method does not have.
     pub fn reporting(mut self, passes: &[usize]) -> Result<Self, usize> {
         if let Some(beyond) = passes.iter().find(|pass| **pass >= self.passes) {
             return Err(*beyond);
@@ -254,25 +257,25 @@ impl Method {
         Ok(self)
     }
 
-    /// What the method reports, in order.
+    /// Returns the reported outputs, in order.
     pub fn outputs(&self) -> &[Output] {
         &self.outputs
     }
 
-    /// The numbers of the passes that are reported, one per output.
+    /// Returns the numbers of the reported passes, one per output.
     pub fn reported(&self) -> &[usize] {
         &self.reported
     }
 
-    /// How many passes [`Estimator::estimate`] fills.
+    /// Returns how many passes [`Estimator::estimate`] fills.
     pub fn passes(&self) -> usize {
         self.passes
     }
 
-    /// An estimator with buffers for a problem, or for a shape alone.
+    /// Returns an estimator with buffers for a problem, or for a shape alone.
     ///
     /// # Errors
-    /// If the method cannot serve it, or needs a plant ([`SetupError::NoKnownPlant`]).
+    /// If the method cannot serve the problem, or needs a plant ([`SetupError::NoKnownPlant`]).
     pub fn prepare<'a>(
         &self,
         problem: impl Into<Problem<'a>>,
@@ -284,7 +287,7 @@ impl Method {
         }
     }
 
-    /// The order of the models that it makes where the setting `order` says another one.
+    /// Returns the order of the method's models for a value of the setting `order`.
     pub fn order(&self, setting: usize) -> usize {
         match &self.maker {
             Maker::Own { orders, .. } => orders.map_or(setting, Orders::order),
@@ -292,12 +295,12 @@ impl Method {
         }
     }
 
-    /// What it needs of a cell.
+    /// Returns what the method needs of a cell.
     pub fn needs(&self) -> Needs {
         self.options().map(MethodOptions::needs).unwrap_or_default()
     }
 
-    /// The choices, where the method is one of this crate.
+    /// Returns the options if the method is one of this crate.
     pub fn options(&self) -> Option<&MethodOptions> {
         match &self.maker {
             Maker::Own { .. } => None,
@@ -305,7 +308,7 @@ impl Method {
         }
     }
 
-    /// The identity of a method of your own.
+    /// Returns the identity of a method of your own.
     pub fn identity(&self) -> Option<&str> {
         match &self.maker {
             Maker::Own { identity, .. } => identity.as_deref(),

@@ -1,8 +1,9 @@
 //! Estimators of (a, b, h, x0) from a window of u and y: stages 1 to 11.
 //!
-//! One file per mathematical object: [`regressors`] (stages 1 and 8), [`information`] (2 and 9),
-//! [`solver`] (3 and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] and [`reflection`] (7); one per
-//! method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11); [`KnownModel`] is the true plant in their place.
+//! There is one file per mathematical object: [`regressors`] (stages 1 and 8), [`information`] (2 and 9), [`solver`] (3
+//! and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] and [`reflection`] (7). There is one file
+//! per method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11). [`KnownModel`] returns the true plant
+//! instead.
 
 mod arx;
 mod autoregression;
@@ -81,7 +82,7 @@ pub struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// The first `length` samples of a record in open loop: r = u.
+    /// Returns the first `length` samples of a record in open loop: r = u.
     ///
     /// # Panics
     /// If the record is shorter.
@@ -89,7 +90,7 @@ impl<'a> Window<'a> {
         Self::with_reference(u, y, u, length)
     }
 
-    /// The first `length` samples of a record with its reference r.
+    /// Returns the first `length` samples of a record with its reference r.
     ///
     /// # Panics
     /// If the record is shorter.
@@ -101,18 +102,18 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// The number of samples, N.
+    /// Returns the number of samples, N.
     pub fn len(self) -> usize {
         self.y.len()
     }
 
-    /// Whether there is no sample.
+    /// Returns whether there are no samples.
     pub fn is_empty(self) -> bool {
         self.y.is_empty()
     }
 }
 
-/// The order n and the window N that an estimator's buffers are made for.
+/// The order n and the window N for which an estimator's buffers are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// The order n of the plant.
@@ -122,7 +123,8 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Checks that n is 1 to [`ORDER_LIMIT`] and that the N - n rows are at least the 2n unknowns: N >= 3n.
+    /// Checks that n is 1 to [`ORDER_LIMIT`] and that the N - n rows are at least as many as the 2n unknowns, i.e. N >=
+    /// 3n.
     ///
     /// # Errors
     /// [`SetupError::ZeroOrder`], [`SetupError::LargeOrder`] or [`SetupError::ShortWindow`].
@@ -140,7 +142,7 @@ impl Shape {
     }
 }
 
-/// Why an estimator cannot be set up: a mistake in what was asked for, not a numerical failure.
+/// Why an estimator cannot be set up: an error in the request, not a numerical failure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SetupError {
     /// A cell in continuous time has observers and no record.
@@ -158,7 +160,7 @@ pub enum SetupError {
         .0.window, .0.order, 3 * .0.order
     )]
     ShortWindow(Shape),
-    /// Fewer equations than are needed.
+    /// There are fewer equations than needed.
     #[error(
         "a window of {window} samples is too short for orders {orders}: {rows} equations, at least {needed} are needed"
     )]
@@ -167,12 +169,12 @@ pub enum SetupError {
         orders: Orders,
         /// The samples.
         window: usize,
-        /// The equations that they make.
+        /// The number of equations that they yield.
         rows: usize,
-        /// As many as there are parameters, or instruments.
+        /// The number of parameters, or of instruments.
         needed: usize,
     },
-    /// Hankel matrices with fewer columns than rows, or too few block rows for the order.
+    /// The Hankel matrices have fewer columns than rows, or too few block rows for the order.
     #[error("a window of {window} samples with {rows} block rows is too short for order {order}: at least {} samples, \
              and more block rows than the order, are needed", 6 * .rows - 1)]
     ShortHankel {
@@ -183,7 +185,7 @@ pub enum SetupError {
         /// The order.
         order: usize,
     },
-    /// `dual` or `augmented` beyond its limit.
+    /// The matrix of `dual` or `augmented` would be too large.
     #[error(
         "solver '{solver}' would need a matrix of dimension {dimension} ({} MiB); its limit is {}",
         (dimension * dimension * 8).div_ceil(1 << 20), solver::NAIVE_LIMIT
@@ -191,10 +193,10 @@ pub enum SetupError {
     SolverDimension {
         /// The solver.
         solver: Solver,
-        /// The dimension that it would need.
+        /// The dimension that the solver would need.
         dimension: usize,
     },
-    /// A solver that needs a symmetric matrix.
+    /// The solver needs a symmetric matrix.
     #[error("solver '{solver}' serves least squares only: Z'Phi is not symmetric")]
     SolverCannotUseInstruments {
         /// The solver.
@@ -203,34 +205,34 @@ pub enum SetupError {
     /// The gain does not fit the order.
     #[error(transparent)]
     Gain(#[from] crate::observer::GainError),
-    /// Instruments from r without the simulation that r drives.
+    /// Instruments from r need the simulation that r drives.
     #[error("instruments formed from 'r' need stage 7 as 'model', not '{0}'")]
     ReferenceNeedsModel(Drive),
-    /// The estimator `known` where there is no such plant.
+    /// The estimator `known` is used where no true plant is known.
     #[error(
         "the true plant (estimator 'known', starts = \"truth\") is known in studies with one plant for all trials, of the \
          setting's order, in open loop with an exactly measured input"
     )]
     NoKnownPlant,
-    /// A search from the true plant whose structure does not hold it.
+    /// The true plant, from which a search is to start, is not a model of these orders.
     #[error("starts = \"truth\": the true plant is no model of orders {orders}")]
     TruthOfOtherOrders {
-        /// The orders asked for.
+        /// The given orders.
         orders: Orders,
     },
-    /// A Kalman filter that knows the noise, where its variance is not the same in every trial or 0.
+    /// A Kalman filter with known noise, but the variance of the noise is 0 or differs between trials.
     #[error(
         "observer '{0}' of the known plant needs the measurement noise's variance: eta above 0 with eta_over = \
          \"nominal\""
     )]
     NoKnownNoise(ObserverKind),
-    /// A Kalman filter of coefficients that make none.
+    /// The Kalman filter does not exist for these coefficients.
     #[error(transparent)]
     Riccati(#[from] RiccatiError),
-    /// A program does not run.
+    /// A program cannot be run.
     #[error(transparent)]
     Program(#[from] ProgramError),
-    /// A printed stage 10 without stage 3's blocks.
+    /// A printed stage 10 is used without the blocks of stage 3.
     #[error("stage 10 '{stage10}' exists for solver 'partitioned' only, not '{solver}'")]
     Stage10NeedsPartitioned {
         /// The reading.
@@ -240,22 +242,22 @@ pub enum SetupError {
     },
 }
 
-/// Records of other trials of the same cell, for a method that works on many at a time.
+/// The records of other trials of the same cell, for a method that works on many at a time.
 pub trait Records {
-    /// The window of a trial, until the next is drawn; `None` where its record cannot be drawn.
+    /// Returns the window of a trial; it is valid until the next is drawn. `None` if its record cannot be drawn.
     fn draw(&mut self, trial: u64) -> Option<Window<'_>>;
 
-    /// A number below 2^53 of a trial's own, from which nothing of the record can be told.
+    /// Returns a number below 2^53 that belongs to a trial but reveals nothing of its record.
     fn seed(&self, trial: u64) -> u64;
 }
 
-/// Why a program that is a method does not run.
+/// Why a program that is a method cannot be run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProgramError {
-    /// Nobody agreed to it.
+    /// The user did not agree to run it.
     #[error("method '{0}' is a program, and nobody agreed to run it")]
     NotAgreed(String),
-    /// It does not start, or speaks another protocol.
+    /// It does not start, or it speaks another protocol.
     #[error("method '{name}': {reason}")]
     Failed {
         /// The method.
@@ -268,25 +270,25 @@ pub enum ProgramError {
     Stopped,
 }
 
-/// Estimates (a, b, h, x0) from a window, with buffers of its own: one value per worker.
+/// Estimates (a, b, h, x0) from a window. It owns its buffers; each worker has its own estimator.
 ///
 /// Implement this to bring a method of your own into a Monte-Carlo comparison (see
 /// `examples/own_estimator.rs`).
 pub trait Estimator: Send {
     /// Fills `passes`, one entry per output of the method ([`Method::outputs`]), in order.
     ///
-    /// Every entry comes cleared and must be set: by [`Pass::set_parameters`] and [`Pass::set_initial_state`], or by
+    /// Every entry comes cleared. Each must be set by [`Pass::set_parameters`] and [`Pass::set_initial_state`], or by
     /// [`Pass::fail`].
     ///
     /// # Panics
-    /// The estimators of this crate panic where the window is not of the shape that they were made for.
+    /// The estimators of this crate panic if the window does not have the shape that they were made for.
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]);
 
-    /// Before the record of a trial is estimated: looks at those of other trials too, where the method works on many at
-    /// a time. The models must not depend on which trials came before.
+    /// Called before the record of a trial is estimated. A method that works on many trials at a time can look at the
+    /// records of others here. The models must not depend on which trials came before.
     ///
     /// # Errors
-    /// If a program that is the method does not run.
+    /// If the method is a program that cannot be run.
     fn gather(&mut self, _trial: u64, _records: &mut dyn Records) -> Result<(), ProgramError> {
         Ok(())
     }

@@ -6,7 +6,7 @@ use crate::model::Orders;
 use crate::names::named_enum;
 
 named_enum! {
-    /// What a model's order is chosen by: the smallest value. `V = RSS/M` of M equations, d parameters.
+    /// The criterion whose smallest value decides the order of a model. `V = RSS/M` of M equations, d parameters.
     Criterion, "criterion" {
         /// Akaike's, `M ln V + 2 d`.
         Aic = "aic",
@@ -20,7 +20,7 @@ named_enum! {
 }
 
 impl Criterion {
-    /// As it is written in tables.
+    /// Returns the name that tables use.
     pub const fn heading(self) -> &'static str {
         match self {
             Self::Aic => "AIC",
@@ -30,7 +30,8 @@ impl Criterion {
         }
     }
 
-    /// The value for a loss of so many equations and parameters; infinite where the equations do not suffice for it.
+    /// Returns the value for a loss, a number of equations and a number of parameters; infinite if there are too few
+    /// equations.
     pub fn value(self, loss: f64, equations: usize, parameters: usize) -> f64 {
         let (m, d) = (equations as f64, parameters as f64);
         let aic = m * loss.ln() + 2.0 * d;
@@ -45,36 +46,36 @@ impl Criterion {
     }
 }
 
-/// An ARX model among those that are compared.
+/// One of the ARX models that are compared.
 pub struct Candidate {
     /// Its orders.
     pub orders: Orders,
     regression: Regression,
-    /// The first sample of its record, so that its first equation is the common one.
+    /// The first sample of the candidate's record, chosen so that its first equation is the common one.
     from: usize,
     /// `RSS / M` of the last record, or why there is none.
     pub loss: Result<f64, FailureKind>,
 }
 
 impl Candidate {
-    /// `(a_1 ... a_na, b_1 ... b_nb)` over the common equations, where [`Self::loss`] stands.
+    /// Returns `(a_1 ... a_na, b_1 ... b_nb)` over the common equations, valid if [`Self::loss`] is `Ok`.
     pub fn theta(&self) -> &[f64] {
         self.regression.theta()
     }
 }
 
-/// ARX models of several orders over the same equations `k = m ... N-1`, m the largest of their `max(na, nb + nk - 1)`
-/// (Ljung, *System Identification*, 2nd ed., section 16.4).
+/// Compares ARX models of several orders over the same equations `k = m ... N-1`. m is the largest of their
+/// `max(na, nb + nk - 1)` (Ljung, *System Identification*, 2nd ed., section 16.4).
 pub struct OrderComparison {
     candidates: Vec<Candidate>,
     equations: usize,
 }
 
 impl OrderComparison {
-    /// Buffers for windows of so many samples.
+    /// Makes buffers for windows of `window` samples.
     ///
     /// # Errors
-    /// [`SetupError::ShortRecord`] where there are fewer equations than parameters of a model.
+    /// [`SetupError::ShortRecord`] if a model has more parameters than there are equations.
     pub fn new(orders: &[Orders], window: usize) -> Result<Self, SetupError> {
         let reach = orders.iter().map(|orders| orders.reach()).max();
         let reach = reach.unwrap_or(0);
@@ -94,7 +95,7 @@ impl OrderComparison {
         })
     }
 
-    /// Finds the loss of each model.
+    /// Computes the loss of each model.
     pub fn run(&mut self, u: &[f64], y: &[f64]) {
         let equations = self.equations as f64;
         for candidate in &mut self.candidates {
@@ -106,20 +107,20 @@ impl OrderComparison {
         }
     }
 
-    /// The models, in the order in which they were given.
+    /// Returns the models in the given order.
     pub fn candidates(&self) -> &[Candidate] {
         &self.candidates
     }
 
-    /// How many equations there are, M.
+    /// Returns the number of equations M.
     pub fn equations(&self) -> usize {
         self.equations
     }
 
-    /// The number of the model with the smallest value, the first among equal ones.
+    /// Returns the index of the model with the smallest value, the first among equal ones.
     ///
     /// # Errors
-    /// The failure of the first model where none was found.
+    /// If no model was found, the failure of the first one.
     pub fn best(&self, criterion: Criterion) -> Result<usize, FailureKind> {
         let mut best: Option<(usize, f64)> = None;
         let mut failure = FailureKind::NotRun;

@@ -1,5 +1,5 @@
-//! Iterations for `y = B/F u + e` that solve a linear problem in each pass: Steiglitz and McBride's, and Young's
-//! simplified refined instrumental variables.
+//! Iterations for `y = B/F u + e` that solve a linear problem in each pass: Steiglitz-McBride, and Young's simplified
+//! refined instrumental variables.
 
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::method::{MethodKind, OptionError, Problem};
@@ -12,13 +12,13 @@ use crate::plant::stability::is_stable;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Passes that an iteration may take.
+/// The largest number of passes of an iteration.
 pub(super) const MOST_PASSES: usize = 200;
 
-/// The relative step at which it rests.
+/// The relative step at which an iteration has converged.
 pub(super) const REST: f64 = 1e-12;
 
-/// Defines the options of an iteration, which are alike.
+/// Defines the options of an iteration; both iterations have the same.
 macro_rules! iteration {
     ($options:ident, $doc:literal, refined: $refined:literal) => {
         #[doc = $doc]
@@ -51,7 +51,7 @@ macro_rules! iteration {
 iteration!(StmcbOptions, "The options of `stmcb`.", refined: false);
 iteration!(SrivOptions, "The options of `sriv`.", refined: true);
 
-/// Orders of an output-error model.
+/// Returns the orders of an output-error model.
 pub(super) fn output_error(orders: Option<Orders>, order: usize) -> Orders {
     orders.unwrap_or(Orders {
         nb: order,
@@ -61,7 +61,7 @@ pub(super) fn output_error(orders: Option<Orders>, order: usize) -> Orders {
     })
 }
 
-/// Whether only nb, nf and nk are given.
+/// Checks that only nb, nf and nk are given.
 pub(super) fn check_output_error(orders: Option<Orders>) -> Result<(), OptionError> {
     match orders {
         Some(Orders { na, nc, nd, .. }) if na + nc + nd > 0 => {
@@ -75,12 +75,12 @@ pub(super) fn check_output_error(orders: Option<Orders>) -> Result<(), OptionErr
     }
 }
 
-/// Given F and B of the pass before, with `yf = y/F`, `uf = u/F` and all signals zero before the record:
-/// Steiglitz-McBride fits `yf = phi' theta` by least squares, refined IV with `B/F uf` for yf in the instruments.
+/// Iterates from F and B of the previous pass, with `yf = y/F`, `uf = u/F` and all signals zero before the record.
+/// Steiglitz-McBride fits `yf = phi' theta` by least squares. Refined IV replaces yf by `B/F uf` in the instruments.
 pub struct OutputErrorIteration {
     orders: Orders,
     first: Regression,
-    /// Of refined IV; `None`: Steiglitz-McBride.
+    /// The regression of refined IV; `None`: Steiglitz-McBride.
     refined: Option<InstrumentalRegression>,
     model: LinearModel,
     theta: Vec<f64>,
@@ -89,12 +89,12 @@ pub struct OutputErrorIteration {
     x: Vec<f64>,
     e: Vec<f64>,
     scratch: Vec<f64>,
-    /// Passes that it took.
+    /// The number of passes taken.
     pub(super) passes: usize,
 }
 
 impl OutputErrorIteration {
-    /// Buffers for windows of so many samples.
+    /// Makes buffers for windows of `window` samples.
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
@@ -118,12 +118,12 @@ impl OutputErrorIteration {
         })
     }
 
-    /// The model of what was found last.
+    /// Returns the last model.
     pub(super) fn model(&self) -> &LinearModel {
         &self.model
     }
 
-    /// Takes (f, b) as the linear problems leave it.
+    /// Takes (f, b) from the solved linear problem and sets their relative change.
     fn take(&mut self, change: &mut f64) {
         let theta = match (&self.refined, self.passes) {
             (Some(refined), 1..) => refined.theta(),
@@ -141,10 +141,10 @@ impl OutputErrorIteration {
         self.model.b[self.orders.nk..].copy_from_slice(b);
     }
 
-    /// Iterates to rest.
+    /// Iterates until convergence.
     ///
     /// # Errors
-    /// As [`Regression::solve`]; [`FailureKind::UnstablePredictor`], [`FailureKind::NoConvergence`].
+    /// As for [`Regression::solve`]; [`FailureKind::UnstablePredictor`], [`FailureKind::NoConvergence`].
     pub(super) fn find(
         &mut self,
         u: &[f64],
@@ -167,7 +167,7 @@ impl OutputErrorIteration {
             match &mut self.refined {
                 None => self.first.solve(&self.u, &self.y, condition)?,
                 Some(refined) => {
-                    // B/F u, and that over F.
+                    // `self.u` is u/F, so x is B/F u divided by F.
                     self.model.simulate(&self.u, &mut self.x);
                     let signals = Signals::new(&self.u, &self.y, &self.x);
                     refined.solve(signals, condition)?;
@@ -182,7 +182,7 @@ impl OutputErrorIteration {
     }
 }
 
-/// Whether the zeros of a monic polynomial are inside the unit circle; `scratch` holds twice its degree.
+/// Returns whether the zeros of a monic polynomial are inside the unit circle. `scratch` has room for twice its degree.
 pub(super) fn stable(polynomial: &[f64], scratch: &mut Vec<f64>) -> bool {
     let n = polynomial.len() - 1;
     scratch.resize(2 * n, 0.0);
@@ -229,7 +229,7 @@ impl Estimator for OutputErrorIteration {
     }
 }
 
-/// Reorders a covariance of (f, b), nf of them, to one of (b, f).
+/// Reorders a covariance of (f, b), with nf numbers in f, to one of (b, f).
 fn move_first_to_last(covariance: &mut [f64], n: usize, nf: usize) {
     covariance.rotate_left(nf * n);
     for row in covariance.chunks_exact_mut(n) {

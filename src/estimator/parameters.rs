@@ -2,7 +2,7 @@
 
 use crate::plant::canonical::{reverse_negated, solve_toeplitz};
 
-/// Stage 4: `h_i = p_(n+i)`, `a_i = -p_(n+1-i)`.
+/// Computes stage 4: `h_i = p_(n+i)`, `a_i = -p_(n+1-i)`.
 ///
 /// # Panics
 /// If `p` is not of length 2n, or `a` and `h` not of length n.
@@ -12,7 +12,7 @@ pub fn from_p(p: &[f64], a: &mut [f64], h: &mut [f64]) {
     h.copy_from_slice(beta);
 }
 
-/// Stage 5: b from `T b = h`.
+/// Computes stage 5: b from `T b = h`.
 ///
 /// # Panics
 /// If the lengths differ.

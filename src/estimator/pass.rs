@@ -1,4 +1,4 @@
-//! What one pass of an estimator leaves: the model, or the failure that stopped it.
+//! The result of one pass of an estimator: the model, or the failure that stopped it.
 
 use super::failure::FailureKind;
 use super::parameters;
@@ -28,19 +28,19 @@ pub enum Stage {
     Observer = 12,
 }
 
-/// A numerical failure: data, recorded and counted.
+/// A numerical failure, which is data: it is recorded and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Failure {
-    /// Why.
+    /// The kind of failure.
     pub kind: FailureKind,
-    /// Where in the algorithm.
+    /// The stage of the algorithm in which it occurred.
     pub stage: Stage,
-    /// In which pass; later passes, which have nothing to start from, carry the same failure.
+    /// The pass in which it occurred. Later passes have nothing to start from and carry the same failure.
     pub pass: usize,
 }
 
 impl From<FailureKind> for Failure {
-    /// Of the estimate of a method with one pass.
+    /// Makes the failure of a method with one pass.
     fn from(kind: FailureKind) -> Self {
         Self {
             kind,
@@ -51,7 +51,7 @@ impl From<FailureKind> for Failure {
 }
 
 impl From<DrawFailure> for Failure {
-    /// Of every pass of a trial without a record.
+    /// Makes the failure of every pass of a trial without a record.
     fn from(failure: DrawFailure) -> Self {
         Self {
             kind: failure.into(),
@@ -74,28 +74,28 @@ impl std::fmt::Display for Failure {
 /// How much of a pass is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Progress {
-    /// Nothing: no number of this pass may be used.
+    /// Nothing is known: no number of this pass may be used.
     #[default]
     Nothing,
-    /// a, b and h.
+    /// a, b and h are known.
     Parameters,
-    /// x0 too.
+    /// x0 is known too.
     InitialState,
 }
 
-/// One pass of an estimator on one window: the model, and its part that u drives in the paper's form
+/// One pass of an estimator on one window. It holds the model, and the part of it that u drives in the paper's form
 /// `x(k+1) = A x(k) + b u(k)`, `y(k) = x_1(k) + d u(k)` of order n = [`Orders::order`].
 #[derive(Clone, Debug)]
 pub struct Pass {
     /// The model.
     pub model: LinearModel,
-    /// The mean squared prediction error over the window; NaN where the estimator does not say it.
+    /// The mean squared prediction error over the window; NaN if the estimator does not report it.
     pub loss: f64,
-    /// Iterations of an estimator that repeats itself until it rests.
+    /// The number of iterations of an iterative estimator.
     pub iterations: Option<usize>,
-    /// Distinct minima that a search from several starts met.
+    /// The number of distinct minima that a search from several starts found.
     pub minima: Option<usize>,
-    /// Singular values of a subspace method, from which an order can be seen; empty for others.
+    /// Singular values of a subspace method, which indicate an order; empty for others.
     pub singular_values: Vec<f64>,
     /// Last row of A-hat, n numbers.
     pub a: Vec<f64>,
@@ -103,25 +103,25 @@ pub struct Pass {
     pub b: Vec<f64>,
     /// Numerator h-hat, n numbers: `B - d A` beyond its first coefficient.
     pub h: Vec<f64>,
-    /// The direct term d; 0 where nk > 0.
+    /// The direct term d; 0 if nk > 0.
     pub direct: f64,
     /// x0-hat, n numbers.
     pub x0: Vec<f64>,
-    /// Condition number of the solve ([`super::solver::Solution::condition`]); NaN where it failed: what rounding
-    /// leaves of a singular matrix depends on the order of operations.
+    /// Condition number of the solve ([`super::solver::Solution::condition`]). NaN if the solve failed: the condition
+    /// of a singular matrix after rounding depends on the order of operations.
     pub condition: f64,
     /// Whether A-hat has a pole on or outside the unit circle.
     pub unstable: bool,
-    /// How much of the above holds.
+    /// How much of the above is valid.
     pub progress: Progress,
-    /// Why there is no more.
+    /// Why the pass has no more results.
     pub failure: Option<Failure>,
     /// Scratch for the stability test and for products.
     scratch: Vec<f64>,
 }
 
 impl Pass {
-    /// Buffers for order n.
+    /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
         let vector = || vec![f64::NAN; order];
         Self {
@@ -143,7 +143,7 @@ impl Pass {
         }
     }
 
-    /// Forgets everything.
+    /// Clears all results.
     pub fn clear(&mut self) {
         for vector in [&mut self.a, &mut self.b, &mut self.h, &mut self.x0] {
             vector.fill(f64::NAN);
@@ -165,8 +165,7 @@ impl Pass {
     /// (stages 4 and 5), and tests stability.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where a coefficient is not finite; the pass is then unchanged in
-    /// [`Pass::progress`].
+    /// [`FailureKind::NonFinite`] if a coefficient is not finite; [`Pass::progress`] is then unchanged.
     ///
     /// # Panics
     /// If `p` is not of length 2n.
@@ -183,7 +182,7 @@ impl Pass {
         Ok(())
     }
 
-    /// Takes a model of any orders: its part that u drives becomes (a, b, h, d), in the buffers that are there.
+    /// Takes a model of any orders. The part that u drives becomes (a, b, h, d), reusing the buffers.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] as for [`Self::set_parameters`].
@@ -224,7 +223,7 @@ impl Pass {
         self.progress = Progress::Parameters;
     }
 
-    /// What the observer needs of the pass; `None` before x0 is known, or where u acts on y at once.
+    /// Returns what the observer needs of the pass; `None` if x0 is not known or if u acts on y without delay.
     pub fn observed(&self) -> Option<ObservedModel<'_>> {
         (self.progress == Progress::InitialState && self.direct == 0.0).then_some(ObservedModel {
             a: &self.a,
@@ -242,13 +241,13 @@ impl Pass {
         self.progress = Progress::InitialState;
     }
 
-    /// Sets x0 = 0, as methods do that take all signals as zero before the record.
+    /// Sets x0 = 0, for methods that take all signals before the record as zero.
     pub fn start_at_zero(&mut self) {
         self.x0.fill(0.0);
         self.progress = Progress::InitialState;
     }
 
-    /// Records a failure; what is known already stands.
+    /// Records a failure; results known so far stay valid.
     pub fn fail(&mut self, failure: Failure) {
         self.failure = Some(failure);
     }

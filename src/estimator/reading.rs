@@ -1,4 +1,4 @@
-//! What other tools do by default and this program does not: readings that an option names.
+//! Defaults of other tools that differ from this program's, available as readings that an option names.
 
 use super::method::OptionError;
 use super::regression::Rows;
@@ -17,7 +17,7 @@ named_enum! {
 pub(super) const R_SYSID_RIDGE: f64 = 0.1;
 
 impl Reading {
-    /// Refuses options that the reading says itself.
+    /// Refuses options that the reading itself determines.
     pub(super) fn refuse(rows: Option<Rows>, ridge: Option<f64>) -> Result<(), OptionError> {
         let said = [(rows.is_some(), "rows"), (ridge.is_some(), "ridge")];
         match said.into_iter().find(|(given, _)| *given) {

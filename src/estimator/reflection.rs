@@ -6,7 +6,7 @@ use crate::plant::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz
 use crate::plant::{PoleFinder, polynomial_from_poles};
 
 named_enum! {
-    /// What is done to an unstable auxiliary model before stage 7.
+    /// The treatment of an unstable auxiliary model before stage 7.
     Stabilise, "stabilisation" {
         /// Nothing (the default).
         None = "none",
@@ -15,14 +15,14 @@ named_enum! {
     }
 }
 
-/// The largest modulus that a reflected pole keeps: one on the circle, whose reflection is itself, is scaled to it.
+/// The largest modulus of a reflected pole. A pole on the circle is its own reflection and is scaled to this.
 pub const LARGEST_MODULUS: f64 = 1.0 - 1e-6;
 
-/// Buffers to reflect poles: p with `|p| >= 1` goes to `1 / conj(p)`, of the same angle and modulus `1 / |p|` (at most
+/// Reflects poles: p with `|p| >= 1` becomes `1 / conj(p)`, with the same angle and modulus `1 / |p|` (at most
 /// [`LARGEST_MODULUS`]).
 ///
-/// The numerator h is kept: `T(a) b = h = T(a') b'`. The gain is not corrected: instruments need no more than a
-/// stable model.
+/// The numerator h is kept: `T(a) b = h = T(a') b'`. The gain is not corrected, because instruments only need a stable
+/// model.
 pub struct PoleReflection {
     poles: PoleFinder,
     alpha: Vec<f64>,
@@ -31,7 +31,7 @@ pub struct PoleReflection {
 }
 
 impl PoleReflection {
-    /// Buffers for order n.
+    /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
         Self {
             poles: PoleFinder::new(order),
@@ -41,10 +41,10 @@ impl PoleReflection {
         }
     }
 
-    /// `(a', b')` of a model (a, b).
+    /// Returns `(a', b')` for a model (a, b).
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the eigenvalue iteration does not converge or a coefficient is not finite.
+    /// [`FailureKind::NonFinite`] if the eigenvalue iteration does not converge or a coefficient is not finite.
     ///
     /// # Panics
     /// If `a` or `b` is not of the order that the buffers were made for.

@@ -1,4 +1,4 @@
-//! The estimators of this crate: a line each. Its file has its options, which say everything else.
+//! The estimators of this crate, one line each. An estimator's file has its options, and these define everything else.
 
 use super::arx::ArxOptions;
 use super::iv_delayed::IvDelayedOptions;
@@ -15,7 +15,7 @@ use crate::names::named_enum;
 use serde_json::{Map, Value};
 use std::sync::LazyLock;
 
-/// Defines the names, the options of each, and what is asked of all of them.
+/// Defines the names, the options of each estimator, and the functions common to all.
 macro_rules! estimators {
     ($(#[doc = $about:literal] $variant:ident = $name:literal: $options:ty,)*) => {
         named_enum! {
@@ -38,14 +38,14 @@ macro_rules! estimators {
         })*
 
         impl EstimatorName {
-            /// What it is, in a sentence.
+            /// Returns a description in one sentence.
             pub const fn about(self) -> &'static str {
                 match self {
                     $(Self::$variant => $about.trim_ascii(),)*
                 }
             }
 
-            /// Reads the options; what is not given has its default.
+            /// Reads the options; missing ones get their defaults.
             ///
             /// # Errors
             /// If a key is unknown or a value does not fit.
@@ -57,7 +57,7 @@ macro_rules! estimators {
                     }
                 };
                 let options = read(options.clone()).map_err(|error| {
-                    // The key that cannot be read by itself either.
+                    // The first key that cannot be read on its own either.
                     let alone = |(key, value): (&String, &Value)| {
                         let single = Map::from_iter([(key.clone(), value.clone())]);
                         read(single).is_err().then(|| key.clone())
@@ -71,7 +71,7 @@ macro_rules! estimators {
                 Ok(options)
             }
 
-            /// The options with their defaults, in their order; null where the default follows from the setting.
+            /// Returns the options with their defaults, in their order; null if the default follows from the setting.
             fn defaults(self) -> Value {
                 let defaults = match self {
                     $(Self::$variant => serde_json::to_value(<$options>::default()),)*
@@ -87,7 +87,7 @@ macro_rules! estimators {
         }
 
         impl MethodOptions {
-            /// Whose options they are.
+            /// Returns the estimator that has these options.
             pub fn estimator(&self) -> EstimatorName {
                 match self {
                     $(Self::$variant(_) => EstimatorName::$variant,)*
@@ -100,7 +100,7 @@ macro_rules! estimators {
                 }
             }
 
-            /// Every option with its value; those that follow from the setting are left out.
+            /// Returns every option with its value, without those that follow from the setting.
             pub fn describe(&self) -> Map<String, Value> {
                 let described = match self {
                     $(Self::$variant(options) => serde_json::to_value(options),)*
@@ -146,21 +146,21 @@ estimators! {
     Known = "known": KnownOptions,
 }
 
-/// An option of some estimators.
+/// One option of some estimators.
 #[derive(Clone, Debug)]
 pub struct OptionEntry {
     /// Its key.
     pub key: String,
-    /// What it is, in a sentence.
+    /// Its description in one sentence.
     pub about: String,
-    /// Its default; null where it follows from the setting.
+    /// Its default; null if that follows from the setting.
     pub default: Value,
     /// Its JSON schema.
     pub schema: Value,
 }
 
 impl EstimatorName {
-    /// The options that it takes, in their order.
+    /// Returns the options of the estimator, in their order.
     pub fn options(self) -> Vec<OptionEntry> {
         let (schema, defaults) = (self.options_schema(), self.defaults());
         let entries = defaults.as_object().into_iter().flatten();
@@ -184,13 +184,13 @@ impl EstimatorName {
         entries.collect()
     }
 
-    /// Whether it takes an option.
+    /// Returns whether the estimator has an option.
     pub fn takes(self, key: &str) -> bool {
         self.defaults().get(key).is_some()
     }
 }
 
-/// Every key of every estimator's options, each once, in their order.
+/// Returns the keys of all estimators' options, each once, in their order.
 pub fn option_keys() -> &'static [String] {
     static KEYS: LazyLock<Vec<String>> = LazyLock::new(|| {
         let mut keys: Vec<String> = Vec::new();
@@ -206,7 +206,7 @@ pub fn option_keys() -> &'static [String] {
     &KEYS
 }
 
-/// A schema without references.
+/// Returns a schema without references.
 pub(crate) fn inline_schema<T: schemars::JsonSchema>() -> Value {
     let settings = schemars::generate::SchemaSettings::draft2020_12();
     let settings = settings.with(|settings| settings.inline_subschemas = true);
@@ -217,38 +217,38 @@ pub(crate) fn inline_schema<T: schemars::JsonSchema>() -> Value {
 }
 
 impl MethodOptions {
-    /// The outputs, of a method with this name.
+    /// Returns the outputs of a method with this name.
     pub fn outputs(&self, name: &str) -> Vec<Output> {
         self.kind().outputs(name)
     }
 
-    /// The orders of its models, where the setting `order` is so large; `None`: the paper's form of that order.
+    /// Returns the orders of the models for a value of the setting `order`. `None`: the paper's form of that order.
     pub fn model_orders(&self, setting: usize) -> Option<Orders> {
         self.kind().model_orders(setting)
     }
 
-    /// The order of the part of its models that u drives, where the setting `order` is so large.
+    /// Returns the order of the part of the models that u drives, for a value of the setting `order`.
     pub fn order(&self, setting: usize) -> usize {
         self.model_orders(setting).map_or(setting, Orders::order)
     }
 
-    /// What it needs of a cell.
+    /// Returns what the estimator needs of a cell.
     pub fn needs(&self) -> Needs {
         self.kind().needs()
     }
 
-    /// An estimator with buffers for a problem.
+    /// Returns an estimator with buffers for a problem.
     ///
     /// # Errors
-    /// If it cannot serve it.
+    /// If the estimator cannot serve the problem.
     pub fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         self.kind().prepare(problem)
     }
 
-    /// The options as lanes run them.
+    /// Returns the options in the form that lanes run.
     ///
     /// # Errors
-    /// What of them lanes do not have, in words.
+    /// The options that lanes do not support, in words.
     pub fn in_lanes(&self) -> Result<IvOptions, String> {
         let estimator = self.estimator();
         let kind = self.kind().in_lanes();
@@ -260,7 +260,7 @@ impl MethodOptions {
 mod tests {
     use super::*;
 
-    /// Every option has a sentence, a default that reads back, and a meaning of its own.
+    /// Every option has a description, a default that reads back, and a meaning of its own.
     #[test]
     fn every_estimator_describes_its_options() {
         for estimator in EstimatorName::ALL {

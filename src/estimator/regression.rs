@@ -17,17 +17,17 @@ use std::ops::Range;
 named_enum! {
     /// Which equations of a record of N samples are used.
     Rows, "choice of rows" {
-        /// Those whose samples are all in the record, `k = max(na, nb + nk - 1) ... N-1` (the default).
+        /// Those with all samples in the record, `k = max(na, nb + nk - 1) ... N-1` (the default).
         Complete = "complete",
         /// `k = 0 ... N-1`, with zeros before the record.
         Prewindow = "prewindow",
-        /// With zeros before and after it, `k = 0 ... N-1 + max(na, nb + nk - 1)`.
+        /// With zeros before and after the record, `k = 0 ... N-1 + max(na, nb + nk - 1)`.
         Padded = "padded",
     }
 }
 
 impl Rows {
-    /// The first row's k and how many rows there are, where each looks back so far.
+    /// Returns k of the first row and the number of rows, if each row looks back `reach` samples.
     pub(super) fn extent(self, reach: usize, window: usize) -> (usize, usize) {
         match self {
             Self::Complete => (reach, window.saturating_sub(reach)),
@@ -37,19 +37,20 @@ impl Rows {
     }
 }
 
-/// A record with zeros before and after it, and the rows that are made of it.
+/// A record with zeros before and after it, and the rows made of it.
 pub(super) struct Lagged {
     pub(super) orders: Orders,
     reach: usize,
     first: usize,
-    /// How many rows there are.
+    /// The number of rows.
     pub(super) count: usize,
     pub(super) u: Vec<f64>,
     pub(super) y: Vec<f64>,
 }
 
 impl Lagged {
-    /// Buffers for windows of so many samples, where each row looks back `reach` and at least `needed` are needed.
+    /// Makes buffers for windows of `window` samples. Each row looks back `reach` samples; at least `needed` rows are
+    /// needed.
     pub(super) fn new(
         orders: Orders,
         reach: usize,
@@ -77,17 +78,17 @@ impl Lagged {
         })
     }
 
-    /// Where the samples stand among the zeros.
+    /// Returns the index range of the samples between the zeros.
     pub(super) fn record(&self) -> Range<usize> {
         self.reach..self.y.len() - self.reach
     }
 
-    /// Where the first row's k stands.
+    /// Returns the index of the first row's k.
     pub(super) fn start(&self) -> usize {
         self.first + self.reach
     }
 
-    /// Takes a record.
+    /// Copies a record between the zeros.
     ///
     /// # Panics
     /// If it is not of the length that the buffers were made for.
@@ -97,12 +98,12 @@ impl Lagged {
         self.y[record].copy_from_slice(y);
     }
 
-    /// Where the k of each row stands.
+    /// Returns the index range of the rows' k.
     pub(super) fn rows(&self) -> Range<usize> {
         self.start()..self.start() + self.count
     }
 
-    /// `y(k) - phi(k)' theta`.
+    /// Returns `y(k) - phi(k)' theta`.
     pub(super) fn residual(&self, theta: &[f64], k: usize) -> f64 {
         let (u, y, Orders { na, nk, .. }) = (&self.u, &self.y, self.orders);
         let (a, b) = theta.split_at(na);
@@ -111,12 +112,12 @@ impl Lagged {
         y[k] + of_y.sum::<f64>() - of_u.sum::<f64>()
     }
 
-    /// `sum (y(k) - phi(k)' theta)^2` over the rows.
+    /// Returns `sum (y(k) - phi(k)' theta)^2` over the rows.
     pub(super) fn residual_sum(&self, theta: &[f64]) -> f64 {
         self.rows().map(|k| self.residual(theta, k).powi(2)).sum()
     }
 
-    /// phi(k).
+    /// Computes phi(k).
     fn regressors(&self, k: usize, to: &mut [f64]) {
         let Orders { na, nk, .. } = self.orders;
         let (of_y, of_u) = to.split_at_mut(na);
@@ -132,7 +133,7 @@ impl Lagged {
 /// Buffers for the regression of records of one length.
 pub struct Regression {
     lagged: Lagged,
-    /// What `lambda || theta ||^2` weighs beside the sum of squares.
+    /// The weight lambda of `lambda || theta ||^2`, which is added to the sum of squares.
     ridge: f64,
     reduction: Reduction,
     equilibration: Equilibration,
@@ -142,15 +143,15 @@ pub struct Regression {
 }
 
 impl Regression {
-    /// Buffers for windows of so many samples; C, D and F play no part.
+    /// Makes buffers for windows of `window` samples. The orders of C, D and F are ignored.
     ///
     /// # Errors
-    /// [`SetupError::ShortRecord`] where there are fewer rows than parameters.
+    /// [`SetupError::ShortRecord`] if there are fewer rows than parameters.
     pub fn new(orders: Orders, rows: Rows, window: usize) -> Result<Self, SetupError> {
         Self::with_ridge(orders, rows, 0.0, window)
     }
 
-    /// The same for `argmin || y - Phi theta ||^2 + ridge || theta ||^2`.
+    /// Makes buffers for `argmin || y - Phi theta ||^2 + ridge || theta ||^2`.
     ///
     /// # Errors
     /// As for [`Self::new`].
@@ -173,17 +174,17 @@ impl Regression {
         })
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.lagged.count
     }
 
-    /// `theta = argmin || y - Phi theta ||`, and the 1-norm condition number of Phi's R with its columns scaled. A ridge
-    /// lambda adds the rows `sqrt(lambda) I theta = 0`.
+    /// Computes `theta = argmin || y - Phi theta ||`, and the 1-norm condition number of Phi's R with its columns
+    /// scaled. A ridge lambda adds the rows `sqrt(lambda) I theta = 0`.
     ///
     /// # Errors
-    /// [`FailureKind::Singular`] where a column is zero, [`FailureKind::RankDeficient`] by the rule of all solvers,
-    /// [`FailureKind::NonFinite`] where something overflows.
+    /// [`FailureKind::Singular`] if a column is zero, [`FailureKind::RankDeficient`] by the common rank rule,
+    /// [`FailureKind::NonFinite`] if something overflows.
     ///
     /// # Panics
     /// If the record is not of the length that the buffers were made for.
@@ -233,18 +234,18 @@ impl Regression {
         Ok(())
     }
 
-    /// What was solved last.
+    /// Returns the last solution.
     pub fn theta(&self) -> &[f64] {
         &self.theta
     }
 
-    /// `sum (y(k) - phi(k)' theta)^2` over the rows of what was solved last.
+    /// Returns `sum (y(k) - phi(k)' theta)^2` over the rows of the last solution.
     pub fn residual_sum(&self) -> f64 {
         self.lagged.residual_sum(&self.theta)
     }
 
-    /// The covariance of what was solved last, row by row: `variance (Phi'Phi)^-1` where equation errors are white, else by
-    /// what each row adds to theta, `(Phi'Phi)^-1 phi(k)`.
+    /// Computes the covariance of the last solution, row by row. For white equation errors it is
+    /// `variance (Phi'Phi)^-1`; otherwise it follows from each row's contribution to theta, `(Phi'Phi)^-1 phi(k)`.
     pub fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
         let r = self.reduction.r();
         if kind == Covariance::White {
@@ -264,12 +265,12 @@ impl Regression {
     }
 }
 
-/// Rows that a ridge adds.
+/// Returns the number of rows that a ridge adds.
 fn ridge_rows(ridge: f64, width: usize) -> usize {
     if ridge > 0.0 { width } else { 0 }
 }
 
-/// `x = (R'R)^-1 x`.
+/// Computes `x = (R'R)^-1 x`.
 pub(super) fn solve_normal(r: MatRef<'_, f64>, x: &mut [f64]) {
     solve_transposed(r, x);
     for i in (0..x.len()).rev() {
@@ -278,7 +279,7 @@ pub(super) fn solve_normal(r: MatRef<'_, f64>, x: &mut [f64]) {
     }
 }
 
-/// `x = R^-T x`.
+/// Computes `x = R^-T x`.
 pub(super) fn solve_transposed(r: MatRef<'_, f64>, x: &mut [f64]) {
     for i in 0..x.len() {
         let sum: f64 = (0..i).map(|j| r[(j, i)] * x[j]).sum();
@@ -286,7 +287,7 @@ pub(super) fn solve_transposed(r: MatRef<'_, f64>, x: &mut [f64]) {
     }
 }
 
-/// `variance (R'R)^-1`, row by row; `scratch` is room for a column.
+/// Computes `variance (R'R)^-1`, row by row; `scratch` has room for a column.
 pub(super) fn covariance_of_triangle(
     r: MatRef<'_, f64>,
     variance: f64,
@@ -296,7 +297,7 @@ pub(super) fn covariance_of_triangle(
     let n = r.ncols();
     to.clear();
     to.resize(n * n, 0.0);
-    // Column j of R^-1 adds to all entries up to j: (R'R)^-1 = R^-1 R^-T.
+    // Column j of R^-1 contributes to all entries up to j: (R'R)^-1 = R^-1 R^-T.
     for j in 0..n {
         let column = &mut scratch[..=j];
         column[j] = 1.0 / r[(j, j)];

@@ -1,15 +1,15 @@
 //! The data matrices of stages 1 and 8, row by row.
 //!
-//! `phi(k) = (-y(k-1) ... -y(k-n), u(k-1) ... u(k-n))` for k = n ... N-1 are the rows of Phi; the
-//! instruments Z have yhat instead of y. The two halves of stage 1 stack to these rows, so the
-//! sums over the halves are sums over all rows.
+//! The rows of Phi are `phi(k) = (-y(k-1) ... -y(k-n), u(k-1) ... u(k-n))` for k = n ... N-1. The instruments Z have
+//! yhat instead of y. The two halves of stage 1 are stacked into these rows, so sums over the halves are sums over all
+//! rows.
 
 use faer::MatMut;
 
 /// Writes rows `first`, `first + 1`, ... of the data matrix (`N - n` rows, 2n columns) into `block`.
 ///
-/// `output` is y for the regressors (stage 1) and yhat for the instruments (stage 8); `input` is u, or for
-/// instruments the signal that they are formed from.
+/// `output` is y for the regressors (stage 1) and yhat for the instruments (stage 8). `input` is u, or for instruments
+/// the signal from which they are formed.
 ///
 /// # Panics
 /// If `block` does not have 2n columns or reaches beyond the last row, or the signals differ in length.

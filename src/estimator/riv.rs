@@ -46,19 +46,22 @@ impl MethodKind for RivOptions {
     }
 }
 
-/// From `sriv`'s B/F, in turn until both rest: (1) C and D by prediction errors of the ARMA model `D w = C e` of
-/// `w = y - B/F u`; (2) F and B by instrumental variables of `D/(C F) y` and `D/(C F) u`, with `D/(C F) B/F u` for the
-/// output in the instruments. All signals are zero before the record. Where it rests, the gradient of `bj` is zero.
+/// Starts from B/F of `sriv` and alternates two steps until both converge:
 ///
-/// The covariance is `s^2 (Z'Z)^-1` of B and F and that of the ARMA model of C and D, without terms between them.
+/// - C and D by prediction errors of the ARMA model `D w = C e` of `w = y - B/F u`;
+/// - F and B by instrumental variables of `D/(C F) y` and `D/(C F) u`, with `D/(C F) B/F u` instead of the output in
+///   the instruments.
+///
+/// All signals are zero before the record. Where it converges, the gradient of `bj` is zero. The covariance is
+/// `s^2 (Z'Z)^-1` for B and F and that of the ARMA model for C and D, without cross terms.
 pub struct RefinedIv {
     orders: Orders,
     start: OutputErrorIteration,
     instruments: InstrumentalRegression,
-    /// Of the noise; `None`: white.
+    /// The search for the noise model; `None`: white noise.
     noise: Option<Descent>,
     model: LinearModel,
-    /// (f, b), and (d, c).
+    /// (f, b) here, and (d, c) below.
     theta: Vec<f64>,
     noise_theta: Vec<f64>,
     silence: Vec<f64>,
@@ -71,7 +74,7 @@ pub struct RefinedIv {
 }
 
 impl RefinedIv {
-    /// Buffers for windows of so many samples.
+    /// Makes buffers for windows of `window` samples.
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
@@ -124,7 +127,7 @@ impl RefinedIv {
         })
     }
 
-    /// `w = y - B/F u`.
+    /// Computes `w = y - B/F u`.
     fn noise_of(&mut self, u: &[f64], y: &[f64]) {
         self.model.simulate(u, &mut self.x);
         for ((w, y), x) in self.w.iter_mut().zip(y).zip(&self.x) {
@@ -132,7 +135,7 @@ impl RefinedIv {
         }
     }
 
-    /// C and D of w; how far they moved, relative to their size.
+    /// Fits C and D to w; returns their change relative to their size.
     fn fit_noise(&mut self) -> Result<f64, FailureKind> {
         let Some(noise) = &mut self.noise else {
             return Ok(0.0);
@@ -146,7 +149,7 @@ impl RefinedIv {
         Ok(change)
     }
 
-    /// F and B given C and D; how far they moved.
+    /// Computes F and B given C and D; returns their relative change.
     fn refine(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<f64, FailureKind> {
         if !stable(&self.model.f, &mut self.scratch) {
             return Err(FailureKind::UnstablePredictor);
@@ -162,7 +165,7 @@ impl RefinedIv {
         Ok(self.take())
     }
 
-    /// Takes (f, b) of the instruments.
+    /// Takes (f, b) from the instruments; returns their relative change.
     fn take(&mut self) -> f64 {
         let change = replace(&mut self.theta, self.instruments.theta());
         let (f, b) = self.theta.split_at(self.orders.nf);
@@ -171,7 +174,7 @@ impl RefinedIv {
         change
     }
 
-    /// Iterates to rest; the number of passes.
+    /// Iterates until convergence and counts the passes.
     fn find(
         &mut self,
         u: &[f64],
@@ -190,7 +193,7 @@ impl RefinedIv {
             self.noise_of(u, y);
             let of_noise = self.fit_noise()?;
             let of_plant = self.refine(u, y, condition)?;
-            // Both rest where the plant does: the noise model follows from it.
+            // Both have converged if the plant has, because the noise model follows from it.
             if of_plant <= REST && of_noise <= REST.sqrt() {
                 return Ok(());
             }
@@ -198,7 +201,7 @@ impl RefinedIv {
         Err(FailureKind::NoConvergence)
     }
 
-    /// Noise variance and covariance of what was found.
+    /// Computes the noise variance and the covariance of the solution.
     fn errors(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
         self.noise_of(u, y);
         let Orders { nb, nc, nd, nf, .. } = self.orders;
@@ -211,7 +214,7 @@ impl RefinedIv {
         let mut covariance = std::mem::take(&mut self.model.covariance);
         covariance.clear();
         covariance.resize(total * total, 0.0);
-        // Where f, b, d, c stand in the order B, C, D, F.
+        // Maps the positions of f, b, d, c to the order B, C, D, F.
         let place = |i: usize| if i < nf { nb + nc + nd + i } else { i - nf };
         self.instruments
             .covariance_of_instruments(variance, &mut self.block);
@@ -227,7 +230,7 @@ impl RefinedIv {
     }
 }
 
-/// Takes new values; how far they are from the old ones, relative to the largest.
+/// Takes new values; returns the largest change relative to the largest new value.
 fn replace(old: &mut [f64], new: &[f64]) -> f64 {
     let (mut difference, mut size) = (0.0_f64, f64::MIN_POSITIVE);
     for (old, new) in old.iter_mut().zip(new) {
@@ -238,7 +241,7 @@ fn replace(old: &mut [f64], new: &[f64]) -> f64 {
     difference / size
 }
 
-/// Puts a square block of n rows where `place` says into a matrix of `total` rows.
+/// Copies a square block of n rows to the positions that `place` returns, in a matrix of `total` rows.
 fn put_block(
     block: &[f64],
     n: usize,
@@ -284,7 +287,8 @@ mod tests {
     use crate::model::polynomial::{divide, filter};
     use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 
-    /// At rest the gradient of the sum of squared prediction errors is zero: `bj`, which descends to it, ends there too.
+    /// At convergence the gradient of the sum of squared prediction errors is zero; `bj`, which descends to it, ends
+    /// there too.
     #[test]
     fn it_rests_at_the_minimum_of_box_jenkins() {
         for (trial, orders) in [
@@ -334,7 +338,8 @@ mod tests {
                 assert!((riv - bj).abs() < 1e-8, "{orders}: {riv} {bj}");
             }
             assert!((riv.loss / bj.loss - 1.0).abs() < 1e-12);
-            // Terms between B, F and C, D vanish as N grows: with them the standard errors are nearly the same.
+            // Cross terms between B, F and C, D vanish as N grows, so the standard errors with them are nearly the
+            // same.
             let errors = [&riv, &bj].map(|pass| pass.model.standard_errors().unwrap());
             for (riv, bj) in errors[0].iter().zip(&errors[1]) {
                 assert!((riv / bj - 1.0).abs() < 0.05, "{orders}: {riv} {bj}");

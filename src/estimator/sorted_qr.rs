@@ -1,5 +1,5 @@
-//! Least squares with rows of widely different size: Householder QR with column pivoting, rows
-//! sorted by size, which is backward stable row by row (Powell and Reid 1969; Cox and Higham 1998).
+//! Least squares with rows of widely different size, by Householder QR with column pivoting and rows sorted by size.
+//! This is backward stable row by row (Powell and Reid 1969; Cox and Higham 1998).
 
 use super::FailureKind;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -9,23 +9,23 @@ use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::reborrow::ReborrowMut;
 use faer::{Conj, Mat, Par};
 
-/// Columns that are factorised together. Fixed, so that the result does not depend on the problems that the
-/// buffers served before.
+/// Columns that are factorised together. The number is fixed, so that the result does not depend on earlier problems in
+/// the same buffers.
 const BLOCK: usize = 8;
 
-/// Buffers for problems of any number of rows; they grow to the longest one met.
+/// Buffers for problems with any number of rows; they grow to the largest one so far.
 ///
-/// Rows come twice: first their sizes ([`Self::announce`]), then, after [`Self::sort`], their entries
-/// ([`Self::set`]), which go straight to their places.
+/// Each row is passed twice: first its size ([`Self::announce`]), then, after [`Self::sort`], its entries
+/// ([`Self::set`]), which are written directly to their place.
 pub(super) struct SortedQr {
     rows: usize,
     /// Whether every entry so far is finite.
     finite: bool,
-    /// Largest entries of the rows as given.
+    /// The largest entry of each row, in the given order.
     sizes: Vec<f64>,
-    /// Rows as given, in descending order of size.
+    /// Indices of the given rows, in descending order of size.
     order: Vec<u32>,
-    /// For every row as given, its place.
+    /// The sorted place of each given row.
     places: Vec<u32>,
     sorted: Mat<f64>,
     rhs: Mat<f64>,
@@ -36,7 +36,7 @@ pub(super) struct SortedQr {
 }
 
 impl SortedQr {
-    /// Buffers for rows of `columns` entries.
+    /// Makes buffers for rows of `columns` entries.
     pub(super) fn new(columns: usize) -> Self {
         Self {
             rows: 0,
@@ -53,7 +53,7 @@ impl SortedQr {
         }
     }
 
-    /// Begins a problem of `rows` >= columns rows.
+    /// Begins a problem of `rows` rows; there must be at least as many as columns.
     pub(super) fn begin(&mut self, rows: usize) {
         self.rows = rows;
         self.finite = true;
@@ -84,12 +84,12 @@ impl SortedQr {
         self.memory = MemBuffer::new(StackReq::any_of(&[qr, apply]));
     }
 
-    /// Tells the size of row k.
+    /// Announces the size of row k.
     pub(super) fn announce(&mut self, k: usize, row: &[f64]) {
         self.sizes[k] = row.iter().fold(0.0, |size, r| r.abs().max(size));
     }
 
-    /// Finds the place of every row: descending order of size; equal ones keep their order.
+    /// Computes the place of every row: descending order of size; equal ones keep their order.
     pub(super) fn sort(&mut self) {
         for (k, order) in self.order.iter_mut().enumerate() {
             *order = k as u32;
@@ -114,7 +114,7 @@ impl SortedQr {
         self.finite &= rhs.is_finite() && row.iter().all(|r| r.is_finite());
     }
 
-    /// Fills `x = argmin || rows x - rhs ||`.
+    /// Computes `x = argmin || rows x - rhs ||`.
     pub(super) fn solve(&mut self, x: &mut [f64]) -> Result<(), FailureKind> {
         let mut sorted = self.sorted.get_mut(..self.rows, ..);
         let mut rhs = self.rhs.get_mut(..self.rows, ..);

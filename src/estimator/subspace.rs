@@ -1,8 +1,8 @@
 //! Subspace identification with past inputs and outputs as instruments (PO-MOESP; Verhaegen 1994).
 //!
-//! With block Hankel matrices of s rows `U_f, U_p, Y_p, Y_f` (future and past), `[U_f; U_p; Y_p; Y_f] = L Q`, the left
-//! singular vectors of the block of L in the rows of `Y_f` and the columns of the past span the range of the extended
-//! observability matrix: C is its first row, A follows from its shift.
+//! Block Hankel matrices of s rows are `U_f, U_p, Y_p, Y_f` (future and past), with `[U_f; U_p; Y_p; Y_f] = L Q`. Take
+//! the block of L in the rows of `Y_f` and the columns of the past. Its left singular vectors span the range of the
+//! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
 
 use super::method::{MethodKind, OptionError, Problem};
 use super::solver::Reduction;
@@ -38,10 +38,10 @@ named_enum! {
     }
 }
 
-/// The most block rows.
+/// The largest number of block rows.
 const MOST_ROWS: usize = 200;
 
-/// Defines the options of a method, which are alike.
+/// Defines the options of a method; both methods have almost the same.
 macro_rules! subspace {
     ($options:ident, $doc:literal, [$($weights:ident)?], $weighting:expr) => {
         #[doc = $doc]
@@ -112,7 +112,7 @@ subspace!(
     |options| { options.weights }
 );
 
-/// Of a model of order n.
+/// Returns the orders of a model of order n.
 fn model_orders(n: usize, nk: usize) -> Orders {
     Orders {
         nb: n + 1 - nk.min(1),
@@ -143,8 +143,8 @@ fn check(orders: Option<Orders>, block_rows: usize) -> Result<(), OptionError> {
     Ok(())
 }
 
-/// A and C of the shift of the first n left singular vectors; then B, D and x0 so that the simulated output is nearest
-/// to y over all samples: `y = B/F u + I/F delta` is linear in them.
+/// Computes A and C from the shift of the first n left singular vectors. Then finds B, D and x0 such that the simulated
+/// output is closest to y over all samples; `y = B/F u + I/F delta` is linear in them.
 pub struct Subspace {
     orders: Orders,
     rows: usize,
@@ -160,15 +160,15 @@ pub struct Subspace {
     impulse: Vec<f64>,
     x0: Vec<f64>,
     sum: f64,
-    /// u and y as the reading has them.
+    /// u and y scaled according to the reading.
     scaled: Option<[Vec<f64>; 2]>,
 }
 
 impl Subspace {
-    /// Buffers for windows of so many samples.
+    /// Makes buffers for windows of `window` samples.
     ///
     /// # Errors
-    /// [`SetupError::ShortRecord`] where the Hankel matrices have fewer columns than rows.
+    /// [`SetupError::ShortRecord`] if the Hankel matrices have fewer columns than rows.
     pub fn new(
         orders: Orders,
         rows: usize,
@@ -209,7 +209,7 @@ impl Subspace {
         self
     }
 
-    /// The denominator F, and the singular values of the order's choice.
+    /// Computes the denominator F, and the singular values that indicate the order.
     fn denominator(
         &mut self,
         u: &[f64],
@@ -234,7 +234,7 @@ impl Subspace {
         let projected = match self.weights {
             Weights::Moesp => past,
             Weights::None => {
-                // L_32 L_22^+ [L_21 L_22], where L_21 is of the future inputs.
+                // L_32 L_22^+ [L_21 L_22], where L_21 belongs to the future inputs.
                 let of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);
                 let of_past = Mat::from_fn(2 * s, 2 * s, |i, j| r[(s + j, s + i)]);
                 let product = &past * pseudo_inverse_times(&of_past, &of_inputs)?;
@@ -267,7 +267,7 @@ impl Subspace {
         finite.then_some(()).ok_or(FailureKind::NonFinite)
     }
 
-    /// B and x0 given F, by least squares over all samples; the condition.
+    /// Computes B and x0 given F, by least squares over all samples; returns the condition.
     fn numerators(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
         let Orders { nb, nf, nk, .. } = self.orders;
         self.u.copy_from_slice(u);
@@ -318,7 +318,7 @@ impl Subspace {
         Ok(condition)
     }
 
-    /// From u and y in these units to those of the record.
+    /// Converts the model from the scaled units back to those of the record.
     fn scale_back(&mut self, [of_u, of_y]: [f64; 2]) {
         self.model.b.iter_mut().for_each(|b| *b *= of_y / of_u);
         self.x0.iter_mut().for_each(|x| *x *= of_y);
@@ -326,7 +326,7 @@ impl Subspace {
     }
 }
 
-/// A signal less its first sample, in units of its standard deviation; that.
+/// Writes a signal minus its first sample, divided by its standard deviation; returns the standard deviation.
 fn scale(signal: &[f64], to: &mut [f64]) -> f64 {
     let unit = variance(signal).sqrt();
     for (to, value) in to.iter_mut().zip(signal) {
@@ -335,7 +335,8 @@ fn scale(signal: &[f64], to: &mut [f64]) -> f64 {
     unit
 }
 
-/// `L^+ M`; singular values that are rounding of the largest are taken as 0, as without noise.
+/// Computes `L^+ M`. Singular values that are rounding of the largest one, as in a record without noise, are taken as
+/// 0.
 fn pseudo_inverse_times(l: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, FailureKind> {
     let svd = l.thin_svd().map_err(|_| FailureKind::NonFinite)?;
     let (values, n) = (svd.S(), l.ncols());
@@ -420,7 +421,7 @@ mod tests {
         model
     }
 
-    /// Without noise every weighting finds the plant, with and without a direct term, of orders 1 to 4.
+    /// Without noise every weighting finds the plant, with and without a direct term, for orders 1 to 4.
     #[test]
     fn a_record_without_noise_gives_its_model() {
         for (order, nk) in [(1, 1), (2, 0), (2, 1), (3, 1), (4, 0), (4, 1)] {
@@ -458,7 +459,7 @@ mod tests {
         }
     }
 
-    /// SIPPY's offset and units change nothing where the record's first samples are 0.
+    /// SIPPY's offset and units change nothing if the record's first samples are 0.
     #[test]
     fn units_of_a_reading_are_taken_back() {
         let truth = plant(2, 1);

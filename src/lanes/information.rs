@@ -1,10 +1,10 @@
-//! Stages 2 and 9 in lock step: the blocks of [`crate::estimator::information::Information`] by the
-//! same shift recurrence, lag sums over k in order.
+//! Stages 2 and 9 in lock step: the blocks of [`crate::estimator::information::Information`] by the same shift
+//! recurrence, with lag sums over k in order.
 
 use super::{Square, order};
 use crate::real::Real;
 
-/// `G = Z'Phi` and `r = Z'y` in blocks; of each the first n rows and columns.
+/// `G = Z'Phi` and `r = Z'y` in blocks; the first n rows and columns of each are used.
 pub(crate) struct PackedInformation<R, const N: usize> {
     n: usize,
     /// G11, G12, G21, G22.
@@ -25,7 +25,7 @@ fn extend<R: Real, const N: usize>(n: usize, block: &mut Square<R, N>, z: &[R], 
     }
 }
 
-/// `S(i+1, 0)` from `S(i, -1)`, a sum against w(k).
+/// Returns `S(i+1, 0)` given `S(i, -1)`, a sum against w(k).
 #[inline(always)]
 fn from_rhs<R: Real>(n: usize, rhs: R, z: &[R], w: &[R], i: usize) -> R {
     let last = z.len() - 1;
@@ -51,20 +51,20 @@ impl<R: Real, const N: usize> PackedInformation<R, N> {
         }
     }
 
-    /// The order n.
+    /// Returns the order n.
     #[inline(always)]
     pub(crate) fn order(&self) -> usize {
         order::<N>(self.n)
     }
 
-    /// Stage 2: `G = Phi'Phi`, `r = Phi'y`.
+    /// Computes stage 2: `G = Phi'Phi`, `r = Phi'y`.
     #[inline(always)]
     pub(crate) fn least_squares(&mut self, u: &[R], y: &[R]) {
         let n = self.order();
         let samples = u.len();
         let y = &y[..samples];
         let zero = [R::zero(); N];
-        // Against y(k), y(k-1) and u(k-1).
+        // Sums against y(k), y(k-1) and u(k-1).
         let (mut yy, mut uy, mut u1y, mut u1u) = (zero, zero, zero, zero);
         let mut y1y1 = R::zero();
         for k in n..samples {
@@ -105,7 +105,7 @@ impl<R: Real, const N: usize> PackedInformation<R, N> {
         self.r[1] = uy;
     }
 
-    /// Stage 9: G11, G12 and r1 with `z` for y in the instruments.
+    /// Computes stage 9: G11, G12 and r1 with `z` instead of y in the instruments.
     #[inline(always)]
     pub(crate) fn instruments(&mut self, u: &[R], y: &[R], z: &[R]) {
         let n = self.order();
@@ -141,7 +141,7 @@ impl<R: Real, const N: usize> PackedInformation<R, N> {
         }
     }
 
-    /// The blocks of one lane.
+    /// Returns the blocks of a single lane.
     pub(crate) fn lane(&self, lane: usize) -> PackedInformation<f64, N> {
         let mut single = PackedInformation::new(self.n);
         for (to, from) in single.g.iter_mut().zip(&self.g) {

@@ -1,20 +1,19 @@
-//! Stage 6 in lock step: [`crate::estimator::initial_state`] by the normal equations; lanes where
-//! those are ill-conditioned are solved again by sorted QR, one by one.
+//! Stage 6 in lock step: [`crate::estimator::initial_state`] by the normal equations. Lanes with ill-conditioned normal
+//! equations are solved again by sorted QR, one by one.
 //!
-//! Rows of D are `r(k) = c'A^k`, and `M = D'D` obeys Stein's equation `M = A'MA + c c' - r(K)'r(K)`
-//! with K rows. A is a companion matrix, so that the last column of M, n sums over k, gives all
-//! others: `M_ij = M_(i-1)(j-1) + a_j M_(i-1)n + a_i M_(j-1)n + a_i a_j M_nn - r_i(K) r_j(K)`, and
-//! 1 more for `M_11`.
+//! Rows of D are `r(k) = c'A^k`. With K rows, `M = D'D` obeys Stein's equation `M = A'MA + c c' - r(K)'r(K)`. A is a
+//! companion matrix, so the last column of M, n sums over k, yields all others:
+//! `M_ij = M_(i-1)(j-1) + a_j M_(i-1)n + a_i M_(j-1)n + a_i a_j M_nn - r_i(K) r_j(K)`, plus 1 for `M_11`.
 
 use super::{Square, lane as lane_of, order, sorted_qr};
 use crate::estimator::FailureKind;
 use crate::estimator::initial_state::{NEGLIGIBLE, TRACE_LIMIT, next_row};
 use crate::real::{Mask, Real};
 
-/// Rows of D between two looks at which lanes' rows have become negligible.
+/// Number of rows of D between two checks for lanes whose rows have become negligible.
 const LOOK: usize = 32;
 
-/// One step of `B(q)/A(q)` from rest, the transposed direct form: the output is `state[0]`.
+/// Advances `B(q)/A(q)` by one step in transposed direct form; it starts at rest and its output is `state[0]`.
 #[inline(always)]
 fn step<R: Real>(a: &[R], h: &[R], state: &mut [R], u: R) {
     let n = state.len();
@@ -25,7 +24,7 @@ fn step<R: Real>(a: &[R], h: &[R], state: &mut [R], u: R) {
     state[n - 1] = a[0].mul_add(y, h[n - 1] * u);
 }
 
-/// x0 of all lanes; the mask holds those whose numbers must not be used: see [`solve_alone`].
+/// Computes x0 of all lanes. The mask holds the lanes whose numbers must not be used; see [`solve_alone`].
 #[inline(always)]
 pub(crate) fn solve<R: Real, const N: usize>(
     n: usize,
@@ -55,7 +54,7 @@ pub(crate) fn solve<R: Real, const N: usize>(
         }
         k = end;
         if k >= n {
-            // A lane's rows are taken as zero from the same k on whatever its neighbours do.
+            // A lane's rows are taken as zero from the same k on, whatever its neighbours do.
             let mut largest = R::zero();
             for i in 0..n {
                 largest = largest.maximum(row[i].abs());
@@ -86,7 +85,7 @@ pub(crate) fn solve<R: Real, const N: usize>(
     )
 }
 
-/// The lower triangle of `D'D` from its last column and the row after the last.
+/// Computes the lower triangle of `D'D` from its last column and from the row after the last row of D.
 #[inline(always)]
 fn form_gram<R: Real, const N: usize>(
     n: usize,
@@ -99,7 +98,7 @@ fn form_gram<R: Real, const N: usize>(
     // Row and column 0 have no predecessors.
     gram[0][0] = a[0] * a[0] * corner + R::splat(1.0) - end[0] * end[0];
     for i in 1..n - 1 {
-        // a_i M_nn + M_(i-1)n, of which a_j is the factor.
+        // a_i M_nn + M_(i-1)n, which is multiplied by a_j.
         let by_column = a[i].mul_add(corner, last_column[i - 1]);
         gram[i][0] = a[0].mul_add(by_column, -(end[i] * end[0]));
         for j in 1..=i {
@@ -111,7 +110,7 @@ fn form_gram<R: Real, const N: usize>(
     gram[n - 1] = *last_column;
 }
 
-/// Solves `gram x = rhs` by the lower triangle of a positive definite matrix, `L D L'`.
+/// Solves `gram x = rhs` by `L D L'`, using the lower triangle of a positive definite matrix.
 #[inline(always)]
 fn solve_definite<R: Real, const N: usize>(
     n: usize,
@@ -139,7 +138,7 @@ fn solve_definite<R: Real, const N: usize>(
     x
 }
 
-/// x0 of one lane, backward stable row by row; `rows` is scratch memory, which grows to the window.
+/// Computes x0 of one lane, backward stable row by row. `rows` is scratch memory, which grows to the window.
 pub(crate) fn solve_alone<R: Real, const N: usize>(
     n: usize,
     a: &[R; N],

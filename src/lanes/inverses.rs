@@ -1,5 +1,5 @@
-//! Stages 3 and 10 by the two inverses of [`crate::estimator::solver::Partitioned`]: the condition
-//! number of all lanes, and p of a lane that elimination without pivots does not serve.
+//! Stages 3 and 10 by the two inverses of [`crate::estimator::solver::Partitioned`]: the condition number of all lanes,
+//! and p of a lane for which elimination without pivots is not safe.
 
 use super::Square;
 use super::information::PackedInformation;
@@ -8,10 +8,10 @@ use crate::estimator::solver::condition::check_rank;
 use crate::real::{Real, Word};
 use std::convert::Infallible;
 
-/// p of a lane that was solved alone, and its condition number, NaN where it is not known.
+/// p of a lane that was solved alone, and its condition number, NaN if unknown.
 pub(crate) type Single<const N: usize> = (Result<[[f64; N]; 2], FailureKind>, f64);
 
-/// The inverses that p and the condition number are made of.
+/// The inverses from which p and the condition number are computed.
 struct Inverses<R, const N: usize> {
     /// `G11^-1`.
     m1: Square<R, N>,
@@ -24,7 +24,7 @@ struct Inverses<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Inverses<R, N> {
-    /// By `invert`, which puts the inverse in a matrix's place.
+    /// Computes the inverses; `invert` overwrites a matrix by its inverse.
     #[inline(always)]
     fn new<E>(
         information: &PackedInformation<R, N>,
@@ -48,7 +48,7 @@ impl<R: Real, const N: usize> Inverses<R, N> {
     }
 }
 
-/// Column k of Gauss's and Jordan's elimination, the inverse growing in the matrix's place.
+/// Does step k of Gauss-Jordan elimination; the inverse overwrites the matrix.
 #[inline(always)]
 fn eliminate<R: Real, const N: usize>(n: usize, k: usize, a: &mut Square<R, N>) {
     let inverse = R::splat(1.0) / a[k][k];
@@ -69,7 +69,7 @@ fn eliminate<R: Real, const N: usize>(n: usize, k: usize, a: &mut Square<R, N>) 
     a[k][k] = inverse;
 }
 
-/// `a <- a^-1` with row pivots.
+/// Overwrites `a` by its inverse, with row pivots.
 #[inline(always)]
 fn invert_pivoted<const N: usize>(n: usize, a: &mut Square<f64, N>) -> Result<(), FailureKind> {
     let mut order: [usize; N] = std::array::from_fn(|i| i);
@@ -100,7 +100,7 @@ fn invert_pivoted<const N: usize>(n: usize, a: &mut Square<f64, N>) -> Result<()
     Ok(())
 }
 
-/// `out <- c + sign a b`, c zero where there is none.
+/// Computes `out <- c + sign a b`; c is zero if absent.
 #[inline(always)]
 fn product<const MINUS: bool, R: Real, const N: usize>(
     n: usize,
@@ -128,7 +128,7 @@ fn product<const MINUS: bool, R: Real, const N: usize>(
     }
 }
 
-/// `c + a x`, or `c - a x`.
+/// Computes `c + a x`, or `c - a x`.
 #[inline(always)]
 fn apply<const MINUS: bool, R: Real, const N: usize>(
     n: usize,
@@ -149,7 +149,7 @@ fn apply<const MINUS: bool, R: Real, const N: usize>(
     out
 }
 
-/// p1 and p2: `q = M1 r1`, `p2 = M2 (r2 - G21 q)`, `p1 = q - M1 G12 p2`.
+/// Computes p1 and p2: `q = M1 r1`, `p2 = M2 (r2 - G21 q)`, `p1 = q - M1 G12 p2`.
 #[inline(always)]
 fn parameters<R: Real, const N: usize>(
     information: &PackedInformation<R, N>,
@@ -164,15 +164,15 @@ fn parameters<R: Real, const N: usize>(
     [apply::<true, R, N>(n, &q, &by.m1_g12, &p2), p2]
 }
 
-/// The power of two s with `s x` in [1, 2).
+/// Returns the power of two s with `s x` in [1, 2).
 #[inline(always)]
 fn inverse_power_of_two<R: Real>(x: R) -> R {
     let exponent = x.to_bits() & R::Word::splat(0x7ff << 52);
     R::from_bits(R::Word::splat(2046 << 52).minus(exponent))
 }
 
-/// The condition number as [`crate::estimator::solver::Partitioned`] defines it; not finite where G
-/// is not or has a zero row or column.
+/// Returns the condition number as [`crate::estimator::solver::Partitioned`] defines it. Not finite if G is not finite
+/// or has a zero row or column.
 #[inline(always)]
 fn condition_by<R: Real, const N: usize>(
     information: &PackedInformation<R, N>,
@@ -192,7 +192,7 @@ fn condition_by<R: Real, const N: usize>(
     product::<false, R, N>(n, None, m2, &g21_m1, &mut m2_g21_m1);
     product::<false, R, N>(n, Some(m1), m1_g12, &m2_g21_m1, &mut c11);
     product::<false, R, N>(n, None, m1_g12, m2, &mut c12);
-    // Signs do not matter in norms.
+    // Norms do not depend on signs.
     let g = [[g11, g12], [g21, g22]];
     let c = [[&c11, &c12], [&m2_g21_m1, m2]];
 
@@ -259,8 +259,9 @@ fn condition_by<R: Real, const N: usize>(
     (norm * inverse_norm.maximum(pivot_inverse)).maximum(schur_norm * schur_inverse)
 }
 
-/// The condition number of all lanes, by inverses without pivots; see [`condition_by`]. A function
-/// of its own: most solves do without its matrices, 28 KB of stack.
+/// Returns the condition number of all lanes, by inverses without pivots; see [`condition_by`].
+///
+/// It is a separate function because most solves do not need its matrices, which take 28 KB of stack.
 #[inline(never)]
 pub(super) fn condition<R: Real, const N: usize>(information: &PackedInformation<R, N>) -> R {
     R::run(
@@ -281,7 +282,7 @@ pub(super) fn condition<R: Real, const N: usize>(information: &PackedInformation
     )
 }
 
-/// One lane with pivots, its condition number and its failure.
+/// Solves one lane with pivots; returns p or its failure, and its condition number.
 pub(crate) fn solve_alone<R: Real, const N: usize>(
     information: &PackedInformation<R, N>,
     lane: usize,

@@ -1,11 +1,10 @@
 //! The fast engine: the stages with one trial in each SIMD lane.
 //!
-//! A pack of trials runs in lock step, 8 with AVX-512, 4 with AVX2 and FMA, one elsewhere. A lane's
-//! arithmetic is that of f64 and knows nothing of its neighbours, so that the same trial gives the
-//! same bits in any lane of any pack on any machine. Records have the bits of [`crate::data`],
-//! estimates agree with those of [`crate::estimator`] to rounding.
+//! A pack of trials runs in lock step: 8 with AVX-512, 4 with AVX2 and FMA, one otherwise. Each lane computes as in
+//! f64, independently of its neighbours. Hence a trial has the same bits in any lane of any pack on any machine.
+//! Records have the bits of [`crate::data`]; estimates agree with those of [`crate::estimator`] up to rounding.
 //!
-//! [`crate::study::Engine`] says when it serves; everything else runs on [`crate::estimator`].
+//! [`crate::study::Engine`] decides when this engine is used; everything else runs on [`crate::estimator`].
 
 pub(crate) mod information;
 pub(crate) mod initial_state;
@@ -27,21 +26,20 @@ mod x86;
 use crate::names::named_enum;
 use crate::real::Real;
 
-/// The largest order of a pack: the capacity of the code that serves all orders without code of
-/// their own.
+/// The largest order of a pack. It is the capacity of the general code, for orders without specialised code.
 pub const LARGEST_ORDER: usize = crate::plant::radius::LARGEST_ORDER;
 
-/// An n x n matrix, row by row, in the first n rows and columns.
+/// An n x n matrix, row by row, stored in the first n rows and columns.
 type Square<R, const N: usize> = [[R; N]; N];
 
-/// The order: a constant where it has code of its own.
+/// Returns the order; it is a constant in code specialised for one order.
 #[inline(always)]
 pub(crate) fn order<const N: usize>(n: usize) -> usize {
     if N == LARGEST_ORDER { n } else { N }
 }
 
-/// `visit(0) ... visit(n - 1)`, written out where the order is a constant, so that what is indexed
-/// stays in registers.
+/// Calls `visit(0) ... visit(n - 1)`. The calls are unrolled if the order is a constant, so that indexed values stay in
+/// registers.
 #[inline(always)]
 fn unrolled<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
     if N == LARGEST_ORDER {
@@ -71,7 +69,7 @@ fn unrolled<const N: usize>(n: usize, mut visit: impl FnMut(usize)) {
     const { assert!(N <= 6 || N == LARGEST_ORDER) };
 }
 
-/// The same numbers in every lane, zeros following.
+/// Returns the numbers, the same in every lane, followed by zeros.
 fn splat<R: Real, const N: usize>(numbers: &[f64]) -> [R; N] {
     let mut to = [R::zero(); N];
     for (to, number) in to.iter_mut().zip(numbers) {
@@ -80,13 +78,13 @@ fn splat<R: Real, const N: usize>(numbers: &[f64]) -> [R; N] {
     to
 }
 
-/// The numbers of one lane.
+/// Returns the numbers of one lane.
 pub(crate) fn lane<R: Real, const N: usize>(packed: &[R; N], lane: usize) -> [f64; N] {
     std::array::from_fn(|i| packed[i].lane(lane))
 }
 
 named_enum! {
-    /// The instructions of a pack.
+    /// The instruction set of a pack.
     Isa, "instruction set" {
         /// Eight lanes.
         Avx512 = "avx512",
@@ -98,7 +96,7 @@ named_enum! {
 }
 
 impl Isa {
-    /// Whether this machine has them.
+    /// Returns whether this machine has the instructions.
     pub fn is_here(self) -> bool {
         match self {
             Self::Portable => true,
@@ -125,7 +123,7 @@ impl Isa {
         }
     }
 
-    /// The best of this machine.
+    /// Returns the widest instruction set of this machine.
     pub fn best() -> Self {
         let all = [Self::Avx512, Self::Avx2, Self::Portable];
         all.into_iter()
@@ -133,7 +131,7 @@ impl Isa {
             .unwrap_or_default()
     }
 
-    /// Calls with the pack of this width, and the capacity for an order.
+    /// Calls `call` with the pack of this width and the capacity for an order.
     ///
     /// # Panics
     /// If this machine does not have the instructions, or the order is 0 or above
@@ -141,7 +139,7 @@ impl Isa {
     pub(crate) fn dispatch<C: Call>(self, order: usize, call: C) -> C::Output {
         assert!(self.is_here(), "{self} is not on this machine");
         assert!((1..=LARGEST_ORDER).contains(&order));
-        // What has no code of its own gives the same bits by the code for all orders.
+        // A combination without specialised code gives the same bits by the general code.
         match (self, order) {
             #[cfg(target_arch = "x86_64")]
             (Self::Avx512, 2) => call.with::<x86::Avx512, 2>(),
@@ -160,10 +158,10 @@ impl Isa {
     }
 }
 
-/// What is done with packs of some width.
+/// A computation on packs of any width.
 pub(crate) trait Call {
     type Output;
 
-    /// Does it with packs `R` and matrices of capacity `N`.
+    /// Runs it with packs `R` and matrices of capacity `N`.
     fn with<R: Real, const N: usize>(self) -> Self::Output;
 }

@@ -1,5 +1,4 @@
-//! The stages of a pack behind [`Estimator`], for one record at a time: every lane gets the same
-//! one.
+//! The stages of a pack behind [`Estimator`], for one record at a time: every lane gets the same record.
 
 use super::passes::Passes;
 use super::{Call, Isa, LARGEST_ORDER, lane};
@@ -7,8 +6,8 @@ use crate::estimator::{Estimator, IvOptions, Pass, SetupError, Shape, Window};
 use crate::real::{MOST_LANES, Mask, Real};
 
 impl Isa {
-    /// An estimator of records that are not simulated: for tests, not for speed. Of the options it
-    /// takes the readings that the lanes cover, and `iterations`: 0 is least squares.
+    /// Returns an estimator for given records, meant for tests and not for speed. It supports the readings of the
+    /// options that lanes have, and `iterations`; 0 is least squares.
     ///
     /// # Errors
     /// As for every estimator, if the shape is not valid.
@@ -68,9 +67,9 @@ impl<R: Real, const N: usize> Estimator for Single<R, N> {
                 let h: [f64; N] = lane(&from.h, 0);
                 let alpha = a[..n].iter().rev().map(|a| -a);
                 let p: Vec<f64> = alpha.chain(h[..n].iter().copied()).collect();
-                // What a lane calls finite is.
+                // What a lane calls finite is finite here too.
                 let _ = to.set_parameters(&p, from.condition.lane(0));
-                // Of reading `literal` b does not follow from p.
+                // In the reading `literal`, b does not follow from p.
                 let b: [f64; N] = lane(&from.b, 0);
                 to.b.copy_from_slice(&b[..n]);
             }

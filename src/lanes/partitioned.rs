@@ -1,11 +1,10 @@
-//! Stages 3 and 10 in lock step: p by elimination in blocks, without pivoting; lanes where that is
-//! not safe are solved again with pivots, one by one ([`inverses`]).
+//! Stages 3 and 10 in lock step: p by block elimination without pivoting. Lanes for which that is not safe are solved
+//! again with pivots, one by one ([`inverses`]).
 //!
-//! Eliminating one block, then the Schur complement that is left instead of the other, is the
-//! partitioned inverse without forming an inverse: r goes along, and p follows from the triangles.
-//! The block that goes first is G22: it is made of u alone, so it is well conditioned, positive
-//! definite, and with G21 and r2 the same in every pass of a record. Inverses are formed where the
-//! condition number is asked for.
+//! Eliminating one block, then the remaining Schur complement of the other, is the partitioned inverse without forming
+//! an inverse: r is transformed along, and p follows from the triangles. G22 is eliminated first. It is made of u
+//! alone, so it is well conditioned and positive definite; together with G21 and r2 it is the same in every pass of a
+//! record. Inverses are formed only if the condition number is wanted.
 
 use super::information::PackedInformation;
 use super::{Square, inverses, unrolled};
@@ -13,8 +12,8 @@ use crate::estimator::solver::condition::rank_limit;
 use crate::real::{Mask, Real, Word};
 use std::hint::black_box;
 
-/// Eliminations whose multipliers sum up to more are done again with pivots: they lose up to as
-/// many digits.
+/// An elimination is repeated with pivots if its multipliers sum to more than this; it could lose as many digits as
+/// this number has.
 const LARGEST_MULTIPLIERS: f64 = 256.0;
 
 /// A bound on the condition number below which no exact one is needed for the rank rule.
@@ -25,12 +24,12 @@ const SURELY_REGULAR: f64 = 1e10;
 pub(crate) struct Parameters<R, const N: usize> {
     /// alpha and beta.
     pub(crate) p: [[R; N]; 2],
-    /// The condition number, NaN where it was not asked for.
+    /// The condition number, NaN if not asked for.
     pub(crate) condition: R,
 }
 
-/// The triangles that an elimination leaves of `[G22 G21; G12 G11] (p2, p1) = (r2, r1)`, y counted
-/// in units in which it is about as large as u: so nothing depends on the units that it came in.
+/// The triangles from eliminating `[G22 G21; G12 G11] (p2, p1) = (r2, r1)`. y is scaled to about the size of u, so
+/// nothing depends on the units of y.
 pub(crate) struct Triangles<R, const N: usize> {
     /// U of G22, then `L^-1 G21`.
     top: [Square<R, N>; 2],
@@ -42,9 +41,9 @@ pub(crate) struct Triangles<R, const N: usize> {
     r: [[R; N]; 2],
     /// Bounds on the row sums of `|L^-1|`.
     sums: [[R; N]; 2],
-    /// The sums of the multipliers' absolute values: to the end of the top, and to the end.
+    /// The sums of the multipliers' absolute values: up to the end of the top, and up to the end.
     multipliers: [R; 2],
-    /// A power of two, which y is multiplied by.
+    /// The power of two by which y is multiplied.
     unit: R,
     /// The largest row sum of `|G21|` and `|G22|`.
     input_norm: R,
@@ -73,7 +72,7 @@ impl<R: Real, const N: usize> Pending<R, N> {
         self.account(factor, by.r[0][k], by.sums[0][k]);
     }
 
-    /// The same with the Schur complement.
+    /// Does the same with a pivot row of the Schur complement.
     #[inline(always)]
     fn eliminate_right(&mut self, n: usize, k: usize, by: &Triangles<R, N>) {
         let factor = self.right[k] * by.inverse[1][k];
@@ -107,7 +106,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
         }
     }
 
-    /// Eliminates G22: once for all passes of a record.
+    /// Eliminates G22, once for all passes of a record.
     #[inline(always)]
     pub(crate) fn eliminate_input(&mut self, information: &PackedInformation<R, N>) {
         let n = information.order();
@@ -148,7 +147,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
         let [g11, g12, ..] = &information.g;
         let square = self.unit * self.unit;
         self.multipliers[1] = self.multipliers[0];
-        // A loop, not written out: its code runs n times while it is in the instruction cache.
+        // Not unrolled: the loop's code runs n times while it is in the instruction cache.
         for i in 0..n {
             let mut row = Pending {
                 left: scaled(n, &g12[i], self.unit),
@@ -157,8 +156,7 @@ impl<R: Real, const N: usize> Triangles<R, N> {
                 sum: one,
                 multipliers: self.multipliers[1],
             };
-            // The top is read where it is: taken out of the loop it would be copied, since no
-            // register is free.
+            // Read the top in place. Moved out of the loop it would be copied, because no register is free.
             let top = black_box(&*self);
             unrolled::<N>(
                 n,
@@ -198,8 +196,8 @@ impl<R: Real, const N: usize> Triangles<R, N> {
         self.multipliers[half] = row.multipliers;
     }
 
-    /// p1 and p2 by `U (p2, p1) = L^-1 (r2, r1)`, and beside them a bound on `|| G^-1 ||`, rows
-    /// summed: `|U^-1| |L^-1|` with the triangles' off-diagonal entries taken as negative.
+    /// Solves `U (p2, p1) = L^-1 (r2, r1)` for p1 and p2. Also returns a bound on the largest row sum of `|G^-1|`: that
+    /// of `|U^-1| |L^-1|` with the triangles' off-diagonal entries taken as negative.
     #[inline(always)]
     fn substitute(&self, n: usize) -> ([[R; N]; 2], R) {
         let [mut p2, mut p1] = self.r;
@@ -236,13 +234,13 @@ impl<R: Real, const N: usize> Triangles<R, N> {
     }
 }
 
-/// The larger one.
+/// Returns the larger number.
 #[inline(always)]
 fn larger<R: Real>(x: R, y: R) -> R {
     R::select(x.less(y), y, x)
 }
 
-/// The largest row sum of `|left| unit + |right|`.
+/// Returns the largest row sum of `|left| unit + |right|`.
 #[inline(always)]
 fn norm<R: Real, const N: usize>(n: usize, [left, right]: [&Square<R, N>; 2], unit: R) -> R {
     let mut largest = R::zero();
@@ -257,10 +255,10 @@ fn norm<R: Real, const N: usize>(n: usize, [left, right]: [&Square<R, N>; 2], un
     largest
 }
 
-/// A power of two near `sqrt(of_u / of_y)`, 1 where that is none that could be squared.
+/// Returns a power of two near `sqrt(of_u / of_y)`, or 1 if its square could overflow or underflow.
 #[inline(always)]
 fn unit<R: Real>(of_u: R, of_y: R) -> R {
-    // 2^500.
+    // This is 2^500.
     const LIMIT: f64 = 3.273_390_607_896_141_6e150;
     let ratio = (of_u / of_y).sqrt();
     let fits = R::splat(1.0 / LIMIT).less(ratio) & ratio.less(R::splat(LIMIT));
@@ -277,8 +275,8 @@ fn scaled<R: Real, const N: usize>(n: usize, values: &[R; N], by: R) -> [R; N] {
     to
 }
 
-/// Solves all lanes, after [`Triangles::eliminate_input`]; the mask holds those whose numbers must
-/// not be used: see [`inverses::solve_alone`].
+/// Solves all lanes; must follow [`Triangles::eliminate_input`]. The mask holds the lanes whose numbers must not be
+/// used; see [`inverses::solve_alone`].
 #[inline(always)]
 pub(crate) fn solve<R: Real, const N: usize>(
     information: &PackedInformation<R, N>,
@@ -289,7 +287,7 @@ pub(crate) fn solve<R: Real, const N: usize>(
     by.eliminate_output(information);
     let (p, inverse_bound) = by.substitute(n);
     let tame = by.multipliers[1].at_most(R::splat(LARGEST_MULTIPLIERS));
-    // Half the rank rule's limit: what is nearer is judged alone.
+    // Half the limit of the rank rule: cases closer to the limit are decided with pivots, one lane at a time.
     let limit = R::splat(0.5 / rank_limit(n));
     let (condition, regular) = if with_condition {
         let condition = inverses::condition(information);

@@ -9,7 +9,7 @@ use crate::plant::inlined::simulate;
 use crate::plant::stability::is_stable;
 use crate::real::{MOST_LANES, Mask, Real};
 
-/// What a pass leaves of each lane: [`crate::estimator::Pass`].
+/// The result of a pass in each lane: [`crate::estimator::Pass`].
 #[derive(Clone, Copy)]
 pub(crate) struct PassPack<R: Real, const N: usize> {
     pub(crate) a: [R; N],
@@ -18,9 +18,9 @@ pub(crate) struct PassPack<R: Real, const N: usize> {
     pub(crate) x0: [R; N],
     pub(crate) condition: R,
     pub(crate) unstable: R::Mask,
-    /// Where a, b and h hold.
+    /// The lanes in which a, b and h are valid.
     pub(crate) parameters: R::Mask,
-    /// Where x0 holds too.
+    /// The lanes in which x0 is valid too.
     pub(crate) state: R::Mask,
     pub(crate) failures: [Option<Failure>; MOST_LANES],
 }
@@ -56,16 +56,16 @@ pub(crate) struct Passes<R: Real, const N: usize> {
     information: PackedInformation<R, N>,
     triangles: Triangles<R, N>,
     yhat: Vec<R>,
-    /// Of lanes whose initial state is solved alone.
+    /// Scratch rows for lanes whose initial state is solved alone.
     rows: Vec<([f64; N], f64)>,
-    /// What each pass left.
+    /// The result of each pass.
     pub(crate) done: Vec<PassPack<R, N>>,
-    /// Solves of the last estimate that were done again alone.
+    /// How many solves of the last estimate were repeated for one lane alone.
     fallbacks: u64,
 }
 
 impl<R: Real, const N: usize> Passes<R, N> {
-    /// Buffers for windows of N samples; `passes` counts iteration 0.
+    /// Makes buffers for windows of N samples; `passes` includes iteration 0.
     pub(crate) fn new(
         n: usize,
         options: &IvOptions,
@@ -86,8 +86,8 @@ impl<R: Real, const N: usize> Passes<R, N> {
         }
     }
 
-    /// Estimates on the window (u, y); lanes of `asked` count. Returns how many solves were done
-    /// again alone.
+    /// Estimates on the window (u, y) for the lanes of `asked`. Returns how many solves were repeated for one lane
+    /// alone.
     pub(crate) fn estimate(&mut self, u: &[R], y: &[R], asked: R::Mask) -> u64 {
         self.fallbacks = 0;
         self.sum_least_squares(u, y);
@@ -109,7 +109,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
         self.fallbacks
     }
 
-    /// Stage 2, and what of stage 3 is the same in all passes.
+    /// Computes stage 2, and the part of stage 3 that is the same in all passes.
     pub(crate) fn sum_least_squares(&mut self, u: &[R], y: &[R]) {
         let (information, triangles) = (&mut self.information, &mut self.triangles);
         R::run(
@@ -121,7 +121,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
         );
     }
 
-    /// Stage 9.
+    /// Computes stage 9.
     pub(crate) fn sum_instruments(&mut self, u: &[R], y: &[R]) {
         let (information, yhat) = (&mut self.information, &self.yhat);
         R::run(
@@ -130,7 +130,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
         );
     }
 
-    /// Stage 7; returns the lanes whose output is finite.
+    /// Computes stage 7; returns the lanes whose output is finite.
     pub(crate) fn simulate(
         &mut self,
         before: &[PassPack<R, N>],
@@ -160,7 +160,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
                     #[inline(always)]
                     |k, x| yhat[k] = x[0],
                 );
-                // What is not finite once stays so.
+                // Once not finite, the output stays so.
                 yhat[yhat.len() - 1].is_finite()
             },
         );
@@ -170,7 +170,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
         going & finite
     }
 
-    /// Stages 3 to 5, or 10: a, h and b.
+    /// Computes stages 3 to 5, or stage 10 with a, h and b.
     pub(crate) fn solve(&mut self, number: usize, pass: &mut PassPack<R, N>, going: R::Mask) {
         let stage = if number == 0 {
             Stage::LeastSquares
@@ -222,11 +222,11 @@ impl<R: Real, const N: usize> Passes<R, N> {
             pass.fail(lane, FailureKind::NonFinite, stage, number);
         }
         pass.parameters = parameters & finite;
-        // Of other lanes it is of a matrix that was not solved, or of what an earlier pass left.
+        // In other lanes the condition belongs to a matrix that was not solved, or to an earlier pass.
         pass.condition = R::select(pass.parameters, condition, R::splat(f64::NAN));
     }
 
-    /// Stage 6, where the reading says so.
+    /// Computes stage 6, if the reading includes it.
     pub(crate) fn estimate_state(
         &mut self,
         before: &[PassPack<R, N>],

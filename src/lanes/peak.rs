@@ -1,19 +1,17 @@
-//! Fused multiply-adds on registers alone, for measuring the machine's peak.
+//! Fused multiply-adds on registers alone, to measure the machine's peak.
 
 use super::{Call, Isa, LARGEST_ORDER};
 use crate::real::Real;
 use std::hint::black_box;
 
-/// Independent chains: latency times throughput of every machine of the last years, and below the
-/// number of registers.
+/// Number of independent chains: latency times throughput of all recent machines, and below the number of registers.
 const CHAINS: usize = 12;
 
-/// Multiply-adds of a chain: some 50 microseconds.
+/// Number of multiply-adds of a chain, for some 50 microseconds.
 const ROUNDS: usize = 20_000;
 
 impl Isa {
-    /// Does fused multiply-adds; returns how many floating-point operations, two for each in each
-    /// lane.
+    /// Does fused multiply-adds; returns the number of floating-point operations, two per multiply-add and lane.
     ///
     /// # Panics
     /// If this machine does not have the instructions.

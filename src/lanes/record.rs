@@ -11,7 +11,7 @@ use crate::signal::{
     Input, NoiseFilter, ProcessVariances, Purpose, RandomSigns, Sequence, state_of,
 };
 
-/// xoshiro256++, a stream in each lane.
+/// The generator xoshiro256++, with a stream in each lane.
 #[derive(Clone, Copy)]
 pub(super) struct Streams<R: Real>([R::Word; 4]);
 
@@ -38,7 +38,7 @@ impl<R: Real> Streams<R> {
         word
     }
 
-    /// [`Input::fill`].
+    /// Does [`Input::fill`].
     pub(super) fn fill(self, input: &Input, u: &mut [R]) {
         R::run(
             #[inline(always)]
@@ -55,13 +55,13 @@ impl<R: Real> Streams<R> {
                         *u = R::splat(*sample);
                     }
                 }
-                // Not covered by a plan: no number instead of a wrong one.
+                // Plans do not cover this input; return no number instead of a wrong one.
                 Input::Filtered { .. } => u.fill(R::splat(f64::NAN)),
             },
         );
     }
 
-    /// [`RandomSigns::fill`].
+    /// Does [`RandomSigns::fill`].
     #[inline(always)]
     fn fill_signs(mut self, signs: RandomSigns, u: &mut [R]) {
         const PERIOD: usize = RandomSigns::PERIOD;
@@ -83,9 +83,8 @@ impl<R: Real> Streams<R> {
     }
 }
 
-/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`], the radii of a block
-/// before its angles: each loop is short enough for a processor to have several rounds of it under
-/// way.
+/// Standard normal numbers of [`crate::signal::normal::fill_standard_normal`]. The radii of a block are computed before
+/// its angles: each loop is short enough for a processor to overlap several iterations.
 struct Normals<R: Real> {
     streams: Streams<R>,
     radius_squares: [R; DRAW_PAIRS],
@@ -106,7 +105,7 @@ impl<R: Real> Normals<R> {
 impl<R: Real> Draw<R> for Normals<R> {
     #[inline(always)]
     fn begin(&mut self, pairs: usize) {
-        // A variable of its own stays in registers.
+        // A local variable stays in registers.
         let mut streams = self.streams;
         for (radius, angle) in self.radius_squares[..pairs]
             .iter_mut()
@@ -128,8 +127,8 @@ impl<R: Real> Draw<R> for Normals<R> {
     }
 }
 
-/// The same numbers, the radius of the next pair beside the angle of this one: neither waits for
-/// the other, but the constants of both are at hand at once.
+/// The same numbers, computing the radius of the next pair beside the angle of this one. Neither waits for the other,
+/// but the constants of both are needed at once.
 struct OneAhead<R: Real> {
     streams: Streams<R>,
     radius_square: R,
@@ -162,15 +161,15 @@ impl<R: Real> Draw<R> for OneAhead<R> {
     }
 }
 
-/// Records of one cell's trials: the window, and what the rest follows from.
+/// Records of the trials of one cell: the window, and what the rest is computed from.
 pub(crate) struct Record<R, const N: usize> {
     n: usize,
     window: usize,
-    /// The input, to the horizon.
+    /// The input, up to the horizon.
     pub(crate) u: Vec<R>,
     /// The measured output in the window.
     pub(crate) y: Vec<R>,
-    /// The noise, to the horizon, after the samples that it remembers.
+    /// The noise, up to the horizon, after the samples that it remembers.
     v: Vec<R>,
     memory: usize,
     /// The noise's scale.
@@ -183,7 +182,7 @@ pub(crate) struct Record<R, const N: usize> {
     pub(crate) x_window: [R; N],
 }
 
-/// What all records of a cell have in common.
+/// The data common to all records of a cell.
 pub(crate) struct RecordSource<'a> {
     pub(crate) settings: &'a ProcessSettings,
     pub(crate) plant: &'a StateSpace,
@@ -213,7 +212,7 @@ impl<R: Real, const N: usize> Record<R, N> {
         }
     }
 
-    /// The unscaled noise f, to the horizon.
+    /// Returns the unscaled noise f, up to the horizon.
     pub(crate) fn noise(&self) -> &[R] {
         &self.v[self.memory..]
     }
@@ -245,7 +244,7 @@ impl<R: Real, const N: usize> Record<R, N> {
         self.measure(source);
     }
 
-    /// The window's noise-free output instead of the measured one.
+    /// Computes the noise-free output in the window, in place of the measured one.
     fn simulate(&mut self) {
         let (u, y0) = (&self.u[..self.window], &mut self.y[..self.window]);
         let (a, b) = (&self.a, &self.b);
@@ -294,7 +293,7 @@ mod tests {
     use crate::signal::{LevelOf, LevelOver, LevelReading, stream};
     use std::array::from_fn;
 
-    /// What a lane drew: u, y of the window, f, and the scale with the state after the window.
+    /// What a lane drew: u, y of the window, f, and the scale followed by the state after the window.
     type Drawn = [Vec<f64>; 4];
 
     struct Draw<'a> {
@@ -308,7 +307,7 @@ mod tests {
 
         fn with<R: Real, const N: usize>(self) -> Vec<Drawn> {
             let mut record = Record::<R, N>::new(self.source, self.horizon);
-            // Nothing of another pack stays.
+            // Draws other trials first, to check that nothing of them remains.
             record.draw(self.source, &[7; MOST_LANES]);
             record.draw(self.source, &self.trials);
             let n = self.source.plant.order();
@@ -323,7 +322,7 @@ mod tests {
     }
 
     fn bits(values: &[f64]) -> Vec<u64> {
-        // A noise level that cannot be is NaN, whose payload says nothing.
+        // An impossible noise level gives NaN, whose payload is irrelevant.
         let plain = |x: &f64| if x.is_nan() { f64::NAN } else { *x };
         values.iter().map(|x| plain(x).to_bits()).collect()
     }
@@ -331,12 +330,12 @@ mod tests {
     fn colours() -> Vec<NoiseColour> {
         let mut filters = vec![
             (vec![1.0], vec![1.0]),
-            // Memory 0, but not white.
+            // Memory 0, but not unit gain.
             (vec![0.7], vec![1.0]),
             // Moving averages.
             (vec![1.0, 0.4, -0.2], vec![1.0]),
             (vec![0.0, 1.0], vec![1.0]),
-            // Both, either one the longer.
+            // ARMA filters, with either polynomial the longer one.
             (vec![1.0, 0.5], vec![1.0, -0.9]),
             (vec![0.3, -0.2, 0.1, 0.4], vec![1.0, -1.1, 0.4]),
             (vec![2.0, 1.0], vec![1.0, 0.1, -0.2, 0.3, 0.1]),
@@ -379,7 +378,7 @@ mod tests {
             .map(|&trial| {
                 process.realise(11, trial, eta, window, horizon, &mut reference);
                 let Realisation { u, y, f, .. } = &reference;
-                // The state after the window: a record one sample longer has it.
+                // The state after the window is in a record that is one sample longer.
                 let mut state = Realisation::default();
                 process.realise(11, trial, eta, window, window + 1, &mut state);
                 let end = &state.states[window * n..(window + 1) * n];
@@ -431,7 +430,7 @@ mod tests {
                     let (plant, x0) = (plant.clone(), x0.clone());
                     let process = Process::new(plant, x0, input, colour.clone(), level);
                     let process = process.expect("a valid process");
-                    // Odd and even lengths: normal numbers come in pairs. Longer than a period.
+                    // Odd and even lengths, because normal numbers come in pairs; longer than a period.
                     let window = 3 * order + 40 + i % 2;
                     check(&process, 10.018, window, window + 101 - i % 3, &isas);
                     if order == 2 {

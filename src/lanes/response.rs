@@ -1,5 +1,4 @@
-//! Models against the plant in lock step: by impulse response, and by their output under a fresh
-//! input.
+//! Compares models with the plant in lock step: by impulse response, and by their output under a fresh input.
 
 use super::passes::PassPack;
 use super::record::{RecordSource, Streams};
@@ -18,7 +17,7 @@ pub(crate) struct Responses<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Responses<R, N> {
-    /// With the impulse response over `samples` samples.
+    /// Makes the plant's impulse response over `samples` samples.
     pub(crate) fn new(source: &RecordSource<'_>, samples: usize) -> Self {
         let plant = source.plant;
         let mut this = Self {
@@ -38,7 +37,7 @@ impl<R: Real, const N: usize> Responses<R, N> {
         this
     }
 
-    /// Draws a trial's fresh input in each lane, and simulates the plant under it.
+    /// Draws a trial's fresh input in each lane and simulates the plant under it.
     pub(crate) fn draw(&mut self, source: &RecordSource<'_>, trials: &[u64; MOST_LANES]) {
         let fresh = Streams::<R>::new(source.seed, trials, Purpose::FreshInput);
         fresh.fill(&source.settings.input, self.response.input());
@@ -52,7 +51,7 @@ impl<R: Real, const N: usize> Responses<R, N> {
         );
     }
 
-    /// [`Response::impulse_response_error`] of a pass; NaN where it has no parameters.
+    /// Returns [`Response::impulse_response_error`] of a pass; NaN if it has no parameters.
     pub(crate) fn impulse_response_error(&self, pass: &PassPack<R, N>) -> R {
         R::run(
             #[inline(always)]
@@ -65,7 +64,7 @@ impl<R: Real, const N: usize> Responses<R, N> {
         )
     }
 
-    /// [`Response::fresh_fit`] of a pass; NaN where it has no parameters.
+    /// Returns [`Response::fresh_fit`] of a pass; NaN if it has no parameters.
     pub(crate) fn fresh_fit(&self, pass: &PassPack<R, N>) -> R {
         R::run(
             #[inline(always)]
@@ -79,7 +78,7 @@ impl<R: Real, const N: usize> Responses<R, N> {
     }
 }
 
-/// The first n coefficients.
+/// Makes a system from the first n coefficients.
 #[inline(always)]
 fn system<'a, R: Real, const N: usize>(a: &'a [R; N], b: &'a [R; N], n: usize) -> System<'a, R> {
     System {

@@ -1,5 +1,4 @@
-//! Errors of estimates in lock step: parameters, initial state, and stage 12's observer beside the
-//! true plant.
+//! Errors of estimates in lock step: parameters, initial state, and stage 12's observer compared with the true plant.
 
 use super::passes::PassPack;
 use super::record::Record;
@@ -14,15 +13,15 @@ use std::ops::Range;
 /// Errors of one output, NaN where undefined.
 #[derive(Clone, Copy)]
 pub(crate) struct Errors<R> {
-    /// Of a, b, h and x0, relative.
+    /// The relative errors of a, b, h and x0.
     pub(crate) relative: [R; 4],
-    /// Of the same, as printed.
+    /// The same errors by the formula as printed.
     pub(crate) as_printed: [R; 4],
-    /// Maximum and root mean square of e_x(k), k >= N.
+    /// Maximum and root mean square of e_x(k) for k >= N.
     pub(crate) state: [R; 2],
-    /// The same as printed.
+    /// The same by the formula as printed.
     pub(crate) state_as_printed: [R; 2],
-    /// Root mean square of `|x(k) - xhat(k)|`, k >= N.
+    /// Root mean square of `|x(k) - xhat(k)|` for k >= N.
     pub(crate) state_absolute: R,
 }
 
@@ -39,18 +38,18 @@ impl<R: Real> Errors<R> {
     }
 }
 
-/// What is computed beside the relative errors.
+/// What to compute besides the relative errors.
 #[derive(Clone, Copy)]
 pub(crate) struct Wanted {
-    /// The state's errors as printed too.
+    /// The errors of the state by the formula as printed.
     pub(crate) states_as_printed: bool,
-    /// The state's error in the states' units too.
+    /// The error of the state in the units of the state.
     pub(crate) states_absolute: bool,
     /// e_x(k) for every k.
     pub(crate) curves: bool,
 }
 
-/// Maximum and sum of a sequence of squares.
+/// The maximum and sum of a sequence of squares.
 #[derive(Clone, Copy)]
 struct Gathered<R> {
     maximum: R,
@@ -72,8 +71,7 @@ impl<R: Real> Gathered<R> {
         self.sum = self.sum + square;
     }
 
-    /// Maximum and root mean square of `count` numbers; NaN where there are none, or `defined` is
-    /// not set.
+    /// Returns the maximum and root mean square of `count` numbers; NaN if there are none or if `defined` is not set.
     #[inline(always)]
     fn finish(self, count: R, defined: R::Mask) -> [R; 2] {
         let undefined = R::splat(f64::NAN);
@@ -86,7 +84,7 @@ impl<R: Real> Gathered<R> {
     }
 }
 
-/// `|x - x_hat|^2`.
+/// Returns `|x - x_hat|^2`.
 #[inline(always)]
 fn distance<R: Real>(x: &[R], x_hat: &[R]) -> R {
     let mut distance = R::zero();
@@ -97,7 +95,7 @@ fn distance<R: Real>(x: &[R], x_hat: &[R]) -> R {
     distance
 }
 
-/// Samples that are simulated, then observed by every output, while they are in the first cache.
+/// Number of samples that are simulated, and then observed by every output while they are in the first cache.
 const CHUNK: usize = 32;
 
 /// A piece of the true trajectory.
@@ -106,9 +104,9 @@ struct Chunk<R> {
     y: [R; CHUNK],
     /// The states, n for each k.
     states: Vec<R>,
-    /// `1 / |x(k)|^2`, and 0 where x(k) = 0.
+    /// `1 / |x(k)|^2`, or 0 if x(k) = 0.
     sizes: [R; CHUNK],
-    /// 1 over the sum of x(k), and 0 where that is not positive.
+    /// 1 over the sum of x(k), or 0 if that sum is not positive.
     sums: [R; CHUNK],
 }
 
@@ -119,14 +117,14 @@ pub(crate) struct PackedObserver<R: Real, const N: usize> {
     x: [R; N],
     relative: Gathered<R>,
     as_printed: Gathered<R>,
-    /// The sum of `|x(k) - xhat(k)|^2`, k >= N.
+    /// The sum of `|x(k) - xhat(k)|^2` for k >= N.
     absolute: R,
-    /// e_x(k)^2, where wanted.
+    /// e_x(k)^2, if wanted.
     pub(crate) curve: Vec<R>,
 }
 
 impl<R: Real, const N: usize> PackedObserver<R, N> {
-    /// With room for `samples` errors e_x(k): all, or 0 where they are not wanted.
+    /// Makes an observer with room for `samples` errors e_x(k): all, or 0 if they are not wanted.
     pub(crate) fn new(samples: usize) -> Self {
         let zero = [R::zero(); N];
         Self {
@@ -158,20 +156,18 @@ impl<R: Real, const N: usize> PackedObserver<R, N> {
     }
 }
 
-/// What an observer gathers, in variables of their own on the way through a chunk, so that they
-/// stay in registers.
+/// What an observer gathers. During a chunk these are separate variables, so that they stay in registers.
 struct Gathering<R> {
     relative: Gathered<R>,
     as_printed: Gathered<R>,
     absolute: R,
     wanted: Wanted,
-    /// Whether the window is behind.
+    /// Whether k has reached N, from which errors count.
     counts: bool,
 }
 
 impl<R: Real> Gathering<R> {
-    /// Gathers the error at x(k), whose size and sum come as their reciprocals, and puts e_x(k)^2
-    /// where it is kept.
+    /// Adds the error at x(k), given the reciprocals of the state's size and sum, and stores e_x(k)^2 if it is kept.
     #[inline(always)]
     fn add(&mut self, x: &[R], x_hat: &[R], size: R, sum: R, curve: Option<&mut R>) {
         let distance = distance(x, x_hat);
@@ -186,7 +182,7 @@ impl<R: Real> Gathering<R> {
             }
         }
         if let Some(curve) = curve {
-            // Undefined where x(k) = 0.
+            // Undefined if x(k) = 0.
             let defined = R::zero().less(size);
             *curve = R::select(defined, square, R::splat(f64::NAN));
         }
@@ -203,11 +199,11 @@ pub(crate) struct PackedScorer<R, const N: usize> {
     truth: [[R; N]; 4],
     wanted: Wanted,
     chunk: Chunk<R>,
-    /// The true state at the next chunk.
+    /// The true state at the start of the next chunk.
     x: [R; N],
-    /// How many k >= N have `|x(k)| > 0`.
+    /// The number of k >= N with `|x(k)| > 0`.
     size_count: R,
-    /// How many k >= N have a positive sum of x(k).
+    /// The number of k >= N with a positive sum of x(k).
     sum_count: R,
 }
 
@@ -240,7 +236,7 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
         }
     }
 
-    /// Errors of a pass's parameters and initial state.
+    /// Computes the errors of a pass's parameters and initial state.
     pub(crate) fn parameters(&self, pass: &PassPack<R, N>, errors: &mut Errors<R>) {
         let truth = &self.truth;
         R::run(
@@ -266,8 +262,8 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
         );
     }
 
-    /// Stage 12: makes an observer from a pass, starting at `x0`; where e_x(k) is not wanted before
-    /// k = N, it runs through the window at once.
+    /// Makes the observer of stage 12 from a pass, starting at `x0`. If e_x(k) is not wanted before k = N, it runs
+    /// through the window immediately.
     pub(crate) fn start(
         &self,
         pass: &PassPack<R, N>,
@@ -286,8 +282,7 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
             || {
                 let n = order::<N>(self.n);
                 let (a, b) = (&pass.a[..n], &pass.b[..n]);
-                // What changes from k to k + 1 is a variable of its own, so that it stays in
-                // registers.
+                // A variable that changes from k to k + 1 is a local copy, so that it stays in registers.
                 let (mut of_g, mut of_x) = (*g, *x);
                 gain.compute(a, &mut of_g[..n]);
                 if !self.wanted.curves {
@@ -307,7 +302,7 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
         );
     }
 
-    /// The first k that observers are compared at.
+    /// Prepares the comparison of observers; returns its first k.
     pub(crate) fn begin(&mut self, record: &Record<R, N>) -> usize {
         self.size_count = R::zero();
         self.sum_count = R::zero();
@@ -320,12 +315,12 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
         }
     }
 
-    /// Whether the first output's observer runs beside the truth: their recursions, each of which
-    /// waits for itself, share the time, but 16 registers do not hold both.
+    /// Whether the first output's observer runs together with the true plant. Each recursion waits for its own last
+    /// result, so the two can share the time, but 16 registers cannot hold both.
     pub(crate) const BESIDE: bool = R::REGISTERS >= 32;
 
-    /// Simulates the truth for some k, at most to the next chunk, with the first output's observer
-    /// where [`Self::BESIDE`]. What [`Self::observe`] needs is kept where `KEEP`.
+    /// Simulates the true plant for some k, up to the end of a chunk at most, together with the first output's observer
+    /// if [`Self::BESIDE`]. Keeps what [`Self::observe`] needs if `KEEP`.
     pub(crate) fn advance<const KEEP: bool>(
         &mut self,
         record: &Record<R, N>,
@@ -409,7 +404,7 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
         from..to
     }
 
-    /// Runs an observer through what [`Self::advance`] kept.
+    /// Runs an observer through the chunk kept by [`Self::advance`].
     pub(crate) fn observe(
         &self,
         pass: &PassPack<R, N>,
@@ -448,7 +443,8 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
         );
     }
 
-    /// The errors of an observer at the horizon; returns where it and they stayed finite.
+    /// Computes the errors of an observer at the horizon; returns the lanes in which the observer and its errors are
+    /// finite.
     pub(crate) fn finish(
         &self,
         pass: &PassPack<R, N>,

@@ -1,10 +1,9 @@
-//! Least squares with rows of widely different size, one trial alone: [`crate::estimator`]'s sorted
-//! QR in arithmetic of its own, so that its bits do not depend on faer's choice of instructions.
+//! Least squares with rows of widely different size, for one trial alone. This is the sorted QR of [`crate::estimator`]
+//! in separate arithmetic, so that its bits do not depend on faer's choice of instructions.
 
 use crate::estimator::FailureKind;
 
-/// `argmin || rows x - rhs ||` by Householder QR with column pivoting, rows in descending order of
-/// size.
+/// Solves `argmin || rows x - rhs ||` by Householder QR with column pivoting, rows in descending order of size.
 pub(super) fn solve<const N: usize>(
     n: usize,
     rows: &mut [([f64; N], f64)],
@@ -15,7 +14,7 @@ pub(super) fn solve<const N: usize>(
         return Err(FailureKind::NonFinite);
     }
     let size = |row: &[f64; N]| row[..n].iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-    // Of equal size in an order that is theirs alone: a stable sort would allocate.
+    // Rows of equal size are ordered by their entries, because a stable sort would allocate.
     rows.sort_unstable_by(|(left, x), (right, y)| {
         let by_entries = || {
             let mut entries = right.iter().zip(left).map(|(y, x)| y.total_cmp(x));
@@ -36,7 +35,7 @@ fn factorise<const N: usize>(
     rows: &mut [([f64; N], f64)],
 ) -> Result<[f64; N], FailureKind> {
     let mut order: [usize; N] = std::array::from_fn(|i| i);
-    // Columns are scaled by their largest entries where their squares would overflow.
+    // Columns are scaled by their largest entries if their squares would overflow.
     let mut diagonal = [0.0; N];
     for k in 0..n {
         let mut norms = [0.0; N];
@@ -97,7 +96,7 @@ fn factorise<const N: usize>(
     }
 }
 
-/// The Euclidean norm without needless overflow.
+/// Returns the Euclidean norm, avoiding needless overflow.
 #[inline(always)]
 fn norm2(x: impl Iterator<Item = f64> + Clone) -> f64 {
     let largest = x.clone().fold(0.0_f64, |largest, x| largest.max(x.abs()));

@@ -1,10 +1,11 @@
-//! A model as a difference equation, so that a sign is seen.
+//! A model as a difference equation, which makes signs visible.
 
 use super::LinearModel;
 use crate::text::{number, rounded};
 use std::fmt::{self, Write as _};
 
-/// Shows `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2)`; with F, C or D the polynomials, each on a line.
+/// Shows `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2)`. A model with F, C or D is shown as polynomials, one a
+/// line.
 #[derive(Clone, Copy, Debug)]
 pub struct Equation<'a> {
     model: &'a LinearModel,
@@ -13,7 +14,7 @@ pub struct Equation<'a> {
 }
 
 impl LinearModel {
-    /// The model as an equation, every digit.
+    /// Returns the model as an equation with all digits.
     pub fn equation(&self) -> Equation<'_> {
         Equation {
             model: self,
@@ -23,7 +24,7 @@ impl LinearModel {
 }
 
 impl Equation<'_> {
-    /// With so many significant digits.
+    /// Limits the numbers to so many significant digits.
     #[must_use]
     pub fn rounded(mut self, digits: usize) -> Self {
         self.digits = Some(digits);
@@ -37,7 +38,7 @@ impl Equation<'_> {
         }
     }
 
-    /// Terms `coefficient name`, with their signs; coefficients of 0 are left out.
+    /// Writes the terms `coefficient name` with their signs; coefficients of 0 are left out.
     fn sum(&self, terms: impl Iterator<Item = (f64, String)>) -> String {
         let mut text = String::new();
         for (coefficient, name) in terms.filter(|(coefficient, _)| *coefficient != 0.0) {
@@ -52,7 +53,7 @@ impl Equation<'_> {
                 size if name.is_empty() => self.number(size),
                 size => self.number(size) + " ",
             };
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = write!(text, "{sign}{size}{name}");
         }
         if text.is_empty() {

@@ -1,7 +1,7 @@
-//! The general linear model `A(q) y = B(q)/F(q) u + C(q)/D(q) e`: what every estimate is, and every true plant.
+//! The general linear model `A(q) y = B(q)/F(q) u + C(q)/D(q) e`, the form of every estimate and of every true plant.
 //!
-//! Polynomials are in q^-1 with their leading coefficient: `A = [1, a_1, ...]`, C, D and F alike; `B` has `nk` zeros
-//! before its `nb` coefficients. Nothing is shifted: a delay is a delay.
+//! Polynomials are in q^-1 with their leading coefficient: `A = [1, a_1, ...]`, and C, D and F alike. `B` has `nk`
+//! zeros before its `nb` coefficients. Nothing is shifted: a delay stays a delay.
 
 mod equation;
 mod orders;
@@ -15,7 +15,7 @@ pub use realisation::Realisation;
 use crate::plant::{StateSpace, TransferFunction};
 use polynomial::{divide, filter};
 
-/// `A(q) y = B(q)/F(q) u + C(q)/D(q) e`, with what is known of e and of the parameters.
+/// The model `A(q) y = B(q)/F(q) u + C(q)/D(q) e`, with what is known of e and of the parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearModel {
     /// `1, a_1 ... a_na`.
@@ -30,14 +30,14 @@ pub struct LinearModel {
     pub f: Vec<f64>,
     /// The delay nk.
     pub delay: usize,
-    /// The variance of e; NaN where it is not known.
+    /// The variance of e; NaN if not known.
     pub noise_variance: f64,
-    /// The covariance of the parameters, row by row, in the order A, B, C, D, F; empty where there is none.
+    /// The covariance of the parameters, row by row, in the order A, B, C, D, F; empty if there is none.
     pub covariance: Vec<f64>,
 }
 
 impl LinearModel {
-    /// A model of given orders whose free coefficients are 0.
+    /// Makes a model of given orders whose free coefficients are 0.
     pub fn zero(orders: Orders) -> Self {
         let monic = |n: usize| {
             let mut polynomial = vec![0.0; n + 1];
@@ -56,8 +56,8 @@ impl LinearModel {
         }
     }
 
-    /// The paper's plant, `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`, delayed by further
-    /// `delay - 1` samples.
+    /// Makes the paper's plant, `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`, delayed by
+    /// `delay - 1` more samples.
     ///
     /// # Panics
     /// If the lengths differ or the delay is 0.
@@ -70,7 +70,7 @@ impl LinearModel {
         model
     }
 
-    /// Takes another model, in the buffers that are there.
+    /// Copies another model, reusing the buffers.
     pub fn assign(&mut self, other: &Self) {
         let Self {
             a,
@@ -92,7 +92,7 @@ impl LinearModel {
         self.covariance.clone_from(covariance);
     }
 
-    /// The orders.
+    /// Returns the orders.
     pub fn orders(&self) -> Orders {
         Orders {
             na: self.a.len() - 1,
@@ -104,7 +104,7 @@ impl LinearModel {
         }
     }
 
-    /// The free coefficients, in the order A, B, C, D, F.
+    /// Returns the free coefficients, in the order A, B, C, D, F.
     pub fn parameters(&self) -> impl Iterator<Item = f64> {
         let (a, b) = (&self.a[1..], &self.b[self.delay..]);
         let rest = [&self.c[1..], &self.d[1..], &self.f[1..]];
@@ -114,7 +114,7 @@ impl LinearModel {
     /// Sets the free coefficients, in the order A, B, C, D, F.
     ///
     /// # Panics
-    /// If there are not as many as [`Orders::parameters`].
+    /// If there are not [`Orders::parameters`] of them.
     pub fn set_parameters(&mut self, theta: &[f64]) {
         assert_eq!(theta.len(), self.orders().parameters());
         let delay = self.delay;
@@ -133,14 +133,14 @@ impl LinearModel {
         }
     }
 
-    /// The standard errors of the parameters, in their order; `None` where there is no covariance.
+    /// Returns the standard errors of the parameters, in their order; `None` if there is no covariance.
     pub fn standard_errors(&self) -> Option<Vec<f64>> {
         let n = self.orders().parameters();
         let diagonal = || (0..n).map(|i| self.covariance[i * n + i].sqrt()).collect();
         (!self.covariance.is_empty()).then(diagonal)
     }
 
-    /// The variance of `g' theta`, `g' P g` with the covariance P of the parameters; NaN without one.
+    /// Returns the variance `g' P g` of `g' theta`, P being the covariance of the parameters; NaN without one.
     pub fn variance_of(&self, g: &[f64]) -> f64 {
         let n = g.len();
         if self.covariance.len() != n * n {
@@ -150,16 +150,17 @@ impl LinearModel {
         let products = rows
             .zip(g)
             .map(|(row, g_i)| g_i * row.iter().zip(g).map(|(p, g)| p * g).sum::<f64>());
-        // Rounding may make a variance of 0 negative; NaN stays.
+        // Rounding may make a variance of 0 negative; a NaN stays.
         match products.sum::<f64>() {
             sum if sum < 0.0 => 0.0,
             sum => sum,
         }
     }
 
-    /// Appends the standard errors of the part that u drives in the paper's form, `a_1 ... a_n, h_1 ... h_n`. NaN are those of
-    /// coefficients that are not estimated, of poles where A and F both have some, and of h where u acts on y at once;
-    /// all of them where there is no covariance.
+    /// Appends the standard errors of `a_1 ... a_n, h_1 ... h_n`, the paper's form of the part that u drives.
+    ///
+    /// NaN are those of coefficients that are not estimated, of poles if both A and F have some, and of h if u acts on
+    /// y without delay. All are NaN if there is no covariance.
     pub fn canonical_standard_errors(&self, n: usize, to: &mut Vec<f64>) {
         let orders = self.orders();
         let all = orders.parameters();
@@ -181,7 +182,7 @@ impl LinearModel {
         to.extend((1..=n).map(h));
     }
 
-    /// `B/(A F) u`, all signals zero before k = 0.
+    /// Computes `B/(A F) u`, with all signals zero before k = 0.
     ///
     /// # Panics
     /// If the lengths differ.
@@ -191,8 +192,8 @@ impl LinearModel {
         divide(&self.f, y);
     }
 
-    /// The one-step prediction errors `e = D/C (A y - B/F u)`, all signals zero before k = 0; `scratch` is room for as
-    /// many samples.
+    /// Computes the one-step prediction errors `e = D/C (A y - B/F u)`, with all signals zero before k = 0. `scratch`
+    /// has room for as many samples.
     ///
     /// # Panics
     /// If the lengths differ.
@@ -207,18 +208,18 @@ impl LinearModel {
         divide(&self.c, e);
     }
 
-    /// The static gain from u to y, `B(1)/(A(1) F(1))`.
+    /// Returns the static gain from u to y, `B(1)/(A(1) F(1))`.
     pub fn static_gain(&self) -> f64 {
         let sum = |c: &[f64]| c.iter().sum::<f64>();
         sum(&self.b) / (sum(&self.a) * sum(&self.f))
     }
 
-    /// The denominator of what u drives, `A F`.
+    /// Returns the denominator `A F` of the part that u drives.
     pub fn denominator(&self) -> Vec<f64> {
         polynomial::multiply(&self.a, &self.f)
     }
 
-    /// The part that u drives in the paper's form; `None` where nk = 0, which that form does not have.
+    /// Returns the part that u drives in the paper's form; `None` if nk = 0, which that form does not have.
     pub fn plant(&self) -> Option<StateSpace> {
         let denominator = self.denominator();
         let n = self.orders().order();

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
-/// The most coefficients of one polynomial, and the longest delay.
+/// The largest number of coefficients of one polynomial, and the longest delay.
 pub const LARGEST: usize = 1000;
 
-/// The orders of `A(q) y = B(q)/F(q) u + C(q)/D(q) e`, as everywhere in the field: `na nb nc nd nf` count the free
-/// coefficients (A, C, D and F are monic; B has `nb` numbers after `nk` zeros), `nk` is the delay in samples.
+/// The orders of `A(q) y = B(q)/F(q) u + C(q)/D(q) e` in the usual notation. `na nb nc nd nf` count the free
+/// coefficients (A, C, D and F are monic; B has `nb` numbers after `nk` zeros); `nk` is the delay in samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Orders {
     /// Free coefficients of A.
@@ -20,12 +20,12 @@ pub struct Orders {
     pub nd: usize,
     /// Free coefficients of F.
     pub nf: usize,
-    /// The delay from u to y, samples; 0: u(k) acts on y(k).
+    /// The delay from u to y in samples; 0: u(k) acts on y(k).
     pub nk: usize,
 }
 
 impl Orders {
-    /// Of an ARX model, `A(q) y = B(q) u + e`.
+    /// Makes the orders of an ARX model, `A(q) y = B(q) u + e`.
     pub const fn arx(na: usize, nb: usize, nk: usize) -> Self {
         Self {
             na,
@@ -37,25 +37,25 @@ impl Orders {
         }
     }
 
-    /// How many parameters there are.
+    /// Returns the number of parameters.
     pub const fn parameters(self) -> usize {
         self.na + self.nb + self.nc + self.nd + self.nf
     }
 
-    /// The order of the part that u drives, `B/(A F)`; at least 1.
+    /// Returns the order of the part that u drives, `B/(A F)`; at least 1.
     pub fn order(self) -> usize {
         (self.na + self.nf)
             .max(self.nb.saturating_add(self.nk).saturating_sub(1))
             .max(1)
     }
 
-    /// How many samples before k the equation `A y = B u` looks back: `max(na, nb + nk - 1)`.
+    /// Returns how many samples before k the equation `A y = B u` looks back: `max(na, nb + nk - 1)`.
     pub fn reach(self) -> usize {
         self.na
             .max(self.nb.saturating_add(self.nk).saturating_sub(1))
     }
 
-    /// The names with their numbers, nk last.
+    /// Returns the names with their values, nk last.
     fn entries(self) -> [(&'static str, usize); 6] {
         let Self {
             na,
@@ -87,7 +87,7 @@ impl Orders {
         })
     }
 
-    /// Of names with numbers; `nk` is 1 where it is not given.
+    /// Reads names with numbers; `nk` is 1 if not given.
     fn from_entries<'a>(
         entries: impl Iterator<Item = (&'a str, Option<usize>)>,
     ) -> Result<Self, OrdersError> {
@@ -98,7 +98,7 @@ impl Orders {
         let mut given: Vec<&str> = Vec::new();
         for (name, number) in entries {
             if name == "n" {
-                // na and nb at once.
+                // Sets na and nb at once.
                 let number = number.filter(|number| (1..=LARGEST).contains(number));
                 let number = number.ok_or(OrdersError::Order)?;
                 (orders.na, orders.nb) = (number, number);
@@ -117,22 +117,22 @@ impl Orders {
     }
 }
 
-/// Why a text or a table gives no orders.
+/// Why a text or a table does not define orders.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OrdersError {
-    /// A part without "=".
+    /// A part has no "=".
     #[error("'{0}' is no order; expected a list such as na=2,nb=2,nk=1")]
     Form(String),
-    /// An unknown name.
+    /// A name is unknown.
     #[error("'{0}' is no order; expected na, nb, nc, nd, nf, nk, or n for na = nb")]
     Name(String),
-    /// A name that is given twice.
+    /// A name is given twice.
     #[error("'{0}' is given twice")]
     Twice(String),
-    /// An order n that is no number.
+    /// The order n is not a valid number.
     #[error("'n' is no whole number of 1 to {LARGEST}")]
     Order,
-    /// What is no number.
+    /// A value is not a valid number.
     #[error("'{0}' is no whole number of 0 to {LARGEST}")]
     Number(String),
 }
@@ -140,7 +140,7 @@ pub enum OrdersError {
 impl std::str::FromStr for Orders {
     type Err = OrdersError;
 
-    /// Reads `na=2,nb=2,nk=1`, or `n=2` for na = nb = 2; what is not given is 0, `nk` 1.
+    /// Parses `na=2,nb=2,nk=1`, or `n=2` for na = nb = 2. What is not given is 0, except that `nk` is 1.
     fn from_str(text: &str) -> Result<Self, OrdersError> {
         let parts: Result<Vec<_>, _> = text
             .split(',')
@@ -155,7 +155,7 @@ impl std::str::FromStr for Orders {
 }
 
 impl std::fmt::Display for Orders {
-    /// As [`std::str::FromStr`] reads it: those that are not 0, and nk.
+    /// Writes the form that [`std::str::FromStr`] reads: the orders that are not 0, and nk.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let entries = self.entries();
         let shown = entries.iter().filter(|(name, n)| *n > 0 || *name == "nk");
@@ -171,7 +171,7 @@ impl Serialize for Orders {
 }
 
 impl<'de> Deserialize<'de> for Orders {
-    /// A text, or a table of numbers.
+    /// Reads a text, or a table of numbers.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let orders = match Value::deserialize(deserializer)? {
             Value::String(text) => text.parse(),

@@ -1,13 +1,13 @@
 //! Polynomials in q^-1, `c_0 + c_1 q^-1 + ...`, as filters of signals that are zero before k = 0.
 
-/// The product of two polynomials.
+/// Returns the product of two polynomials.
 pub fn multiply(first: &[f64], second: &[f64]) -> Vec<f64> {
     let mut product = Vec::new();
     multiply_into(first, second, &mut product);
     product
 }
 
-/// The same, instead of what `product` held.
+/// Computes the product of two polynomials in `product`, replacing its content.
 pub fn multiply_into(first: &[f64], second: &[f64], product: &mut Vec<f64>) {
     product.clear();
     product.resize((first.len() + second.len()).saturating_sub(1), 0.0);
@@ -18,7 +18,7 @@ pub fn multiply_into(first: &[f64], second: &[f64], product: &mut Vec<f64>) {
     }
 }
 
-/// `to(k) = sum_i c_i x(k-i)`.
+/// Computes `to(k) = sum_i c_i x(k-i)`.
 ///
 /// # Panics
 /// If the lengths of the signals differ.

@@ -7,15 +7,15 @@ use crate::plant::canonical::{reverse_negated, solve_toeplitz};
 /// The innovations form in observability coordinates,
 /// `x(k+1) = A x(k) + b u(k) + K e(k)`, `y(k) = x_1(k) + d u(k) + e(k)`, `A = [0 | I; a']`.
 ///
-/// Its order is that of the common denominator `A F D` (of `A F` where D = 1), or of B where that is longer. With
-/// `nk > 0` and no noise model it is the paper's (a, b), and `K` what makes its observer the predictor of the model.
+/// The order is that of the common denominator `A F D` (of `A F` if D = 1), or of B if that is longer. With `nk > 0`
+/// and no noise model, a and b are those of the paper's form, and `K` makes the observer the predictor of the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Realisation {
     /// The last row of A.
     pub a: Vec<f64>,
     /// The input vector.
     pub b: Vec<f64>,
-    /// The direct term, 0 where nk > 0.
+    /// The direct term; 0 if nk > 0.
     pub d: f64,
     /// The gain of the innovations.
     pub k: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct Realisation {
 }
 
 impl Realisation {
-    /// Of a model, with x(0) = 0.
+    /// Makes the realisation of a model, with x(0) = 0.
     pub fn new(model: &LinearModel) -> Self {
         let both = multiply(&multiply(&model.a, &model.f), &model.d);
         let input = multiply(&model.b, &model.d);
@@ -53,17 +53,17 @@ impl Realisation {
         }
     }
 
-    /// The same from another initial state.
+    /// Changes the initial state.
     ///
     /// # Panics
-    /// If it is of another length.
+    /// If its length differs.
     #[must_use]
     pub fn starting_at(mut self, x0: &[f64]) -> Self {
         self.x0.copy_from_slice(x0);
         self
     }
 
-    /// The output for an input and innovations.
+    /// Computes the output for an input and innovations.
     ///
     /// # Panics
     /// If the lengths differ.

@@ -1,17 +1,18 @@
-//! The model against the difference equation, its realisation and the paper's form.
+//! The model against its difference equation, its realisation and the paper's form.
 
 use super::*;
 use crate::signal::{Purpose, stream};
 use rand::Rng as _;
 
-/// Samples that are uniform in [-1, 1).
+/// Returns samples that are uniform in [-1, 1).
 fn signal(trial: u64, length: usize) -> Vec<f64> {
     let mut random = stream(16, trial, Purpose::Input);
     let mut draw = || (random.next_u64() >> 11) as f64 / 2_f64.powi(52) - 1.0;
     (0..length).map(|_| draw()).collect()
 }
 
-/// Orders 0 to 3 of every polynomial with delays 0 to 3, all coefficients small enough for stability.
+/// Returns models with orders 0 to 3 of every polynomial and delays 0 to 3; the coefficients are small enough for
+/// stability.
 fn models() -> Vec<LinearModel> {
     let mut models = Vec::new();
     for trial in 0..256_u64 {
@@ -45,7 +46,7 @@ fn close(found: &[f64], expected: &[f64]) {
     }
 }
 
-/// What the realisation makes of u and e is what the model's prediction errors find in it again.
+/// From the realisation's output for u and e, the model's prediction errors recover e.
 #[test]
 fn a_realisation_and_its_model_undo_each_other() {
     const N: usize = 60;
@@ -86,7 +87,7 @@ fn a_delay_is_a_delay() {
     assert_eq!(same, y);
 }
 
-/// The paper's form and back, to the bit; a direct term has none.
+/// The paper's form and back, to the bit; a model with a direct term has no such form.
 #[test]
 fn the_papers_form_and_back() {
     for model in models() {

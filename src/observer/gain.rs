@@ -1,8 +1,7 @@
 //! The observer's gain by pole placement: reading E8.
 //!
-//! With the observability matrix of the canonical form equal to I, `F = A - g c'` has the
-//! characteristic polynomial phi_F where `T g = phi_F - phi_A`, that is
-//! `(T g)_i = (phi_F)_i + a_(n+1-i)`, with stage 5's T.
+//! The observability matrix of the canonical form is I. Hence `F = A - g c'` has the characteristic polynomial phi_F if
+//! `T g = phi_F - phi_A`, that is `(T g)_i = (phi_F)_i + a_(n+1-i)`, with T of stage 5.
 
 use crate::plant::canonical::solve_toeplitz;
 use crate::plant::polynomial_from_poles;
@@ -12,12 +11,12 @@ use faer::c64;
 /// Where the eigenvalues of `F = A-hat - g c'` are placed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Gain {
-    /// All zero (the default): the error of a right model is gone after n steps.
+    /// At zero (the default): with the right model, the error vanishes after n steps.
     #[default]
     DeadBeat,
-    /// At rho times the eigenvalues of A-hat; 1 is no feedback.
+    /// At rho times the eigenvalues of A-hat; rho = 1 means no feedback.
     Scaled(f64),
-    /// At given places, n of them, complex ones in conjugate pairs: [`Gain::poles`].
+    /// At n given places, complex ones in conjugate pairs; see [`Gain::poles`].
     Poles(Poles),
 }
 
@@ -31,31 +30,31 @@ pub struct Poles {
 /// Why a gain was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GainError {
-    /// Not one of the forms.
+    /// The text has none of the known forms.
     #[error(
         "unknown gain '{0}'; expected dead-beat, scaled:RHO (such as scaled:0.5) or poles:LIST \
          (such as poles:0.2,0.1+0.3i,0.1-0.3i)"
     )]
     Form(String),
-    /// A number that cannot be read.
+    /// A number cannot be read.
     #[error("gain '{0}': '{1}' is not a finite number")]
     Number(String, String),
-    /// A complex pole without its conjugate.
+    /// A complex pole lacks its conjugate.
     #[error("gain '{0}': complex poles must come in conjugate pairs")]
     Conjugates(String),
-    /// An observability matrix that is singular to rounding.
+    /// The observability matrix is singular up to rounding.
     #[error(
         "the observability matrix has the condition number {0:.1e}, too large to place poles; \
          expected at most 1e9, or a gain of your own"
     )]
     Observability(f64),
-    /// The number of poles is not the order.
+    /// The number of poles differs from the order.
     #[error("the gain has {0} poles where the order is {1}")]
     Count(usize, usize),
 }
 
 impl Poles {
-    /// Poles of which the complex ones come in conjugate pairs.
+    /// Makes a set of poles, in which complex ones must come in conjugate pairs.
     pub(super) fn new(poles: Vec<c64>) -> Self {
         let phi = polynomial_from_poles(&poles)
             .iter()
@@ -64,22 +63,22 @@ impl Poles {
         Self { poles, phi }
     }
 
-    /// How many.
+    /// Returns the number of poles.
     pub(super) fn len(&self) -> usize {
         self.poles.len()
     }
 
-    /// `phi_1 ... phi_n` of `s^n + phi_1 s^(n-1) + ... + phi_n`.
+    /// Returns `phi_1 ... phi_n` of `s^n + phi_1 s^(n-1) + ... + phi_n`.
     pub(super) fn polynomial(&self) -> &[f64] {
         &self.phi
     }
 }
 
 impl Gain {
-    /// A gain that places the given poles.
+    /// Returns a gain that places the given poles.
     ///
     /// # Errors
-    /// [`GainError::Conjugates`] where complex poles do not come in conjugate pairs.
+    /// [`GainError::Conjugates`] if complex poles do not come in conjugate pairs.
     pub fn poles(poles: Vec<c64>) -> Result<Self, GainError> {
         let mut unmatched = poles.clone();
         unmatched.retain(|pole| pole.im != 0.0);
@@ -105,7 +104,7 @@ impl Gain {
         }
     }
 
-    /// Whether a placed pole lies on or outside the unit circle, whatever the model.
+    /// Returns whether a placed pole lies on or outside the unit circle for every model.
     pub fn places_unstable_pole(&self) -> bool {
         match self {
             Self::Poles(Poles { poles, .. }) => poles.iter().any(|pole| pole.norm() >= 1.0),
@@ -113,7 +112,7 @@ impl Gain {
         }
     }
 
-    /// Fills `g` (n) for a model with last row `a` of A-hat.
+    /// Computes `g` (n numbers) for a model whose A-hat has the last row `a`.
     ///
     /// # Panics
     /// If the lengths differ, or the number of poles is not n.
@@ -178,13 +177,13 @@ impl<'de> serde::Deserialize<'de> for Gain {
     }
 }
 
-/// Reads `0.3`, `-0.2`, `0.1+0.3i`, `0.1-0.3i` or `0.3i`.
+/// Parses `0.3`, `-0.2`, `0.1+0.3i`, `0.1-0.3i` or `0.3i`.
 fn parse_pole(text: &str) -> Option<c64> {
     let number = |text: &str| text.parse::<f64>().ok().filter(|x| x.is_finite());
     let Some(complex) = text.strip_suffix(['i', 'j']) else {
         return number(text).map(|re| c64::new(re, 0.0));
     };
-    // The sign between the parts: the last one that does not begin the text or an exponent.
+    // The sign between the parts: the last sign that begins neither the text nor an exponent.
     let split = complex
         .char_indices()
         .rev()
@@ -238,9 +237,7 @@ mod tests {
     use super::*;
     use crate::plant::{Numerator, PoleFinder, nikolov2023};
 
-    /// The poles of F for a gain: F is similar to a companion matrix whose polynomial follows from
-    /// `T g = phi_F - phi_A`; here they are found from F itself, by its characteristic polynomial
-    /// along Krylov vectors of c.
+    /// Returns the poles of F for a gain: the eigenvalues of F itself, found without `T g = phi_F - phi_A`.
     fn placed(gain: &Gain, a: &[f64]) -> Vec<c64> {
         let n = a.len();
         let mut g = vec![0.0; n];
@@ -264,7 +261,7 @@ mod tests {
     fn poles_are_placed() {
         let plant = nikolov2023(Numerator::StateSpace);
         let a = plant.a();
-        // Eigenvalues of a nilpotent matrix come out as the 6th root of rounding.
+        // The computed eigenvalues of a nilpotent matrix are about the 6th root of the rounding.
         assert!(placed(&Gain::DeadBeat, a).iter().all(|p| p.norm() < 0.01));
         let scaled = placed(&Gain::Scaled(0.5), a);
         for (pole, own) in scaled.iter().zip(PoleFinder::new(6).poles(a)) {

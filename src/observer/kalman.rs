@@ -9,12 +9,12 @@ use crate::estimator::FailureKind;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
-/// The gains K(k) and the innovations' variances of a Kalman filter. They do not depend on the
-/// data: one sequence serves all records of a cell.
+/// The gains K(k) and innovation variances of a Kalman filter. They do not depend on the data, so one sequence serves
+/// all records of a cell.
 #[derive(Clone, Debug)]
 pub struct GainSequence {
     order: usize,
-    /// K(k) at k m ... (k + 1) m.
+    /// K(k) is stored at k m ... (k + 1) m.
     gains: Vec<f64>,
     /// `h'P(k) h + r`.
     variances: Vec<f64>,
@@ -23,12 +23,11 @@ pub struct GainSequence {
     settled: bool,
 }
 
-/// A sequence ends where K and P change by no more than this, relative to their largest entry and
-/// norm.
+/// A sequence has settled when K and P change by no more than this in a step, relative to their largest entry and norm.
 const SETTLED: f64 = 1e-14;
 
 impl GainSequence {
-    /// The one gain of the steady state.
+    /// Returns the sequence with the single gain of the steady state.
     ///
     /// # Errors
     /// As for [`super::dare`].
@@ -43,17 +42,16 @@ impl GainSequence {
         })
     }
 
-    /// The gains for k < `horizon` from the covariance `p0` (m x m) of `x(0) - xhat(0)`:
-    /// `K = (F P h + s) / (h'P h + r)`, `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`,
-    /// which is Joseph's form with cross covariance: symmetric, and non-negative as P is.
+    /// Computes the gains for k < `horizon` from the covariance `p0` (m x m) of `x(0) - xhat(0)`:
+    /// `K = (F P h + s) / (h'P h + r)`, `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`. This is Joseph's
+    /// form with a cross covariance: P+ is symmetric, and non-negative if P is.
     ///
-    /// Once K and P change by 1e-14 or less in a step, the last gain stands for all later ones;
-    /// where the filter's slowest pole has modulus lambda, it is within about
-    /// `1e-14 / (1 - lambda^2)` of the limit.
+    /// Once K and P change by 1e-14 or less in a step, the last gain is used for all later k. If the filter's slowest
+    /// pole has modulus lambda, that gain is within about `1e-14 / (1 - lambda^2)` of the limit.
     ///
     /// # Errors
-    /// As for [`super::dare`], but for a stabilising solution, which need not exist; the same for
-    /// `p0` as for Q; [`RiccatiError::NoConvergence`] where P overflows.
+    /// As for [`super::dare`], except that no stabilising solution need exist; for `p0` the same as for Q.
+    /// [`RiccatiError::NoConvergence`] if P overflows.
     pub fn time_varying(
         model: &StochasticModel,
         p0: MatRef<'_, f64>,
@@ -78,7 +76,7 @@ impl GainSequence {
         Ok(sequence)
     }
 
-    /// Adds K of P and goes on to P+.
+    /// Appends the gain K of P and advances P to P+.
     fn advance(&mut self, equation: &Discrete) -> Result<(), RiccatiError> {
         let m = self.order;
         let reduced = equation.gain(&self.p);
@@ -102,7 +100,7 @@ impl GainSequence {
         Ok(())
     }
 
-    /// K(k), m numbers.
+    /// Returns K(k), m numbers.
     ///
     /// # Panics
     /// If the sequence has not settled and k is beyond its horizon.
@@ -112,7 +110,7 @@ impl GainSequence {
         &self.gains[k * self.order..(k + 1) * self.order]
     }
 
-    /// The variance `h'P(k) h + r` of the innovation `y(k) - h'xhat(k)`.
+    /// Returns the variance `h'P(k) h + r` of the innovation `y(k) - h'xhat(k)`.
     ///
     /// # Panics
     /// As for [`Self::gain`].
@@ -121,18 +119,18 @@ impl GainSequence {
         self.variances[self.index(k)]
     }
 
-    /// The covariance P(k) one step after the last gain stored: of the steady state where the
-    /// sequence has settled.
+    /// Returns the covariance P(k) one step after the last stored gain; if the sequence has settled, that of the steady
+    /// state.
     pub fn covariance(&self) -> MatRef<'_, f64> {
         self.p.as_ref()
     }
 
-    /// How many gains are stored.
+    /// Returns how many gains are stored.
     pub fn stored(&self) -> usize {
         self.variances.len()
     }
 
-    /// Whether the sequence is long enough for a record of `samples`.
+    /// Returns whether the sequence is long enough for a record of `samples`.
     pub fn covers(&self, samples: usize) -> bool {
         self.settled || samples <= self.stored()
     }
@@ -147,7 +145,7 @@ impl GainSequence {
     }
 }
 
-/// An entry of F that is not zero.
+/// A non-zero entry of F.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     row: usize,
@@ -170,11 +168,10 @@ pub struct Kalman {
 }
 
 impl Kalman {
-    /// The filter of a model with gains computed before.
+    /// Returns the filter of a model with gains computed beforehand.
     ///
     /// # Panics
-    /// If the gains, g or h are of another order than the model, or it has more plant states than
-    /// states.
+    /// If the gains, g or h are of another order than the model, or if `states` exceeds the model's order.
     pub fn new(model: &StochasticModel, gains: Arc<GainSequence>) -> Self {
         let m = model.order();
         assert!(gains.order == m && model.g.len() == m && model.h.len() == m);
@@ -196,7 +193,7 @@ impl Kalman {
         }
     }
 
-    /// The filter with the constant gain of the steady state.
+    /// Returns the filter with the constant gain of the steady state.
     ///
     /// # Errors
     /// As for [`super::dare`].
@@ -204,10 +201,10 @@ impl Kalman {
         Ok(Self::new(model, Arc::new(GainSequence::steady(model)?)))
     }
 
-    /// The filter with the gains of [`GainSequence::time_varying`].
+    /// Returns the filter with the gains of [`GainSequence::time_varying`].
     ///
     /// # Errors
-    /// As there.
+    /// As for [`GainSequence::time_varying`].
     pub fn time_varying(
         model: &StochasticModel,
         p0: MatRef<'_, f64>,
@@ -217,7 +214,7 @@ impl Kalman {
         Ok(Self::new(model, Arc::new(gains)))
     }
 
-    /// The gains.
+    /// Returns the gains.
     pub fn gains(&self) -> &GainSequence {
         &self.gains
     }
@@ -226,17 +223,16 @@ impl Kalman {
         &self.gains
     }
 
-    /// The plant's part of the state after the last sample of the last run, xhat(K|K-1).
+    /// Returns the plant's part of the state after the last sample of the last run, xhat(K|K-1).
     pub fn state(&self) -> &[f64] {
         &self.x[..self.states]
     }
 
-    /// Calls `visit(k, xhat(k|k-1))`, the plant's part, for k = 0 ... K-1, from `xhat(0) = x0` (n
-    /// numbers; the noise's states begin at their mean 0); [`Self::state`] is then xhat(K|K-1).
+    /// Calls `visit(k, xhat(k|k-1))` with the plant's part of the state for k = 0 ... K-1, starting from `xhat(0) = x0`
+    /// (n numbers). The noise's states start at their mean 0. Afterwards [`Self::state`] is xhat(K|K-1).
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the state overflows; what was visited must not be used
-    /// then.
+    /// [`FailureKind::NonFinite`] if the state overflows; the visited values must then not be used.
     ///
     /// # Panics
     /// If x0 is not of length n, u and y differ in length, or the gains do not cover them.
@@ -251,7 +247,7 @@ impl Kalman {
         self.filter(u, y, x0, |k, x, _| visit(k, &x[..states]))
     }
 
-    /// Calls `step(k, xhat(k|k-1), y(k) - h'xhat(k|k-1))`.
+    /// Runs the filter and calls `step(k, xhat(k|k-1), y(k) - h'xhat(k|k-1))` for every k.
     #[inline]
     pub(super) fn filter(
         &mut self,
@@ -276,8 +272,7 @@ impl Kalman {
             }
             std::mem::swap(&mut self.x, &mut self.next);
         }
-        // A component that is not finite makes h'x, and by K all of the next state, infinite or NaN
-        // (0 inf = NaN).
+        // If a component is not finite, h'x is infinite or NaN, and through K so is the whole next state (0 inf = NaN).
         if self.x.iter().all(|x| x.is_finite()) {
             Ok(())
         } else {

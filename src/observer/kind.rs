@@ -1,30 +1,30 @@
-//! Which observer looks at a model: by pole placement, or Kalman's.
+//! The choice of an observer: by pole placement, or the Kalman filter.
 
 use super::{Gain, GainError};
 
-/// An observer of a method's own instead of the setting's gain. All are one-step predictors:
-/// xhat(k) is made of data up to k - 1.
+/// A method's own observer, used instead of the setting's gain. Every kind is a one-step predictor: xhat(k) uses data
+/// up to k - 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObserverKind {
-    /// Luenberger's, with poles that are placed.
+    /// Luenberger's observer with placed poles.
     Luenberger(Gain),
-    /// The steady-state Kalman filter. With the true plant the covariances and the colour of the
-    /// noise are known too; with an identified one they are identified on the window.
+    /// The steady-state Kalman filter. With the true plant, the covariances and the colour of the noise are known too.
+    /// With an identified plant, they are identified on the window.
     Kalman,
-    /// The time-varying Kalman filter from the covariance of x(0), all known.
+    /// The time-varying Kalman filter, starting from the covariance of x(0). Everything is known.
     KalmanVarying,
 }
 
 /// Why an observer was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ObserverKindError {
-    /// Not one of the forms.
+    /// The text has none of the known forms.
     #[error(
         "unknown observer '{0}'; expected kalman, kalman-varying, dead-beat, scaled:RHO or \
         poles:LIST"
     )]
     Form(String),
-    /// What is wrong with a gain.
+    /// The gain is wrong.
     #[error(transparent)]
     Gain(#[from] GainError),
 }

@@ -1,5 +1,4 @@
-//! The likelihood of a record by the Kalman filter's innovations, and the ratio of noises that
-//! maximises it.
+//! The likelihood of a record from the Kalman filter's innovations, and the variance ratio that maximises it.
 
 use super::kalman::{GainSequence, Kalman};
 use super::luenberger::ObservedModel;
@@ -9,11 +8,11 @@ use crate::estimator::FailureKind;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
-/// The Gaussian likelihood of a record where (Q, s, r, P0) are known up to a common factor sigma^2,
-/// at the sigma^2 that maximises it.
+/// The Gaussian likelihood of a record if (Q, s, r, P0) are known up to a common factor sigma^2. It is evaluated at the
+/// sigma^2 that maximises it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Likelihood {
-    /// `sigma^2 = (1 / K) sum_k e(k)^2 / v(k)`, v(k) the innovation's variance for sigma = 1.
+    /// `sigma^2 = (1 / K) sum_k e(k)^2 / v(k)`, with v(k) the innovation variance for sigma = 1.
     pub sigma2: f64,
     /// `-2 log L = K (log(2 pi sigma^2) + 1) + sum_k log v(k)`.
     pub minus_two_log: f64,
@@ -22,19 +21,19 @@ pub struct Likelihood {
 /// How process noise of ratio rho enters the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProcessNoise {
-    /// `Q = rho I`: in every state alike.
+    /// `Q = rho I`: equally in every state.
     States,
-    /// `Q = rho b b'`: where the input does.
+    /// `Q = rho b b'`: through the input vector.
     Input,
 }
 
-/// The ratio of process to measurement noise of the largest likelihood.
+/// The ratio of process to measurement noise with the largest likelihood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VarianceRatio {
-    /// `Q = rho I` or `rho b b'` for r = 1.
+    /// rho in `Q = rho I` or `Q = rho b b'`, with r = 1.
     pub rho: f64,
-    /// The likelihood at rho; its `sigma2` is the measurement noise's variance, `rho sigma2` the
-    /// process noise's.
+    /// The likelihood at rho. Its `sigma2` is the variance of the measurement noise, and `rho sigma2` that of the
+    /// process noise.
     pub likelihood: Likelihood,
 }
 
@@ -44,22 +43,21 @@ pub enum RatioError {
     /// The record's vectors differ in length or are empty, or x0 is not of the plant's order.
     #[error("the likelihood needs u and y of one length >= 1 and an x0 of the plant's order")]
     Record,
-    /// No ratio has a filter; the reason for the last one.
+    /// The filter exists for no ratio; holds the reason for the last one tried.
     #[error(transparent)]
     Riccati(#[from] RiccatiError),
-    /// No ratio has a finite likelihood: the data are not finite, or some filter predicts them
-    /// exactly.
+    /// No ratio has a finite likelihood: the data are not finite, or a filter predicts them exactly.
     #[error("no ratio has a finite likelihood")]
     NonFinite,
 }
 
 impl Kalman {
-    /// The likelihood of the record y under the input u with `xhat(0) = x0` (n numbers), sigma^2
-    /// concentrated out.
+    /// Returns the likelihood of the record y under the input u with `xhat(0) = x0` (n numbers), maximised over
+    /// sigma^2.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the state overflows or the likelihood is not finite, as for
-    /// an empty record or one that is predicted exactly.
+    /// [`FailureKind::NonFinite`] if the state overflows or the likelihood is not finite, as for an empty or an exactly
+    /// predicted record.
     ///
     /// # Panics
     /// As for [`Kalman::run`].
@@ -91,7 +89,7 @@ impl Kalman {
 }
 
 impl ProcessNoise {
-    /// Q (n x n) of ratio rho for a plant with input vector b.
+    /// Returns Q (n x n) for the ratio rho and a plant with input vector b.
     pub fn covariance(self, b: &[f64], rho: f64) -> Mat<f64> {
         Mat::from_fn(b.len(), b.len(), |i, j| match self {
             Self::States => rho * f64::from(i == j),
@@ -102,23 +100,24 @@ impl ProcessNoise {
 
 /// The range of log10 rho that is searched.
 const RANGE: (f64, f64) = (-8.0, 4.0);
-/// Steps of the grid.
+/// Number of steps of the grid.
 const GRID: usize = 24;
-/// Where the golden section ends, in log10 rho.
+/// The interval in log10 rho at which the golden-section search ends.
 const WIDTH: f64 = 1e-5;
 
-/// The rho >= 0 that maximises the likelihood of the record for the plant `model` with process
-/// noise of covariance rho I or rho b b' and white measurement noise of variance 1, times a common
-/// sigma^2 that is concentrated out.
+/// Returns the rho >= 0 that maximises the likelihood of the record for the plant `model`. The process noise has the
+/// covariance rho I or rho b b', the white measurement noise variance 1. Both are times a common sigma^2, which is
+/// concentrated out.
 ///
-/// With `p0` (n x n, relative to the measurement noise's variance) the filter begins with that
-/// covariance of x(0) about x0; without, it is in its steady state from the first sample. The
-/// search is the same for all data: log10 rho from -8 to 4 in steps of 0.5, golden section to 1e-5
-/// between the neighbours of the best (the smallest of equal ones), and rho = 0, which is taken
-/// unless another is better. A rho without a filter is left out.
+/// With `p0` (n x n, relative to the measurement noise variance) the filter starts with that covariance of x(0) about
+/// x0. Without it, the filter is in its steady state from the first sample.
+///
+/// The search is the same for all data. A grid covers log10 rho from -8 to 4 in steps of 0.5. A golden-section search
+/// then narrows the interval between the neighbours of the best point (the smallest of equal ones) to 1e-5. rho = 0 is
+/// tried too, and taken unless another is better. A rho for which no filter exists is skipped.
 ///
 /// # Errors
-/// [`RatioError::Record`]; [`RatioError::Riccati`] where no rho has a filter;
+/// [`RatioError::Record`]; [`RatioError::Riccati`] if no rho has a filter;
 /// [`RatioError::NonFinite`].
 pub fn maximum_likelihood_ratio(
     model: ObservedModel<'_>,
@@ -147,7 +146,7 @@ pub fn maximum_likelihood_ratio(
     search.best
 }
 
-/// The likelihood for one Q.
+/// Returns the likelihood for one Q.
 fn likelihood(
     model: ObservedModel<'_>,
     u: &[f64],
@@ -172,7 +171,7 @@ struct Search<E> {
 }
 
 impl<E: Fn(f64) -> Result<Likelihood, RatioError>> Search<E> {
-    /// `-2 log L` at rho, infinite where there is none.
+    /// Returns `-2 log L` at rho; infinite if there is none.
     fn at(&mut self, rho: f64) -> f64 {
         match (self.evaluate)(rho) {
             Ok(likelihood) => {

@@ -13,7 +13,7 @@ pub struct Observer {
     x: Vec<f64>,
 }
 
-/// A model as the observer needs it, each of length n.
+/// A model as the observer needs it; each vector has length n.
 #[derive(Clone, Copy, Debug)]
 pub struct ObservedModel<'a> {
     /// Last row of A.
@@ -25,7 +25,7 @@ pub struct ObservedModel<'a> {
 }
 
 impl Observer {
-    /// An observer of order n.
+    /// Returns an observer of order n.
     pub fn new(gain: Gain, order: usize) -> Self {
         Self {
             gain,
@@ -34,11 +34,10 @@ impl Observer {
         }
     }
 
-    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; [`Self::state`] is then xhat(K).
+    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1. Afterwards [`Self::state`] is xhat(K).
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where the state overflows; what was visited must not be used
-    /// then.
+    /// [`FailureKind::NonFinite`] if the state overflows; the visited values must then not be used.
     ///
     /// # Panics
     /// If the model is of another order, or u and y differ in length.
@@ -53,7 +52,7 @@ impl Observer {
         self.gain.compute(model.a, &mut self.g);
         self.x.copy_from_slice(model.x0);
         observe(model.a, model.b, &self.g, &mut self.x, u, y, visit);
-        // An infinite state stays infinite or becomes NaN: the last one tells of all.
+        // An infinite state stays infinite or becomes NaN, so checking the last one is enough.
         if self.x.iter().chain(&self.g).all(|x| x.is_finite()) {
             Ok(())
         } else {
@@ -61,8 +60,7 @@ impl Observer {
         }
     }
 
-    /// One step more on the model of the last [`Self::run`]: from xhat(k) to xhat(k+1) by u(k) and
-    /// y(k).
+    /// Advances one more step on the model of the last [`Self::run`], from xhat(k) to xhat(k+1), given u(k) and y(k).
     ///
     /// # Panics
     /// If the model is of another order.
@@ -78,12 +76,12 @@ impl Observer {
         );
     }
 
-    /// The gain g of the last run.
+    /// Returns the gain g of the last run.
     pub fn g(&self) -> &[f64] {
         &self.g
     }
 
-    /// The state after the last sample of the last run.
+    /// Returns the state after the last sample of the last run.
     pub fn state(&self) -> &[f64] {
         &self.x
     }

@@ -3,15 +3,15 @@
 use super::riccati::{RiccatiError, check, symmetric};
 use faer::{Mat, MatRef};
 
-/// The solution P (n x n) of `P = F P F' + Q`, for a Q >= 0 the stationary covariance of
+/// Returns the solution P (n x n) of `P = F P F' + Q`. For Q >= 0 it is the stationary covariance of
 /// `x(k+1) = F x(k) + w(k)` with white w of covariance Q.
 ///
-/// By doubling (Smith 1968): `P = sum_i F^i Q F'^i`, 2^j terms after j steps.
+/// Computed by doubling (Smith 1968): `P = sum_i F^i Q F'^i`, 2^j terms after j steps.
 ///
 /// # Errors
 /// [`RiccatiError::Shape`], [`RiccatiError::NotFinite`]; [`RiccatiError::NotSymmetric`] for Q;
-/// [`RiccatiError::Unstable`] where F has an eigenvalue on or outside the unit circle;
-/// [`RiccatiError::NoConvergence`] where the sum overflows.
+/// [`RiccatiError::Unstable`] if F has an eigenvalue on or outside the unit circle;
+/// [`RiccatiError::NoConvergence`] if the sum overflows.
 pub fn lyapunov(f: MatRef<'_, f64>, q: MatRef<'_, f64>) -> Result<Mat<f64>, RiccatiError> {
     let n = f.nrows();
     check("F", f, n, n)?;
@@ -28,8 +28,7 @@ pub fn lyapunov(f: MatRef<'_, f64>, q: MatRef<'_, f64>) -> Result<Mat<f64>, Ricc
     })
 }
 
-/// The largest modulus of an eigenvalue; 0 for no matrix, NaN where the eigenvalues cannot be
-/// found.
+/// Returns the largest modulus of the eigenvalues: 0 for an empty matrix, NaN if the eigenvalues cannot be computed.
 pub(super) fn spectral_radius(f: MatRef<'_, f64>) -> f64 {
     if !f.is_all_finite() {
         return f64::NAN;
@@ -40,8 +39,7 @@ pub(super) fn spectral_radius(f: MatRef<'_, f64>) -> f64 {
     }
 }
 
-/// `sum_i F^i Q F'^i` of a stable F and a symmetric Q. `None` where it overflows or does not
-/// settle.
+/// Returns `sum_i F^i Q F'^i` of a stable F and a symmetric Q. `None` if it overflows or does not settle.
 pub(super) fn sum_of_powers(mut f: Mat<f64>, mut p: Mat<f64>) -> Option<Mat<f64>> {
     for _ in 0..64 {
         let more = symmetric(&(&f * &p * f.transpose()));
@@ -51,7 +49,7 @@ pub(super) fn sum_of_powers(mut f: Mat<f64>, mut p: Mat<f64>) -> Option<Mat<f64>
         if !(norm.is_finite() && f.is_all_finite()) {
             return None;
         }
-        // What is left is F^(2^j) P F'^(2^j): nothing once both factors are lost in P's rounding.
+        // The remainder is F^(2^j) P F'^(2^j), which vanishes once both factors are lost in P's rounding.
         if change <= 0.1 * f64::EPSILON * norm {
             return Some(p);
         }

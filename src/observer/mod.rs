@@ -1,4 +1,4 @@
-//! Stage 12: the observer and its gain; the Kalman filter in its place.
+//! Stage 12: the observer and its gain, or a Kalman filter instead.
 
 mod gain;
 pub mod gpebo;

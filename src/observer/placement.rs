@@ -5,14 +5,13 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 use std::f64::consts::PI;
 
-/// L (n) such that `A - L C'` has the characteristic polynomial phi of the poles (Ackermann 1972):
-/// `L = phi(A) O^-1 (0, ..., 0, 1)'` with the rows `C'A^i`, i = 0 ... n-1, of the observability
-/// matrix O. A is n x n, C of length n. For the few states of a continuous-time plant; O's
-/// condition number limits it.
+/// Returns L (n numbers) such that `A - L C'` has the characteristic polynomial phi of the poles (Ackermann 1972):
+/// `L = phi(A) O^-1 (0, ..., 0, 1)'`. The observability matrix O has the rows `C'A^i`, i = 0 ... n-1. A is n x n, C has
+/// length n. Meant for continuous-time plants with few states: the condition number of O limits the order.
 ///
 /// # Errors
-/// [`GainError::Count`] where the poles are not n, [`GainError::Observability`] where O has a
-/// condition number (1-norm) above 1e9, so that less than half of the digits of L would be right.
+/// [`GainError::Count`] if there are not n poles; [`GainError::Observability`] if O has a condition number (1-norm)
+/// above 1e9, so that less than half of the digits of L would be right.
 pub fn place(a: MatRef<'_, f64>, c: &[f64], poles: &Poles) -> Result<Vec<f64>, GainError> {
     let n = a.nrows();
     if poles.len() != n {
@@ -40,10 +39,10 @@ pub fn place(a: MatRef<'_, f64>, c: &[f64], poles: &Poles) -> Result<Vec<f64>, G
     Ok((0..n).map(|i| gain[(i, 0)]).collect())
 }
 
-/// Of an observability matrix from which poles are placed.
+/// The largest condition number of an observability matrix from which poles are placed.
 const LARGEST_CONDITION: f64 = 1e9;
 
-/// The 1-norm: the largest sum of a column.
+/// Returns the 1-norm: the largest column sum.
 fn norm(matrix: &Mat<f64>) -> f64 {
     let columns = matrix
         .col_iter()
@@ -51,10 +50,10 @@ fn norm(matrix: &Mat<f64>) -> f64 {
     columns.fold(0.0, f64::max)
 }
 
-/// The poles of a list such as "-1+2i,-1-2i".
+/// Parses a list of poles such as "-1+2i,-1-2i".
 ///
 /// # Errors
-/// What is not a number or has no conjugate.
+/// If an entry is not a number or a complex pole lacks its conjugate.
 pub fn parse_poles(list: &str) -> Result<Poles, GainError> {
     match format!("poles:{list}").parse()? {
         Gain::Poles(poles) => Ok(poles),
@@ -62,14 +61,14 @@ pub fn parse_poles(list: &str) -> Result<Poles, GainError> {
     }
 }
 
-/// n poles evenly spread on the left half of the circle of this radius (rad/s): those of a
-/// Butterworth filter.
+/// Returns n poles evenly spread on the left half of the circle with this radius (rad/s): those of a Butterworth
+/// filter.
 pub fn butterworth(n: usize, radius: f64) -> Poles {
     let pole = |i: usize| {
         let angle = PI * (2 * i + n + 1) as f64 / (2 * n) as f64;
         c64::new(radius * angle.cos(), radius * angle.sin())
     };
-    // Conjugates from the same numbers, and the one in the middle real.
+    // Conjugates are made from the same numbers, and the pole in the middle is real.
     let poles = (0..n).map(|i| match (2 * i + 1).cmp(&n) {
         std::cmp::Ordering::Less => pole(i),
         std::cmp::Ordering::Equal => c64::new(-radius, 0.0),
@@ -101,7 +100,7 @@ mod tests {
         }
     }
 
-    /// A chain of twelve lags, as seen at its end: nothing is left of L's digits.
+    /// For a chain of twelve lags seen at its end, no digit of L would be right.
     #[test]
     fn ill_conditioned_placement_is_refused() {
         let n = 12;

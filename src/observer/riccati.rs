@@ -1,12 +1,12 @@
 //! Algebraic Riccati equations of the Kalman filter for one output.
 //!
-//! A solution is found in three steps, the same in discrete and continuous time: the
-//! structure-preserving doubling algorithm (SDA), which converges quadratically; a check that its
-//! gain stabilises the filter; and Newton's iteration (Kleinman 1968, Hewer 1971), which squares
-//! what error is left. Doubling begins at Q and finds the smallest solution P >= 0, which is not
-//! the stabilising one where modes on or outside the unit circle are not driven by Q. Such an
-//! equation is solved with Q + eps I first, whose gain stabilises, and Newton's iteration leads
-//! from that gain to the stabilising solution, where there is one.
+//! Each solution takes three steps, the same in discrete and continuous time. First comes the structure-preserving
+//! doubling algorithm (SDA), which converges quadratically. Then a check confirms that the gain stabilises the filter.
+//! Last, Newton's iteration (Kleinman 1968, Hewer 1971) squares the remaining error.
+//!
+//! Doubling starts at Q and finds the smallest solution P >= 0. That is not the stabilising one if Q does not drive all
+//! modes on or outside the unit circle. Such an equation is first solved with Q + eps I, whose gain stabilises.
+//! Newton's iteration then leads from that gain to the stabilising solution, if there is one.
 //!
 //! Sources: Chu, Fan, Lin, Wang, "Structure-preserving algorithms for periodic discrete-time
 //! algebraic Riccati equations", Int. J. Control 77 (2004) 767; Chu, Fan, Lin, "A
@@ -28,27 +28,26 @@ use faer::{Col, Mat, MatRef};
 /// The stabilising solution of a filter's Riccati equation.
 #[derive(Clone, Debug)]
 pub struct Riccati {
-    /// The covariance P of the prediction's error, n x n, symmetric, >= 0 to rounding.
+    /// The covariance P of the prediction error, n x n, symmetric, >= 0 up to rounding.
     pub p: Mat<f64>,
-    /// The predictor's gain, n numbers: K (discrete) or L (continuous).
+    /// The predictor gain, n numbers: K (discrete) or L (continuous).
     pub gain: Vec<f64>,
-    /// The innovation's variance `h'P h + r` (discrete), or its intensity r (continuous).
+    /// The innovation variance `h'P h + r` (discrete), or its intensity r (continuous).
     pub innovation: f64,
-    /// What P leaves of the equation, relative: discrete
-    /// `||P - Ric(P)||_F / max(||P||_F, ||Q||_F)`, continuous
+    /// The relative residual of the equation at P. Discrete: `||P - Ric(P)||_F / max(||P||_F, ||Q||_F)`; continuous:
     /// `||A P + P A' + Q - P c c'P / r||_F / max(||A P||_F, ||Q||_F, ||P c c'P / r||_F)`.
     pub residual: f64,
-    /// Steps of doubling and of Newton's iteration.
+    /// Steps of doubling and of Newton's iteration together.
     pub iterations: usize,
 }
 
 /// Why a Riccati or Lyapunov equation was refused or not solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RiccatiError {
-    /// A matrix or vector of another size than the order asks for.
+    /// A matrix or vector does not have the size that the order requires.
     #[error("{name} must be {rows} x {columns}, not {actual_rows} x {actual_columns}")]
     Shape {
-        /// Which one.
+        /// Name of the matrix or vector.
         name: &'static str,
         /// Rows expected.
         rows: usize,
@@ -65,7 +64,7 @@ pub enum RiccatiError {
     /// The variance of the measurement noise, or of its white source, is not positive.
     #[error("the measurement noise's variance must be positive, not {0}")]
     Variance(f64),
-    /// The noise's D does not begin with 1.
+    /// The noise's denominator D does not begin with 1.
     #[error("the noise's denominator must begin with 1, not {0}")]
     NotMonic(f64),
     /// A covariance is not symmetric.
@@ -74,23 +73,23 @@ pub enum RiccatiError {
     /// A covariance has a negative eigenvalue.
     #[error("{name} is not non-negative definite: it has the eigenvalue {eigenvalue:e}")]
     Indefinite {
-        /// Which one.
+        /// Name of the covariance.
         name: &'static str,
         /// Its smallest eigenvalue.
         eigenvalue: f64,
     },
-    /// No gain found makes the filter strictly stable.
+    /// No gain was found that makes the filter strictly stable.
     #[error(
         "no stabilising solution: the filter's slowest pole is {margin:e} inside the stability \
          boundary, where more than {MARGIN:e} is asked for; a mode of the plant on or outside the \
          boundary is not seen in y, or one on it is not driven by the process noise"
     )]
     NotStabilising {
-        /// Discrete: 1 - the largest modulus of a pole; continuous: minus the largest real part
-        /// over the largest modulus.
+        /// Discrete: 1 minus the largest modulus of a pole. Continuous: minus the largest real part, divided by the
+        /// largest modulus.
         margin: f64,
     },
-    /// The iteration overflowed, or stopped short of the accuracy asked for.
+    /// The iteration overflowed or stopped short of the required accuracy.
     #[error("no convergence: the relative residual is {residual:e}")]
     NoConvergence {
         /// The best relative residual; infinite on overflow.
@@ -101,38 +100,36 @@ pub enum RiccatiError {
     Unstable(f64),
 }
 
-/// The least distance of the filter's poles to the stability boundary. A double pole on the
-/// boundary is found to about 1e-8, a simple one to about 1e-15.
+/// The smallest accepted distance of the filter's poles from the stability boundary. A double pole on the boundary is
+/// computed to about 1e-8, a simple one to about 1e-15.
 const MARGIN: f64 = 1e-9;
 /// The largest relative residual that is returned.
 const ACCEPTED: f64 = 1e-9;
-/// Newton's steps, each of which halves at least the distance to the boundary of a pole that tends
-/// to it.
+/// The number of Newton steps. If a pole tends to the stability boundary, each step at least halves its distance to it.
 const NEWTON_STEPS: usize = 40;
 
 /// What the two equations have in common.
 pub(super) trait Equation {
-    /// The solution by doubling with Q + eps I, and the steps it took. `None` where that does not
-    /// converge.
+    /// Solves the equation by doubling with Q + eps I; returns the solution and the number of steps. `None` if doubling
+    /// does not converge.
     fn double(&self, eps: f64) -> Option<(Mat<f64>, usize)>;
-    /// The gain for the covariance P.
+    /// Returns the gain for the covariance P.
     fn gain(&self, p: &Mat<f64>) -> Col<f64>;
-    /// How far inside the stability boundary the filter's poles are. NaN where they cannot be
-    /// found.
+    /// Returns how far inside the stability boundary the filter's poles are; NaN if they cannot be computed.
     fn margin(&self, gain: &Col<f64>) -> f64;
-    /// What P leaves of the equation, symmetric, and the size it is relative to.
+    /// Returns the equation's residual at P, a symmetric matrix, and the size it is relative to.
     fn defect(&self, p: &Mat<f64>) -> (Mat<f64>, f64);
-    /// Newton's step: what to add to P for a defect, by the stable filter with the gain of P.
-    /// `None` where it overflows.
+    /// Computes Newton's step for a defect: what to add to P, given a gain of P that makes the filter stable. `None` if
+    /// it overflows.
     fn correction(&self, gain: &Col<f64>, defect: Mat<f64>) -> Option<Mat<f64>>;
-    /// An eps of the equation's own scale.
+    /// Returns an eps on the scale of the equation.
     fn scale(&self) -> f64;
 }
 
 /// P, its residual and the number of steps.
 type Solution = (Mat<f64>, f64, usize);
 
-/// The stabilising solution of an equation.
+/// Returns the stabilising solution of an equation.
 fn solve(equation: &impl Equation) -> Result<Solution, RiccatiError> {
     let mut margin = f64::NEG_INFINITY;
     for eps in [0.0, equation.scale()] {
@@ -148,10 +145,10 @@ fn solve(equation: &impl Equation) -> Result<Solution, RiccatiError> {
     Err(RiccatiError::NotStabilising { margin })
 }
 
-/// Newton's iteration from a P whose gain stabilises, to where the residual falls no more.
+/// Improves a P whose gain stabilises by Newton's iteration, until the residual stops falling.
 ///
-/// Each step adds to P: its own rounding is of the size of the correction, and what limits the
-/// result is the rounding of the defect.
+/// Each step adds a correction to P, so its own rounding is only of the size of that correction. The rounding of the
+/// defect limits the result.
 fn refine(equation: &impl Equation, p: Mat<f64>, steps: usize) -> Result<Solution, RiccatiError> {
     let (mut defect, mut residual) = relative(equation, &p);
     let mut best = (p, residual, steps);
@@ -165,7 +162,7 @@ fn refine(equation: &impl Equation, p: Mat<f64>, steps: usize) -> Result<Solutio
         };
         let p = &best.0 + correction;
         (defect, residual) = relative(equation, &p);
-        // From a distant start the first step may raise it, and the next ones lower it slowly.
+        // From a distant start the first step may raise the residual; the next ones then lower it slowly.
         if !(residual < best.1) && best.1 <= ACCEPTED {
             break;
         }
@@ -181,30 +178,29 @@ fn refine(equation: &impl Equation, p: Mat<f64>, steps: usize) -> Result<Solutio
     }
 }
 
-/// The defect of P and its relative size.
+/// Returns the defect of P and its relative size.
 fn relative(equation: &impl Equation, p: &Mat<f64>) -> (Mat<f64>, f64) {
     let (defect, size) = equation.defect(p);
     let norm = defect.norm_l2();
     (defect, if norm == 0.0 { 0.0 } else { norm / size })
 }
 
-/// The stabilising solution P (n x n) of the predictor's equation
-/// `P = F P F' + Q - (F P h + s) (h'P h + r)^-1 (F P h + s)'` for `x(k+1) = F x + w`,
-/// `y = h'x + v`, `Q = E[w w']`, `s = E[w v]`, `r = E[v v]`, with the gain
-/// `K = (F P h + s) / (h'P h + r)` for which `F - K h'` is strictly stable.
+/// Solves the predictor's Riccati equation `P = F P F' + Q - (F P h + s) (h'P h + r)^-1 (F P h + s)'` for the model
+/// `x(k+1) = F x + w`, `y = h'x + v`, `Q = E[w w']`, `s = E[w v]`, `r = E[v v]`. Returns the stabilising P (n x n) and
+/// the gain `K = (F P h + s) / (h'P h + r)`, for which `F - K h'` is strictly stable.
 ///
-/// F and Q are n x n, h and s have n numbers. The cross covariance is removed first: with
-/// `F~ = F - s r^-1 h'` and `Q~ = Q - s r^-1 s'` the equation has s = 0 and the gain `K - s / r`.
-/// The rounding of the gain limits the relative residual to about `2e-16 (1 + |F K| |h|)`: below
-/// 1e-12 on plants of order 10 and less with poles of modulus up to 1.5, 1e-11 where ten poles of
-/// modulus about 3 must be stabilised from one output. One above 1e-9 is an error.
+/// F and Q are n x n, h and s have n numbers. The cross covariance is removed first: with `F~ = F - s r^-1 h'` and
+/// `Q~ = Q - s r^-1 s'` the equation has s = 0 and the gain `K - s / r`.
+///
+/// The rounding of the gain limits the relative residual to about `2e-16 (1 + |F K| |h|)`. It is below 1e-12 for plants
+/// of order 10 or less with poles of modulus up to 1.5, and below 1e-11 if ten poles of modulus about 3 must be
+/// stabilised from one output. A residual above 1e-9 is an error.
 ///
 /// # Errors
-/// [`RiccatiError::Shape`], [`RiccatiError::NotFinite`], [`RiccatiError::Variance`];
-/// [`RiccatiError::NotSymmetric`] and [`RiccatiError::Indefinite`] for Q, and the latter for Q~,
-/// the covariance of what v does not tell of w; [`RiccatiError::NotStabilising`] where (F, h) is
-/// not detectable or F~ has a pole on the unit circle that Q~ does not drive;
-/// [`RiccatiError::NoConvergence`].
+/// [`RiccatiError::Shape`], [`RiccatiError::NotFinite`], [`RiccatiError::Variance`]. [`RiccatiError::NotSymmetric`] for
+/// Q; [`RiccatiError::Indefinite`] for Q or for Q~, the covariance of the part of w that v does not determine.
+/// [`RiccatiError::NotStabilising`] if (F, h) is not detectable or F~ has a pole on the unit circle that Q~ does not
+/// drive. [`RiccatiError::NoConvergence`].
 pub fn dare(
     f: MatRef<'_, f64>,
     h: &[f64],
@@ -223,14 +219,14 @@ pub fn dare(
     })
 }
 
-/// The stabilising solution P (n x n) of `A P + P A' + Q - P c r^-1 c'P = 0` for `dx/dt = A x + w`,
-/// `y = c'x + v` with white w and v of intensities Q and r, not correlated, and the gain
-/// `L = P c / r` for which `A - L c'` is strictly stable.
+/// Solves `A P + P A' + Q - P c r^-1 c'P = 0` for the model `dx/dt = A x + w`, `y = c'x + v` with uncorrelated white w
+/// and v of intensities Q and r. Returns the stabilising P (n x n) and the gain `L = P c / r`, for which `A - L c'` is
+/// strictly stable.
 ///
 /// A and Q are n x n, c has n numbers. Doubling works on the equation's Cayley transform.
 ///
 /// # Errors
-/// As for [`dare`], with the imaginary axis in place of the unit circle.
+/// As for [`dare`], with the imaginary axis instead of the unit circle.
 pub fn care(
     a: MatRef<'_, f64>,
     c: &[f64],
@@ -248,9 +244,9 @@ pub fn care(
     })
 }
 
-/// SDA: the limit of `H+ = H + A'H W^-1 A`, `G+ = G + A W^-1 G A'`, `A+ = A W^-1 A`, `W = I + G H`,
-/// which is the smallest solution of `X = A'X (I + G X)^-1 A + H`, and the steps it took.
-/// `None` where it overflows or does not settle.
+/// Runs the SDA: `H+ = H + A'H W^-1 A`, `G+ = G + A W^-1 G A'`, `A+ = A W^-1 A` with `W = I + G H`. Returns the limit
+/// of H, which is the smallest solution of `X = A'X (I + G X)^-1 A + H`, and the number of steps. `None` if the
+/// iteration overflows or does not settle.
 fn double(mut a: Mat<f64>, mut g: Mat<f64>, mut h: Mat<f64>) -> Option<(Mat<f64>, usize)> {
     use faer::linalg::solvers::Solve;
     let n = a.nrows();
@@ -273,7 +269,7 @@ fn double(mut a: Mat<f64>, mut g: Mat<f64>, mut h: Mat<f64>) -> Option<(Mat<f64>
     None
 }
 
-/// `(M + M') / 2`.
+/// Returns `(M + M') / 2`.
 pub(super) fn symmetric(m: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(m.nrows(), m.ncols(), |i, j| 0.5 * (m[(i, j)] + m[(j, i)]))
 }

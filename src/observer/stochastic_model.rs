@@ -1,12 +1,12 @@
-//! The plant with its noises as the Kalman filter sees it.
+//! The plant with its noises, as the Kalman filter sees it.
 
 use super::lyapunov::lyapunov;
 use super::riccati::{Riccati, RiccatiError, check_column, check_covariance, dare};
 use faer::{Mat, MatRef};
 
-/// `x(k+1) = F x(k) + g u(k) + w(k)`, `y(k) = h'x(k) + v(k)` with white w and v of zero mean,
-/// `E[w w'] = Q`, `E[w v] = s`, `E[v v] = r`. The first `states` of the m components of x are the
-/// plant's, the others those of the measurement noise.
+/// The model `x(k+1) = F x(k) + g u(k) + w(k)`, `y(k) = h'x(k) + v(k)` with white w and v of zero mean, `E[w w'] = Q`,
+/// `E[w v] = s`, `E[v v] = r`. The first `states` of the m components of x are those of the plant, the others those of
+/// the measurement noise.
 #[derive(Clone, Debug)]
 pub struct StochasticModel {
     /// F, m x m.
@@ -21,15 +21,15 @@ pub struct StochasticModel {
     pub s: Vec<f64>,
     /// r > 0.
     pub r: f64,
-    /// How many leading components are the plant's.
+    /// The number of leading components of x that belong to the plant.
     pub states: usize,
 }
 
-/// Measurement noise `f(k) = C(q) / D(q) w(k)`, w white of the given standard deviation.
+/// Measurement noise `f(k) = C(q) / D(q) w(k)` with white w of the given standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasurementNoise<'a> {
-    /// c_0 ... c_q, c_0 not zero. Zeros of C outside the unit circle are allowed, on it not: there
-    /// the filter has a pole on the circle.
+    /// c_0 ... c_q, c_0 not zero. Zeros of C may lie outside the unit circle but not on it, because the filter would
+    /// then have a pole on the circle.
     pub numerator: &'a [f64],
     /// 1, d_1 ... d_p.
     pub denominator: &'a [f64],
@@ -38,7 +38,7 @@ pub struct MeasurementNoise<'a> {
 }
 
 impl MeasurementNoise<'_> {
-    /// White noise.
+    /// Makes white noise.
     pub fn white(deviation: f64) -> Self {
         Self {
             numerator: &[1.0],
@@ -47,7 +47,7 @@ impl MeasurementNoise<'_> {
         }
     }
 
-    /// How many states f(k) takes: the larger degree of C and D.
+    /// Returns how many states f(k) needs: the larger of the degrees of C and D.
     fn states(&self) -> usize {
         let degree = |p: &[f64]| p.iter().rposition(|c| *c != 0.0).unwrap_or(0);
         degree(self.numerator).max(degree(self.denominator))
@@ -70,18 +70,17 @@ impl MeasurementNoise<'_> {
 }
 
 impl StochasticModel {
-    /// The canonical plant `x(k+1) = A x(k) + b u(k) + w(k)`, `y(k) = x_1(k) + f(k)`,
-    /// `A = [0 | I; a']`, with process noise of covariance `process` (n x n) and coloured
-    /// measurement noise.
+    /// Returns the canonical plant `x(k+1) = A x(k) + b u(k) + w(k)`, `y(k) = x_1(k) + f(k)`, `A = [0 | I; a']`, with
+    /// process noise of covariance `process` (n x n) and coloured measurement noise.
     ///
-    /// The noise is added in innovations form, in as many states as C or D has degrees:
-    /// `eta_i(k+1) = -d_i eta_1(k) + eta_(i+1)(k) + (c_i - c_0 d_i) w(k)`,
-    /// `f(k) = eta_1(k) + c_0 w(k)`, so that `r = c_0^2 sigma^2`, `s = [0; B_f c_0 sigma^2]` and
-    /// `Q = blkdiag(process, B_f B_f' sigma^2)`, `(B_f)_i = c_i - c_0 d_i`.
+    /// The measurement noise is added in innovations form, with as many states as the larger of the degrees of C and D:
+    /// `eta_i(k+1) = -d_i eta_1(k) + eta_(i+1)(k) + (c_i - c_0 d_i) w(k)`, `f(k) = eta_1(k) + c_0 w(k)`. Hence
+    /// `r = c_0^2 sigma^2`, `s = [0; B_f c_0 sigma^2]` and `Q = blkdiag(process, B_f B_f' sigma^2)` with
+    /// `(B_f)_i = c_i - c_0 d_i`.
     ///
     /// # Errors
     /// [`RiccatiError::Shape`], [`RiccatiError::NotFinite`]; [`RiccatiError::NotMonic`] for D;
-    /// [`RiccatiError::Variance`] where `c_0 sigma` is zero; [`RiccatiError::NotSymmetric`] or
+    /// [`RiccatiError::Variance`] if `c_0 sigma` is zero; [`RiccatiError::NotSymmetric`] or
     /// [`RiccatiError::Indefinite`] for the process noise.
     pub fn new(
         a: &[f64],
@@ -122,12 +121,12 @@ impl StochasticModel {
         })
     }
 
-    /// m: the plant's states and the noise's.
+    /// Returns m, the number of states of the plant and of the noise.
     pub fn order(&self) -> usize {
         self.f.nrows()
     }
 
-    /// The steady state of the filter: [`dare`] of the model.
+    /// Solves [`dare`] of the model: the steady state of the filter.
     ///
     /// # Errors
     /// As for [`dare`].
@@ -135,13 +134,13 @@ impl StochasticModel {
         dare(self.f.as_ref(), &self.h, self.q.as_ref(), &self.s, self.r)
     }
 
-    /// The covariance (m x m) of x(0) about its estimate where the plant's part is known to within
-    /// the covariance `plant` (n x n) and the noise is stationary from its first sample:
-    /// `blkdiag(plant, P_f)`, `P_f = A_f P_f A_f' + B_f B_f' sigma^2`.
+    /// Returns the covariance (m x m) of x(0) about its estimate, `blkdiag(plant, P_f)`. The plant's part of x(0) is
+    /// known up to the covariance `plant` (n x n). The noise is stationary from its first sample:
+    /// `P_f = A_f P_f A_f' + B_f B_f' sigma^2`.
     ///
     /// # Errors
-    /// As for [`lyapunov`] of the noise's part; [`RiccatiError::Shape`],
-    /// [`RiccatiError::NotSymmetric`] or [`RiccatiError::Indefinite`] for `plant`.
+    /// As for [`lyapunov`] of the noise part; [`RiccatiError::Shape`], [`RiccatiError::NotSymmetric`] or
+    /// [`RiccatiError::Indefinite`] for `plant`.
     pub fn initial_covariance(&self, plant: MatRef<'_, f64>) -> Result<Mat<f64>, RiccatiError> {
         let n = self.states;
         let m = self.order();

@@ -1,9 +1,8 @@
-//! The maps between the forms of the canonical SISO plant: (a, b), (a, h) and polynomials (alpha,
-//! beta).
+//! Maps between the forms of the canonical SISO plant: (a, b), (a, h) and polynomials (alpha, beta).
 //!
-//! T is the n x n lower-triangular Toeplitz matrix with first column
-//! `(1, -a_n, -a_(n-1), ..., -a_2)`; `T b = h`, Eq. (5). `alpha_i = -a_(n+1-i)` and `beta_i = h_i`,
-//! the field's `A(q) = 1 + alpha_1 q^-1 + ...` and `B(q) = beta_1 q^-1 + ...`.
+//! T is the n x n lower-triangular Toeplitz matrix with first column `(1, -a_n, -a_(n-1), ..., -a_2)`; `T b = h`, Eq.
+//! (5). `alpha_i = -a_(n+1-i)` and `beta_i = h_i` give the usual `A(q) = 1 + alpha_1 q^-1 + ...` and
+//! `B(q) = beta_1 q^-1 + ...`.
 
 use crate::real::Real;
 
@@ -24,8 +23,7 @@ pub fn solve_toeplitz<R: Real>(a: &[R], x: &mut [R]) {
     }
 }
 
-/// Computes `T x` in place: `(T x)_i = x_i - sum_(j<i) a_(n+1-(i-j)) x_j`, so that `h = T b`, Eq.
-/// (5).
+/// Computes `T x` in place: `(T x)_i = x_i - sum_(j<i) a_(n+1-(i-j)) x_j`. Hence `h = T b`, Eq. (5).
 ///
 /// # Panics
 /// In debug builds, if the lengths differ.
@@ -42,7 +40,7 @@ pub fn multiply_toeplitz<R: Real>(a: &[R], x: &mut [R]) {
     }
 }
 
-/// `alpha_i = -a_(n+1-i)`, and the same map back: a from alpha.
+/// Computes alpha from a, `alpha_i = -a_(n+1-i)`; the same map takes alpha back to a.
 #[inline(always)]
 pub fn reverse_negated<R: Real>(from: &[R], to: &mut [R]) {
     debug_assert_eq!(from.len(), to.len());

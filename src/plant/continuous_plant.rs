@@ -4,8 +4,8 @@ use faer::{Mat, MatRef};
 
 use super::observability::observability_rank;
 
-/// The plant `x' = A x + B u`, `y = C'x + delta` with one input and one output, A n x n, B and C of
-/// length n, and (A, C) observable.
+/// The plant `x' = A x + B u`, `y = C'x + delta` with one input and one output. A is n x n, B and C have length n, and
+/// (A, C) is observable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContinuousPlant {
     a: Mat<f64>,
@@ -13,7 +13,7 @@ pub struct ContinuousPlant {
     c: Vec<f64>,
 }
 
-/// Why matrices do not make a plant, or a transformation none of it.
+/// Why matrices do not form a plant, or cannot transform one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContinuousPlantError {
     /// A is empty or not square.
@@ -21,7 +21,7 @@ pub enum ContinuousPlantError {
     NotSquare {
         /// Rows of A.
         rows: usize,
-        /// The first row that does not fit, from 1 (0 if A has no rows).
+        /// The first row that does not fit, counted from 1 (0 if A has no rows).
         row: usize,
         /// Its length.
         length: usize,
@@ -50,7 +50,7 @@ pub enum ContinuousPlantError {
         /// The order n.
         order: usize,
     },
-    /// A transformation that is not n x n or is singular to working precision.
+    /// A transformation is not n x n, or is singular to working precision.
     #[error("a change of coordinates needs a nonsingular {order} x {order} matrix")]
     Transformation {
         /// The order n.
@@ -59,7 +59,7 @@ pub enum ContinuousPlantError {
 }
 
 impl ContinuousPlant {
-    /// The plant with rows `a` of A, and B and C.
+    /// Makes the plant from the rows `a` of A, and from B and C.
     ///
     /// # Errors
     /// If the shapes do not fit, an entry is not finite, or (A, C) is unobservable in the sense of
@@ -107,8 +107,8 @@ impl ContinuousPlant {
         Ok(Self { a, b, c })
     }
 
-    /// The example of Bobtsov et al. 2023: an undamped oscillator at 3 rad/s, `A = [0 1; -9 0]`,
-    /// `B = (0, 1)`, `C = (5, 0)`.
+    /// Returns the example of Bobtsov et al. 2023, an undamped oscillator at 3 rad/s: `A = [0 1; -9 0]`, `B = (0, 1)`,
+    /// `C = (5, 0)`.
     pub fn bobtsov2023() -> Self {
         Self {
             a: faer::mat![[0.0, 1.0], [-9.0, 0.0]],
@@ -117,27 +117,27 @@ impl ContinuousPlant {
         }
     }
 
-    /// The order n.
+    /// Returns the order n.
     pub fn order(&self) -> usize {
         self.b.len()
     }
 
-    /// A, n x n.
+    /// Returns A, n x n.
     pub fn a(&self) -> MatRef<'_, f64> {
         self.a.as_ref()
     }
 
-    /// B, of length n.
+    /// Returns B, of length n.
     pub fn b(&self) -> &[f64] {
         &self.b
     }
 
-    /// C, of length n.
+    /// Returns C, of length n.
     pub fn c(&self) -> &[f64] {
         &self.c
     }
 
-    /// The same plant in the coordinates `T x`: `(T A T^-1, T B, T^-T C)`, T n x n.
+    /// Returns the same plant in the coordinates `T x`: `(T A T^-1, T B, T^-T C)`, T n x n.
     ///
     /// # Errors
     /// If T is not n x n or singular to working precision.
@@ -220,7 +220,7 @@ mod tests {
         assert!(ContinuousPlant::new(&a, vec![0.0; 2], vec![1.0, 0.0]).is_ok());
     }
 
-    /// T and then T^-1 is nothing; C'A^k B does not depend on the coordinates.
+    /// T and then T^-1 change nothing; C'A^k B does not depend on the coordinates.
     #[test]
     fn transformation_keeps_markov_parameters() {
         let plant = ContinuousPlant::bobtsov2023();

@@ -21,15 +21,15 @@ const PADE_13: [f64; 14] = [
     1.0,
 ];
 
-/// Largest 1-norm for which the approximant is accurate to unit roundoff, Table 2.3 of the source.
+/// The largest 1-norm for which the approximant is accurate to unit roundoff, Table 2.3 of the source.
 const THETA_13: f64 = 5.371920351148152;
 
-/// `e^A` of a square matrix by scaling and squaring with the [13/13] Pade approximant: with `s` the
-/// smallest integer for which `norm1(A) / 2^s <= 5.37`, `e^A = r(A / 2^s)^(2^s)`.
+/// Computes `e^A` of a square matrix by scaling and squaring with the [13/13] Pade approximant:
+/// `e^A = r(A / 2^s)^(2^s)`, where `s` is the smallest integer with `norm1(A) / 2^s <= 5.37`.
 ///
-/// All entries are NaN if an entry of A is not finite; where `e^A` overflows, entries are infinite
-/// or NaN. Source: N. J. Higham, The scaling and squaring method for the matrix exponential
-/// revisited, SIAM J. Matrix Anal. Appl. 26 (2005) 1179-1193, Algorithm 2.3.
+/// If an entry of A is not finite, all entries are NaN. If `e^A` overflows, entries are infinite or NaN. Source: N. J.
+/// Higham, The scaling and squaring method for the matrix exponential revisited, SIAM J. Matrix Anal. Appl. 26 (2005)
+/// 1179-1193, Algorithm 2.3.
 ///
 /// # Panics
 /// If A is not square.
@@ -55,8 +55,7 @@ pub fn exponential(a: MatRef<'_, f64>) -> Mat<f64> {
     result
 }
 
-/// The approximant `r(A) = q(A)^-1 p(A)`, `p = v + u`, `q = v - u` with u the odd and v the even
-/// powers.
+/// Returns the approximant `r(A) = q(A)^-1 p(A)`, `p = v + u`, `q = v - u`, where u has the odd and v the even powers.
 fn pade_13(a: &Mat<f64>) -> Mat<f64> {
     let n = a.nrows();
     let identity = Mat::<f64>::identity(n, n);
@@ -91,7 +90,7 @@ mod tests {
         for angle in [1e-9_f64, 0.3, 2.0, 40.0, 1000.0] {
             let a = mat![[0.0, angle], [-angle, 0.0]];
             let expected = mat![[angle.cos(), angle.sin()], [-angle.sin(), angle.cos()]];
-            // The condition number of the problem is the angle.
+            // The condition number of this problem is the angle.
             assert_close(&exponential(a.as_ref()), &expected, 8e-16 * angle.max(4.0));
         }
     }
@@ -116,7 +115,7 @@ mod tests {
         assert_close(&exponential(a.as_ref()), &expected, 1e-15);
     }
 
-    /// `V diag(-1000, -1, 0) V^-1` with V unit lower triangular, so that the inverse is exact.
+    /// `V diag(-1000, -1, 0) V^-1` with unit lower triangular V, so that the inverse is exact.
     #[test]
     fn stiff() {
         let v = mat![[1.0, 0.0, 0.0], [2.0, 1.0, 0.0], [-1.0, 3.0, 1.0]];

@@ -22,6 +22,6 @@ pub use random::random_stable;
 pub use simulate::{drive, observe, simulate};
 pub use system::{StateSpace, SystemError, TransferFunction};
 
-/// The largest order of a plant or a model: its matrices take some MB each, and the coefficients of
-/// any stable plant, below 2^n, stay finite.
+/// The largest order of a plant or a model. At this order a matrix takes some MB, and the coefficients of any stable
+/// plant, which are below 2^n, are finite.
 pub const ORDER_LIMIT: usize = 1000;

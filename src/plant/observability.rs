@@ -2,19 +2,18 @@
 
 use faer::MatRef;
 
-/// The numerical rank of the observability matrix `[C'; C'A; ...; C'A^(n-1)]`, without forming it:
-/// the dimension of the Krylov space of (A', C) by the Arnoldi process, whose vectors stay
-/// orthonormal where the powers become parallel.
+/// Returns the numerical rank of the observability matrix `[C'; C'A; ...; C'A^(n-1)]` without forming it.
 ///
-/// The space is complete when what is new in `A'q` is at most `16 n eps` times the norm of
-/// `|A'| |q|`, the rounding error that `A'q` may have. Source: the staircase algorithm, P. Van
+/// The rank is the dimension of the Krylov space of (A', C), found by the Arnoldi process, whose vectors stay
+/// orthonormal when the powers become parallel. The space is complete when the new part of `A'q` is at most `16 n eps`
+/// times the norm of `|A'| |q|`, which is the possible rounding error of `A'q`. Source: the staircase algorithm, P. Van
 /// Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129, for one output.
 ///
 /// # Panics
 /// If C has fewer than n entries.
 pub fn observability_rank(a: MatRef<'_, f64>, c: &[f64]) -> usize {
     let n = a.nrows();
-    // In units of its largest entry no square of C over- or underflows.
+    // In units of its largest entry, no square of C overflows or underflows.
     let largest = c.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     if largest == 0.0 {
         return 0;
@@ -32,7 +31,7 @@ pub fn observability_rank(a: MatRef<'_, f64>, c: &[f64]) -> usize {
         let rounding: Vec<f64> = (0..n)
             .map(|j| (0..n).map(|i| (a[(i, j)] * q[i]).abs()).sum())
             .collect();
-        // Twice is enough (Kahan, Parlett).
+        // Two orthogonalisations are enough (Kahan, Parlett).
         for _ in 0..2 {
             for q in &basis {
                 let along: f64 = next.iter().zip(q).map(|(v, q)| v * q).sum();

@@ -4,7 +4,7 @@ use super::{StateSpace, TransferFunction};
 use crate::names::named_enum;
 
 named_enum! {
-    /// Which of the paper's two inconsistent numerators is taken: reading E1.
+    /// The choice between the paper's two inconsistent numerators: reading E1.
     Numerator, "numerator" {
         /// The printed vector b (the default: the error e_b is defined on b).
         StateSpace = "state-space",
@@ -13,10 +13,10 @@ named_enum! {
     }
 }
 
-/// The example: n = 6, poles 0.4, 0.3, 0.25, 0.2, 0.15, 0.1.
+/// Returns the paper's example: n = 6, poles 0.4, 0.3, 0.25, 0.2, 0.15, 0.1.
 ///
 /// # Panics
-/// Never: the printed coefficients make a plant.
+/// Never: the printed coefficients form a plant.
 pub fn nikolov2023(numerator: Numerator) -> StateSpace {
     let a = vec![-0.00009, 0.002835, -0.035525, 0.2275, -0.7875, 1.4];
     match numerator {

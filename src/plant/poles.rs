@@ -7,7 +7,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, evd_real, evd_scratch};
 use faer::{Mat, Par, c64};
 
-/// Finds poles with buffers of its own, for many systems; those of one order share them.
+/// Finds poles of many systems. Systems of the same order share the buffers.
 pub struct PoleFinder {
     companion: Mat<f64>,
     real: Diag<f64>,
@@ -16,7 +16,7 @@ pub struct PoleFinder {
 }
 
 impl PoleFinder {
-    /// Buffers for order n.
+    /// Makes buffers for order n.
     pub fn new(n: usize) -> Self {
         let no = ComputeEigenvectors::No;
         let scratch = evd_scratch::<f64>(n, no, no, Par::Seq, Default::default());
@@ -28,7 +28,7 @@ impl PoleFinder {
         }
     }
 
-    /// Fills the eigenvalues; false where a coefficient is not finite or the iteration fails.
+    /// Computes the eigenvalues; returns false if a coefficient is not finite or the iteration fails.
     fn find(&mut self, a: &[f64]) -> bool {
         let n = a.len();
         if n != self.companion.nrows() {
@@ -57,8 +57,8 @@ impl PoleFinder {
         .is_ok()
     }
 
-    /// The zeros of `z^n - a_n z^(n-1) - ... - a_1`, largest modulus first; empty where `a` is not
-    /// finite or the eigenvalue iteration did not converge.
+    /// Returns the zeros of `z^n - a_n z^(n-1) - ... - a_1`, largest modulus first. Empty if `a` is not finite or the
+    /// eigenvalue iteration does not converge.
     pub fn poles(&mut self, a: &[f64]) -> Vec<c64> {
         if !self.find(a) {
             return Vec::new();
@@ -76,9 +76,10 @@ impl PoleFinder {
         poles
     }
 
-    /// The largest modulus of a pole, 1 or more exactly where `a` is not `stable` by
-    /// [`is_stable`](super::stability::is_stable); NaN where a coefficient is not finite or the iteration does not
-    /// converge. Up to order 24 it has the bits of the lanes, above it is that of the eigenvalues.
+    /// Returns the largest modulus of the poles; NaN if a coefficient is not finite or the iteration does not converge.
+    ///
+    /// The result is 1 or more exactly if `a` is not `stable` by [`is_stable`](super::stability::is_stable). Up to
+    /// order 24 it has the same bits as in the lanes; above, it comes from the eigenvalues.
     pub fn spectral_radius(&mut self, a: &[f64], stable: bool) -> f64 {
         if a.len() <= radius::LARGEST_ORDER {
             return f64::run(
@@ -94,7 +95,7 @@ impl PoleFinder {
     }
 }
 
-/// The coefficients `phi_1 ... phi_n` of `z^n + phi_1 z^(n-1) + ... = prod_i (z - p_i)`.
+/// Returns the coefficients `phi_1 ... phi_n` of `z^n + phi_1 z^(n-1) + ... = prod_i (z - p_i)`.
 pub fn polynomial_from_poles(poles: &[c64]) -> Vec<c64> {
     let mut phi = vec![c64::new(1.0, 0.0)];
     for pole in poles {

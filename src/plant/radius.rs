@@ -1,35 +1,32 @@
-//! The spectral radius: the largest modulus of the poles, by Ehrlich and Aberth's simultaneous
-//! iteration for all of them, over [`Real`].
+//! The spectral radius, i.e. the largest modulus of the poles, by the Ehrlich-Aberth iteration for all poles
+//! simultaneously, over [`Real`].
 //!
-//! The iteration ends when every root that it has is one of two kinds. Either its value is
-//! rounding, or the disc of radius `n |p(z_i) / prod_(j != i) (z_i - z_j)|` around it stays within
-//! the largest modulus: all these discs together hold all zeros. So no zero beyond the radius is
-//! missed, and the radius has the error that rounding each coefficient once would cause, some times
-//! over.
+//! The iteration ends when every approximate root is one of two kinds. Either the polynomial's value there is rounding.
+//! Or the disc of radius `n |p(z_i) / prod_(j != i) (z_i - z_j)|` around it stays within the largest modulus. All these
+//! discs together contain all zeros, so no zero beyond the radius is missed. The error of the radius is a few times
+//! that of rounding each coefficient once.
 
 use super::canonical::reverse_negated;
 use crate::real::{Mask, Real, Word};
 
-/// Orders up to this one have the iteration; powers of moduli would leave the range of numbers at
-/// some hundreds.
+/// The largest order that uses the iteration. At orders of some hundreds, powers of moduli would overflow or underflow.
 pub(crate) const LARGEST_ORDER: usize = 24;
 
-/// Steps from one circle. Six are usual, twofold zeros take some 20, 24-fold ones 60.
+/// The largest number of steps from one circle. Six are usual; double zeros take about 20, 24-fold ones 60.
 const MOST_STEPS: usize = 100;
 
-/// The golden angle's cosine and sine: numbers turned by it surround a circle, however many they
-/// are.
+/// Cosine and sine of the golden angle. Points turned by it surround a circle, however many there are.
 const TURN: [f64; 2] = [-0.737_368_878_078_319_7, 0.675_490_294_261_523_8];
 
-/// Circles on which the iteration starts, in units of `max |alpha_k|^(1/k)`, which no zero exceeds
-/// twice. Started from within the zeros, all numbers may fall to a multiple zero and miss a larger
-/// one; then the next circle serves.
+/// Circles on which the iteration starts, in units of `max |alpha_k|^(1/k)`; no zero exceeds twice that unit. Started
+/// from within the zeros, all points may converge to a multiple zero and miss a larger one. Then the next circle is
+/// tried.
 const CIRCLES: [f64; 3] = [1.5, 2.0, 3.0];
 
-/// The largest modulus of the zeros of `z^n - a_n z^(n-1) - ... - a_1`, n at most `N`; NaN where a
-/// coefficient is not finite or the iteration does not converge.
+/// Returns the largest modulus of the zeros of `z^n - a_n z^(n-1) - ... - a_1`, n at most `N`. NaN if a coefficient is
+/// not finite or the iteration does not converge.
 ///
-/// `stable` is what [`super::stability::is_stable`] says of `a`.
+/// `stable` is the result of [`super::stability::is_stable`] for `a`.
 #[inline(always)]
 pub(crate) fn spectral_radius<R: Real, const N: usize>(a: &[R], stable: R::Mask) -> R {
     let mut alpha = [R::zero(); N];
@@ -39,8 +36,8 @@ pub(crate) fn spectral_radius<R: Real, const N: usize>(a: &[R], stable: R::Mask)
     on_its_side(iterate::<R, N>(alpha, start) * scale, stable)
 }
 
-/// The stability test decides: a radius is 1 or more exactly where the polynomial is not stable.
-/// One that rounding puts on the other side of 1 becomes the nearest number of its side.
+/// Makes the radius agree with the stability test: it is 1 or more exactly if the polynomial is not stable. A radius
+/// that rounding has put on the wrong side of 1 becomes the nearest number on the right side.
 #[inline(always)]
 pub(crate) fn on_its_side<R: Real>(radius: R, stable: R::Mask) -> R {
     let one = R::splat(1.0);
@@ -50,9 +47,8 @@ pub(crate) fn on_its_side<R: Real>(radius: R, stable: R::Mask) -> R {
     R::select(stable, inside, outside)
 }
 
-/// Divides the zeros by a power of two, exactly, such that `max |alpha_k|^(1/k)` is about 1.
-/// Returns that power, and the maximum to 10 %: zero where all zeros are, NaN where a coefficient
-/// is not finite.
+/// Divides the zeros exactly by a power of two such that `max |alpha_k|^(1/k)` is about 1. Returns that power, and the
+/// maximum to within 10 %: zero if all zeros are, NaN if a coefficient is not finite.
 #[inline(always)]
 fn normalise<R: Real>(alpha: &mut [R]) -> (R, R) {
     let zero = R::zero();
@@ -80,16 +76,16 @@ fn normalise<R: Real>(alpha: &mut [R]) -> (R, R) {
     (rough_power(whole), largest)
 }
 
-/// Powers of two up to this one have an inverse that is a normal number.
+/// The inverse of powers of two up to this exponent is a normal number.
 const LARGEST_EXPONENT: f64 = 1022.0;
 
-/// Numbers of this size have no fraction: 2^52, and half as much again for negative integers.
+/// A number of this size has no fractional bits: 2^52, and half as much again to allow negative integers.
 const INTEGERS: f64 = 6_755_399_441_055_744.0;
 
-/// Units of the logarithm.
+/// Units per 1 of the logarithm.
 const UNITS: f64 = 1_048_576.0;
 
-/// `log2 |x|`, low by at most 0.09: exponent and first 20 bits of the mantissa.
+/// Returns `log2 |x|`, too low by at most 0.09, from the exponent and the first 20 bits of the mantissa.
 #[inline(always)]
 fn rough_logarithm<R: Real>(x: R) -> R {
     let integers = R::splat(INTEGERS);
@@ -97,14 +93,14 @@ fn rough_logarithm<R: Real>(x: R) -> R {
     (R::from_bits(bits) - integers) * R::splat(1.0 / UNITS) - R::splat(1023.0)
 }
 
-/// The inverse of [`rough_logarithm`], which is exact for integers.
+/// Returns the inverse of [`rough_logarithm`], which is exact for integers.
 #[inline(always)]
 fn rough_power<R: Real>(exponent: R) -> R {
     let integer = exponent.mul_add(R::splat(UNITS), R::splat(1023.0 * UNITS + INTEGERS));
     R::from_bits(integer.to_bits().left::<32>())
 }
 
-/// The largest modulus of the zeros.
+/// Returns the largest modulus of the zeros by the iteration.
 #[inline(always)]
 fn iterate<R: Real, const N: usize>(alpha: &[R], start: R) -> R {
     let n = alpha.len();
@@ -140,7 +136,7 @@ fn iterate<R: Real, const N: usize>(alpha: &[R], start: R) -> R {
     radius
 }
 
-/// Fills with numbers around a circle.
+/// Fills `roots` with points around a circle.
 #[inline(always)]
 fn surround<R: Real>(roots: &mut [Complex<R>], radius: R) {
     let mut next = Complex {
@@ -153,7 +149,7 @@ fn surround<R: Real>(roots: &mut [Complex<R>], radius: R) {
     }
 }
 
-/// Ehrlich and Aberth's step of one root, and whether the root can no longer move the radius.
+/// Does the Ehrlich-Aberth step of one root. Also returns whether the root can no longer change the radius.
 #[inline(always)]
 fn improve<R: Real>(
     alpha: &[R],
@@ -187,8 +183,8 @@ fn improve<R: Real>(
     let is_within = p.square().at_most(room * room * q.square());
     let step = p.times(q).over(dp.times(q).minus(p.times(dq)));
     let better = z.minus(step);
-    // A step beyond what any zero's modulus can be, or without a value, is none; z then moves on
-    // the circle.
+    // A step that has no value, or that goes beyond the modulus of any possible zero, is not taken. z then moves along
+    // the circle instead.
     let possible = better.square().at_most(R::splat(64.0));
     let turned = z.times(Complex::splat(TURN));
     let better = Complex {
@@ -226,7 +222,7 @@ impl<R: Real> Complex<R> {
         }
     }
 
-    /// `self * factor + addend`.
+    /// Returns `self * factor + addend`.
     #[inline(always)]
     fn times_plus(self, factor: Self, addend: Self) -> Self {
         let re = self.re.mul_add(factor.re, addend.re);
@@ -252,7 +248,7 @@ impl<R: Real> Complex<R> {
         self.times(conjugate)
     }
 
-    /// The modulus squared.
+    /// Returns the modulus squared.
     #[inline(always)]
     fn square(self) -> R {
         self.re.mul_add(self.re, self.im * self.im)

@@ -5,8 +5,8 @@ use crate::signal::{Stream, normal::fill_standard_normal};
 use faer::c64;
 use rand::Rng;
 
-/// A plant of order n with poles uniform on the disc of the given radius (complex ones in conjugate
-/// pairs, a last odd one real, uniform on the diameter) and standard normal b.
+/// Draws a plant of order n with standard normal b and poles uniform on the disc of the given radius. Complex poles
+/// come in conjugate pairs; for odd n the last pole is real, uniform on the diameter.
 ///
 /// # Panics
 /// If `order` is 0 or above [`ORDER_LIMIT`](super::ORDER_LIMIT), or `radius` is not in (0, 1).

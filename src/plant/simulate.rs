@@ -3,10 +3,10 @@
 use crate::real::Real;
 use crate::signal::arithmetic::with_fma;
 
-/// One step in place: `x <- A x + b u + g e`.
+/// Advances one step in place: `x <- A x + b u + g e`.
 ///
-/// `x_i <- x_(i+1) + b_i u + g_i e` and `x_n <- b_n u + a_1 x_1 + ... + a_n x_n + g_n e`, every
-/// product fused, in this order. Pass an empty `g` for a plain simulation.
+/// `x_i <- x_(i+1) + b_i u + g_i e` and `x_n <- b_n u + a_1 x_1 + ... + a_n x_n + g_n e`, every product fused, in this
+/// order. For a plain simulation pass an empty `g`.
 #[inline(always)]
 fn advance<const FEEDBACK: bool, R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R], u: R, e: R) {
     let n = x.len();
@@ -14,7 +14,7 @@ fn advance<const FEEDBACK: bool, R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R]
     for i in 0..n {
         last = a[i].mul_add(x[i], last);
     }
-    // The innovation, which is known last, enters last.
+    // The innovation is known last, so it enters last.
     if FEEDBACK {
         last = g[n - 1].mul_add(e, last);
     }
@@ -27,8 +27,8 @@ fn advance<const FEEDBACK: bool, R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R]
     x[n - 1] = last;
 }
 
-/// Calls `visit(k, x(k))` for k = 0 ... u.len() - 1 and leaves the state after the last input in
-/// `x`: `x(k+1) = A x(k) + b u(k)`, from the `x` given.
+/// Simulates `x(k+1) = A x(k) + b u(k)` from the given `x` and calls `visit(k, x(k))` for k = 0 ... u.len() - 1. Leaves
+/// the state after the last input in `x`.
 ///
 /// # Panics
 /// If `a`, `b` and `x` are not of one length n >= 1.
@@ -40,12 +40,11 @@ pub fn simulate<R: Real>(a: &[R], b: &[R], x: &mut [R], u: &[R], visit: impl FnM
     );
 }
 
-/// The same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`: `rows` comes with w(k) in row k
-/// (n numbers a row), where x(k) takes its place.
+/// Does the same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`. On entry, row k of `rows` (n numbers a row)
+/// holds w(k); it is overwritten by x(k).
 ///
 /// # Panics
-/// If `a`, `b` and `x` are not of one length n >= 1, or `rows` is shorter than n numbers for every
-/// input.
+/// If `a`, `b` and `x` are not of one length n >= 1, or `rows` has fewer than n numbers per input.
 pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: &mut [f64]) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n && rows.len() >= n * u.len());
@@ -53,7 +52,7 @@ pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: 
         #[inline(always)]
         || {
             for (row, &u) in rows.chunks_exact_mut(n).zip(u) {
-                // x is then w(k), and the row x(k).
+                // Now x is w(k), and the row is x(k).
                 x.swap_with_slice(row);
                 let mut last = b[n - 1] * u;
                 for i in 0..n {
@@ -68,7 +67,7 @@ pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: 
     );
 }
 
-/// The same where every input depends on the state: `u(k) = visit(k, x(k))`, k = 0 ... samples - 1.
+/// Does the same as [`simulate`] with inputs that depend on the state: `u(k) = visit(k, x(k))`, k = 0 ... samples - 1.
 ///
 /// # Panics
 /// If `a`, `b` and `x` are not of one length n >= 1.
@@ -93,8 +92,8 @@ pub fn drive<R: Real>(
     );
 }
 
-/// The same with output feedback, stage 12: `x(k+1) = A x(k) + b u(k) + g (y(k) - x_1(k))`, which
-/// is `F x + b u + g y` with `F = A - g c'`.
+/// Does the same with output feedback, stage 12: `x(k+1) = A x(k) + b u(k) + g (y(k) - x_1(k))`, which is
+/// `F x + b u + g y` with `F = A - g c'`.
 ///
 /// # Panics
 /// If `a`, `b`, `g` and `x` are not of one length n >= 1, or `u` and `y` differ in length.
@@ -114,12 +113,11 @@ pub fn observe<R: Real>(
     );
 }
 
-/// The same for a caller that is already inside of [`Real::run`], so that a constant order stays
-/// one.
+/// The same functions for callers that are already inside [`Real::run`], so that a constant order remains constant.
 pub(crate) mod inlined {
     use super::{Real, advance};
 
-    /// [`super::simulate`].
+    /// Does [`super::simulate`].
     #[inline(always)]
     pub(crate) fn simulate<R: Real>(
         a: &[R],
@@ -136,7 +134,7 @@ pub(crate) mod inlined {
         }
     }
 
-    /// The same without input, for some samples: `x(k+1) = A x(k)`.
+    /// Does the same without input for some samples: `x(k+1) = A x(k)`.
     #[inline(always)]
     pub(crate) fn decay<R: Real>(
         a: &[R],
@@ -157,7 +155,7 @@ pub(crate) mod inlined {
         }
     }
 
-    /// [`super::observe`].
+    /// Does [`super::observe`].
     #[inline(always)]
     pub(crate) fn observe<R: Real>(
         a: &[R],
@@ -176,7 +174,7 @@ pub(crate) mod inlined {
         }
     }
 
-    /// One step of [`super::observe`].
+    /// Does one step of [`super::observe`].
     #[inline(always)]
     pub(crate) fn observe_step<R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R], u: R, y: R) {
         advance::<true, R>(a, b, g, x, u, y - x[0]);

@@ -1,13 +1,13 @@
-//! Stability without eigenvalues: Levinson's step-down recursion, also known as the Schur-Cohn or
-//! Jury test, with the predictors and energies that come out of the same numbers.
+//! Stability without eigenvalues, by Levinson's step-down recursion, also known as the Schur-Cohn or Jury test. The
+//! same numbers yield predictors and energies.
 
 use crate::real::{Mask, Real};
 
-/// One step down, in place: the predictor of order m - 1 from that of order m.
+/// Steps down once, in place: from the predictor of order m to that of order m - 1.
 ///
-/// `d^(m-1)_i = (d^(m)_i - kappa d^(m)_(m-i)) / (1 - kappa^2)`, `kappa = d^(m)_m`; `d` holds
-/// `d_1 ... d_m`. Returns kappa; where |kappa| >= 1 or kappa is not a number, what is left means
-/// nothing.
+/// `d^(m-1)_i = (d^(m)_i - kappa d^(m)_(m-i)) / (1 - kappa^2)`, `kappa = d^(m)_m`; `d` holds `d_1 ... d_m`. Returns
+/// kappa. If
+/// kappa| >= 1 or kappa is NaN, the new `d` is meaningless.
 #[inline(always)]
 fn step_down<R: Real>(d: &mut [R]) -> R {
     let m = d.len();
@@ -23,9 +23,9 @@ fn step_down<R: Real>(d: &mut [R]) -> R {
     kappa
 }
 
-/// Whether all zeros of `z^n - a_n z^(n-1) - ... - a_1` lie inside the unit circle, in O(n^2).
+/// Returns whether all zeros of `z^n - a_n z^(n-1) - ... - a_1` lie inside the unit circle, in O(n^2).
 ///
-/// `scratch` holds n numbers.
+/// `scratch` has room for n numbers.
 ///
 /// # Panics
 /// In debug builds, if the lengths differ.
@@ -40,8 +40,7 @@ pub fn is_stable<R: Real>(a: &[R], scratch: &mut [R]) -> R::Mask {
     stable
 }
 
-/// The predictors of orders 0 ... p of the stationary process `D(q) v = w`, w white of unit
-/// variance.
+/// The predictors of orders 0 ... p of the stationary process `D(q) v = w`, with white w of unit variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepDown {
     /// `predictors[m]` holds d^(m)_1 ... d^(m)_m.
@@ -51,7 +50,7 @@ pub struct StepDown {
 }
 
 impl StepDown {
-    /// The recursion for `D = 1 + d_1 q^-1 + ... + d_p q^-p`; `None` where D is not stable.
+    /// Makes the recursion for `D = 1 + d_1 q^-1 + ... + d_p q^-p`; `None` if D is not stable.
     pub fn new(d: &[f64]) -> Option<Self> {
         let p = d.len();
         let mut predictors = vec![d.to_vec()];
@@ -59,7 +58,7 @@ impl StepDown {
         let mut current = d.to_vec();
         for m in (1..=p).rev() {
             let kappa = step_down(&mut current[..m]);
-            // `!(... < 1.0)` so that NaN is refused.
+            // `!(... < 1.0)` also refuses NaN.
             if !(kappa.abs() < 1.0) {
                 return None;
             }
@@ -75,15 +74,15 @@ impl StepDown {
         })
     }
 
-    /// The predictor polynomial of an order and the standard deviation of its error.
+    /// Returns the predictor polynomial of an order and the standard deviation of its error.
     pub fn predictor(&self, order: usize) -> (&[f64], f64) {
         (&self.predictors[order], self.deviations[order])
     }
 
-    /// `sum_k g(k)^2` of the impulse response g of `C(q) / D(q)`, C given by `c_0 ... c_q`.
+    /// Returns `sum_k g(k)^2` of the impulse response g of `C(q) / D(q)`, with C given by `c_0 ... c_q`.
     ///
-    /// Astrom, Jury and Agniel's recursion: with `c^(m-1)_i = c^(m)_i - c^(m)_m d^(m)_(m-i)` the
-    /// sum is `sum_m (c^(m)_m sigma_m)^2`.
+    /// Computed by the recursion of Astrom, Jury and Agniel: with `c^(m-1)_i = c^(m)_i - c^(m)_m d^(m)_(m-i)` the sum
+    /// is `sum_m (c^(m)_m sigma_m)^2`.
     pub fn energy(&self, numerator: &[f64]) -> f64 {
         let p = self.predictors.len() - 1;
         let mut c = numerator.to_vec();

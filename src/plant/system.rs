@@ -14,14 +14,14 @@ pub struct StateSpace {
 
 /// The plant as `W(z) = (h_1 z^(n-1) + ... + h_n) / (z^n - a_n z^(n-1) - ... - a_1)`, Eq. (4).
 ///
-/// In the field's notation `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`.
+/// In the usual notation this is `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
     a: Vec<f64>,
     h: Vec<f64>,
 }
 
-/// Why coefficients do not make a plant.
+/// Why coefficients do not form a plant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SystemError {
     /// The two vectors are empty or of different lengths.
@@ -43,7 +43,7 @@ fn check(first: &[f64], second: &[f64]) -> Result<(), SystemError> {
 }
 
 impl StateSpace {
-    /// The plant with last row `a` of A and input vector `b`, Eqs. (2), (3).
+    /// Makes the plant with last row `a` of A and input vector `b`, Eqs. (2), (3).
     ///
     /// # Errors
     /// If the lengths differ or are zero, or a coefficient is not finite.
@@ -52,41 +52,41 @@ impl StateSpace {
         Ok(Self { a, b })
     }
 
-    /// The order n.
+    /// Returns the order n.
     pub fn order(&self) -> usize {
         self.a.len()
     }
 
-    /// The last row of A, `a_1 ... a_n`.
+    /// Returns the last row of A, `a_1 ... a_n`.
     pub fn a(&self) -> &[f64] {
         &self.a
     }
 
-    /// The input vector `b_1 ... b_n`: the first n Markov parameters.
+    /// Returns the input vector `b_1 ... b_n`: the first n Markov parameters.
     pub fn b(&self) -> &[f64] {
         &self.b
     }
 
-    /// The numerator `h = T b`, Eq. (5).
+    /// Returns the numerator `h = T b`, Eq. (5).
     pub fn h(&self) -> Vec<f64> {
         let mut h = self.b.clone();
         multiply_toeplitz(&self.a, &mut h);
         h
     }
 
-    /// The denominator `1, alpha_1, ..., alpha_n` of A(q).
+    /// Returns the coefficients `1, alpha_1, ..., alpha_n` of A(q).
     pub fn denominator(&self) -> Vec<f64> {
         let mut alpha = vec![1.0; self.order() + 1];
         reverse_negated(&self.a, &mut alpha[1..]);
         alpha
     }
 
-    /// Whether all poles lie inside the unit circle.
+    /// Returns whether all poles lie inside the unit circle.
     pub fn is_stable(&self) -> bool {
         is_stable(&self.a, &mut vec![0.0; self.order()])
     }
 
-    /// `sum_k w(k)^2` of the impulse response: the output's variance under white input of unit variance.
+    /// Returns `sum_k w(k)^2` of the impulse response: the variance of the output under white input of unit variance.
     /// `None` for an unstable plant.
     pub fn energy(&self) -> Option<f64> {
         let step_down = StepDown::new(&self.denominator()[1..])?;
@@ -95,8 +95,8 @@ impl StateSpace {
         Some(step_down.energy(&numerator))
     }
 
-    /// Fills `y0` with the noise-free output and `states` (row k holds x(k), n numbers a row), from the
-    /// initial state in `x`, which is left as the state after the last input.
+    /// Computes the noise-free output in `y0` and the states in `states` (row k holds x(k), n numbers a row). `x` holds
+    /// the initial state on entry and the state after the last input on return.
     ///
     /// # Panics
     /// If `x` is not of length n, or the outputs' lengths do not fit `u`.
@@ -116,11 +116,11 @@ impl StateSpace {
         );
     }
 
-    /// The same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`: `states` comes with w(k) in row k, where x(k)
-    /// takes its place.
+    /// Does the same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`. On entry, row k of `states` holds w(k); it
+    /// is overwritten by x(k).
     ///
     /// # Panics
-    /// As [`Self::simulate`].
+    /// As for [`Self::simulate`].
     pub fn simulate_disturbed(&self, x: &mut [f64], u: &[f64], y0: &mut [f64], states: &mut [f64]) {
         assert!(y0.len() == u.len() && states.len() == self.order() * u.len());
         simulate_disturbed(&self.a, &self.b, x, u, states);
@@ -129,8 +129,8 @@ impl StateSpace {
         }
     }
 
-    /// `sum_k ||c'A^k||^2`: the output's variance under process noise `w(k) ~ N(0, I)` alone. `None` for an unstable
-    /// plant.
+    /// Returns `sum_k ||c'A^k||^2`: the variance of the output under process noise `w(k) ~ N(0, I)` alone. `None` for
+    /// an unstable plant.
     pub fn disturbance_energy(&self) -> Option<f64> {
         let n = self.order();
         let of_component = |i: usize| {
@@ -146,7 +146,7 @@ impl StateSpace {
 }
 
 impl TransferFunction {
-    /// The plant with denominator coefficients `a` and numerator `h`, Eq. (4).
+    /// Makes the plant with denominator coefficients `a` and numerator `h`, Eq. (4).
     ///
     /// # Errors
     /// If the lengths differ or are zero, or a coefficient is not finite.
@@ -155,7 +155,7 @@ impl TransferFunction {
         Ok(Self { a, h })
     }
 
-    /// The plant `B(q) / A(q)` from `alpha_1 ... alpha_n` and `beta_1 ... beta_n`.
+    /// Makes the plant `B(q) / A(q)` from `alpha_1 ... alpha_n` and `beta_1 ... beta_n`.
     ///
     /// # Errors
     /// As for [`Self::new`].
@@ -165,14 +165,14 @@ impl TransferFunction {
         Self::new(a, beta.to_vec())
     }
 
-    /// `alpha_1 ... alpha_n` of `A(q) = 1 + alpha_1 q^-1 + ...`.
+    /// Returns `alpha_1 ... alpha_n` of `A(q) = 1 + alpha_1 q^-1 + ...`.
     pub fn alpha(&self) -> Vec<f64> {
         let mut alpha = vec![0.0; self.a.len()];
         reverse_negated(&self.a, &mut alpha);
         alpha
     }
 
-    /// `beta_1 ... beta_n` of `B(q) = beta_1 q^-1 + ...`, which is h.
+    /// Returns `beta_1 ... beta_n` of `B(q) = beta_1 q^-1 + ...`, which is h.
     pub fn beta(&self) -> &[f64] {
         &self.h
     }
@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(states[2..4], [1.0, 2.0]);
     }
 
-    /// Row k of the states before is w(k); by hand for order 2.
+    /// On entry, row k of the states is w(k). By hand for order 2.
     #[test]
     fn process_noise_enters_every_component_a_step_later() {
         let plant = StateSpace::new(vec![-0.7, 1.5], vec![1.0, 2.0]).unwrap();
@@ -231,7 +231,7 @@ mod tests {
         assert!((x[0] - (third[1] + 0.5)).abs() < 1e-15, "{x:?}");
     }
 
-    /// Against the sum itself.
+    /// Compared with the sum itself.
     #[test]
     fn the_energy_of_process_noise() {
         let plant = StateSpace::new(vec![-0.7, 1.5], vec![1.0, 2.0]).unwrap();

@@ -1,30 +1,30 @@
 //! The rules of arithmetic that give the same bits on every machine.
 //!
-//! 1. Products that are added are fused: one rounding, by [`f64::mul_add`]. Nothing is left to the
-//!    compiler, which never fuses or reorders on its own.
-//! 2. A long sum is eight partial sums, the term of index k going to partial sum k mod 8, folded as
-//!    [`fold`] says. One accumulator per SIMD lane or eight per trial give the same bits.
-//! 3. Short sums (over the order of a system) run in the order that the formula states.
-//! 4. Elementary functions are own polynomials ([`super::normal`]), never the platform's libm;
-//!    division and square root are correctly rounded by IEEE 754 everywhere.
+//! 1. A product that is added to something is fused by [`f64::mul_add`], with one rounding. The compiler never fuses
+//!    or reorders on its own, so nothing is left to it.
+//! 2. A long sum consists of eight partial sums. The term with index k goes to partial sum k mod 8, and [`fold`] adds
+//!    the partial sums. One accumulator per SIMD lane or eight per trial give the same bits.
+//! 3. Short sums (over the order of a system) run in the order of the formula.
+//! 4. Elementary functions are polynomials of this crate ([`super::normal`]), never the platform's libm. IEEE 754
+//!    ensures that division and square root are correctly rounded everywhere.
 //!
-//! A machine without fused multiply-add instructions computes the same bits through the software
-//! `fma`, slowly. A machine that has them is detected at run time by [`with_fma`].
+//! A machine without fused multiply-add instructions computes the same bits through the software `fma`, slowly.
+//! [`with_fma`] detects these instructions at run time.
 //!
-//! What is written over [`Real`] serves one trial and trials in lock step alike.
+//! Code written over [`Real`] serves both one trial and trials in lock step.
 
 pub use crate::real::with_fma;
 
 use crate::real::Real;
 
-/// Folds eight partial sums: halves are added, then quarters, then the last two.
+/// Adds eight partial sums: halves are added, then quarters, then the last two.
 #[inline(always)]
 pub fn fold<R: Real>(partial: [R; 8]) -> R {
     let [a, b, c, d, e, f, g, h] = partial;
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
-/// The inner product `sum_k x(k) y(k)` over eight fused partial sums.
+/// Returns the inner product `sum_k x(k) y(k)` over eight fused partial sums.
 ///
 /// # Panics
 /// In debug builds, if the lengths differ.
@@ -45,7 +45,7 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     fold(partial)
 }
 
-/// `sum_k term(x(k))` over eight partial sums, each step `step(partial, x(k))`.
+/// Computes `sum_k term(x(k))` over eight partial sums; each step is `step(partial, x(k))`.
 #[inline(always)]
 fn reduce<R: Real>(x: &[R], step: impl Fn(R, R) -> R) -> R {
     let mut partial = [R::zero(); 8];
@@ -61,7 +61,7 @@ fn reduce<R: Real>(x: &[R], step: impl Fn(R, R) -> R) -> R {
     fold(partial)
 }
 
-/// The arithmetic mean; NaN for an empty slice.
+/// Returns the arithmetic mean; NaN for an empty slice.
 pub fn mean<R: Real>(x: &[R]) -> R {
     R::run(
         #[inline(always)]
@@ -69,7 +69,7 @@ pub fn mean<R: Real>(x: &[R]) -> R {
     )
 }
 
-/// The mean square about the mean, divisor N: `sum_k (x(k) - mean)^2 / N`, in two passes.
+/// Returns the mean square about the mean, divisor N: `sum_k (x(k) - mean)^2 / N`, in two passes.
 pub fn variance<R: Real>(x: &[R]) -> R {
     R::run(
         #[inline(always)]
@@ -81,7 +81,7 @@ pub fn variance<R: Real>(x: &[R]) -> R {
     )
 }
 
-/// The covariance about the means, divisor N: `sum_k (x(k) - mean_x)(y(k) - mean_y) / N`.
+/// Returns the covariance about the means, divisor N: `sum_k (x(k) - mean_x)(y(k) - mean_y) / N`.
 ///
 /// # Panics
 /// If the lengths differ.

@@ -1,4 +1,4 @@
-//! Input sequences. Those that are drawn have mean zero and the amplitude as standard deviation.
+//! Input sequences. Random ones have mean zero and the amplitude as standard deviation.
 
 use super::arithmetic::with_fma;
 use super::noise::NoiseFilter;
@@ -19,7 +19,7 @@ pub struct RandomSigns {
 }
 
 named_enum! {
-    /// How the signs go on: reading E5.
+    /// How the signs continue: reading E5.
     Sequence, "input sequence" {
         /// A fresh sign at every k (the default).
         Independent = "independent",
@@ -32,7 +32,7 @@ impl RandomSigns {
     /// The period of the paper's pseudo-random binary sequence.
     pub(crate) const PERIOD: usize = 127;
 
-    /// Fills `u` from the stream: the sign of u(k) is bit k mod 64 of word k div 64, set for plus.
+    /// Fills `u` from the stream. The sign of u(k) is bit k mod 64 of word k div 64, set for plus.
     ///
     /// A longer `u` extends a shorter one.
     pub fn fill(&self, stream: &mut Stream, u: &mut [f64]) {
@@ -63,19 +63,19 @@ pub enum Input {
         /// Their standard deviation, in units of u.
         amplitude: f64,
     },
-    /// White Gaussian numbers through a filter, scaled to the amplitude; stationary from the first sample.
+    /// White Gaussian numbers through a filter, scaled to the amplitude and stationary from the first sample.
     Filtered {
         /// The filter.
         filter: NoiseFilter,
-        /// The standard deviation of what comes out, in units of u.
+        /// The standard deviation of the filter's output, in units of u.
         amplitude: f64,
     },
-    /// The same samples in every trial, from the first again after the last.
+    /// The same samples in every trial, repeated from the first after the last.
     Samples(Arc<[f64]>),
 }
 
 named_enum! {
-    /// The law of an input's samples, where no table or file says it.
+    /// The law of an input's samples, unless a table or a file defines it.
     InputLaw, "input" {
         /// [`Input::Signs`] (the default).
         Signs = "signs",
@@ -85,7 +85,7 @@ named_enum! {
 }
 
 impl Input {
-    /// An input by its names. `sequence` holds for signs; Gaussian numbers are always fresh.
+    /// Makes an input from its names. `sequence` applies to signs; Gaussian numbers are always fresh.
     pub const fn new(law: InputLaw, amplitude: f64, sequence: Sequence) -> Self {
         match law {
             InputLaw::Signs => Self::Signs(RandomSigns {
@@ -96,7 +96,7 @@ impl Input {
         }
     }
 
-    /// Every setting, for a manifest.
+    /// Returns every setting, for a manifest.
     pub fn describe(&self) -> Value {
         let law = |law: InputLaw, sequence: Option<Sequence>| json!({ "law": law, "amplitude": self.amplitude(), "sequence": sequence });
         match self {
@@ -111,12 +111,12 @@ impl Input {
         }
     }
 
-    /// Whether every trial has the same samples.
+    /// Returns whether every trial has the same samples.
     pub fn is_fixed(&self) -> bool {
         matches!(self, Self::Samples(_)) || self.amplitude() == 0.0
     }
 
-    /// The standard deviation, in units of u; of given samples their root mean square.
+    /// Returns the standard deviation in units of u; for given samples, their root mean square.
     pub fn amplitude(&self) -> f64 {
         match self {
             Self::Signs(RandomSigns { amplitude, .. })
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
     use crate::signal::stream::{Purpose, stream};
 
-    /// Mean and variance of Gaussian input within 4.5 standard errors of 0 and amplitude^2.
+    /// The mean and variance of Gaussian input are within 4.5 standard errors of 0 and amplitude^2.
     #[test]
     fn gaussian_input_has_the_amplitude_as_standard_deviation() {
         const COUNT: usize = 1_000_000;
@@ -188,8 +188,8 @@ mod tests {
         assert_eq!(short, u[..77]);
     }
 
-    /// Variance and lag-1 covariance over trials of an AR(1) input, its first sample among them, within 4.5 standard errors
-    /// of amplitude^2 and amplitude^2 (-d).
+    /// The variance and lag-1 covariance of an AR(1) input over trials, including its first sample, are within 4.5
+    /// standard errors of amplitude^2 and amplitude^2 (-d).
     #[test]
     fn filtered_input_has_amplitude_and_spectrum_from_its_first_sample() {
         const TRIALS: u64 = 40_000;

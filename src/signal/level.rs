@@ -5,12 +5,11 @@ use crate::names::named_enum;
 use crate::real::Real;
 
 named_enum! {
-    /// Over what the standard deviations of Eq. (6) are taken: reading E7.
+    /// What the standard deviations of Eq. (6) are taken over: reading E7.
     LevelOver, "reading of eta" {
-        /// The realisation in the window k = 0 ... N-1: eta holds exactly in every trial (the
-        /// default).
+        /// The realisation in the window k = 0 ... N-1, so that eta holds exactly in every trial (the default).
         Window = "exact",
-        /// The stationary processes: eta holds on average over trials. The output's is that under
+        /// The stationary processes, so that eta holds on average over trials. The output's process is that under
         /// independent signs.
         Process = "nominal",
         /// Nothing: eta/100 is the standard deviation of the white noise before its filter, in units of y.
@@ -19,7 +18,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// Which output's standard deviation stands below the line in Eq. (6): reading E7.
+    /// Which output's standard deviation is the denominator of Eq. (6): reading E7.
     LevelOf, "output of eta" {
         /// The noise-free output c'x (the default).
         NoiseFree = "noise-free",
@@ -40,19 +39,19 @@ pub struct LevelReading {
 /// Variances of the two processes, for [`LevelOver::Process`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProcessVariances {
-    /// Of the noise-free output.
+    /// The variance of the noise-free output.
     pub output: f64,
-    /// Of the unscaled noise.
+    /// The variance of the unscaled noise.
     pub noise: f64,
 }
 
 impl LevelReading {
-    /// The factor s such that y = y0 + s f has noise level `eta` per cent, Eq. (6).
+    /// Returns the factor s such that y = y0 + s f has noise level `eta` per cent, Eq. (6).
     ///
-    /// `y0` and `f` are the window's samples, equally many. Of the measured output,
-    /// `s^2 F = e^2 (Y + 2 s C + s^2 F)` with e = eta/100, variances Y of y0 and F of f and their
-    /// covariance C; the positive root is taken (for processes C = 0). NaN where no finite factor
-    /// exists: F = 0 with eta > 0, or eta >= 100 % of the measured output.
+    /// `y0` and `f` are the samples of the window, equally many. For the measured output, s solves
+    /// `s^2 F = e^2 (Y + 2 s C + s^2 F)` with e = eta/100, the variances Y of y0 and F of f, and their covariance C.
+    /// The positive root is taken (for processes C = 0). NaN if there is no finite factor: F = 0 with eta > 0, or eta
+    /// >= 100 % of the measured output.
     ///
     /// # Panics
     /// If the lengths differ.

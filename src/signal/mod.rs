@@ -1,7 +1,7 @@
 //! Input sequences, coloured noise and the random streams behind them.
 //!
-//! All of it follows [`arithmetic`], so that simulated data have the same bits on every machine;
-//! but for the waves of continuous time, which take sine and cosine from the platform.
+//! All of it follows [`arithmetic`], so that simulated data have the same bits on every machine. The exception is the
+//! waves of continuous time, which take sine and cosine from the platform.
 
 pub mod arithmetic;
 mod input;

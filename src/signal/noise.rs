@@ -1,5 +1,5 @@
-//! Coloured noise: white noise, Gaussian or drawn from given numbers, through a rational filter, stationary from its
-//! first sample.
+//! Coloured noise: white noise, Gaussian or drawn from given numbers, through a rational filter. It is stationary from
+//! its first sample.
 
 use super::arithmetic::{mean, variance, with_fma};
 use super::normal::fill_standard_normal;
@@ -9,14 +9,13 @@ use crate::real::Real;
 use rand::Rng;
 use std::sync::Arc;
 
-/// The noise filter `C(q) / D(q)`: `f(k) = sum_i c_i v(k-i)`, `v(k) = w(k) - sum_i d_i v(k-i)`,
-/// with w white, Gaussian, of unit variance.
+/// The noise filter `C(q) / D(q)`: `f(k) = sum_i c_i v(k-i)`, `v(k) = w(k) - sum_i d_i v(k-i)`, with w white, Gaussian,
+/// of unit variance.
 ///
-/// v is kept stationary: its samples before k = 0 are an exact draw, not a burn-in. With
-/// `v_1, v_2, ...` the samples in order of time, `v_j` given its predecessors is normal with mean
-/// `-sum_i d^(j-1)_i v_(j-i)` and variance `sigma_(j-1)^2`, where `d^(m)` is the predictor
-/// polynomial of order m and `sigma_m^2` its error variance. Both come from D by Levinson's
-/// step-down recursion, which is also the test that D is stable.
+/// v is stationary: its samples before k = 0 are an exact draw, not a burn-in. Let `v_1, v_2, ...` be the samples in
+/// order of time. Given its predecessors, `v_j` is normal with mean `-sum_i d^(j-1)_i v_(j-i)` and variance
+/// `sigma_(j-1)^2`. Here `d^(m)` is the predictor polynomial of order m and `sigma_m^2` its error variance. Both come
+/// from D by Levinson's step-down recursion, which also tests whether D is stable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseFilter {
     /// c_0 ... c_q.
@@ -25,7 +24,7 @@ pub struct NoiseFilter {
     denominator: Vec<f64>,
     /// Predictors of order 0 ... p for the start.
     predictors: StepDown,
-    /// Numbers of mean zero and variance 1 that w is drawn from; Gaussian where there are none.
+    /// Numbers of mean zero and variance 1 from which w is drawn; Gaussian if absent.
     residuals: Option<Arc<[f64]>>,
 }
 
@@ -41,13 +40,13 @@ pub enum NoiseFilterError {
     /// D has a zero on or outside the unit circle: no stationary noise exists.
     #[error("the noise filter's denominator has a zero on or outside the unit circle")]
     Unstable,
-    /// Numbers to draw from that have no spread.
+    /// The numbers to draw from have no spread, or are not finite.
     #[error("the numbers that noise is drawn from must be finite and not all the same")]
     Residuals,
 }
 
 impl NoiseFilter {
-    /// The filter `(c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`.
+    /// Makes the filter `(c_0 + c_1 q^-1 + ...) / (1 + d_1 q^-1 + ...)`.
     ///
     /// # Errors
     /// If a polynomial is empty or not finite, D is not monic, or D is not stable.
@@ -67,12 +66,12 @@ impl NoiseFilter {
         })
     }
 
-    /// The same filter of white noise that is drawn with replacement from given numbers, their mean subtracted and their
-    /// variance made 1 (Efron and Tibshirani, An Introduction to the Bootstrap, section 9.5). The stationary start is still
-    /// of Gaussian numbers: mean and covariance are right there too, higher moments are not.
+    /// Changes w to white noise drawn with replacement from given numbers, after their mean is subtracted and their
+    /// variance scaled to 1 (Efron and Tibshirani, An Introduction to the Bootstrap, section 9.5). The stationary start
+    /// is still Gaussian: its mean and covariance are right, its higher moments are not.
     ///
     /// # Errors
-    /// If the numbers are not finite, or all the same.
+    /// If the numbers are not finite, or are all the same.
     pub fn drawn_from(mut self, residuals: &[f64]) -> Result<Self, NoiseFilterError> {
         let (mean, deviation) = (mean(residuals), variance(residuals).sqrt());
         if !(deviation > 0.0 && deviation.is_finite()) {
@@ -83,12 +82,12 @@ impl NoiseFilter {
         Ok(self)
     }
 
-    /// Whether w is Gaussian.
+    /// Returns whether w is Gaussian.
     pub fn is_gaussian(&self) -> bool {
         self.residuals.is_none()
     }
 
-    /// White noise: the filter 1.
+    /// Makes white noise: the filter 1.
     ///
     /// # Panics
     /// Never: the filter is valid.
@@ -96,22 +95,22 @@ impl NoiseFilter {
         Self::new(&[1.0], &[1.0]).expect("white noise is stationary")
     }
 
-    /// c_0 ... c_q.
+    /// Returns c_0 ... c_q.
     pub fn numerator(&self) -> &[f64] {
         &self.numerator
     }
 
-    /// 1, d_1 ... d_p.
+    /// Returns 1, d_1 ... d_p.
     pub fn denominator(&self) -> Vec<f64> {
         [&[1.0], self.denominator.as_slice()].concat()
     }
 
-    /// Samples of v before k = 0 that the recursions reach back to.
+    /// Returns how many samples of v before k = 0 the recursions use.
     pub(crate) fn memory(&self) -> usize {
         self.denominator.len().max(self.numerator.len() - 1)
     }
 
-    /// The process variance of f: `sum_k g(k)^2`, g the impulse response of C/D.
+    /// Returns the process variance of f, `sum_k g(k)^2` with g the impulse response of C/D.
     pub fn variance(&self) -> f64 {
         self.predictors.energy(&self.numerator)
     }
@@ -129,7 +128,7 @@ impl NoiseFilter {
         f.copy_from_slice(&v[memory..]);
     }
 
-    /// Fills `f` with a realisation whose start and drive come from one stream, Gaussian both. A longer `f` extends a
+    /// Fills `f` with a realisation whose start and drive come from one stream, both Gaussian. A longer `f` extends a
     /// shorter one.
     pub(crate) fn fill_from_one(&self, stream: &mut Stream, f: &mut [f64]) {
         let memory = self.memory();
@@ -140,20 +139,20 @@ impl NoiseFilter {
         f.copy_from_slice(&v[memory..]);
     }
 
-    /// White numbers w of variance 1.
+    /// Draws white numbers w of variance 1.
     fn draw(&self, stream: &mut Stream, w: &mut [f64]) {
         let Some(residuals) = &self.residuals else {
             return fill_standard_normal(stream, w);
         };
         for w in w {
-            // Each with a chance of 1/count, up to 2^-64.
+            // Each number has the probability 1/count, up to 2^-64.
             let index = (u128::from(stream.next_u64()) * residuals.len() as u128) >> 64;
             *w = residuals[index as usize];
         }
     }
 
-    /// Colours white numbers: v holds [`Self::memory`] numbers of the stationary start, then the
-    /// drive w, which becomes f.
+    /// Colours white numbers. On entry, v holds [`Self::memory`] numbers of the stationary start followed by the drive
+    /// w, which becomes f.
     fn colour(&self, v: &mut [f64]) {
         with_fma(
             #[inline(always)]
@@ -161,8 +160,8 @@ impl NoiseFilter {
         );
     }
 
-    /// The same where w is drawn on the way, so that the recursion, which waits for itself, runs
-    /// beside the drawing.
+    /// Does the same with w drawn during the recursion. The recursion waits for its own results, so it can overlap the
+    /// drawing.
     #[inline(always)]
     pub(crate) fn colour_as_drawn<R: Real>(&self, v: &mut [R], mut draw: impl Draw<R>) {
         let memory = self.memory();
@@ -185,7 +184,7 @@ impl NoiseFilter {
         if *first == 1.0 && others.is_empty() {
             return;
         }
-        // The last one first: what it needs of v is still there.
+        // The last one first, because the values of v that it needs are still there.
         for k in (memory..v.len()).rev() {
             let mut f = R::splat(*first) * v[k];
             for (i, c) in others.iter().enumerate() {
@@ -195,8 +194,7 @@ impl NoiseFilter {
         }
     }
 
-    /// Makes the samples of v before k = 0, which have their stationary distribution, of white
-    /// numbers.
+    /// Converts white numbers to the samples of v before k = 0, with their stationary distribution.
     pub(crate) fn start<R: Real>(&self, v: &mut [R]) {
         R::run(
             #[inline(always)]
@@ -211,7 +209,7 @@ impl NoiseFilter {
     }
 }
 
-/// `-sum_i d_i v(k-i)`, oldest sample first so that the newest enters last.
+/// Returns `-sum_i d_i v(k-i)`, summed from the oldest sample so that the newest enters last.
 #[inline(always)]
 fn predict<R: Real>(d: &[f64], v: &[R], k: usize) -> R {
     let mut sum = R::zero();
@@ -226,10 +224,10 @@ pub(crate) trait Draw<R> {
     /// Begins the next pairs, at most [`DRAW_PAIRS`].
     fn begin(&mut self, pairs: usize);
 
-    /// The numbers of one of these pairs; only the first where the sequence ends.
+    /// Makes the numbers of one of these pairs; only the first if the sequence ends.
     fn pair(&mut self, index: usize, to: &mut [R]);
 
-    /// The whole sequence.
+    /// Makes the whole sequence.
     #[inline(always)]
     fn fill(&mut self, to: &mut [R]) {
         for block in to.chunks_mut(2 * DRAW_PAIRS) {
@@ -241,10 +239,10 @@ pub(crate) trait Draw<R> {
     }
 }
 
-/// Pairs that are begun together.
+/// The number of pairs that are begun together.
 pub(crate) const DRAW_PAIRS: usize = 16;
 
-/// What is there already.
+/// The numbers that are already in place.
 struct Drawn;
 
 impl Draw<f64> for Drawn {
@@ -254,8 +252,7 @@ impl Draw<f64> for Drawn {
     fn pair(&mut self, _: usize, _: &mut [f64]) {}
 }
 
-/// `v(k) <- w(k) - sum_i d_i v(k-i)` for all k from `from` on: [`predict`] with the past in
-/// registers.
+/// Computes `v(k) <- w(k) - sum_i d_i v(k-i)` for all k from `from` on: [`predict`] with the past in registers.
 #[inline(always)]
 fn recur<const P: usize, R: Real>(d: &[f64], v: &mut [R], from: usize, mut draw: impl Draw<R>) {
     let (mut minus_d, mut past) = ([R::zero(); P], [R::zero(); P]);
@@ -358,8 +355,8 @@ mod tests {
         }
     }
 
-    /// Only the given numbers, standardised, each as often as the others: chi-square of 3 degrees is above 24.4 in 2e-5 of
-    /// such tests.
+    /// Only the given numbers occur, standardised and equally often: chi-square with 3 degrees of freedom exceeds 24.4
+    /// in 2e-5 of such tests.
     #[test]
     fn drawn_noise_has_the_given_numbers_alone_and_evenly() {
         let (given, count) = ([1.0, 2.0, 4.0, 5.0], 40_000);

@@ -1,9 +1,9 @@
-//! Standard normal numbers by Box and Muller's transform, without tables, branches or libm.
+//! Standard normal numbers by the Box-Muller transform, without tables, branches or libm.
 //!
-//! From two words of a stream, `z1 = r cos t` and `z2 = r sin t` with `r = sqrt(-2 ln v)`. The
-//! uniform v in (0, 1] has 52 bits (so |z| <= 8.49); the angle t is uniform on the circle with 2 +
-//! 52 bits. Every step is one that a SIMD lane can do, so that many trials drawn in lock step can
-//! give the bits of this code: normals come in pairs, and two words are always two numbers.
+//! Two words of a stream give `z1 = r cos t` and `z2 = r sin t` with `r = sqrt(-2 ln v)`. The uniform v in (0, 1] has
+//! 52 bits (so |z| <= 8.49); the angle t is uniform on the circle with 2 + 52 bits. A SIMD lane can do every step, so
+//! many trials in lock step can have the bits of this code. Normal numbers come in pairs: two words are always two
+//! numbers.
 
 use super::arithmetic::with_fma;
 use super::stream::Stream;
@@ -17,8 +17,8 @@ const SIGN: u64 = 1 << 63;
 
 /// Fills `z` with independent standard normal numbers.
 ///
-/// Numbers 2i and 2i+1 come from words 2i and 2i+1 of the stream; for an odd length the last pair's
-/// second number is dropped. So a longer slice extends a shorter one.
+/// Numbers 2i and 2i+1 come from words 2i and 2i+1 of the stream. For an odd length the second number of the last pair
+/// is dropped. Hence a longer slice extends a shorter one.
 pub fn fill_standard_normal(stream: &mut Stream, z: &mut [f64]) {
     const PAIRS: usize = 8;
     let mut words = [[0; 2]; PAIRS];
@@ -39,30 +39,30 @@ pub fn fill_standard_normal(stream: &mut Stream, z: &mut [f64]) {
     }
 }
 
-/// One pair of normal numbers from two words.
+/// Computes one pair of normal numbers from two words.
 #[inline(always)]
 fn box_muller([radius_word, angle_word]: [u64; 2]) -> [f64; 2] {
     turn(radius_square(radius_word), angle_word)
 }
 
-/// The bits of the mantissa, in [1, 2).
+/// Returns the number in [1, 2) with the mantissa bits of a word.
 #[inline(always)]
 fn fraction<R: Real>(word: R::Word) -> R {
     R::from_bits((word & R::Word::splat(MANTISSA)) | R::Word::splat(ONE))
 }
 
-/// r^2.
+/// Returns r^2.
 #[inline(always)]
 pub(crate) fn radius_square<R: Real>(word: R::Word) -> R {
     R::splat(-2.0) * ln(R::splat(2.0) - fraction::<R>(word))
 }
 
-/// `(r cos t, r sin t)` of r^2 and the word of t.
+/// Returns `(r cos t, r sin t)`, given r^2 and the word of t.
 #[inline(always)]
 pub(crate) fn turn<R: Real>(radius_square: R, angle_word: R::Word) -> [R; 2] {
     let r = radius_square.sqrt();
     let (sin, cos) = sin_cos_quarter(fraction::<R>(angle_word) - R::splat(1.5));
-    // Turn by the quadrant, the highest two bits: (c, s), (-s, c), (-c, -s), (s, -c).
+    // Turn by the quadrant, which is the highest two bits: (c, s), (-s, c), (-c, -s), (s, -c).
     let second_bit = angle_word.left::<1>();
     let odd = R::where_negative(second_bit);
     let (x, y) = (R::select(odd, sin, cos), R::select(odd, cos, sin));
@@ -75,7 +75,7 @@ pub(crate) fn turn<R: Real>(radius_square: R, angle_word: R::Word) -> [R; 2] {
     ]
 }
 
-/// The natural logarithm for normal v in (0, 1], error below one unit in the last place.
+/// Returns the natural logarithm of a normal v in (0, 1], with an error below one unit in the last place.
 ///
 /// `v = 2^e m` with m in [sqrt(1/2), sqrt(2)), `f = m - 1`, `s = f / (2 + f)`, and
 /// `ln m = f - f^2/2 + s (f^2/2 + R(s^2))`, with R's minimax coefficients from FreeBSD's e_log.c
@@ -91,12 +91,12 @@ fn ln<R: Real>(v: R) -> R {
         1.531383769920937332e-1,
         1.479819860511658591e-1,
     ];
-    // ln 2 in two parts: e times the first is exact.
+    // ln 2 in two parts; e times the first is exact.
     const LN2_HIGH: f64 = 6.93147180369123816490e-1;
     const LN2_LOW: f64 = 1.90821492927058770002e-10;
     // The bits of sqrt(1/2).
     const SPLIT: u64 = 0x3fe6_a09e_667f_3bcd;
-    // 2^52, whose lowest bits take an integer, and what was added to the exponent.
+    // 2^52, whose lowest bits take an integer, and the amount added to the exponent.
     const SHIFTER: f64 = 4_503_599_627_370_496.0;
     const BIAS: u64 = 0x800;
 
@@ -114,8 +114,7 @@ fn ln<R: Real>(v: R) -> R {
     exponent.mul_add(R::splat(LN2_HIGH), f - (half_square - low))
 }
 
-/// `(sin, cos)` of `pi/2 * x` for |x| <= 1/2 by their Taylor series, truncation below 2^-54 and
-/// 2^-58.
+/// Returns `(sin, cos)` of `pi/2 * x` for |x| <= 1/2 by Taylor series, with truncation errors below 2^-54 and 2^-58.
 #[inline(always)]
 fn sin_cos_quarter<R: Real>(x: R) -> (R, R) {
     // (-1)^k (pi/2)^(2k+1) / (2k+1)! and (-1)^k (pi/2)^(2k) / (2k)!
@@ -144,7 +143,7 @@ fn sin_cos_quarter<R: Real>(x: R) -> (R, R) {
     (x * horner(&SIN, w), horner(&COS, w))
 }
 
-/// `c_0 + c_1 x + c_2 x^2 + ...` by Horner's rule, fused.
+/// Returns `c_0 + c_1 x + c_2 x^2 + ...` by Horner's rule, fused.
 #[inline(always)]
 fn horner<const M: usize, R: Real>(c: &[f64; M], x: R) -> R {
     let mut sum = R::splat(c[M - 1]);
@@ -199,7 +198,7 @@ mod tests {
         }
     }
 
-    /// Moments of 4 million numbers within 4.5 standard errors of the normal law's.
+    /// The moments of 4 million numbers are within 4.5 standard errors of those of the normal law.
     #[test]
     fn moments_are_the_normal_laws() {
         const COUNT: usize = 4_000_000;
@@ -225,7 +224,7 @@ mod tests {
         assert!(squares.abs() < 4.5, "lag one of squares: {squares}");
     }
 
-    /// Shares beyond t within 4.5 standard errors of erfc(t / sqrt 2).
+    /// The shares beyond t are within 4.5 standard errors of erfc(t / sqrt 2).
     #[test]
     fn tail_shares_are_the_normal_laws() {
         const COUNT: usize = 4_000_000;
@@ -239,7 +238,7 @@ mod tests {
         }
     }
 
-    /// Kolmogorov and Smirnov's statistic of a million numbers below its 0.01 % critical value.
+    /// The Kolmogorov-Smirnov statistic of a million numbers is below its 0.01 % critical value.
     #[test]
     fn the_distribution_is_normal() {
         const COUNT: usize = 1_000_000;

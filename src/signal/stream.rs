@@ -1,9 +1,8 @@
 //! Random streams: one xoshiro256++ generator per (seed, trial, purpose).
 //!
-//! A stream is a pure function of its three names. Nothing else enters: not the cell, not the noise
-//! level, not the window, not the thread. So the same trial index sees the same input and the same
-//! unscaled noise in every cell (common random numbers: comparisons are paired), any trial can be
-//! drawn alone, and a longer record only reads further into the same streams.
+//! A stream depends on these three alone: not on the cell, the noise level, the window or the thread. So the same trial
+//! has the same input and the same unscaled noise in every cell (common random numbers: comparisons are paired). Any
+//! trial can be drawn on its own, and a longer record only reads further into the same streams.
 
 use crate::real::Word;
 use rand::SeedableRng;
@@ -12,7 +11,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 /// The generator of every stream: xoshiro256++ of Blackman and Vigna (2021), period 2^256 - 1.
 pub type Stream = Xoshiro256PlusPlus;
 
-/// What a stream's numbers are used for. Each purpose has numbers of its own.
+/// The use of a stream's numbers. Each purpose has its own numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
@@ -24,7 +23,7 @@ pub enum Purpose {
     NoiseStart = 3,
     /// Random plants.
     Plant = 4,
-    /// The noise of the input's measurement.
+    /// The measurement noise of the input.
     InputNoise = 5,
     /// A fresh input, on which models are compared with the plant.
     FreshInput = 6,
@@ -36,12 +35,11 @@ pub enum Purpose {
     Disturbance = 9,
     /// Random phases of disturbances in continuous time.
     DisturbancePhase = 10,
-    /// The seeds that programs are given, so that nothing else is known to them.
+    /// The seeds given to programs, so that they learn nothing else.
     Program = 11,
 }
 
-/// SplitMix64's finaliser (Steele, Lea and Flood 2014, variant 13 of Stafford): a bijection of 64
-/// bits.
+/// Computes the finaliser of SplitMix64 (Steele, Lea and Flood 2014, variant 13 of Stafford), a bijection of 64 bits.
 #[inline(always)]
 fn mix<W: Word>(z: W) -> W {
     let z = (z ^ z.right::<30>()).times(W::splat(0xbf58_476d_1ce4_e5b9));
@@ -49,11 +47,11 @@ fn mix<W: Word>(z: W) -> W {
     z ^ z.right::<31>()
 }
 
-/// The stream of one purpose in one trial.
+/// Returns the stream of one purpose in one trial.
 ///
-/// For a fixed purpose, four Feistel rounds of SplitMix64's finaliser take (seed, trial) one to one
-/// onto the first 128 bits of the generator's state, so two streams of one purpose never start
-/// alike; the other 128 bits are mixed from these.
+/// For a fixed purpose, four Feistel rounds with SplitMix64's finaliser map (seed, trial) one to one onto the first 128
+/// bits of the generator's state. Hence two streams of one purpose never start alike. The other 128 bits are mixed from
+/// these.
 pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
     let mut state = [0; 32];
     for (bytes, word) in state
@@ -65,7 +63,7 @@ pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
     Stream::from_seed(state)
 }
 
-/// The generator's state of [`stream`], for one trial or for some.
+/// Returns the generator's state of [`stream`], for one or several trials.
 #[inline(always)]
 pub(crate) fn state_of<W: Word>(seed: u64, trial: W, purpose: Purpose) -> [W; 4] {
     const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -1,7 +1,7 @@
 //! The first outputs of every stream, pinned: a change here changes every published number.
 //!
-//! The words were computed by an independent implementation of the stream's definition in Python,
-//! the normal numbers with 40 digits; the bits that are pinned are within an ulp or two of those.
+//! An independent implementation of the stream's definition in Python computed the words, and the normal numbers with
+//! 40 digits. The pinned bits are within an ulp or two of those.
 
 use super::normal::fill_standard_normal;
 use super::{NoiseFilter, Purpose, RandomSigns, Sequence, stream};
@@ -134,8 +134,8 @@ const PINNED_NORMALS: [u64; 6] = [
     0x3fe1_48b1_d04c_c9d1,
 ];
 
-/// A whole realisation: input, stationary draw, filter, simulation, noise level. The checksum folds
-/// the bits of y; it holds on every machine.
+/// A whole realisation: input, stationary draw, filter, simulation, noise level. The checksum combines the bits of y;
+/// it holds on every machine.
 #[test]
 fn a_realisation() {
     let plant = nikolov2023(Numerator::default());

@@ -1,10 +1,10 @@
-//! Terms of signals of continuous time: constants, ramps, sines, square waves and sampled records.
+//! Terms of continuous-time signals: constants, ramps, sines, square waves and sampled records.
 
 use crate::text::number;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// What a sampled record is between its samples.
+/// The value of a sampled record between its samples.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Hold {
     /// The last sample.
@@ -35,7 +35,7 @@ pub enum Wave {
         /// rad.
         phase: f64,
     },
-    /// `amplitude` where `sin(frequency t + phase) >= 0`, else `-amplitude`.
+    /// `amplitude` if `sin(frequency t + phase) >= 0`, else `-amplitude`.
     Square {
         /// The amplitude.
         amplitude: f64,
@@ -50,7 +50,7 @@ pub enum Wave {
         interval: f64,
         /// The samples.
         values: Arc<[f64]>,
-        /// What is between them.
+        /// The value between the samples.
         hold: Hold,
     },
 }
@@ -66,7 +66,7 @@ pub enum SignalError {
     NotPositive {
         /// `frequency` or `interval`.
         what: &'static str,
-        /// The number found.
+        /// The number.
         value: f64,
     },
     /// The record ends before the horizon.
@@ -80,7 +80,7 @@ pub enum SignalError {
 }
 
 impl Wave {
-    /// The value at t; at a switch or a sample the value after it.
+    /// Returns the value at t; at a switch or a sample, the value after it.
     pub fn value(&self, t: f64) -> f64 {
         match self.line(t, t) {
             Some((value, _)) => value,
@@ -88,7 +88,7 @@ impl Wave {
         }
     }
 
-    /// `(amplitude sin, amplitude cos)` of `frequency t + phase`; zero for other waves than a sine.
+    /// Returns `(amplitude sin, amplitude cos)` of `frequency t + phase`; zero unless the wave is a sine.
     pub fn sine(&self, t: f64) -> (f64, f64) {
         match *self {
             Self::Sine {
@@ -103,11 +103,11 @@ impl Wave {
         }
     }
 
-    /// The straight line that the wave is around the time `inside`: its value at t and its slope.
-    /// `None` for a sine.
+    /// Returns the straight line of the wave's piece around the time `inside`: its value at t and its slope. `None` for
+    /// a sine.
     ///
-    /// t may be an end of the piece: the limit from the side of `inside` is what a step that ends
-    /// or starts there needs.
+    /// t may be an end of the piece. The value is then the limit from the side of `inside`, which a step that ends or
+    /// starts there needs.
     pub fn line(&self, t: f64, inside: f64) -> Option<(f64, f64)> {
         match self {
             Self::Constant { value } => Some((*value, 0.0)),
@@ -141,8 +141,7 @@ impl Wave {
         }
     }
 
-    /// Distance between breakpoints and the first of them (which may be negative), if there are
-    /// any.
+    /// Returns the distance between breakpoints and the time of the first (which may be negative), if there are any.
     pub(super) fn comb(&self) -> Option<(f64, f64)> {
         match *self {
             Self::Square {
@@ -153,7 +152,7 @@ impl Wave {
         }
     }
 
-    /// Whether the wave is defined up to `until` seconds.
+    /// Checks that the wave is valid and defined up to `until` seconds.
     pub(super) fn check(&self, until: f64) -> Result<(), SignalError> {
         let (numbers, positive): ([f64; 3], _) = match *self {
             Self::Constant { value } => ([value; 3], None),
@@ -206,7 +205,7 @@ fn check_samples(
         Hold::Linear => values.len().saturating_sub(1),
     };
     let length = pieces as f64 * interval;
-    // 3 * 0.1 > 0.3 and the like must not matter.
+    // Rounding such as 3 * 0.1 > 0.3 must not matter.
     if values.is_empty() || length < horizon * (1.0 - 1e-12) {
         return Err(SignalError::TooShort { length, horizon });
     }

@@ -1,4 +1,4 @@
-//! Signals of continuous time as sums of waves.
+//! Continuous-time signals as sums of waves.
 
 use super::wave::{SignalError, Wave};
 
@@ -10,18 +10,18 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// The sum of `waves`.
+    /// Makes the sum of `waves`.
     pub fn new(waves: Vec<Wave>) -> Self {
         Self { waves }
     }
 
-    /// The value at t; at a switch or a sample the value after it.
+    /// Returns the value at t; at a switch or a sample, the value after it.
     pub fn value(&self, t: f64) -> f64 {
         self.waves.iter().map(|wave| wave.value(t)).sum()
     }
 
-    /// The sum of all waves but the sines as the straight line that it is around the time `inside`:
-    /// its value at t and its slope. t may be an end of the piece.
+    /// Returns the sum of all waves except the sines. Around the time `inside` it is a straight line, given by its
+    /// value at t and its slope. t may be an end of the piece.
     pub fn line(&self, t: f64, inside: f64) -> (f64, f64) {
         self.waves
             .iter()
@@ -29,7 +29,7 @@ impl Signal {
             .fold((0.0, 0.0), |sum, line| (sum.0 + line.0, sum.1 + line.1))
     }
 
-    /// Whether all waves are defined up to `until` seconds.
+    /// Checks that all waves are valid and defined up to `until` seconds.
     ///
     /// # Errors
     /// If a number is not finite, a frequency or interval is not positive, or a record is too
@@ -38,7 +38,7 @@ impl Signal {
         self.waves.iter().try_for_each(|wave| wave.check(until))
     }
 
-    /// An upper bound of the number of breakpoints before `until`.
+    /// Returns an upper bound on the number of breakpoints before `until`.
     pub fn breakpoint_bound(&self, until: f64) -> f64 {
         self.waves
             .iter()
@@ -47,10 +47,9 @@ impl Signal {
             .sum()
     }
 
-    /// Appends the times in (0, `until`) at which a square wave switches or a record has a sample,
-    /// in no order.
+    /// Appends the times in (0, `until`) at which a square wave switches or a record has a sample, in any order.
     ///
-    /// Check the signal first: there are [`Self::breakpoint_bound`] of them at most.
+    /// Check the signal first: then there are at most [`Self::breakpoint_bound`] of them.
     pub fn breakpoints(&self, until: f64, out: &mut Vec<f64>) {
         for (distance, first) in self.waves.iter().filter_map(Wave::comb) {
             let times = (0_u64..).map(|k| first + k as f64 * distance);

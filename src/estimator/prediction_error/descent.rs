@@ -1,4 +1,4 @@
-//! One search: Levenberg and Marquardt's steps from a start to the minimum that it leads to.
+//! One search: Levenberg-Marquardt steps from a start to the minimum that it leads to.
 
 use crate::estimator::FailureKind;
 use crate::estimator::covariance::{Covariance, Influence};
@@ -13,29 +13,29 @@ use crate::model::{LinearModel, Orders};
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Mat, MatMut, Par};
 
-/// Linearisations that a search may take.
+/// The largest number of linearisations of a search.
 const MOST_ITERATIONS: usize = 200;
 
-/// Steps below this are taken though rounding hides whether the loss falls.
+/// Steps shorter than this are taken although rounding hides whether the loss falls.
 const LAST: f64 = 1e-7;
 
-/// Steps below this, after the first iterations, are Newton's.
+/// After the first iterations, Newton's method is tried once steps are shorter than this.
 const NEAR: f64 = 0.03;
 const EARLY: usize = 8;
 
-/// The relative step of the differences of which Newton's Hessian is made.
+/// The relative step of the differences from which Newton's Hessian is computed.
 const DIFFERENCE: f64 = 1e-5;
 
-/// Steps below this lead nowhere.
+/// A search ends without success when steps get shorter than this.
 const SMALLEST: f64 = 1e-13;
 
-/// Of the sum of y's squares: what rounding leaves of it.
+/// A sum below this share of the sum of y's squares is mere rounding.
 const ROUNDING: f64 = 1e-24;
 
-/// The scaled gradient of a minimum, at most.
+/// The largest scaled gradient that counts as a minimum.
 const FLAT: f64 = 1e-6;
 
-/// What a search found.
+/// The result of a search.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimator) struct Found {
     /// `sum e(k)^2`.
@@ -51,18 +51,18 @@ pub(in crate::estimator) struct Descent {
     theta: Vec<f64>,
     trial: Vec<f64>,
     step: Vec<f64>,
-    /// `B/F u`, `A y - B/F u`, and the prediction errors.
+    /// `B/F u`, `A y - B/F u` and the prediction errors.
     x: Vec<f64>,
     w: Vec<f64>,
     e: Vec<f64>,
-    /// `D/C y`, `D/(C F) u`, `D/(C F) x`, `e/C`, `w/C`: each column of psi is one of them, delayed.
+    /// `D/C y`, `D/(C F) u`, `D/(C F) x`, `e/C`, `w/C`. Each column of psi is one of these, delayed.
     filtered: [Vec<f64>; 5],
-    /// How many numbers stand for the signals before the record; they follow the parameters in theta.
+    /// How many numbers represent the signals before the record; they follow the parameters in theta.
     initial: usize,
-    /// `1/(C F)` of an impulse at k = 0, and what the initial numbers add to e.
+    /// The impulse response of `1/(C F)`, and the contribution of the initial numbers to e.
     impulse: Vec<f64>,
     free: Vec<f64>,
-    /// The size of y, in whose units the initial numbers are.
+    /// The root mean square of y, in whose units the initial numbers are.
     unit: f64,
     scratch: Vec<f64>,
     psi: Reduction,
@@ -74,8 +74,8 @@ pub(in crate::estimator) struct Descent {
     influence: Influence,
 }
 
-/// How many numbers the signals before the record can add to e: `P(q)/(C F)` of an impulse at k = 0, P of as many
-/// coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
+/// Returns how many numbers represent the effect on e of the signals before the record. The effect is `P(q)/(C F)` of
+/// an impulse at k = 0; P has as many coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
 pub(in crate::estimator) fn initial_numbers(orders: Orders) -> usize {
     let Orders {
         na,
@@ -90,7 +90,7 @@ pub(in crate::estimator) fn initial_numbers(orders: Orders) -> usize {
         .max((nd + nb + nk).saturating_sub(1))
 }
 
-/// Psi's columns: a signal, how many, the first delay, a sign.
+/// Columns of psi: a signal, the number of columns, the first delay, a sign.
 type Block<'a> = (&'a [f64], usize, usize, f64);
 
 fn blocks<'a>(
@@ -118,7 +118,7 @@ fn blocks<'a>(
     ]
 }
 
-/// Solves `H x = b` in place by Cholesky's factors of H's lower triangle; false where H is not positive definite.
+/// Solves `H x = b` in place by Cholesky, using H's lower triangle; returns false if H is not positive definite.
 fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
     let n = x.len();
     for j in 0..n {
@@ -145,7 +145,7 @@ fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
 }
 
 impl Descent {
-    /// Buffers for windows of so many samples, with so many numbers for the signals before them.
+    /// Makes buffers for windows of `window` samples, with `initial` numbers for the signals before them.
     pub(in crate::estimator) fn new(orders: Orders, initial: usize, window: usize) -> Self {
         let n = orders.parameters() + initial;
         let signal = || vec![0.0; window];
@@ -175,12 +175,13 @@ impl Descent {
         }
     }
 
-    /// The parameters that the last search ended at.
+    /// Returns the final parameters of the last search.
     pub(in crate::estimator) fn theta(&self) -> &[f64] {
         &self.theta
     }
 
-    /// `sum e(k)^2` at parameters; `None` where the predictor is not stable or something overflows.
+    /// Computes `sum e(k)^2` at the trial or the present parameters. `None` if the predictor is not stable or something
+    /// overflows.
     fn sum(&mut self, u: &[f64], y: &[f64], trial: bool) -> Option<f64> {
         let theta = if trial { &self.trial } else { &self.theta };
         let (parameters, initial) = theta.split_at(theta.len() - self.initial);
@@ -211,7 +212,7 @@ impl Descent {
         sum.is_finite().then_some(sum)
     }
 
-    /// The signals that psi = de/dtheta is made of, where [`Self::sum`] was taken last.
+    /// Computes the signals that make up psi = de/dtheta, at the parameters of the last [`Self::sum`].
     fn filter_signals(&mut self, u: &[f64], y: &[f64]) {
         let LinearModel { c, d, f, .. } = &self.model;
         let [of_y, of_u, of_x, of_e, of_w] = &mut self.filtered;
@@ -220,7 +221,7 @@ impl Descent {
             divide(c, to);
         }
         if self.initial > 0 {
-            // What the initial numbers add has C F below it too.
+            // The contribution of the initial numbers has C F in the denominator too.
             for (of_x, free) in of_x.iter_mut().zip(&self.free) {
                 *of_x -= free;
             }
@@ -233,7 +234,7 @@ impl Descent {
         }
     }
 
-    /// `psi'e` where [`Self::sum`] was taken last.
+    /// Computes `psi'e` at the parameters of the last [`Self::sum`].
     fn gradient_of_sum(&mut self, u: &[f64], y: &[f64], to: &mut [f64]) {
         self.filter_signals(u, y);
         let mut to = to.iter_mut();
@@ -246,7 +247,7 @@ impl Descent {
         }
     }
 
-    /// R and `Q'e` of psi where [`Self::sum`] was taken last.
+    /// Computes R and `Q'e` of psi at the parameters of the last [`Self::sum`].
     fn gradient(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
         self.filter_signals(u, y);
         let blocks = blocks(&self.filtered, &self.impulse, self.orders, self.initial);
@@ -270,8 +271,8 @@ impl Descent {
         self.psi.run(e.len(), fill)
     }
 
-    /// The step that minimises `|| R step + Q'e ||^2 + damping || S step ||^2`, S the lengths of psi's columns; false
-    /// where there is none.
+    /// Computes the step that minimises `|| R step + Q'e ||^2 + damping || S step ||^2`, S being the lengths of psi's
+    /// columns. Returns false if there is none.
     fn damped_step(&mut self, damping: f64) -> bool {
         let n = self.step.len();
         let (r, top, root) = (self.psi.r(), self.psi.top(), damping.sqrt());
@@ -305,7 +306,7 @@ impl Descent {
         self.step.iter().all(|step| step.is_finite())
     }
 
-    /// The largest cosine between e and a column of psi.
+    /// Returns the largest cosine between e and a column of psi.
     fn scaled_gradient(&self, sum: f64) -> f64 {
         let (r, top) = (self.psi.r(), self.psi.top());
         let cosine = |j: usize| {
@@ -321,7 +322,7 @@ impl Descent {
         (0..self.step.len()).map(cosine).fold(0.0, f64::max)
     }
 
-    /// Searches from a start until steps are below `rest`, relative to the parameters.
+    /// Searches from a start until steps are shorter than `rest`, relative to the parameters.
     pub(in crate::estimator) fn run(
         &mut self,
         u: &[f64],
@@ -362,7 +363,7 @@ impl Descent {
                 taken = self.improve(u, y, &mut found.sum, &mut damping);
             }
             near = taken.is_some_and(|step| step < NEAR);
-            // Small steps alone are no minimum: beside the border of stability they are small too.
+            // Small steps alone do not show a minimum: they are also small near the border of stability.
             let rests = taken.is_none_or(|step| step <= rest);
             if rests && (found.sum <= rounding || self.is_flat(u, y, found.sum, rest)) {
                 return found;
@@ -375,15 +376,16 @@ impl Descent {
         found
     }
 
-    /// Takes psi's triangle at theta.
+    /// Computes psi's triangle at theta.
     fn linearise(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
         let there = self.sum(u, y, false);
         there.ok_or(FailureKind::UnstablePredictor)?;
         self.gradient(u, y)
     }
 
-    /// Newton's step where the second derivatives of e count, so that Gauss and Newton's comes to rest slowly. The Hessian
-    /// is of central differences of the exact gradient. The step's relative length; `None` where it does not help.
+    /// Takes a Newton step. It helps if the second derivatives of e matter, so that Gauss-Newton converges slowly. The
+    /// Hessian comes from central differences of the exact gradient. Returns the relative length of the step; `None` if
+    /// it does not help.
     fn newton(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
         let n = self.theta.len();
         let mut gradient = std::mem::take(&mut self.column);
@@ -404,7 +406,7 @@ impl Descent {
         self.take_step(u, y, sum)
     }
 
-    /// The gradient and its differences; `None` where a point beside theta has no stable predictor.
+    /// Computes the gradient and its differences; `None` if the predictor is unstable at a neighbouring point.
     fn fill_hessian(
         &mut self,
         u: &[f64],
@@ -431,7 +433,7 @@ impl Descent {
         Some(())
     }
 
-    /// Takes the step where it does not raise the sum; its relative length.
+    /// Takes the step if it does not raise the sum; returns its relative length.
     fn take_step(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
         let size = |values: &[f64]| values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         for ((trial, theta), step) in self.trial.iter_mut().zip(&self.theta).zip(&self.step) {
@@ -441,7 +443,7 @@ impl Descent {
         let of_parameters = size(&self.step[..n]) / size(&self.trial[..n]).max(f64::MIN_POSITIVE);
         let initial = size(&self.trial[n..]).max(self.unit);
         let length = of_parameters.max(size(&self.step[n..]) / initial.max(f64::MIN_POSITIVE));
-        // Rounding hides whether the last steps lower it.
+        // Rounding hides whether the last steps lower the sum.
         let allowed = if length < LAST {
             *sum * (1.0 + 1e-12)
         } else {
@@ -453,12 +455,12 @@ impl Descent {
         Some(length)
     }
 
-    /// Whether the gradient at theta is that of a minimum.
+    /// Returns whether the gradient at theta is small enough for a minimum.
     fn is_flat(&mut self, u: &[f64], y: &[f64], sum: f64, rest: f64) -> bool {
         self.linearise(u, y).is_ok() && self.scaled_gradient(sum) < FLAT.max(rest)
     }
 
-    /// Takes the first step, of growing damping, that lowers the sum; its relative length.
+    /// Increases the damping until a step lowers the sum, and takes it; returns its relative length.
     fn improve(&mut self, u: &[f64], y: &[f64], sum: &mut f64, damping: &mut f64) -> Option<f64> {
         for _ in 0..24 {
             if self.damped_step(*damping)
@@ -476,10 +478,10 @@ impl Descent {
         None
     }
 
-    /// Psi's triangle at parameters, and its condition with columns scaled.
+    /// Computes psi's triangle at the parameters, and its condition with columns scaled.
     ///
     /// # Errors
-    /// [`FailureKind::NotIdentifiable`] where `psi'psi` is singular to rounding.
+    /// [`FailureKind::NotIdentifiable`] if `psi'psi` is singular up to rounding.
     pub(in crate::estimator) fn condition(
         &mut self,
         u: &[f64],
@@ -497,8 +499,8 @@ impl Descent {
         Ok(condition)
     }
 
-    /// The covariance of what was linearised last: `variance (psi'psi)^-1` where prediction errors are white, else by what
-    /// each sample adds to theta, `-(psi'psi)^-1 psi(k) e(k)`.
+    /// Computes the covariance at the last linearisation. For white prediction errors it is `variance (psi'psi)^-1`;
+    /// otherwise it follows from each sample's contribution to theta, `-(psi'psi)^-1 psi(k) e(k)`.
     pub(in crate::estimator) fn covariance(
         &mut self,
         kind: Covariance,
@@ -523,7 +525,7 @@ impl Descent {
             }
             self.influence.covariance(kind, to);
         }
-        // Of the parameters alone.
+        // Keep the covariance of the parameters alone.
         let all = self.theta.len();
         let n = all - self.initial;
         for i in 1..n {
@@ -532,14 +534,14 @@ impl Descent {
         to.truncate(n * n);
     }
 
-    /// `sum e(k)^2` at parameters.
+    /// Returns `sum e(k)^2` at the given parameters.
     #[cfg(test)]
     pub(super) fn sum_at(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> f64 {
         self.theta.copy_from_slice(theta);
         self.sum(u, y, false).unwrap()
     }
 
-    /// `psi'e` at parameters, by psi's triangle and by the sum itself.
+    /// Returns `psi'e` at the given parameters, from psi's triangle and from the sum itself.
     #[cfg(test)]
     pub(super) fn gradients(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> [Vec<f64>; 2] {
         self.theta.copy_from_slice(theta);

@@ -1,7 +1,8 @@
 //! Prediction error methods: `theta = argmin sum e(k)^2`, `e = D/C (A y - B/F u)`, all signals zero before the record.
 //!
-//! Levenberg and Marquardt's steps with the exact gradient, found by filtering (Ljung, *System Identification*, 2nd ed.,
-//! section 10.3), over models whose predictor is stable (zeros of C and F inside the unit circle), from several starts.
+//! Levenberg-Marquardt steps with the exact gradient, computed by filtering (Ljung, *System Identification*, 2nd ed.,
+//! section 10.3). The search covers models with a stable predictor (zeros of C and F inside the unit circle) and begins
+//! at several starts.
 
 mod descent;
 mod starts;
@@ -21,23 +22,23 @@ pub use starts::SearchStarts;
 use starts::Starts;
 
 named_enum! {
-    /// What prediction error methods take the signals before the record for.
+    /// The assumption about the signals before the record in prediction error methods.
     InitialCondition, "initial condition" {
         /// Zero (the default).
         Zero = "zero",
-        /// What they add to the prediction errors is fitted with the parameters.
+        /// Their contribution to the prediction errors is fitted together with the parameters.
         Estimate = "estimate",
     }
 }
 
-/// The relative step at which a search from a start ends, and at which the best of them does.
+/// The relative step at which the search from each start ends, and at which the final search from the best ends.
 const NEAR: f64 = 1e-4;
 const REST: f64 = 1e-12;
 
-/// Losses of one minimum agree to this at the ends of searches.
+/// Losses that agree to this relative accuracy at the end of searches belong to the same minimum.
 const SAME: f64 = 1e-6;
 
-/// Defines the options of a structure, which are alike.
+/// Defines the options of a structure; all structures have the same.
 macro_rules! structure {
     ($options:ident, $doc:literal, $orders_doc:literal, $check:expr, $default:expr) => {
         #[doc = $doc]
@@ -158,24 +159,24 @@ structure!(
     }
 );
 
-/// Searches the minimum from every start and takes the lowest; its covariance is `s^2 (psi'psi)^-1`,
-/// `s^2 = N V / (N - parameters)` (of white errors).
+/// Searches for the minimum from every start and takes the lowest. For white errors the covariance is
+/// `s^2 (psi'psi)^-1`, `s^2 = N V / (N - parameters)`.
 pub struct PredictionError {
     starts: Starts,
     descent: Descent,
     /// The lowest minimum so far.
     best: Option<Found>,
     theta: Vec<f64>,
-    /// Losses of the minima that were met, each once.
+    /// Losses of the minima found, each once.
     minima: Vec<f64>,
     model: LinearModel,
     covariance: Covariance,
-    /// x0 where the signals before the record are not taken as zero.
+    /// Estimates x0 if the signals before the record are not taken as zero.
     state: Option<StateEstimate>,
 }
 
 impl PredictionError {
-    /// Buffers for windows of so many samples.
+    /// Makes buffers for windows of `window` samples.
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
@@ -189,10 +190,11 @@ impl PredictionError {
         Self::with_starts(orders, starts, initial, window)
     }
 
-    /// The same with one start: the true plant, and a noise model of its residuals.
+    /// Makes buffers for a search from one start: the true plant with a noise model of its residuals.
     ///
     /// # Errors
-    /// [`SetupError::ShortRecord`]; [`SetupError::TruthOfOtherOrders`] where the orders do not hold the plant.
+    /// [`SetupError::ShortRecord`]; [`SetupError::TruthOfOtherOrders`] if the true plant is not a model of these
+    /// orders.
     pub fn from_truth(
         orders: Orders,
         truth: &KnownModel,
@@ -254,7 +256,7 @@ impl PredictionError {
             if !self.minima.iter().any(same) {
                 self.minima.push(loss);
             }
-            // An equal one that came later is no better.
+            // A later loss that is equal is not better.
             if self.best.is_none_or(|best| loss < best.sum * (1.0 - SAME)) {
                 self.best = Some(found);
                 self.theta.copy_from_slice(self.descent.theta());

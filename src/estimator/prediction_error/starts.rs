@@ -1,4 +1,5 @@
-//! Where searches start: F, C and D of linear methods and random stable ones; A and B follow by least squares.
+//! The starts of searches: F, C and D from linear methods and from random stable models. A and B follow by least
+//! squares.
 
 use crate::estimator::SetupError;
 use crate::estimator::known::KnownModel;
@@ -11,25 +12,25 @@ use crate::signal::{Purpose, stream};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
-/// Names the random starts: the same ones for every record.
+/// Seed of the random starts, which are the same for every record.
 const SEED: u64 = 0x7065_6d00;
 
-/// Random zeros are within this radius.
+/// Random zeros have moduli up to this.
 const RADIUS: f64 = 0.98;
 
-/// Lags of the long autoregression of Hannan and Rissanen.
+/// Lags of the long autoregression in the method of Hannan and Rissanen.
 const LONG: usize = 20;
 
-/// Random starts beside those of linear methods, by default, and the most.
+/// Random starts besides those from linear methods: the default and the largest number.
 const RANDOM_STARTS: usize = 12;
 const MOST_STARTS: usize = 10_000;
 
-/// Where the searches of a prediction error method start.
+/// The starts of the searches of a prediction error method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchStarts {
-    /// From linear methods, and so many random stable models.
+    /// Linear methods, and this number of random stable models.
     Random(usize),
-    /// From the true plant alone, as no user can: what remains is not lost in other minima.
+    /// The true plant alone, which no user has: the remaining error is then not due to other minima.
     Truth,
 }
 
@@ -49,7 +50,7 @@ impl Serialize for SearchStarts {
 }
 
 impl<'de> Deserialize<'de> for SearchStarts {
-    /// A number, or "truth".
+    /// Reads a number, or "truth".
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let given = Value::deserialize(deserializer)?;
         let count = match &given {
@@ -82,18 +83,18 @@ impl schemars::JsonSchema for SearchStarts {
 /// Starts for records of one length.
 pub(super) struct Starts {
     orders: Orders,
-    /// The only start, where the truth is one.
+    /// The true model if it is the only start.
     truth: Option<LinearModel>,
     /// F, or A, by least squares, Steiglitz-McBride and refined IV.
     least_squares: Option<Regression>,
     iterations: Vec<OutputErrorIteration>,
-    /// A and B given F, C and D.
+    /// The regression for A and B given F, C and D.
     linear: Regression,
     /// A long autoregression of the noise, then C and D of it.
     long: Option<Regression>,
-    /// `w = C/D e` with e known: `[w, e]` on their past.
+    /// For `w = C/D e` with e known: the regression of `[w, e]` on their past.
     noise: Option<Regression>,
-    /// Denominators that were found, one after another, each to be taken with every noise model.
+    /// The denominators found so far, one after another. Each is combined with every noise model.
     denominators: Vec<f64>,
     /// F, C and D of the random starts.
     drawn: Vec<[Vec<f64>; 3]>,
@@ -166,7 +167,7 @@ impl Starts {
         })
     }
 
-    /// The same with the true plant as the only start.
+    /// Changes the starts to the true plant alone.
     pub(super) fn with_truth(mut self, truth: &KnownModel) -> Result<Self, SetupError> {
         let orders = self.orders;
         let truth = &truth.pass().model;
@@ -192,7 +193,7 @@ impl Starts {
         Ok(self)
     }
 
-    /// Finds the denominators of a record.
+    /// Computes the denominators for a record.
     pub(super) fn begin(&mut self, u: &[f64], y: &[f64]) {
         self.turn = 0;
         if self.truth.is_some() {
@@ -209,14 +210,14 @@ impl Starts {
         }
         let mut iterations = std::mem::take(&mut self.iterations);
         for iteration in &mut iterations {
-            // Where it did not come to rest, where it stopped is a start too.
+            // If it did not converge, the point where it stopped is a start too.
             let _ = iteration.find(u, y, &mut condition);
             self.take_denominator(Some(&iteration.model().f[1..]));
         }
         self.iterations = iterations;
     }
 
-    /// Takes F = 1, or `1 + f_1 q^-1 + ...` where it is stable.
+    /// Adds the denominator F = 1, or `1 + f_1 q^-1 + ...` if that is stable.
     fn take_denominator(&mut self, f: Option<&[f64]>) {
         let (first, degree) = (self.denominators.len(), self.orders.nf);
         self.denominators.resize(first + degree + 1, 0.0);
@@ -230,13 +231,13 @@ impl Starts {
         }
     }
 
-    /// The next start; `None` after the last.
+    /// Returns the next start; `None` after the last.
     pub(super) fn next(&mut self, u: &[f64], y: &[f64]) -> Option<&[f64]> {
         if let Some(truth) = self.truth.take() {
             let first = self.turn == 0;
             self.turn = 1;
             self.model.assign(&truth);
-            // Without a noise model that can be told from white noise, C = D = 1.
+            // Without a noise model that differs from white noise, C = D = 1.
             if first && !self.hannan_rissanen(u, y) {
                 self.model.assign(&truth);
             }
@@ -281,14 +282,14 @@ impl Starts {
         Some(&self.theta)
     }
 
-    /// The parameters of the model.
+    /// Copies the parameters of the model to theta.
     fn take(&mut self) {
         for (theta, parameter) in self.theta.iter_mut().zip(self.model.parameters()) {
             *theta = parameter;
         }
     }
 
-    /// A and B that minimise the sum of squares given F, C and D: linear in `D/C y` and `D/(C F) u`.
+    /// Computes A and B that minimise the sum of squares given F, C and D: linear in `D/C y` and `D/(C F) u`.
     fn solve_linear(&mut self, u: &[f64], y: &[f64]) -> bool {
         let LinearModel { c, d, f, .. } = &self.model;
         for (to, from, with_f) in [(&mut self.u, u, true), (&mut self.y, y, false)] {
@@ -308,8 +309,8 @@ impl Starts {
         true
     }
 
-    /// C and D from the noise `w = A y - B/F u` of what is there: e by a long autoregression, then w on the past of
-    /// both. Where C comes out unstable there is none.
+    /// Computes C and D from the noise `w = A y - B/F u` of the present model: e by a long autoregression, then w on
+    /// the past of both. Returns false if C is unstable.
     fn hannan_rissanen(&mut self, u: &[f64], y: &[f64]) -> bool {
         let (Some(long), Some(noise)) = (&mut self.long, &mut self.noise) else {
             return false;
@@ -338,7 +339,7 @@ impl Starts {
     }
 }
 
-/// F, C and D with random zeros.
+/// Draws F, C and D with random zeros.
 fn draw(orders: Orders, number: u64) -> [Vec<f64>; 3] {
     let mut random = stream(SEED, number, Purpose::Plant);
     [orders.nf, orders.nc, orders.nd].map(|degree| match degree {

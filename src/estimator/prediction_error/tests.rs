@@ -1,4 +1,4 @@
-//! Gradients against differences of the sum itself in the complex plane, recovery without noise.
+//! Gradients against differences of the sum in the complex plane; recovery without noise.
 
 use super::*;
 use crate::estimator::Progress;
@@ -62,7 +62,7 @@ fn structures() -> Vec<Orders> {
     all
 }
 
-/// A model with zeros well inside the circle and no common factors.
+/// Returns a model with zeros well inside the unit circle and no common factors.
 fn model(orders: Orders, trial: u64) -> LinearModel {
     let mut model = LinearModel::zero(orders);
     let theta: Vec<f64> = uniform(trial, orders.parameters())
@@ -72,13 +72,13 @@ fn model(orders: Orders, trial: u64) -> LinearModel {
     model.set_parameters(&theta);
     model.b[orders.nk] = 1.0;
     if orders.nc > 0 && orders.nd > 0 {
-        // Far from cancelling.
+        // C and D are far from cancelling.
         (model.c[1], model.d[1]) = (0.5, -0.4);
     }
     model
 }
 
-/// The sum of squares in complex arithmetic, by the recursions themselves.
+/// Returns the sum of squares in complex arithmetic, by the recursions themselves.
 fn complex_sum(orders: Orders, theta: &[c64], u: &[f64], y: &[f64]) -> c64 {
     let (a, rest) = theta.split_at(orders.na);
     let (b, rest) = rest.split_at(orders.nb);
@@ -118,7 +118,7 @@ fn complex_sum(orders: Orders, theta: &[c64], u: &[f64], y: &[f64]) -> c64 {
     sum
 }
 
-/// `dV/dtheta = 2 psi'e` against `Im V(theta + i h) / h`, h = 1e-30: exact to rounding.
+/// `dV/dtheta = 2 psi'e` against `Im V(theta + i h) / h`, h = 1e-30; exact to rounding.
 #[test]
 fn gradients_are_exact() {
     for (trial, orders) in structures().into_iter().enumerate() {
@@ -139,10 +139,10 @@ fn gradients_are_exact() {
     }
 }
 
-/// With a little noise the parameters come out within it; without C and D exactly, without noise.
+/// With a little noise the parameters are found within its size. Without noise, and without C and D, they are exact.
 #[test]
 fn every_structure_is_recovered() {
-    // With both A and F they may change places.
+    // With both A and F, the two may be exchanged.
     let structures = structures()
         .into_iter()
         .filter(|orders| orders.na * orders.nf == 0);
@@ -172,7 +172,7 @@ fn every_structure_is_recovered() {
     }
 }
 
-/// Nothing is left for C to explain, and A and B are exact.
+/// Without noise, nothing is left for C to explain, and A and B are exact.
 #[test]
 fn armax_without_noise() {
     let orders: Orders = "na=2,nb=2,nc=2".parse().unwrap();
@@ -191,7 +191,7 @@ fn armax_without_noise() {
     }
 }
 
-/// In other units the model is the same one: B in those of y over u.
+/// In other units the model is the same; B is in those of y over u.
 #[test]
 fn units_do_not_matter() {
     let structures = structures()
@@ -222,7 +222,7 @@ fn units_do_not_matter() {
     }
 }
 
-/// A pole that a zero cancels may stand anywhere: its parameters cannot be found.
+/// A pole that a zero cancels may be anywhere, so its parameters cannot be found.
 #[test]
 fn what_cannot_be_identified_is_typed() {
     let truth = LinearModel {
@@ -239,7 +239,7 @@ fn what_cannot_be_identified_is_typed() {
     assert_eq!(kind, crate::estimator::FailureKind::NotIdentifiable);
 }
 
-/// The gradient with initial numbers against differences of the sum in each of them.
+/// The gradient with initial numbers, against differences of the sum in each of them.
 #[test]
 fn gradients_with_initial_numbers() {
     for (trial, orders) in structures().into_iter().enumerate() {
@@ -267,8 +267,8 @@ fn gradients_with_initial_numbers() {
     }
 }
 
-/// Where only A and B are asked for, fitting what lies before the record leaves its first equations out: least squares of
-/// the complete rows. A record that does not begin at rest is recovered.
+/// With A and B alone, fitting the effect of the past gives up the first equations: the result is least squares of the
+/// complete rows. A record that does not begin at rest is recovered.
 #[test]
 fn initial_conditions_are_fitted() {
     let orders: Orders = "na=2,nb=3,nk=2".parse().unwrap();

@@ -1,24 +1,23 @@
-//! Equilibration, condition numbers and the one rank rule of all solvers.
+//! Equilibration, condition numbers and the rank rule common to all solvers.
 
 use crate::estimator::FailureKind;
 use faer::{MatMut, MatRef};
 
-/// A matrix counts as rank deficient where the reciprocal of its equilibrated 1-norm condition number
-/// is below this multiple of 2n eps.
+/// A matrix counts as rank deficient if the reciprocal of its equilibrated 1-norm condition number is below this
+/// multiple of 2n eps.
 ///
-/// Rounding hides exact singularity: a singular matrix of this size comes out with a reciprocal
-/// condition of some eps.
+/// Rounding hides exact singularity: the computed reciprocal condition of a singular matrix of this size is a few eps.
 pub const RANK_MULTIPLE: f64 = 4.0;
 
-/// The rank rule: fails where `1 / condition < RANK_MULTIPLE * 2n * eps`.
+/// Applies the rank rule: fails if `1 / condition < RANK_MULTIPLE * 2n * eps`.
 ///
 /// # Errors
-/// [`FailureKind::RankDeficient`], or [`FailureKind::NonFinite`] where the condition is NaN.
+/// [`FailureKind::RankDeficient`], or [`FailureKind::NonFinite`] if the condition is NaN.
 pub fn check_rank(condition: f64, order: usize) -> Result<(), FailureKind> {
     check_rank_of_columns(condition, 2 * order)
 }
 
-/// The same for a matrix of any number of columns.
+/// Applies the rank rule to a matrix with any number of columns.
 ///
 /// # Errors
 /// As for [`check_rank`].
@@ -32,13 +31,13 @@ pub fn check_rank_of_columns(condition: f64, columns: usize) -> Result<(), Failu
     }
 }
 
-/// The reciprocal condition below which a matrix of 2n rows is rank deficient.
+/// Returns the reciprocal condition below which a matrix of 2n rows is rank deficient.
 pub(crate) fn rank_limit(order: usize) -> f64 {
     RANK_MULTIPLE * 2.0 * order as f64 * f64::EPSILON
 }
 
-/// Row and column scales, powers of two (so that scaling rounds nothing), that bring the largest entry of
-/// every row and column of a matrix into [1, 2).
+/// Row and column scales that bring the largest entry of every row and column of a matrix into [1, 2). They are powers
+/// of two, so that scaling does not round.
 #[derive(Clone, Debug)]
 pub struct Equilibration {
     /// Factors of the rows.
@@ -47,14 +46,14 @@ pub struct Equilibration {
     pub columns: Vec<f64>,
 }
 
-/// The power of two `s` with `s x` in [1, 2), kept in the range of normal numbers.
+/// Returns the power of two `s` with `s x` in [1, 2), kept in the range of normal numbers.
 fn inverse_power_of_two(x: f64) -> f64 {
     let exponent = (x.to_bits() >> 52) & 0x7ff;
     f64::from_bits(2046_u64.saturating_sub(exponent).max(1) << 52)
 }
 
 impl Equilibration {
-    /// Buffers for `rows` x `columns`.
+    /// Makes buffers for `rows` x `columns`.
     pub fn new(rows: usize, columns: usize) -> Self {
         Self {
             rows: vec![1.0; rows],
@@ -62,11 +61,10 @@ impl Equilibration {
         }
     }
 
-    /// Finds the scales of `matrix`: rows first, then the columns of the row-scaled matrix.
+    /// Computes the scales of `matrix`: rows first, then the columns of the row-scaled matrix.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where an entry is not finite, [`FailureKind::Singular`] where a row or
-    /// column is zero.
+    /// [`FailureKind::NonFinite`] if an entry is not finite, [`FailureKind::Singular`] if a row or column is zero.
     pub fn of(&mut self, matrix: MatRef<'_, f64>) -> Result<(), FailureKind> {
         self.rows.fill(0.0);
         for j in 0..matrix.ncols() {
@@ -94,12 +92,12 @@ impl Equilibration {
         Ok(())
     }
 
-    /// Finds one scale for row and column i of a symmetric matrix, the power of two in
+    /// Computes one scale for both row and column i of a symmetric matrix: the power of two in
     /// `[1, 2) / sqrt(diagonal_i)`.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where an entry is not finite, [`FailureKind::Singular`] where a
-    /// diagonal entry is not positive.
+    /// [`FailureKind::NonFinite`] if an entry is not finite, [`FailureKind::Singular`] if a diagonal entry is not
+    /// positive.
     pub fn of_symmetric(&mut self, matrix: MatRef<'_, f64>) -> Result<(), FailureKind> {
         if !matrix.norm_l1().is_finite() {
             return Err(FailureKind::NonFinite);
@@ -115,8 +113,8 @@ impl Equilibration {
         Ok(())
     }
 
-    /// Finds the scales of the columns alone, by their largest entries: what a tall data matrix allows
-    /// without changing its least-squares problem.
+    /// Computes the scales of the columns alone, from their largest entries. This leaves the least-squares problem of a
+    /// tall data matrix unchanged.
     ///
     /// # Errors
     /// As for [`Self::of`].
@@ -145,7 +143,8 @@ impl Equilibration {
         }
     }
 
-    /// The 1-norm of a diagonal block after scaling; its first row and column are number `at` of the matrix.
+    /// Returns the 1-norm of a diagonal block after scaling; `at` is the index of its first row and column in the
+    /// matrix.
     pub fn norm1(&self, block: MatRef<'_, f64>, at: usize) -> f64 {
         let (rows, columns) = (&self.rows[at..], &self.columns[at..]);
         let sum = |j: usize| -> f64 {
@@ -155,7 +154,7 @@ impl Equilibration {
         (0..block.ncols()).map(sum).fold(0.0, maximum)
     }
 
-    /// The 1-norm of the inverse of a diagonal block after scaling, from the inverse before.
+    /// Returns the 1-norm of the inverse of a diagonal block after scaling, given its inverse before scaling.
     pub fn inverse_norm1(&self, inverse: MatRef<'_, f64>, at: usize) -> f64 {
         let (rows, columns) = (&self.rows[at..], &self.columns[at..]);
         let sum = |j: usize| -> f64 {
@@ -166,23 +165,23 @@ impl Equilibration {
     }
 }
 
-/// The larger one, NaN if either is.
+/// Returns the larger number, NaN if either is.
 pub(super) fn maximum(x: f64, y: f64) -> f64 {
     if x.is_nan() || x >= y { x } else { y }
 }
 
-/// The 1-norm of a matrix: its largest column sum.
+/// Returns the 1-norm of a matrix: its largest column sum.
 pub fn norm1(matrix: MatRef<'_, f64>) -> f64 {
     (0..matrix.ncols())
         .map(|j| (0..matrix.nrows()).map(|i| matrix[(i, j)].abs()).sum())
         .fold(0.0, maximum)
 }
 
-/// The 1-norm condition number of the upper triangular `R C`, C the diagonal of `columns`, exactly: column by
-/// column of the inverse. `scratch` holds as many numbers as R has rows.
+/// Returns the exact 1-norm condition number of the upper triangular `R C`, C the diagonal of `columns`, from the
+/// columns of the inverse. `scratch` has room for one number per row of R.
 ///
 /// # Errors
-/// [`FailureKind::RankDeficient`] where a diagonal entry is zero.
+/// [`FailureKind::RankDeficient`] if a diagonal entry is zero.
 pub fn triangular_condition(
     r: MatRef<'_, f64>,
     columns: &[f64],
@@ -208,8 +207,8 @@ pub fn triangular_condition(
     Ok(norm * inverse_norm)
 }
 
-/// Hager and Higham's estimate of `|| A^-1 ||_1` (a lower bound, rarely off by more than a factor of 3;
-/// Higham 1988, Algorithm 674) from solves with A and A'.
+/// Returns the Hager-Higham estimate of `|| A^-1 ||_1` from solves with A and A' (a lower bound, rarely off by more
+/// than a factor of 3; Higham 1988, Algorithm 674).
 ///
 /// `solve(x, transposed)` overwrites x by `A^-1 x` or `A^-T x`; `x` and `z` are scratch of A's dimension.
 pub fn inverse_norm1_estimate(
@@ -242,7 +241,7 @@ pub fn inverse_norm1_estimate(
         }
         estimate = next;
     }
-    // The alternating vector catches what the iteration cancels.
+    // The alternating vector covers cases in which the iteration cancels.
     for (i, x) in x.iter_mut().enumerate() {
         let size = 1.0 + i as f64 / (dimension.max(2) - 1) as f64;
         *x = if i % 2 == 0 { size } else { -size };

@@ -1,4 +1,4 @@
-//! Dense factorisations with buffers of their own: what the solvers share.
+//! Dense factorisations with their own buffers, shared by the solvers.
 
 use super::condition::{Equilibration, check_rank, inverse_norm1_estimate, norm1};
 use crate::estimator::FailureKind;
@@ -32,7 +32,7 @@ impl Inverter {
         }
     }
 
-    /// `out = A^-1`.
+    /// Computes `out = A^-1`.
     pub(super) fn invert(
         &mut self,
         a: MatRef<'_, f64>,
@@ -55,7 +55,7 @@ impl Inverter {
     }
 }
 
-/// Fails where a pivot is zero (singularity that rounding did not happen to hide) or not finite.
+/// Fails if a pivot is zero (a singularity that rounding did not hide) or not finite.
 fn check_pivots(lu: MatRef<'_, f64>) -> Result<(), FailureKind> {
     for i in 0..lu.nrows() {
         let pivot = lu[(i, i)];
@@ -69,8 +69,8 @@ fn check_pivots(lu: MatRef<'_, f64>) -> Result<(), FailureKind> {
     Ok(())
 }
 
-/// Solution of square systems by LU with partial pivoting of the equilibrated matrix, with an
-/// estimate of its 1-norm condition number.
+/// Solves square systems by LU with partial pivoting of the equilibrated matrix, and estimates its 1-norm condition
+/// number.
 pub(super) struct EquilibratedLu {
     order: usize,
     matrix: Mat<f64>,
@@ -82,7 +82,7 @@ pub(super) struct EquilibratedLu {
 }
 
 impl EquilibratedLu {
-    /// Buffers for systems of a dimension; `order` is n of the rank rule.
+    /// Makes buffers for systems of a dimension; `order` is n of the rank rule.
     pub(super) fn new(dimension: usize, order: usize) -> Self {
         let par = Par::Seq;
         let lu = factor::lu_in_place_scratch::<usize, f64>(
@@ -104,13 +104,12 @@ impl EquilibratedLu {
         }
     }
 
-    /// The matrix to fill before [`Self::solve`], which overwrites it.
+    /// Returns the matrix to fill before [`Self::solve`], which overwrites it.
     pub(super) fn matrix(&mut self) -> MatMut<'_, f64> {
         self.matrix.as_mut()
     }
 
-    /// Overwrites `rhs` by the solution; returns the condition through `condition` even where the rank
-    /// rule fails.
+    /// Overwrites `rhs` by the solution. Sets `condition` even if the rank rule fails.
     pub(super) fn solve(
         &mut self,
         rhs: &mut [f64],
@@ -131,7 +130,7 @@ impl EquilibratedLu {
         check_pivots(self.matrix.as_ref())?;
         let lu = self.matrix.as_ref();
         let dimension = lu.nrows();
-        // The permutation was just made by the factorisation.
+        // The factorisation has just made this permutation.
         let permutation =
             PermRef::new_checked(&self.permutation, &self.permutation_inverse, dimension);
         let mut substitute = |x: &mut [f64], transposed: bool| {

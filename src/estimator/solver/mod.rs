@@ -1,4 +1,4 @@
-//! Ways to solve for p, all on one interface: iteration 0 (least squares) and passes with instruments.
+//! Ways to solve for p, with one interface for iteration 0 (least squares) and for passes with instruments.
 
 pub mod condition;
 mod linear;
@@ -52,19 +52,18 @@ named_enum! {
 /// The largest dimension that `dual` and `augmented` accept: a matrix of 128 MiB.
 pub const NAIVE_LIMIT: usize = 4096;
 
-/// What a solver leaves: p (2n), and the condition number of what it factorised.
+/// The result of a solver: p (2n numbers), and the condition number of the factorised matrix.
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// `p = (alpha_1 ... alpha_n, beta_1 ... beta_n)`.
     pub p: Vec<f64>,
-    /// The 1-norm condition number of the row- and column-equilibrated matrix that the solver
-    /// factorises (of the worse one where there are two); set where it was found, even if the rank
-    /// rule then failed.
+    /// The 1-norm condition number of the row- and column-equilibrated matrix that the solver factorises; the worse one
+    /// if there are two. It is set once computed, even if the rank rule then fails.
     pub condition: f64,
 }
 
 impl Solution {
-    /// Buffers for order n.
+    /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
         Self {
             p: vec![0.0; 2 * order],
@@ -73,12 +72,12 @@ impl Solution {
     }
 }
 
-/// Solves for p by least squares (iteration 0), with buffers of its own.
+/// Solves for p by least squares (iteration 0), with its own buffers.
 pub trait SolveLeastSquares: Send {
-    /// `p = argmin || y - Phi p ||` on the window.
+    /// Computes `p = argmin || y - Phi p ||` on the window.
     ///
     /// # Errors
-    /// The failure's kind; `solution.p` is then undefined.
+    /// The kind of failure; `solution.p` is then undefined.
     fn least_squares(
         &mut self,
         window: Window<'_>,
@@ -86,17 +85,17 @@ pub trait SolveLeastSquares: Send {
     ) -> Result<(), FailureKind>;
 }
 
-/// What the instruments Z hold in the places of y and u, as long as the window.
+/// The signals that replace y and u in the instruments Z, as long as the window.
 #[derive(Clone, Copy, Debug)]
 pub struct Instruments<'a> {
     /// yhat, instead of y.
     pub output: &'a [f64],
-    /// What stands instead of u, such as r; `None` where u itself stays (stage 9: "G21, G22 unchanged").
+    /// The signal instead of u, such as r; `None` if u itself stays (stage 9: "G21, G22 unchanged").
     pub input: Option<&'a [f64]>,
 }
 
 impl<'a> Instruments<'a> {
-    /// Instruments with yhat for y, and u itself.
+    /// Makes instruments with yhat instead of y, and u itself.
     pub const fn new(output: &'a [f64]) -> Self {
         Self {
             output,
@@ -104,21 +103,21 @@ impl<'a> Instruments<'a> {
         }
     }
 
-    /// The signal instead of u on a window.
+    /// Returns the signal that is used as u on a window.
     pub fn input(self, window: Window<'a>) -> &'a [f64] {
         self.input.unwrap_or(window.u)
     }
 }
 
-/// Solves for p with instruments too.
+/// Solves for p with instruments as well.
 pub trait SolveInstruments: SolveLeastSquares {
-    /// `Z'Phi p = Z'y`, Z as Phi with the instruments' signals in the places of y and u.
+    /// Solves `Z'Phi p = Z'y`, with Z equal to Phi except for the instruments' signals instead of y and u.
     ///
-    /// Must follow [`SolveLeastSquares::least_squares`] on the same window, whose blocks it reuses where u itself
-    /// stays in Z.
+    /// Must follow [`SolveLeastSquares::least_squares`] on the same window, whose blocks it reuses if u itself stays in
+    /// Z.
     ///
     /// # Errors
-    /// The failure's kind; `solution.p` is then undefined.
+    /// The kind of failure; `solution.p` is then undefined.
     fn instruments(
         &mut self,
         window: Window<'_>,
@@ -131,7 +130,7 @@ impl Solver {
     /// Checks that the solver's matrices for a shape stay below [`NAIVE_LIMIT`].
     ///
     /// # Errors
-    /// [`SetupError::SolverDimension`] with the dimension that it would need.
+    /// [`SetupError::SolverDimension`] with the required dimension.
     fn check_dimension(self, shape: Shape) -> Result<(), SetupError> {
         let rows = shape.window - shape.order;
         let dimension = match self {
@@ -148,7 +147,7 @@ impl Solver {
         Ok(())
     }
 
-    /// A solver for least squares alone.
+    /// Makes a solver for least squares alone.
     ///
     /// # Errors
     /// If the shape is invalid, or too large for `dual` or `augmented`.
@@ -167,11 +166,11 @@ impl Solver {
         })
     }
 
-    /// A solver for least squares and instruments.
+    /// Makes a solver for least squares and instruments.
     ///
     /// # Errors
-    /// As for [`Self::least_squares`]; and for `cholesky`, which cannot use instruments, or a
-    /// printed stage 10 with another solver than `partitioned`.
+    /// As for [`Self::least_squares`]. Also for `cholesky`, which cannot use instruments, and for a printed stage 10
+    /// with a solver other than `partitioned`.
     pub fn instruments(
         self,
         shape: Shape,

@@ -1,4 +1,4 @@
-//! The (N-n)-dimensional forms that the paper compares its partitioned inverse with.
+//! The (N-n)-dimensional forms with which the paper compares its partitioned inverse.
 
 use super::linear::EquilibratedLu;
 use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
@@ -8,15 +8,14 @@ use faer::linalg::matmul::matmul;
 use faer::reborrow::ReborrowMut;
 use faer::{Accum, Mat, Par};
 
-/// The regularisation of `dual`, as a multiple of the Frobenius norm of `Phi Z'`: 2^-26, the square
-/// root of eps.
+/// The regularisation of `dual`, as a multiple of the Frobenius norm of `Phi Z'`: 2^-26, the square root of eps.
 const REGULARISATION: f64 = 1.490_116_119_384_765_6e-8;
 
-/// `p = Z' (Phi Z' + eps I)^-1 y`, equal to `(Z'Phi + eps I)^-1 Z'y` (push-through identity).
+/// Solves `p = Z' (Phi Z' + eps I)^-1 y`, which equals `(Z'Phi + eps I)^-1 Z'y` (push-through identity).
 ///
-/// `Phi Z'` is (N-n) x (N-n) of rank 2n, so eps > 0 is needed; the relative error is about
-/// `2^-26 |Phi Z'|_F |(Z'Phi)^-1|`. The regularised matrix never looks rank deficient: this form hides
-/// a rank-deficient `Z'Phi`.
+/// `Phi Z'` is (N-n) x (N-n) and has rank 2n, so eps > 0 is needed. The relative error is about
+/// `2^-26 |Phi Z'|_F |(Z'Phi)^-1|`. The regularised matrix never looks rank deficient, so this form hides a
+/// rank-deficient `Z'Phi`.
 pub struct Dual {
     order: usize,
     phi: Mat<f64>,
@@ -26,7 +25,7 @@ pub struct Dual {
 }
 
 impl Dual {
-    /// Buffers for order n and windows of N samples.
+    /// Makes buffers for order n and windows of N samples.
     pub fn new(order: usize, window: usize) -> Self {
         let rows = window - order;
         Self {
@@ -90,7 +89,7 @@ impl SolveInstruments for Dual {
     }
 }
 
-/// `[I, Phi; Z', 0] [r; p] = [y; 0]` of dimension (N-n) + 2n; its Schur complement is the 2n x 2n system.
+/// Solves `[I, Phi; Z', 0] [r; p] = [y; 0]` of dimension (N-n) + 2n. Its Schur complement is the 2n x 2n system.
 pub struct Augmented {
     order: usize,
     rhs: Vec<f64>,
@@ -99,7 +98,7 @@ pub struct Augmented {
 }
 
 impl Augmented {
-    /// Buffers for order n and windows of N samples.
+    /// Makes buffers for order n and windows of N samples.
     pub fn new(order: usize, window: usize) -> Self {
         let rows = window - order;
         Self {

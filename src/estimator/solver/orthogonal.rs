@@ -1,8 +1,7 @@
 //! QR and SVD of the (N-n) x 2n data matrix.
 //!
-//! Least squares works on `Phi = Q R`; with instruments `Z = Q R` and the small system
-//! `(Q'Phi) p = Q'y`. Neither squares a condition number, so these keep about twice the digits of the
-//! information matrix.
+//! Least squares uses `Phi = Q R`. With instruments, `Z = Q R` leaves the small system `(Q'Phi) p = Q'y`. Neither
+//! squares a condition number, so these solvers keep about twice as many digits as those with the information matrix.
 
 use super::condition::{
     Equilibration, check_rank, inverse_norm1_estimate, maximum, norm1, triangular_condition,
@@ -19,7 +18,7 @@ use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef, Par};
 
-/// Reduces and tests the rank of R; what both solvers begin with.
+/// Reduces the data matrix and tests the rank of R; both solvers begin with it.
 struct Triangle {
     order: usize,
     reduction: Reduction,
@@ -41,7 +40,7 @@ impl Triangle {
         }
     }
 
-    /// R of the data matrix with the signals of `z`, its columns' scales and its condition.
+    /// Computes R of the data matrix with the signals of `z`, its column scales and its condition.
     fn reduce(
         &mut self,
         window: Window<'_>,
@@ -67,7 +66,7 @@ impl Triangle {
         check_rank(*condition, self.order)
     }
 
-    /// `Q'y`.
+    /// Copies `Q'y`.
     fn copy_rhs(&self, p: &mut [f64]) {
         let top = self.reduction.top();
         let column = top.ncols() - 1;
@@ -76,13 +75,13 @@ impl Triangle {
         }
     }
 
-    /// `Q'Phi`.
+    /// Returns `Q'Phi`.
     fn small(&self) -> MatRef<'_, f64> {
         self.reduction.top().get(.., ..2 * self.order)
     }
 }
 
-/// Householder QR; with instruments the small system by LU.
+/// Householder QR; with instruments, the small system is solved by LU.
 pub struct Qr {
     regressors: Triangle,
     instruments: Triangle,
@@ -90,7 +89,7 @@ pub struct Qr {
 }
 
 impl Qr {
-    /// Buffers for order n and windows of N samples.
+    /// Makes buffers for order n and windows of N samples.
     pub fn new(order: usize, window: usize) -> Self {
         Self {
             regressors: Triangle::new(order, window, false),
@@ -136,7 +135,7 @@ impl SolveInstruments for Qr {
     }
 }
 
-/// Singular value decomposition of R, and with instruments of `Q'Phi`, columns equilibrated.
+/// Singular value decomposition of R, and with instruments of `Q'Phi`, with equilibrated columns.
 pub struct Svd {
     regressors: Triangle,
     instruments: Triangle,
@@ -150,7 +149,7 @@ pub struct Svd {
 }
 
 impl Svd {
-    /// Buffers for order n and windows of N samples.
+    /// Makes buffers for order n and windows of N samples.
     pub fn new(order: usize, window: usize) -> Self {
         let dimension = 2 * order;
         let vectors = ComputeSvdVectors::Thin;
@@ -177,7 +176,7 @@ impl Svd {
         }
     }
 
-    /// Factorises the equilibrated `self.matrix`; false where the iteration did not converge.
+    /// Factorises the equilibrated `self.matrix`; returns false if the iteration did not converge.
     fn decompose(&mut self) -> bool {
         self.equilibration.apply(self.matrix.as_mut());
         svd(
@@ -192,7 +191,7 @@ impl Svd {
         .is_ok()
     }
 
-    /// `p <- columns V S^-1 U' rows p`, the solution of the unscaled system.
+    /// Computes `p <- columns V S^-1 U' rows p`, the solution of the unscaled system.
     fn solve(&mut self, p: &mut [f64]) {
         for (p, scale) in p.iter_mut().zip(&self.equilibration.rows) {
             *p *= scale;
@@ -205,7 +204,7 @@ impl Svd {
     }
 }
 
-/// `x <- V S^-1 U' x`, or transposed `x <- U S^-1 V' x`.
+/// Computes `x <- V S^-1 U' x`, or transposed `x <- U S^-1 V' x`.
 fn apply_inverse(
     u: &Mat<f64>,
     s: &Diag<f64>,

@@ -8,12 +8,12 @@ use crate::estimator::{FailureKind, Window};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-/// `C = [M1 + M1 G12 M2 G21 M1, -M1 G12 M2; -M2 G21 M1, M2]` with `M1 = G11^-1` and
-/// `M2 = (G22 - G21 M1 G12)^-1`, and `p = C r`.
+/// Computes `p = C r` with `C = [M1 + M1 G12 M2 G21 M1, -M1 G12 M2; -M2 G21 M1, M2]`, `M1 = G11^-1` and
+/// `M2 = (G22 - G21 M1 G12)^-1`.
 ///
-/// The condition is the worst of G's, of G11's as a pivot of G (|G| |M1|) and of the Schur complement's, all
-/// scaled by G's equilibration. There is no pivoting between the blocks: where G11 is near singular and
-/// G is not (which least squares excludes, instruments do not), digits are lost that LU keeps.
+/// The condition is the worst of three: of G, of G11 as a pivot of G (|G| |M1|), and of the Schur complement. All are
+/// scaled by G's equilibration. There is no pivoting between the blocks. If G11 is near singular and G is not, digits
+/// are lost that LU keeps. This cannot happen in least squares, but it can with instruments.
 pub struct Partitioned {
     order: usize,
     stage10: Stage10,
@@ -44,7 +44,7 @@ fn multiply(out: &mut Mat<f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
 }
 
 impl Partitioned {
-    /// Buffers for order n; `stage10` is the reading of E2.
+    /// Makes buffers for order n; `stage10` is the reading of E2.
     pub fn new(order: usize, stage10: Stage10) -> Self {
         let square = || Mat::zeros(order, order);
         Self {
@@ -65,7 +65,7 @@ impl Partitioned {
         }
     }
 
-    /// Stage 3's C of the present G, with its condition number.
+    /// Computes stage 3's C of the present G, with its condition number.
     fn invert(&mut self, condition: &mut f64) -> Result<(), FailureKind> {
         let n = self.order;
         let g = self.information.matrix();
@@ -129,7 +129,7 @@ impl Partitioned {
         check_rank(*condition, n)
     }
 
-    /// C as stage 10 prints it, erratum E2: block rows swapped and indices wrong, from the same M1, M2.
+    /// Replaces C by stage 10 as printed, erratum E2: block rows swapped and indices wrong, with the same M1, M2.
     fn print_as(&mut self, stage10: Stage10) {
         let n = self.order;
         let (g11, g12, _, g22) = self.information.matrix().split_at(n, n);
@@ -149,7 +149,7 @@ impl Partitioned {
         c22.copy_from(-m1_middle_m2);
     }
 
-    /// `p = C r`.
+    /// Computes `p = C r`.
     fn multiply_rhs(&self, p: &mut [f64]) {
         p.fill(0.0);
         for (j, r) in self.information.rhs().iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Householder QR of a tall data matrix by blocks of rows, in memory that does not grow with N.
+//! Householder QR of a tall data matrix by blocks of rows, in memory independent of N.
 
 use crate::estimator::FailureKind;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -7,18 +7,18 @@ use faer::linalg::qr::no_pivoting::factor;
 use faer::reborrow::ReborrowMut;
 use faer::{Conj, Mat, MatMut, MatRef, Par};
 
-/// Rows that are reduced at a time.
+/// Number of rows that are reduced at a time.
 const BLOCK_ROWS: usize = 512;
 
 /// Reduces `[Z | companions]`: `Z = Q R`, and `Q'` applied to the companion columns.
 ///
-/// R and the top of the companions are carried from block to block, with the next block's rows below
-/// them; Householder QR of the stack is backward stable whatever the number of blocks. Up to 512 rows are one block,
-/// that is plain QR.
+/// R and the top of the companions are carried from block to block, with the rows of the next block below them.
+/// Householder QR of the stack is backward stable for any number of blocks. Up to 512 rows form one block, which is
+/// plain QR.
 pub(in crate::estimator) struct Reduction {
-    /// Z's rows: as many as its columns carried, then a block.
+    /// Rows of Z: first as many carried rows as it has columns, then a block.
     z: Mat<f64>,
-    /// The companions' rows.
+    /// The corresponding rows of the companions.
     companions: Mat<f64>,
     /// Householder block factors.
     factors: Mat<f64>,
@@ -26,7 +26,7 @@ pub(in crate::estimator) struct Reduction {
 }
 
 impl Reduction {
-    /// Buffers for `rows` rows of Z with `width` columns, and so many companion columns.
+    /// Makes buffers for `rows` rows of Z with `width` columns, and `companions` companion columns.
     pub(in crate::estimator) fn new(width: usize, rows: usize, companions: usize) -> Self {
         let rows = width + BLOCK_ROWS.min(rows);
         let block = factor::recommended_block_size::<f64>(rows, width);
@@ -44,10 +44,10 @@ impl Reduction {
         }
     }
 
-    /// Reduces `total` rows; `fill(first, z, companions)` writes those from `first` on.
+    /// Reduces `total` rows; `fill(first, z, companions)` writes the rows from `first` on.
     ///
     /// # Errors
-    /// [`FailureKind::NonFinite`] where an entry overflows.
+    /// [`FailureKind::NonFinite`] if an entry overflows.
     pub(in crate::estimator) fn run(
         &mut self,
         total: usize,
@@ -74,7 +74,7 @@ impl Reduction {
         }
     }
 
-    /// QR of the first `rows` rows, `Q'` applied to their companions.
+    /// Computes QR of the first `rows` rows and applies `Q'` to their companions.
     fn reduce(&mut self, rows: usize) {
         let rank = rows.min(self.z.ncols());
         let stack = MemStack::new(&mut self.memory);
@@ -97,12 +97,12 @@ impl Reduction {
         );
     }
 
-    /// R, square and upper triangular.
+    /// Returns R, square and upper triangular.
     pub(in crate::estimator) fn r(&self) -> MatRef<'_, f64> {
         self.z.get(..self.z.ncols(), ..)
     }
 
-    /// As many rows of `Q' [companions]` as R has.
+    /// Returns the top rows of `Q' [companions]`, as many as R has.
     pub(in crate::estimator) fn top(&self) -> MatRef<'_, f64> {
         self.companions.get(..self.z.ncols(), ..)
     }

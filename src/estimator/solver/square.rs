@@ -9,14 +9,14 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, MatMut, Par};
 
-/// `G p = r` by LU with partial pivoting of the equilibrated G.
+/// Solves `G p = r` by LU with partial pivoting of the equilibrated G.
 pub struct Lu {
     information: Information,
     lu: EquilibratedLu,
 }
 
 impl Lu {
-    /// Buffers for order n.
+    /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
         Self {
             information: Information::new(order),
@@ -54,8 +54,8 @@ impl SolveInstruments for Lu {
     }
 }
 
-/// `Phi'Phi p = Phi'y` by Cholesky of the matrix scaled to a diagonal near one. Least squares only:
-/// `Z'Phi` is not symmetric.
+/// Solves `Phi'Phi p = Phi'y` by Cholesky of the matrix scaled to a diagonal near one. Least squares only: `Z'Phi` is
+/// not symmetric.
 pub struct Cholesky {
     order: usize,
     information: Information,
@@ -66,7 +66,7 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
-    /// Buffers for order n.
+    /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
         let dimension = 2 * order;
         let scratch =
@@ -94,7 +94,7 @@ impl SolveLeastSquares for Cholesky {
         self.equilibration.apply(self.matrix.as_mut());
         let norm = norm1(self.matrix.as_ref());
         let stack = MemStack::new(&mut self.memory);
-        // A pivot that is not positive is singularity hidden by rounding.
+        // A pivot that is not positive is a singularity hidden by rounding.
         llt::factor::cholesky_in_place(
             self.matrix.as_mut(),
             Default::default(),

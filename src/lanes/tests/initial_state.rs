@@ -1,4 +1,4 @@
-//! Stage 6, by Stein's equation and by sorted QR.
+//! Stage 6 by Stein's equation and by sorted QR.
 
 use super::{UNIT, tested};
 use crate::estimator::initial_state::{InitialState, TRACE_LIMIT};
@@ -9,12 +9,12 @@ use crate::real::{Mask, Real};
 use crate::signal::{Purpose, normal::fill_standard_normal, stream};
 use faer::c64;
 
-/// The model's x0 by the lanes, and whether its normal equations served.
+/// Computes a model's x0 by the lanes, and whether its normal equations were good enough.
 struct StartOf<'a> {
     plant: &'a StateSpace,
     u: &'a [f64],
     y: &'a [f64],
-    /// By sorted QR in any case.
+    /// Whether to use sorted QR in any case.
     alone: bool,
 }
 
@@ -45,7 +45,7 @@ impl Call for StartOf<'_> {
     }
 }
 
-/// Rows `c'A^k` of D.
+/// Returns the rows `c'A^k` of D.
 fn rows(a: &[f64], count: usize) -> Vec<Vec<f64>> {
     let n = a.len();
     let mut row = vec![0.0; n];
@@ -62,18 +62,16 @@ fn rows(a: &[f64], count: usize) -> Vec<Vec<f64>> {
     rows
 }
 
-/// Stein's equation for `M = D'D`: x0 differs from the solution of the normal equations as faer
-/// forms and solves them by at most `|M^-1| (|dM| |x0| + |dr|)`, where `|M^-1| <= 1` since D begins
-/// with I.
+/// Stein's equation for `M = D'D` gives an x0 close to that of the normal equations as faer forms and solves them. The
+/// difference is at most `|M^-1| (|dM| |x0| + |dr|)`, with `|M^-1| <= 1` because D begins with I.
 ///
-/// - dM: an entry is a sum along its diagonal of at most n steps of 4 terms, each at most
-///   `(1 + |a|_inf)^2 trace`, with an error of n u of each from the last column's sums of K
-///   products, where all terms are positive multiples of row sizes:
-///   `(4n + K) u (1 + |a|_inf)^2 trace`. Both eliminations perturb M by `4 n u trace`, less than
-///   that.
-/// - dr: K u of the terms' sizes; and what y_u differs by, which is computed in another form: n + 2
-///   roundings of the output's size at each sample, each of which goes on as the impulse response,
-///   whose sum of sizes is at most that of D's entries.
+/// - dM: an entry is a sum along its diagonal of at most n steps of 4 terms, each at most `(1 + |a|_inf)^2 trace` and
+///   with a rounding error of n u. The last column's sums of K products add K u, because all their terms are positive
+///   multiples of row sizes. In total: `(4n + K) u (1 + |a|_inf)^2 trace`. Both eliminations perturb M by
+///   `4 n u trace`, which is less.
+/// - dr: K u of the terms' sizes, and the difference in y_u, which is computed in another form. The latter is n + 2
+///   roundings of the output's size at each sample. Each rounding propagates as the impulse response, whose sum of
+///   absolute values is at most that of D's entries.
 #[test]
 fn the_initial_state_by_steins_equation_is_that_of_faer() {
     let mut served = 0;
@@ -123,7 +121,7 @@ fn the_initial_state_by_steins_equation_is_that_of_faer() {
                 };
                 for (l, (found, direct)) in isa.dispatch(order, start).into_iter().enumerate() {
                     let name = format!("{isa}, order {order}, trial {trial}, lane {l}");
-                    // To rounding the same rule.
+                    // Up to rounding the same rule.
                     if (trace / TRACE_LIMIT - 1.0).abs() > 1e-6 {
                         assert_eq!(direct, trace < TRACE_LIMIT, "{name}: {trace:e}");
                     }
@@ -142,8 +140,8 @@ fn the_initial_state_by_steins_equation_is_that_of_faer() {
     assert!(served > 50);
 }
 
-/// Where normal equations would lose every digit: the cases, and the limits, of faer's sorted QR in
-/// tests/properties.rs, an unstable plant and clustered poles.
+/// Cases in which normal equations would lose every digit: an unstable plant and clustered poles. Cases and limits are
+/// those of faer's sorted QR in tests/properties.rs.
 #[test]
 fn sorted_qr_gives_the_initial_state_back() {
     let model = |poles: &[f64], b: Vec<f64>| {
@@ -161,7 +159,7 @@ fn sorted_qr_gives_the_initial_state_back() {
         (model(&[0.95; 6], vec![0.1; 6]), vec![0.0; 300], 1e-6),
         (model(&[0.99; 4], vec![0.1; 4]), vec![0.0; 300], 1e-6),
         (model(&[0.99; 6], vec![0.1; 6]), vec![0.0; 300], 1e-6),
-        // Well conditioned: the same x0 by another way.
+        // Well conditioned: the same x0 in another way.
         (model(&[0.5, -0.3], vec![1.0, 2.0]), signal, 1e-13),
     ] {
         let n = plant.order();
@@ -183,9 +181,8 @@ fn sorted_qr_gives_the_initial_state_back() {
     }
 }
 
-/// Rows over 200 powers of two with an exact solution in whole numbers: each row's residual is a
-/// rounding of that row (Cox and Higham 1998), so that x is exact to eps times the condition of the
-/// rows scaled to one size.
+/// Rows over 200 powers of two with an exact solution in whole numbers. The residual of each row is a rounding of that
+/// row (Cox and Higham 1998), so x is exact up to eps times the condition of the rows scaled to one size.
 #[test]
 fn sorted_qr_is_stable_row_by_row() {
     const N: usize = 4;
@@ -202,7 +199,7 @@ fn sorted_qr_is_stable_row_by_row() {
         problem.push((row.map(|x| x * scale), rhs * scale));
     }
     let x = sorted_qr::solve(N, &mut problem.clone()).expect("a solution");
-    // cond of 12 random rows of 4 is below 100; growth and sums take m n = 48 roundings.
+    // The condition of 12 random rows of 4 is below 100; growth and sums take m n = 48 roundings.
     let error = crate::metric::relative_error(&truth, &x);
     assert!(error < 100.0 * 48.0 * f64::EPSILON, "{error:e}");
     // Failures are typed, after pivoting too.

@@ -11,11 +11,11 @@ use crate::plant::random_stable;
 use crate::real::{MOST_LANES, Real};
 use crate::signal::{Purpose, normal::fill_standard_normal, stream};
 
-/// Half an ulp of 1, which bounds a rounding.
+/// Half an ulp of 1, the bound on a rounding.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// The widths of this machine, of those that `ASOBENCH_LANES` lists (all without it): valgrind has
-/// no AVX-512.
+/// Returns this machine's widths among those that `ASOBENCH_LANES` lists (all if it is not set). Valgrind has no
+/// AVX-512.
 pub(super) fn tested() -> Vec<Isa> {
     let asked = std::env::var("ASOBENCH_LANES").ok();
     let asked = |isa: &Isa| match &asked {
@@ -28,7 +28,7 @@ pub(super) fn tested() -> Vec<Isa> {
     tested
 }
 
-/// Records of a random plant: u, y with noise, and instruments yhat without.
+/// A record of a random plant: u, y with noise, and instruments yhat without.
 struct Record {
     u: Vec<f64>,
     y: Vec<f64>,
@@ -53,7 +53,7 @@ impl Record {
     }
 }
 
-/// The records' samples, lane by lane.
+/// Returns the records' samples as packs, one record per lane.
 fn packed<R: Real>(records: &[Record], part: impl Fn(&Record) -> &[f64]) -> Vec<R> {
     let sample = |k: usize| {
         R::load(&std::array::from_fn::<f64, MOST_LANES, _>(|l| {

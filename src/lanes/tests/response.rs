@@ -1,4 +1,4 @@
-//! Responses of models: the bits of one model alone, whatever its neighbours.
+//! Responses of models have the bits of one model alone, whatever its neighbours.
 
 use super::tested;
 use crate::data::Process;
@@ -40,7 +40,7 @@ impl Call for Models<'_> {
             }
         }
         let mut responses = Responses::<R, N>::new(self.source, self.samples);
-        // Nothing of another pack stays.
+        // Draws other trials first, to check that nothing of them remains.
         responses.draw(self.source, &[7; MOST_LANES]);
         responses.draw(self.source, self.trials);
         let [e_g, fit] = [
@@ -52,7 +52,7 @@ impl Call for Models<'_> {
     }
 }
 
-/// Of one model by code for one.
+/// Computes the same for one model by the scalar code.
 fn alone(
     plant: &StateSpace,
     input: &Input,
@@ -79,8 +79,8 @@ fn alone(
     ]
 }
 
-/// The plant, models near it, one that is unstable, one that overflows, what is not finite, and one
-/// more, whose parameters do not hold.
+/// Returns the plant, models near it, one that is unstable, one that overflows, one that is not finite, and one whose
+/// parameters are not valid.
 fn models(plant: &StateSpace, seed: u64) -> [[Vec<f64>; 2]; MOST_LANES] {
     let mut numbers = vec![0.0; 2 * plant.order() * MOST_LANES];
     fill_standard_normal(&mut stream(SEED, seed, Purpose::NoiseDrive), &mut numbers);

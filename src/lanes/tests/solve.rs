@@ -9,13 +9,12 @@ use crate::lanes::{Call, Isa, inverses, lane};
 use crate::real::{MOST_LANES, Mask, Real};
 use faer::Mat;
 
-/// What the lanes make of a record.
+/// What the lanes compute from a record.
 struct Solved {
     /// G by rows, and r.
     g: Mat<f64>,
     r: Vec<f64>,
-    /// p; of lanes that are not safe by [`inverses::solve_alone`], of others not finite where a
-    /// number is not.
+    /// p, by [`inverses::solve_alone`] in lanes that are not safe. In other lanes an error if a number is not finite.
     p: Result<Vec<f64>, FailureKind>,
     condition: f64,
     /// Whether the lane was safe without pivots.
@@ -79,7 +78,7 @@ impl Call for Solve<'_> {
     }
 }
 
-/// p and condition of faer's partitioned inverse.
+/// Returns p and the condition by faer's partitioned inverse.
 fn by_faer(
     order: usize,
     record: &Record,
@@ -100,7 +99,7 @@ fn by_faer(
     (solved.map(|()| solution.p), solution.condition)
 }
 
-/// `|L| |U|` of Gaussian elimination without pivots that begins with G22.
+/// Returns `|L| |U|` of Gaussian elimination without pivots that begins with G22.
 fn triangles(g: &Mat<f64>) -> Mat<f64> {
     let m = g.nrows();
     let turned =
@@ -119,14 +118,13 @@ fn triangles(g: &Mat<f64>) -> Mat<f64> {
     turned(&(absolute(&l) * absolute(&u)))
 }
 
-/// Elimination is as backward stable as elimination is (Higham 2002, Theorem 9.4, m = 2n unknowns):
-/// `|G p - r| <= 3m u |L| |U| |p|`, here 4m, since a pivot's reciprocal rounds once more, twice for
-/// what the triangles of this test differ by; and rounding of the residual itself,
+/// The lanes' elimination is backward stable (Higham 2002, Theorem 9.4, m = 2n unknowns):
+/// `|G p - r| <= 3m u |L| |U| |p|`. Here the factor is 4m, because a pivot's reciprocal rounds once more, and is
+/// doubled for the difference of this test's triangles. The rounding of the residual itself adds
 /// `(m + 2) u (|G| |p| + |r|)`.
 ///
-/// The parameters agree with faer's as the solvers agree among themselves (tests/properties.rs),
-/// 1e3 eps times the condition number; the condition numbers, made of inverses that are that
-/// accurate, to the same.
+/// The parameters agree with faer's as the solvers agree among themselves (tests/properties.rs): to 1e3 eps times the
+/// condition number. The condition numbers come from inverses of that accuracy and agree equally.
 #[test]
 fn elimination_is_backward_stable_and_agrees_with_faer() {
     for order in [1, 2, 3, 4, 5, 6, 8, 12, 24] {
@@ -181,7 +179,7 @@ fn elimination_is_backward_stable_and_agrees_with_faer() {
     }
 }
 
-/// The backward error, row by row.
+/// Checks the backward error row by row.
 fn check_backward_error(found: &Solved, p: &[f64], name: &str) {
     let m = p.len();
     let sizes = triangles(&found.g);
@@ -198,7 +196,7 @@ fn check_backward_error(found: &Solved, p: &[f64], name: &str) {
     }
 }
 
-/// One record in the lane after regular ones.
+/// Solves one record in a lane among regular ones, and compares its failure with faer's.
 fn solve_one(order: usize, record: &Record, instruments: bool, with_condition: bool) {
     let (expected, condition) = by_faer(order, record, instruments);
     let samples = record.u.len();
@@ -232,7 +230,7 @@ fn solve_one(order: usize, record: &Record, instruments: bool, with_condition: b
     }
 }
 
-/// The failure of a matrix that cannot be solved is faer's, and its neighbours are solved.
+/// A matrix that cannot be solved fails as in faer, and its neighbours are solved.
 #[test]
 fn failures_are_those_of_faer() {
     let u: Vec<f64> = (0..60)
@@ -259,7 +257,7 @@ fn failures_are_those_of_faer() {
             // Columns of order 2 are dependent.
             (2, false, record(&u, &y, &y)),
             (3, false, record(&u, &y, &y)),
-            // Zero rows and columns.
+            // Zero rows and zero columns.
             (2, false, record(&u, &zeros, &zeros)),
             (2, false, record(&zeros, &plain.y, &zeros)),
             (2, false, record(&zeros, &zeros, &zeros)),
@@ -267,7 +265,7 @@ fn failures_are_those_of_faer() {
             (2, true, record(&plain.u, &plain.y, &zeros)),
             // Constant input: a singular G22.
             (2, false, record(&[1.0; 60], &plain.y, &zeros)),
-            // Values that are not finite, and sums that overflow.
+            // Values that are not finite, and overflowing sums.
             (
                 2,
                 false,
@@ -308,7 +306,7 @@ fn failures_are_those_of_faer() {
                 true,
                 record(&plain.u, &plain.y, &changed(&plain.yhat, 20, 1e308)),
             ),
-            // Numbers so small that products vanish.
+            // Numbers so small that products underflow.
             (
                 2,
                 false,
@@ -318,7 +316,7 @@ fn failures_are_those_of_faer() {
                     &zeros,
                 ),
             ),
-            // Regular ones, for comparison.
+            // Regular records, for comparison.
             (2, false, record(&plain.u, &plain.y, &zeros)),
             (2, true, record(&plain.u, &plain.y, &plain.yhat)),
         ] {
@@ -327,11 +325,11 @@ fn failures_are_those_of_faer() {
     }
 }
 
-/// A singular G11 in a regular matrix: its inverse, which the condition number is made of, fails as
-/// faer's does; the elimination, which begins with G22, does not.
+/// A singular G11 in a regular matrix. Its inverse, which the condition number needs, fails as in faer. The elimination
+/// begins with G22 and does not fail.
 #[test]
 fn a_singular_block_in_a_regular_matrix() {
-    // Instruments of which G11 = 0: tests/properties.rs.
+    // Instruments with G11 = 0, as in tests/properties.rs.
     let lagged = |a: &[f64], b: &[f64]| (0..59).map(|k| a[k] * b[k]).sum::<f64>();
     let first = Record::new(1, 5, 60, 0.3);
     let c = lagged(&first.u, &first.y) / lagged(&first.y, &first.y);
@@ -360,14 +358,14 @@ fn a_singular_block_in_a_regular_matrix() {
     }
 }
 
-/// Wherever faer's condition number breaks the rank rule, the lane is not safe: neither the bound
-/// that stands for it nor half the rule's limit hides that.
+/// Wherever faer's condition number violates the rank rule, the lane is not safe. Neither the bound used instead of the
+/// condition number nor half the rule's limit hides that.
 #[test]
 fn no_rank_deficient_matrix_is_safe() {
     let mut deficient = 0;
     for order in [1, 2, 3, 6, 12] {
         for power in 0..24 {
-            // Noise-free records of order n - 1 with a little noise: conditions from 1 to the end.
+            // Noise-free records of order n - 1 plus a little noise: conditions from 1 up to the limit.
             let noise = 0.1_f64.powi(power);
             let record = |l: u64| Record::new(order.max(2) - 1, 500 + l, 8 * order + 20, noise);
             let records: Vec<Record> = (0..MOST_LANES as u64).map(record).collect();

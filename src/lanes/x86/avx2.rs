@@ -110,7 +110,7 @@ impl Real for Avx2 {
     }
     #[inline(always)]
     fn where_negative(bits: Avx2Word) -> Avx2Mask {
-        // SAFETY: as the module says. 0 > x where the highest bit is set.
+        // SAFETY: as the module says. 0 > x if the highest bit is set.
         Avx2Mask(unsafe { _mm256_castsi256_pd(_mm256_cmpgt_epi64(_mm256_setzero_si256(), bits.0)) })
     }
     #[inline(always)]
@@ -119,7 +119,7 @@ impl Real for Avx2 {
         fn with_instructions<T>(kernel: impl FnOnce() -> T) -> T {
             kernel()
         }
-        // SAFETY: only `Isa::dispatch` chooses this type, where `Isa::is_here` holds.
+        // SAFETY: only `Isa::dispatch` chooses this type, and only if `Isa::is_here` holds.
         unsafe { with_instructions(kernel) }
     }
 }
@@ -171,8 +171,7 @@ impl Word for Avx2Word {
     }
     #[inline(always)]
     fn times(self, other: Self) -> Self {
-        // SAFETY: as the module says. The halves' products, of which those of unlike halves count
-        // 2^32.
+        // SAFETY: as the module says. The product is made of products of halves; those of unlike halves count 2^32.
         Self(unsafe {
             let (high, other_high) = (
                 _mm256_srli_epi64::<32>(self.0),

@@ -53,8 +53,7 @@ impl Real for Avx512 {
     #[inline(always)]
     fn load(x: &[f64]) -> Self {
         let x: &[f64; 8] = x[..8].try_into().expect("eight numbers");
-        // SAFETY: as the module says; the array has the register's size, and the load asks for no
-        // alignment.
+        // SAFETY: as the module says; the array has the register's size, and the load needs no alignment.
         Self(unsafe { _mm512_loadu_pd(x.as_ptr()) })
     }
     #[inline(always)]
@@ -121,7 +120,7 @@ impl Real for Avx512 {
         fn with_instructions<T>(kernel: impl FnOnce() -> T) -> T {
             kernel()
         }
-        // SAFETY: only `Isa::dispatch` chooses this type, where `Isa::is_here` holds.
+        // SAFETY: only `Isa::dispatch` chooses this type, and only if `Isa::is_here` holds.
         unsafe { with_instructions(kernel) }
     }
 }

@@ -1,9 +1,9 @@
-//! Packs of x86-64: 8 lanes by AVX-512, 4 by AVX2 and FMA.
+//! Packs of x86-64: 8 lanes with AVX-512, 4 with AVX2 and FMA.
 //!
-//! The values of a type exist only where [`Isa::is_here`] said that its instructions do:
-//! [`super::Isa::dispatch`] is the one place that chooses a type. That is the reason of every
-//! `unsafe` here: an intrinsic of that instruction set on values in registers. Loads and stores go
-//! through references to arrays of the register's size.
+//! A value of such a type exists only if [`Isa::is_here`] has confirmed its instructions, because
+//! [`super::Isa::dispatch`] is the only place that chooses a type. This justifies every `unsafe` here: each is an
+//! intrinsic of that instruction set on values in registers. Loads and stores go through references to arrays of the
+//! register's size.
 
 #![allow(unsafe_code)]
 #![allow(
@@ -11,7 +11,7 @@
     reason = "the names of intrinsics say where they are from"
 )]
 
-/// The operators of a pack, each one intrinsic of two registers.
+/// The operators of a pack; each is one intrinsic of two registers.
 macro_rules! operators {
     ($pack:ident: $($trait:ident $method:ident $intrinsic:ident),*) => {$(
         impl $trait for $pack {

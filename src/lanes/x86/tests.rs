@@ -1,4 +1,4 @@
-//! Every operation against that of f64.
+//! Compares every operation with that of f64.
 
 use super::{Avx2, Avx512};
 use crate::lanes::Isa;
@@ -7,9 +7,8 @@ use crate::real::{MOST_LANES, Mask, Real, Word};
 use std::array::from_fn;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Zeros, the ends of the normal and subnormal ranges, infinities, NaN of both signs, and numbers
-/// whose operations round, overflow or cancel. Their number is prime, so that any stride visits
-/// all.
+/// Zeros, the ends of the normal and subnormal ranges, infinities, NaN of both signs, and numbers whose operations
+/// round, overflow or cancel. Their count is prime, so that any stride visits all.
 const NUMBERS: [f64; 31] = [
     0.0,
     -0.0,
@@ -54,7 +53,7 @@ const WORDS: [u64; 7] = [
     0x5555_aaaa_0f0f_3c3c,
 ];
 
-/// Other numbers in every lane.
+/// Returns different numbers in every lane.
 fn numbers(from: usize) -> [f64; MOST_LANES] {
     from_fn(|lane| NUMBERS[(from + 5 * lane) % NUMBERS.len()])
 }
@@ -63,7 +62,8 @@ fn words(from: usize) -> [u64; MOST_LANES] {
     from_fn(|lane| WORDS[(from + 3 * lane) % WORDS.len()])
 }
 
-/// The same bits; of a NaN, whose sign and payload IEEE 754 leaves open, only that it is one.
+/// Returns whether the bits are equal. Of a NaN, whose sign and payload IEEE 754 leaves open, it only checks that it is
+/// one.
 fn same(found: f64, expected: f64) -> bool {
     found.to_bits() == expected.to_bits() || found.is_nan() && expected.is_nan()
 }
@@ -123,7 +123,7 @@ fn arithmetic<R: Real>() {
                 if x[l].is_nan() || y[l].is_nan() {
                     assert!(found.is_nan(), "maximum of {} and {}", x[l], y[l]);
                 } else {
-                    // Of two zeros either one.
+                    // Of two zeros, either may be returned.
                     assert_eq!(found, x[l].max(y[l]));
                 }
             }
@@ -182,7 +182,7 @@ fn integers<R: Real>() {
         let a = R::Word::load(&x);
         check_words::<R>("load", a, |l| x[l]);
         check_words::<R>("splat", R::Word::splat(x[0]), |_| x[0]);
-        // Every shift that the streams, the signs and the normal numbers take, and the ends.
+        // Every shift used by the streams, the signs and the normal numbers, and the extremes.
         shifts::<R, 0>(&x);
         shifts::<R, 1>(&x);
         shifts::<R, 11>(&x);
@@ -207,7 +207,7 @@ fn integers<R: Real>() {
     }
 }
 
-/// Whatever the address, a load and a store touch the pack's numbers and no other.
+/// At any address, a load and a store touch the pack's numbers and no others.
 fn memory<R: Real>() {
     let all: Vec<f64> = (0..40).map(f64::from).collect();
     let words: Vec<u64> = (0..40).map(|i| i << 52 | i).collect();
@@ -236,7 +236,7 @@ fn memory<R: Real>() {
     check("exact", R::load(&exact), |_| 1.0);
 }
 
-/// As it stands, and some of it compiled for the instructions.
+/// Checks every operation as compiled by default, and some of them compiled for the instruction set.
 fn every_operation<R: Real>() {
     arithmetic::<R>();
     masks::<R>();
@@ -254,7 +254,7 @@ fn every_operation<R: Real>() {
     );
 }
 
-/// Not for valgrind 3.19, whose fused products have zeros of the wrong sign.
+/// Does not pass under valgrind 3.19, whose fused products have zeros of the wrong sign.
 #[test]
 fn every_operation_is_that_of_f64_in_every_lane() {
     for isa in tested() {

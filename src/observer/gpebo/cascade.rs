@@ -1,4 +1,4 @@
-//! The run: plant, first mixing and all observers on one grid.
+//! The run: plant, first mixing and all observers on one time grid.
 
 use super::estimators::{Estimator, MixedNodes};
 use super::grid::Grid;
@@ -10,7 +10,7 @@ use super::score::{Score, squares};
 use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::plant::ContinuousPlant;
 
-/// A plant, a scenario and observers that fit each other.
+/// A plant, a scenario and observers that fit together.
 #[derive(Clone, Debug)]
 pub struct Cascade {
     n: usize,
@@ -27,10 +27,9 @@ impl Cascade {
     /// Checks the settings and prepares the matrices and the grid.
     ///
     /// # Errors
-    /// If a length does not fit the plant's order, a filter or gain is not positive, filters are
-    /// not distinct, the step or a signal does not fit the horizon, or there would be more than
-    /// [`super::LARGEST_STEPS`] steps, [`super::LARGEST_BREAKPOINTS`] breakpoints or
-    /// [`super::LARGEST_LENGTHS`] different step lengths.
+    /// If a length does not fit the plant's order, a filter or gain is not positive, filters are not distinct, or the
+    /// step or a signal does not fit the horizon. Also if there would be more than [`super::LARGEST_STEPS`] steps,
+    /// [`super::LARGEST_BREAKPOINTS`] breakpoints or [`super::LARGEST_LENGTHS`] different step lengths.
     pub fn new(
         plant: &ContinuousPlant,
         scenario: &Scenario,
@@ -54,18 +53,18 @@ impl Cascade {
         })
     }
 
-    /// The number of observers.
+    /// Returns the number of observers.
     pub fn observers(&self) -> usize {
         self.specs.len()
     }
 
-    /// The true theta = x(0) - xi(0), of length n.
+    /// Returns the true theta = x(0) - xi(0), of length n.
     pub fn theta(&self) -> &[f64] {
         &self.theta
     }
 
-    /// Runs with each base step divided into `refine` (0 counts as 1); calls `visit` at t = 0 and
-    /// after each base step.
+    /// Runs with each base step divided into `refine` parts (0 counts as 1). Calls `visit` at t = 0 and after each base
+    /// step.
     pub fn run(&self, refine: usize, mut visit: impl FnMut(&Sample<'_>)) -> Summary {
         let mut run = self.start(refine);
         visit(&run.sample());
@@ -75,7 +74,7 @@ impl Cascade {
         run.summary()
     }
 
-    /// A run at t = 0, with each base step divided into `refine` (0 counts as 1).
+    /// Starts a run at t = 0, with each base step divided into `refine` parts (0 counts as 1).
     pub fn start(&self, refine: usize) -> Run<'_> {
         let n = self.n;
         let refine = refine.max(1);
@@ -124,14 +123,14 @@ impl Cascade {
     }
 }
 
-/// The first mixing at the nodes of a step, and its buffers.
+/// The first mixing at the nodes of a step, with its buffers.
 #[derive(Clone, Debug)]
 struct Mixing {
     mixer: Mixer,
     m: Vec<f64>,
     zbar: Vec<f64>,
     nodes: MixedNodes,
-    /// At the last node observed.
+    /// mbar at the last node observed.
     mbar: Vec<f64>,
     dbar: Vec<f64>,
     largest_dbar: Vec<f64>,
@@ -155,7 +154,7 @@ impl Mixing {
         }
     }
 
-    /// Fills node `k` from the linear state, Eqs. (9), (10).
+    /// Computes node `k` from the linear state, Eqs. (9), (10).
     fn observe(&mut self, cascade: &Cascade, linear: &LinearState, k: usize) {
         cascade.system.observe(linear, &mut self.m, &mut self.zbar);
         let delta = self.mixer.mix(&self.m, &self.zbar, &mut self.mbar);
@@ -169,7 +168,7 @@ impl Mixing {
         }
     }
 
-    /// The end of a step is the start of the next.
+    /// Makes the end of a step the start of the next.
     fn shift(&mut self) {
         let nodes = &mut self.nodes;
         let signals = [&mut nodes.delta, &mut nodes.z].into_iter();
@@ -198,14 +197,14 @@ pub struct Run<'a> {
     estimates: Vec<ObserverEstimate>,
     /// One for each estimate.
     scores: Vec<Score>,
-    /// Squared errors on their way to a score.
+    /// Buffer for the squared errors of one estimate.
     squares: Vec<f64>,
     outcomes: Vec<Outcome>,
     outcome: Outcome,
 }
 
 impl Run<'_> {
-    /// One base step. False, and nothing done, at the horizon or where the plant's state is not
+    /// Advances one base step. Returns false, without doing anything, at the horizon or if the plant's state is not
     /// finite.
     pub fn advance(&mut self) -> bool {
         let Some(gap) = self.cascade.grid.gaps.get(self.gap).copied() else {
@@ -232,7 +231,7 @@ impl Run<'_> {
         true
     }
 
-    /// One step from t. The signals may jump before the first step of a gap.
+    /// Advances one step from t. The signals may jump before the first step of a gap.
     fn step(&mut self, t: f64, length: usize, first: bool) {
         let (cascade, n) = (self.cascade, self.cascade.n);
         let (h, half) = &self.steps[length];
@@ -254,7 +253,7 @@ impl Run<'_> {
         self.taken += 1;
     }
 
-    /// The estimates at t, and whether they are finite.
+    /// Computes the estimates at t and notes whether they are finite.
     fn finish_step(&mut self, t: f64) {
         let plant = self.linear.x(self.cascade.n).iter().all(|x| x.is_finite());
         self.outcome.note(plant, t);
@@ -274,7 +273,7 @@ impl Run<'_> {
         }
     }
 
-    /// Scores the estimates at t, h seconds after the ones before.
+    /// Scores the estimates at t, h seconds after the previous ones.
     fn score(&mut self, t: f64, h: f64) {
         for i in 0..self.scores.len() {
             self.note_squares(i);
@@ -282,7 +281,7 @@ impl Run<'_> {
         }
     }
 
-    /// Takes the squared errors of an estimate.
+    /// Computes the squared errors of an estimate into the buffer.
     fn note_squares(&mut self, at: usize) {
         let x = self.linear.x(self.cascade.n);
         let estimate = &self.estimates[at];
@@ -295,7 +294,7 @@ impl Run<'_> {
         );
     }
 
-    /// The run as it is after the last base step.
+    /// Returns the state of the run after the last base step.
     pub fn sample(&self) -> Sample<'_> {
         Sample {
             t: self.t,
@@ -307,7 +306,7 @@ impl Run<'_> {
         }
     }
 
-    /// The run until now.
+    /// Returns the summary of the run so far.
     pub fn summary(&self) -> Summary {
         let time = self.cascade.horizon - self.cascade.scored_from;
         let observers = self.estimators.iter().zip(&self.outcomes);

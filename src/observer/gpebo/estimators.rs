@@ -24,7 +24,7 @@ pub struct MixedNodes {
 /// An observer's state.
 #[derive(Clone, Debug)]
 pub enum Estimator {
-    /// The k-th full-order observer: its state is a part of the linear one.
+    /// The k-th full-order observer. Its state is part of the linear state.
     Luenberger(usize),
     /// One scalar estimator for each component of Eq. (10).
     Gradient(Vec<ScalarEstimator>),
@@ -35,7 +35,7 @@ pub enum Estimator {
 }
 
 impl Estimator {
-    /// The estimators of checked settings for order n.
+    /// Returns the estimators of checked settings for order n.
     pub fn all(specs: &[ObserverSpec], n: usize) -> Vec<Self> {
         let mut luenberger = 0..;
         let build = |spec: &ObserverSpec| match spec {
@@ -60,7 +60,7 @@ impl Estimator {
         specs.iter().map(build).collect()
     }
 
-    /// One step of length h.
+    /// Advances one step of length h.
     #[inline]
     pub fn step(&mut self, h: f64, nodes: &MixedNodes) {
         match self {
@@ -74,7 +74,7 @@ impl Estimator {
         }
     }
 
-    /// Fills the estimate at t and notes what has been learnt until then.
+    /// Computes the estimate at t and notes how much has been learnt by then.
     pub fn estimate(
         &mut self,
         t: f64,
@@ -95,7 +95,7 @@ impl Estimator {
         linear.reconstruct(&out.theta, &mut out.x);
     }
 
-    /// What its scalar estimators have learnt over the horizon; empty without any.
+    /// Returns what the scalar estimators have learnt over the horizon; empty if there are none.
     pub fn excitation(&self, horizon: f64) -> Excitation {
         match self {
             Self::Luenberger(_) | Self::KalmanBucy(_) => Excitation::default(),

@@ -2,18 +2,16 @@
 
 use std::collections::VecDeque;
 
-/// What is left to learn where an estimate counts as frozen: the error can shrink by this share at
-/// most.
+/// An estimate counts as frozen once its error can shrink by at most this share.
 pub const FROZEN: f64 = 0.01;
 
-/// Records kept per [`FROZEN`] of growth: the resolution of the threshold is 0.1 % of it.
+/// Records kept per [`FROZEN`] of growth. They resolve the threshold to 0.1 % of itself.
 const RESOLUTION: f64 = 1024.0;
 
 /// The last part of a growing integral `L(t) = int gamma Delta^2`, in bounded memory.
 ///
-/// At the end L(T) is known, and with it the first t for which `L(T) - L(t) < 0.01`. Until then
-/// every t with `L(now) - L(t) < 0.01` may be that one; of those it is enough to keep one per
-/// growth of 0.01 / 1024.
+/// L(T), and with it the first t for which `L(T) - L(t) < 0.01`, is known only at the end. Until then, every t with
+/// `L(now) - L(t) < 0.01` may be that one. It suffices to keep one such t per growth of 0.01 / 1024.
 #[derive(Clone, Debug)]
 pub struct Window {
     kept: VecDeque<(f64, f64)>,
@@ -27,19 +25,19 @@ impl Default for Window {
 }
 
 impl Window {
-    /// With `L(0) = 0`.
+    /// Makes a window with `L(0) = 0`.
     pub fn new() -> Self {
         let mut kept = VecDeque::with_capacity(RESOLUTION as usize + 4);
         kept.push_back((0.0, 0.0));
         Self { kept, last: 0.0 }
     }
 
-    /// Notes `L(t)`, which does not decrease with t.
+    /// Records `L(t)`, which does not decrease with t.
     #[inline]
     pub fn record(&mut self, t: f64, learnt: f64) {
         self.last = learnt;
         let newest = self.kept.back().map_or(f64::NEG_INFINITY, |kept| kept.1);
-        // A NaN is not kept either.
+        // Written so that a NaN is not kept either.
         if !(learnt - newest >= FROZEN / RESOLUTION) {
             return;
         }
@@ -53,12 +51,12 @@ impl Window {
         self.kept.push_back((t, learnt));
     }
 
-    /// The first t from which `gamma int_t^T Delta^2` is below 0.01, i.e. the estimate can lose no
-    /// more than 1 % of its error any more (0 if there was nothing to learn at all). The threshold
-    /// is met to 0.2 % of itself, t to a step.
+    /// Returns the first t from which `gamma int_t^T Delta^2` is below 0.01: from then on, the error of the estimate
+    /// can shrink by at most 1 %. It is 0 if there was nothing to learn at all. The threshold is met to 0.2 % of
+    /// itself, t to one step.
     ///
-    /// `None` if that t lies in the last hundredth of the horizon T: there the integral ends
-    /// because the run ends, and the estimator was still learning.
+    /// `None` if that t lies in the last hundredth of the horizon T. There the integral ends because the run ends, and
+    /// the estimator was still learning.
     pub fn frozen_at(&self, horizon: f64) -> Option<f64> {
         let first = self.kept.iter().find(|kept| self.last - kept.1 < FROZEN);
         first.map(|kept| kept.0).filter(|t| *t <= 0.99 * horizon)
@@ -69,7 +67,7 @@ impl Window {
 mod tests {
     use super::*;
 
-    /// L = 1 - e^-t: what is left at t is e^-t - e^-T.
+    /// L = 1 - e^-t: the remaining part at t is e^-t - e^-T.
     #[test]
     fn decaying_excitation() {
         let mut window = Window::new();

@@ -1,31 +1,30 @@
 //! Eq. (17): the regression of the expanded exponential.
 
-/// What is done with the factor `g = e^m`, which cancels from the identity of Eq. (16) but weighs
-/// its terms in time.
+/// The treatment of the factor `g = e^m`. It cancels from the identity of Eq. (16) but weights its terms in time.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Factor {
     /// Kept, as the paper's gains assume.
     #[default]
     Keep,
-    /// Replaced by 1; needs gains of its own.
+    /// Replaced by 1, which needs gains of its own.
     Drop,
 }
 
 /// Highest order of the expansion.
 pub const HIGHEST_ORDER: usize = 2;
 
-/// One component's regression at one time: `values[0]` is zeta, `values[1 ..= q+1]` is psi.
+/// The regression of one component at one time: `values[0]` is zeta, `values[1 ..= q+1]` is psi.
 pub type Regression = [f64; HIGHEST_ORDER + 2];
 
-/// Eq. (17) for one component and the expansion of `e^d`, `d = m - phi theta`, to order q (1, 2):
+/// Computes Eq. (17) for one component, with `e^d`, `d = m - phi theta`, expanded to order q (1 or 2):
 /// `zeta - psi'(theta, ..., theta^(q+1)) = (g / q!) (m - phi theta)^q (m' - phi' theta)`.
 ///
-/// From Eq. (12), `g' = g m'`; from Eq. (15) with `E_q(d) = 1 + d + ... + d^q / q!`, multiplied by
-/// E_q, `E_q g' = E_q phi' theta g + E_(q-1) d' g`. The difference of both is the right-hand side
-/// above, which the estimator takes for zero and which is what the expansion neglects. The paper
-/// prints further terms in psi_1, which do not belong there (erratum E10).
+/// From Eq. (12), `g' = g m'`. From Eq. (15) with `E_q(d) = 1 + d + ... + d^q / q!`, multiplied by E_q,
+/// `E_q g' = E_q phi' theta g + E_(q-1) d' g`. The difference of the two is the right-hand side above. It is what the
+/// expansion neglects, and the estimator takes it for zero. The paper prints further terms in psi_1, which do not
+/// belong there (erratum E10).
 ///
-/// An order above 2 is taken as 2, 0 as 1; unused entries are zero.
+/// An order above 2 is taken as 2, and 0 as 1. Unused entries are zero.
 #[inline]
 pub fn regression(
     order: usize,
@@ -57,9 +56,8 @@ mod tests {
 
     const GRID: [f64; 4] = [-2.0, -1.0, 1.0, 3.0];
 
-    /// Calls `check(m, dm, phi, dphi, theta)` on a grid with more points for each variable than its
-    /// degree (3 at most): polynomials that agree there are equal. All numbers are small multiples
-    /// of 1/2, so f64 is exact.
+    /// Calls `check(m, dm, phi, dphi, theta)` on a grid that has more points per variable than the polynomials' degree
+    /// (3 at most), so polynomials that agree there are equal. All numbers are small multiples of 1/2, so f64 is exact.
     fn on_grid(check: impl Fn(f64, f64, f64, f64, f64)) {
         for k in 0..4_usize.pow(5) {
             let at = |digit: u32| GRID[k / 4_usize.pow(digit) % 4];
@@ -82,7 +80,7 @@ mod tests {
         });
     }
 
-    /// Eq. (15) differentiated, Eq. (16), minus `g' = g m'`.
+    /// Eq. (15) differentiated gives Eq. (16); `g' = g m'` is subtracted from it.
     #[test]
     fn residual_is_equation_16() {
         on_grid(|m, dm, phi, dphi, theta| {

@@ -1,20 +1,18 @@
-//! First-order filters, exact for inputs that are parabolas over a step.
+//! First-order filters, exact for inputs that are parabolas over each step.
 
-/// Values of one signal at 0, h/2 and h of a step.
+/// Values of a signal at 0, h/2 and h of a step.
 pub type Nodes = [f64; 3];
 
-/// `int a b dt` over a step of length h, by Simpson's rule from both signals at their nodes.
+/// Returns `int a b dt` over a step of length h, by Simpson's rule from the nodes of both signals.
 #[inline]
 pub(super) fn simpson(h: f64, a: &Nodes, b: &Nodes) -> f64 {
     h / 6.0 * (a[0] * b[0] + 4.0 * a[1] * b[1] + a[2] * b[2])
 }
 
-/// `phi_0 ... phi_3` at z, `phi_0 = e^z`, `phi_(k+1)(z) = (phi_k(z) - 1/k!) / z`,
-/// `phi_k(0) = 1/k!`.
+/// Returns `phi_0 ... phi_3` at z: `phi_0 = e^z`, `phi_(k+1)(z) = (phi_k(z) - 1/k!) / z`, `phi_k(0) = 1/k!`.
 ///
-/// The Taylor series of phi_3 and the recurrence downwards for `|z| <= 1`, upwards elsewhere: no
-/// cancellation in either. Source: M. Hochbruck and A. Ostermann, Exponential integrators, Acta
-/// Numerica 19 (2010) 209-286.
+/// For `|z| <= 1` it uses the Taylor series of phi_3 and the recurrence downwards, elsewhere the recurrence upwards.
+/// Neither cancels. Source: M. Hochbruck and A. Ostermann, Exponential integrators, Acta Numerica 19 (2010) 209-286.
 pub fn phi_functions(z: f64) -> [f64; 4] {
     if z.abs() > 1.0 {
         let first = z.exp_m1() / z;
@@ -31,8 +29,7 @@ pub fn phi_functions(z: f64) -> [f64; 4] {
     [z.exp(), first, second, third]
 }
 
-/// One step of `x' = -a x + a u`, the filter `a / (p + a)`, a > 0 in 1/s, for a fixed length h in
-/// seconds.
+/// The filter `a / (p + a)`, i.e. `x' = -a x + a u`, a > 0 in 1/s, advanced by steps of a fixed length h in seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
     pole: f64,
@@ -42,7 +39,7 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// The filter `a / (p + a)` with `a = pole`; no step length yet.
+    /// Returns the filter `a / (p + a)` with `a = pole`. No step length is set yet.
     pub fn new(pole: f64) -> Self {
         Self {
             pole,
@@ -61,8 +58,8 @@ impl Filter {
         }
     }
 
-    /// The filter's states at 0, h/2, h from its state at 0 and the input there: exact where the
-    /// input is the parabola through its three values, an error O(h^4) in one step elsewhere.
+    /// Returns the filter's states at 0, h/2 and h, given its state at 0 and the input at these times. Exact if the
+    /// input is the parabola through its three values; otherwise the error of one step is O(h^4).
     #[inline]
     pub fn step(&self, state: f64, u: &Nodes) -> Nodes {
         let apply = |w: &[f64; 4]| w[0] * state + w[1] * u[0] + w[2] * u[1] + w[3] * u[2];
@@ -70,7 +67,7 @@ impl Filter {
     }
 }
 
-/// Weights of the state and of the three inputs for the state at `s h`.
+/// Returns the weights of the state and of the three inputs in the state at `s h`.
 ///
 /// With `u(t) = c_0 + c_1 t/h + c_2 (t/h)^2` and `z = -a s h`,
 /// `x(s h) = e^z x + a s h sum_k c_k s^k k! phi_(k+1)(z)`.
@@ -90,8 +87,8 @@ fn weights(a: f64, h: f64, s: f64) -> [f64; 4] {
 mod tests {
     use super::*;
 
-    /// Inputs 1, t, t^2 have closed-form responses: the particular solution of `x' = a (u - x)` is
-    /// the polynomial `u - u'/a + u''/a^2`, plus a decaying exponential.
+    /// Inputs 1, t, t^2 have closed-form responses. The particular solution of `x' = a (u - x)` is the polynomial
+    /// `u - u'/a + u''/a^2`; a decaying exponential is added.
     #[test]
     fn parabolas_are_filtered_exactly() {
         for (a, h) in [(2.0, 0.7), (3.0, 1.0), (50.0, 1.0), (2000.0, 1.0)] {
@@ -108,7 +105,7 @@ mod tests {
         }
     }
 
-    /// For `a h -> 0` the step is Simpson's rule, to first order in a h, however small a h is.
+    /// For `a h -> 0` the step becomes Simpson's rule, to first order in a h, however small a h is.
     #[test]
     fn tiny_steps() {
         for a in [1e-6, 1e-12, 1e-300] {
@@ -120,7 +117,7 @@ mod tests {
         }
     }
 
-    /// Both branches agree where they meet, and phi_k(0) = 1/k!.
+    /// Both branches agree at |z| = 1, and phi_k(0) = 1/k!.
     #[test]
     fn phi_functions_are_continuous() {
         assert_eq!(phi_functions(0.0), [1.0, 1.0, 0.5, 1.0 / 6.0]);

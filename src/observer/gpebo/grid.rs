@@ -2,16 +2,16 @@
 
 use super::scenario::{CascadeError, Scenario};
 
-/// The most base steps of a run.
+/// The largest number of base steps of a run.
 pub const LARGEST_STEPS: f64 = 1e7;
 
-/// The most breakpoints of a run.
+/// The largest number of breakpoints of a run.
 pub const LARGEST_BREAKPOINTS: f64 = 1e6;
 
-/// The most different step lengths of a run: each needs propagators of its own.
+/// The largest number of different step lengths of a run. Each length needs propagators of its own.
 pub const LARGEST_LENGTHS: usize = 4096;
 
-/// Parts into which step halving divides each base step.
+/// The numbers of parts into which step halving divides each base step.
 pub const REFINEMENTS: [usize; 3] = [1, 2, 4];
 
 /// Equal steps between two breakpoints.
@@ -28,7 +28,7 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// The time after `k` steps; exactly `end` after the last.
+    /// Returns the time after `k` steps; exactly `end` after the last.
     pub fn time(&self, k: usize) -> f64 {
         if k == self.count {
             self.end
@@ -48,14 +48,14 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Each gap between neighbours of 0, the breakpoints of u and delta, the start of the score,
-    /// and T in `ceil(gap / step)` equal steps.
+    /// Makes the grid. The breakpoints of u and delta, the start of the score, 0 and T bound the gaps. Each gap has
+    /// `ceil(gap / step)` equal steps.
     ///
-    /// Breakpoints closer than `1e-13 T` are one. Two gaps share a length where the difference
-    /// moves no time by more than `8 eps T`, the rounding of the breakpoints themselves.
+    /// Breakpoints closer than `1e-13 T` are merged. Two gaps share a step length if that moves no time by more than
+    /// `8 eps T`, the rounding of the breakpoints themselves.
     ///
     /// # Errors
-    /// If there are more than [`LARGEST_LENGTHS`] lengths.
+    /// If there are more than [`LARGEST_LENGTHS`] different lengths.
     pub fn new(scenario: &Scenario) -> Result<Self, CascadeError> {
         let horizon = scenario.horizon;
         let mut times = vec![];
@@ -80,7 +80,7 @@ impl Grid {
     }
 
     fn push(&mut self, start: f64, end: f64, scenario: &Scenario) -> Result<(), CascadeError> {
-        // A gap of 1000.0000000001 steps has 1000.
+        // A gap of 1000.0000000001 steps counts as 1000.
         let count = ((end - start) / scenario.step * (1.0 - 1e-12))
             .ceil()
             .max(1.0);
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!((grid.gaps.len(), grid.gaps[0].count), (1, 3));
     }
 
-    /// Combs of 1 ms and 1.0001 ms meet in ever new ways.
+    /// Combs of 1 ms and 1.0001 ms meet at ever new distances.
     #[test]
     fn too_many_lengths() {
         let mut scenario = scenario(PI * 1000.0, 20.0, 0.1);

@@ -5,46 +5,45 @@ use super::grid::REFINEMENTS;
 use super::score::Accuracy;
 use super::summary::{Sample, Summary};
 
-/// The step's influence on one observer.
+/// The influence of the step length on one observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Convergence {
-    /// Of xhat, in the unit of x.
+    /// The error of xhat, in the unit of x.
     pub state: StepError,
-    /// Of theta_hat, in the unit of theta; all zero for observers without one.
+    /// The error of theta_hat, in the unit of theta; all zero for observers without one.
     pub theta: StepError,
-    /// Of its measures, the largest: the difference of the runs with h/2 and h/4 itself, since
-    /// their integrals are of different orders. A root mean square's is relative to itself (to what
-    /// is estimated where it is rounding); that of the relative error of theta at the end is what
-    /// it is.
+    /// The largest error of the observer's measures: the difference of the runs with h/2 and h/4, not extrapolated
+    /// because their integrals are of different orders. The difference of a root mean square is relative to the root
+    /// mean square, or, if it is mere rounding, to the size of the estimated quantity. The difference of the relative
+    /// error of theta at the end is taken as it is.
     pub measures: f64,
 }
 
 impl Convergence {
-    /// The largest of the relative errors of xhat, of theta_hat and of the measures; NaN if a run
-    /// was not finite.
+    /// Returns the largest of the relative errors of xhat, of theta_hat and of the measures; NaN if a run was not
+    /// finite.
     pub fn relative(&self) -> f64 {
         let estimates = larger(self.state.relative(), self.theta.relative());
         larger(estimates, self.measures)
     }
 }
 
-/// The step's influence on one vector.
+/// The influence of the step length on one vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepError {
-    /// Estimate of the error of the finest run: the largest difference of a component of the runs
-    /// with h/2 and h/4 over time, by `2^p - 1` with the observed order p limited to 1 ... 4 (1
-    /// where it is unknown); NaN if a run was not finite.
+    /// Estimated error of the finest run: the largest difference of any component over time between the runs with h/2
+    /// and h/4, divided by `2^p - 1`. p is the observed order, limited to 1 ... 4, or 1 if unknown. NaN if a run was
+    /// not finite.
     pub error: f64,
-    /// The largest component of the finest run's vector or of what it estimates over time, to
-    /// compare with.
+    /// The scale to compare with: the largest component over time of the finest run's vector or of the true one.
     pub largest: f64,
-    /// `log2` of the ratio of the largest differences of neighbouring runs; `None` where they are
-    /// rounding, i.e. below eps times `largest` for each propagation of the finest run.
+    /// `log2` of the ratio of the largest differences of neighbouring runs. `None` if these are rounding, i.e. below
+    /// eps times `largest` for each propagation of the finest run.
     pub order: Option<f64>,
 }
 
 impl StepError {
-    /// The error over the largest component; 0 where there is neither.
+    /// Returns the error divided by the largest component; 0 if the error is 0.
     pub fn relative(&self) -> f64 {
         if self.error == 0.0 {
             0.0
@@ -54,10 +53,10 @@ impl StepError {
     }
 }
 
-/// Three runs and what they say of each other.
+/// The result of three runs with different steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Halving {
-    /// Of the finest run, h/4.
+    /// The summary of the finest run, h/4.
     pub summary: Summary,
     /// One for each observer, in their order.
     pub observers: Vec<Convergence>,
@@ -70,18 +69,18 @@ struct Differences {
     largest: f64,
 }
 
-/// The larger one; NaN if one is NaN.
+/// Returns the larger number; NaN if one is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if b <= a || a.is_nan() { a } else { b }
 }
 
-/// What two propagations in each of so many steps may round.
+/// Returns the possible rounding of two propagations in each of `steps` steps.
 fn rounding(largest: f64, steps: usize) -> f64 {
     f64::EPSILON * largest * 2.0 * steps as f64
 }
 
 impl Differences {
-    /// Compares three vectors, and takes the size of what they estimate.
+    /// Compares three vectors and notes the size of the finest and of the true one.
     fn note(&mut self, [coarse, middle, fine]: [&[f64]; 3], truth: &[f64]) {
         for (i, truth) in truth.iter().enumerate().take(fine.len()) {
             self.coarse = larger(self.coarse, (coarse[i] - middle[i]).abs());
@@ -103,8 +102,7 @@ impl Differences {
     }
 }
 
-/// Runs with steps h, h/2 and h/4 side by side; `visit` sees the finest at t = 0 and after each
-/// base step.
+/// Runs with steps h, h/2 and h/4 side by side. Calls `visit` with the finest at t = 0 and after each base step.
 pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
     let mut runs = REFINEMENTS.map(|refine| cascade.start(refine));
     let mut differences = vec![[Differences::default(); 2]; cascade.observers()];
@@ -146,8 +144,8 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
     }
 }
 
-/// [`Convergence::measures`]; the scales are the largest numbers of which the root mean squares
-/// of the state and of theta hold errors.
+/// Computes [`Convergence::measures`]. The scales are the largest values of the quantities whose errors enter the root
+/// mean squares of the state and of theta.
 fn measures([middle, fine]: [&Accuracy; 2], [state, theta]: [f64; 2], steps: usize) -> f64 {
     let mut most = (fine.theta - middle.theta).abs().max(0.0);
     let states = middle.rms_states.iter().zip(&fine.rms_states);
@@ -158,7 +156,7 @@ fn measures([middle, fine]: [&Accuracy; 2], [state, theta]: [f64; 2], steps: usi
     ];
     for (middle, fine, scale) in both.into_iter().chain(states) {
         let difference = (middle - fine).abs();
-        // No such measure.
+        // The measure does not exist.
         if fine.is_nan() {
             continue;
         }

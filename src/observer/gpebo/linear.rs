@@ -1,10 +1,9 @@
-//! Everything linear, integrated exactly by matrix exponentials.
+//! Integrates everything linear exactly, by matrix exponentials.
 //!
-//! The base state is `[x; xi; filtered z; line of u; line of delta; oscillators]`: the sines of u
-//! and delta are oscillators of two states `(amplitude sin, amplitude cos)`, all their other waves
-//! are one straight line over a step, of two states (value, slope). They are set anew at each
-//! step's start, so that no phase drifts. Nothing feeds back into the base state from an observer,
-//! so that an observer that overflows spoils nothing else.
+//! The base state is `[x; xi; filtered z; line of u; line of delta; oscillators]`. Each sine in u and delta is an
+//! oscillator with two states `(amplitude sin, amplitude cos)`. All other waves of a signal together form one straight
+//! line over a step, with two states (value, slope). These states are set anew at the start of each step, so that no
+//! phase drifts. No observer feeds back into the base state, so an observer that overflows spoils nothing else.
 
 use faer::Mat;
 
@@ -20,7 +19,7 @@ struct Luenberger {
     x0: Vec<f64>,
 }
 
-/// The system matrices, and where the parts of the base state are.
+/// The system matrices, and the positions of the parts of the base state.
 #[derive(Clone, Debug)]
 pub struct LinearSystem {
     n: usize,
@@ -28,21 +27,21 @@ pub struct LinearSystem {
     x0: Vec<f64>,
     xi0: Vec<f64>,
     signals: [Signal; 2],
-    /// First of the two states of the lines of u and delta.
+    /// Index of the first of the two states of each line, u and delta.
     lines: [usize; 2],
-    /// First oscillator state.
+    /// Index of the first oscillator state.
     oscillators: usize,
-    /// Which base states sum up to delta.
+    /// Indices of the base states that add up to delta.
     disturbance: Vec<usize>,
     base: Mat<f64>,
-    /// `[base 0; coupling, A - L C']` of each full-order observer.
+    /// `[base 0; coupling, A - L C']` for each full-order observer.
     observers: Vec<Mat<f64>>,
     luenberger: Vec<Luenberger>,
-    /// Of `[Phi; filtered phi]`, (2n - 1) x (2n - 1).
+    /// The matrix of `[Phi; filtered phi]`, (2n - 1) x (2n - 1).
     regressor: Mat<f64>,
 }
 
-/// Column-major propagators over one length.
+/// Column-major propagators over one step length.
 #[derive(Clone, Debug)]
 pub struct Propagator {
     base: Vec<f64>,
@@ -50,7 +49,7 @@ pub struct Propagator {
     regressor: Vec<f64>,
 }
 
-/// The linear states.
+/// The state of the linear systems.
 #[derive(Clone, Debug)]
 pub struct LinearState {
     base: Vec<f64>,
@@ -69,7 +68,7 @@ fn sines(signal: &Signal) -> impl Iterator<Item = &Wave> {
 }
 
 impl LinearSystem {
-    /// The matrices of checked settings.
+    /// Returns the matrices of checked settings.
     pub fn new(
         plant: &ContinuousPlant,
         scenario: &Scenario,
@@ -113,7 +112,7 @@ impl LinearSystem {
         }
     }
 
-    /// The propagators over h seconds.
+    /// Returns the propagators over a step of h seconds.
     pub fn propagator(&self, h: f64) -> Propagator {
         let over = |m: &Mat<f64>| exponential((faer::Scale(h) * m).as_ref());
         let columns = |m: &Mat<f64>, first_row: usize| -> Vec<f64> {
@@ -132,7 +131,7 @@ impl LinearSystem {
         }
     }
 
-    /// The states at t = 0; the signals' are set by [`Self::start_step`].
+    /// Returns the states at t = 0; [`Self::start_step`] sets those of the signals.
     pub fn initial(&self) -> LinearState {
         let (n, rows) = (self.n, 2 * self.n - 1);
         let mut base = vec![0.0; self.base.nrows()];
@@ -154,7 +153,7 @@ impl LinearSystem {
         }
     }
 
-    /// Sets the states of u and delta at t, as they are in the piece around `inside`.
+    /// Sets the states of u and delta at t; the time `inside` selects the piece of each signal.
     pub fn start_step(&self, state: &mut LinearState, t: f64, inside: f64) {
         for (signal, &first) in self.signals.iter().zip(&self.lines) {
             (state.base[first], state.base[first + 1]) = signal.line(t, inside);
@@ -165,8 +164,7 @@ impl LinearSystem {
         }
     }
 
-    /// Fills M (row-major n x n, rows phi and filtered phi) and `zbar = [z; filtered z]`, Eqs. (9),
-    /// (10).
+    /// Computes M (row-major n x n, rows phi and filtered phi) and `zbar = [z; filtered z]`, Eqs. (9), (10).
     pub fn observe(&self, state: &LinearState, m: &mut [f64], zbar: &mut [f64]) {
         let (n, rows) = (self.n, 2 * self.n - 1);
         let (x, rest) = state.base.split_at(n);
@@ -188,10 +186,10 @@ impl LinearSystem {
 }
 
 impl LinearState {
-    /// One propagation; allocates nothing.
+    /// Advances the state by one propagation. Allocates nothing.
     pub fn advance(&mut self, by: &Propagator, n: usize) {
         let rows = 2 * n - 1;
-        // The observers need the base state at the start.
+        // The observers need the base state at the start of the step.
         for (p, xhat) in by.observers.iter().zip(self.observers.chunks_exact_mut(n)) {
             let (from_base, own) = p.split_at(self.base.len() * n);
             let next = &mut self.scratch[..n];
@@ -216,12 +214,12 @@ impl LinearState {
         self.regressor.copy_from_slice(next);
     }
 
-    /// x, of length n.
+    /// Returns x, of length n.
     pub fn x(&self, n: usize) -> &[f64] {
         &self.base[..n]
     }
 
-    /// `xhat = xi + Phi theta_hat`, Eq. (8).
+    /// Computes `xhat = xi + Phi theta_hat`, Eq. (8).
     pub fn reconstruct(&self, theta: &[f64], xhat: &mut [f64]) {
         let n = theta.len();
         xhat.copy_from_slice(&self.base[n..2 * n]);
@@ -232,13 +230,13 @@ impl LinearState {
         }
     }
 
-    /// The estimate of the k-th full-order observer.
+    /// Returns the estimate of the k-th full-order observer.
     pub fn luenberger(&self, k: usize, n: usize) -> &[f64] {
         &self.observers[k * n..(k + 1) * n]
     }
 }
 
-/// `out += P v`, P column-major.
+/// Adds P v to `out`, P column-major.
 #[inline]
 fn multiply_add(p: &[f64], v: &[f64], out: &mut [f64]) {
     for (column, v) in p.chunks_exact(out.len()).zip(v) {

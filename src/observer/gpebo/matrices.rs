@@ -6,7 +6,7 @@ use super::scenario::GpeboOptions;
 use crate::plant::ContinuousPlant;
 use crate::signal::{Signal, Wave};
 
-/// Rows of x, xi and the filtered z: `zf_i' = a_i (C'x - C'xi + delta - zf_i)`.
+/// Fills the rows of x, xi and the filtered z: `zf_i' = a_i (C'x - C'xi + delta - zf_i)`.
 pub(super) fn fill_plant(
     base: &mut Mat<f64>,
     plant: &ContinuousPlant,
@@ -38,7 +38,7 @@ pub(super) fn fill_plant(
     }
 }
 
-/// Rows of the lines and of the oscillators.
+/// Fills the rows of the lines and of the oscillators.
 pub(super) fn fill_signals(
     base: &mut Mat<f64>,
     lines: [usize; 2],
@@ -63,7 +63,7 @@ pub(super) fn fill_signals(
     }
 }
 
-/// `xhat' = (A - L C') xhat + B u + L (C'x + delta)` below the base state.
+/// Returns the matrix with the rows `xhat' = (A - L C') xhat + B u + L (C'x + delta)` below the base state.
 pub(super) fn observer_matrix(
     base: &Mat<f64>,
     plant: &ContinuousPlant,
@@ -89,7 +89,7 @@ pub(super) fn observer_matrix(
     m
 }
 
-/// `Phi' = A Phi`, `phi_i' = a_i (C'Phi - phi_i)`.
+/// Returns the matrix of `Phi' = A Phi`, `phi_i' = a_i (C'Phi - phi_i)`.
 pub(super) fn regressor_matrix(plant: &ContinuousPlant, options: &GpeboOptions) -> Mat<f64> {
     let n = plant.order();
     let mut m = Mat::zeros(2 * n - 1, 2 * n - 1);

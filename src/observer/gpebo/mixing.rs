@@ -9,7 +9,7 @@ pub struct Mixer {
 }
 
 impl Mixer {
-    /// For n x n matrices, n >= 1.
+    /// Makes the buffers for n x n matrices, n >= 1.
     pub fn new(n: usize) -> Self {
         Self {
             n,
@@ -18,12 +18,12 @@ impl Mixer {
         }
     }
 
-    /// Fills `out` with `adj(M)` and returns `det(M)`, both row-major n x n:
+    /// Computes `adj(M)` into `out` and returns `det(M)`; both matrices are row-major n x n.
     /// `adj(M) M = M adj(M) = det(M) I`.
     ///
-    /// Each cofactor is the determinant of a minor by LU with partial pivoting, so the rank of M
-    /// does not matter; the determinant is the expansion along the first row. O(n^5); errors are of
-    /// the order `eps norm(M)^(n-1)` and `eps norm(M)^n`.
+    /// Each cofactor is the determinant of a minor, by LU with partial pivoting, so the rank of M does not matter. The
+    /// determinant is the expansion along the first row. O(n^5). Errors are of the order `eps norm(M)^(n-1)` for the
+    /// adjugate and `eps norm(M)^n` for the determinant.
     ///
     /// # Panics
     /// If a slice is shorter than n^2.
@@ -37,8 +37,7 @@ impl Mixer {
         (0..n).map(|j| m[j] * out[j * n]).sum()
     }
 
-    /// The mixing of `zbar = M theta + dbar` to `mbar = adj(M) zbar` (n numbers) and
-    /// `Delta = det(M)`, which is returned, Eq. (10).
+    /// Mixes `zbar = M theta + dbar`, Eq. (10): computes `mbar = adj(M) zbar` (n numbers) and returns `Delta = det(M)`.
     ///
     /// # Panics
     /// If a slice is shorter than n^2 (`m`) or n.
@@ -53,8 +52,7 @@ impl Mixer {
         delta
     }
 
-    /// `(det(M), first component of adj(M) zbar)`: the scalar regression of the first unknown
-    /// alone.
+    /// Returns `(det(M), first component of adj(M) zbar)`: the scalar regression of the first unknown alone.
     ///
     /// # Panics
     /// If a slice is shorter than n^2 (`m`) or n.
@@ -65,7 +63,7 @@ impl Mixer {
         })
     }
 
-    /// `(-1)^(row + column)` times the determinant of M without a row and a column.
+    /// Returns `(-1)^(row + column)` times the determinant of M without that row and column.
     #[inline]
     fn cofactor(&mut self, m: &[f64], row: usize, column: usize) -> f64 {
         let n = self.n;
@@ -93,7 +91,7 @@ impl Mixer {
     }
 }
 
-/// The determinant of a row-major n x n matrix, which is overwritten, by LU with partial pivoting.
+/// Returns the determinant of a row-major n x n matrix by LU with partial pivoting. The matrix is overwritten.
 ///
 /// # Panics
 /// If the slice is shorter than n^2.
@@ -132,7 +130,7 @@ pub fn determinant(m: &mut [f64], n: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Uniform numbers in (-1, 1), Knuth's MMIX generator.
+    /// Uniform numbers in (-1, 1) from Knuth's MMIX generator.
     struct Uniform(u64);
     impl Uniform {
         fn next(&mut self) -> f64 {

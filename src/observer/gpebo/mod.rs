@@ -1,8 +1,7 @@
-//! The observer of Bobtsov, Vorobyev, Nikolaev, Pyrkin and Ortega 2023 (GPEBO + DREM), its rivals,
-//! and their integration.
+//! The observer of Bobtsov, Vorobyev, Nikolaev, Pyrkin and Ortega 2023 (GPEBO + DREM), the observers it is compared
+//! with, and their integration.
 //!
-//! Plant of order n, Eqs. (1), (2): `x' = A x + B u`, `y = C'x + delta`, delta small and otherwise
-//! unknown. Then
+//! Plant of order n, Eqs. (1), (2): `x' = A x + B u`, `y = C'x + delta`, delta small and otherwise unknown. Then:
 //!
 //! - Eqs. (5) to (8): `xi' = A xi + B u`, `Phi' = A Phi`, `Phi(0) = I` (xi: n; Phi: n x n),
 //!   `x = xi + Phi theta` with the unknown constant `theta = x(0) - xi(0)` (n);
@@ -17,9 +16,9 @@
 //!   `zeta = psi'(theta_i, ..., theta_i^(q+1))` (psi: q + 1), neglecting `(g / q!) d^q d'`; solved
 //!   by q filters `b_j / (p + b_j)`, a second mixing and a scalar gradient estimator for each i.
 //!
-//! Everything linear is integrated exactly (`linear`), the rest with exponential steps of second
-//! order or better; errors are scored (`score`) by formulas of higher order than that. Source:
-//! Mekhatronika, Avtomatizatsiya, Upravlenie 24 (2023) 339-345, DOI 10.17587/mau.24.339-345.
+//! Everything linear is integrated exactly (`linear`). The rest uses exponential steps of second order or better.
+//! Errors are scored (`score`) by formulas of higher order. Source: Mekhatronika, Avtomatizatsiya, Upravlenie 24 (2023)
+//! 339-345, DOI 10.17587/mau.24.339-345.
 
 mod cascade;
 mod estimators;

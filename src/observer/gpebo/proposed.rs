@@ -8,7 +8,7 @@ use super::scalar::ScalarEstimator;
 /// A regression at the nodes of a step, or its filtered version.
 type RegressionNodes = [Nodes; HIGHEST_ORDER + 2];
 
-/// One component's states.
+/// The states of one component.
 #[derive(Clone, Debug)]
 struct Component {
     m: f64,
@@ -16,7 +16,7 @@ struct Component {
     scalar: ScalarEstimator,
 }
 
-/// theta from Eq. (17), each component by itself. All filters start from zero.
+/// Estimates theta from Eq. (17), each component on its own. All filters start from zero.
 #[derive(Clone, Debug)]
 pub struct Proposed {
     k: f64,
@@ -30,7 +30,7 @@ pub struct Proposed {
 }
 
 impl Proposed {
-    /// From checked settings.
+    /// Makes the estimator from checked settings.
     pub fn new(k: f64, order: usize, filters: &[f64], gains: &[f64], factor: Factor) -> Self {
         let component = |gain: &f64| Component {
             m: 0.0,
@@ -49,7 +49,7 @@ impl Proposed {
         }
     }
 
-    /// One step of length h from the nodes of Delta and of each mbar_i, Eq. (10).
+    /// Advances one step of length h, given the nodes of Delta and of each mbar_i, Eq. (10).
     pub fn step(&mut self, h: f64, delta: &Nodes, mbar: &[Nodes]) {
         self.smoothing.set_step(h);
         self.filters
@@ -75,12 +75,12 @@ impl Proposed {
         }
     }
 
-    /// The scalar estimators, in the order of theta.
+    /// Returns the scalar estimators, in the order of theta.
     pub fn scalars(&self) -> impl Iterator<Item = &ScalarEstimator> {
         self.components.iter().map(|component| &component.scalar)
     }
 
-    /// The scalar estimators, to record what they have learnt.
+    /// Returns the scalar estimators mutably, to record what they have learnt.
     pub fn scalars_mut(&mut self) -> impl Iterator<Item = &mut ScalarEstimator> {
         self.components
             .iter_mut()
@@ -88,7 +88,7 @@ impl Proposed {
     }
 }
 
-/// The regression through the q filters, whose states are updated.
+/// Returns the regression and its versions through the q filters, whose states are updated.
 #[inline]
 fn extend(
     filters: &[Filter],
@@ -106,7 +106,7 @@ fn extend(
     out
 }
 
-/// The second mixing at each node: determinant and mixed value of the first unknown.
+/// Returns the second mixing at each node: the determinant and the mixed value of the first unknown.
 #[inline]
 fn mix(
     mixer: &mut Mixer,

@@ -2,7 +2,7 @@
 
 use super::filter::{Nodes, simpson};
 
-/// `S = int phi phi' dt` and `s = int phi z dt` by Simpson's rule.
+/// The integrals `S = int phi phi' dt` and `s = int phi z dt`, by Simpson's rule.
 #[derive(Clone, Debug)]
 pub struct LeastSquaresIntegrals {
     n: usize,
@@ -11,7 +11,7 @@ pub struct LeastSquaresIntegrals {
 }
 
 impl LeastSquaresIntegrals {
-    /// Zero, of order n.
+    /// Makes the integrals of order n, all zero.
     pub fn new(n: usize) -> Self {
         Self {
             n,
@@ -20,7 +20,7 @@ impl LeastSquaresIntegrals {
         }
     }
 
-    /// One step of length h from the nodes of each phi_i and of z.
+    /// Adds one step of length h, given the nodes of each phi_i and of z.
     #[inline]
     pub fn step(&mut self, h: f64, phi: &[Nodes], z: &Nodes) {
         for i in 0..self.n {
@@ -31,15 +31,15 @@ impl LeastSquaresIntegrals {
         }
     }
 
-    /// The smallest eigenvalue of S, which measures the excitation of Eq. (9) over the run; `None`
-    /// if S is not finite.
+    /// Returns the smallest eigenvalue of S, a measure of the excitation of Eq. (9) over the run. `None` if S is not
+    /// finite.
     pub fn smallest_eigenvalue(&self) -> Option<f64> {
         let n = self.n;
         let s = faer::Mat::from_fn(n, n, |i, j| self.matrix[i.max(j) * n + i.min(j)]);
         if !s.is_all_finite() {
             return None;
         }
-        // In ascending order.
+        // The eigenvalues are in ascending order.
         s.self_adjoint_eigenvalues(faer::Side::Lower)
             .ok()?
             .first()
@@ -47,10 +47,10 @@ impl LeastSquaresIntegrals {
     }
 }
 
-/// `theta_hat = (I / p0 + S / r)^-1 s / r`: the mean of theta given z up to now for
-/// `theta ~ N(0, p0 I)` and white delta of intensity r. Then `xhat = xi + Phi theta_hat` is the
-/// filter `xhat' = A xhat + B u + P C (y - C'xhat) / r`, `P' = A P + P A' - P C C'P / r`,
-/// `P(0) = p0 I`, `xhat(0) = xi(0)`, without the Riccati equation.
+/// The estimate `theta_hat = (I / p0 + S / r)^-1 s / r`: the mean of theta given z up to now, for `theta ~ N(0, p0 I)`
+/// and white delta of intensity r. With it, `xhat = xi + Phi theta_hat` is the state of the filter
+/// `xhat' = A xhat + B u + P C (y - C'xhat) / r`, `P' = A P + P A' - P C C'P / r`, `P(0) = p0 I`, `xhat(0) = xi(0)`. No
+/// Riccati equation is solved.
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     p0: f64,
@@ -59,7 +59,7 @@ pub struct LeastSquares {
 }
 
 impl LeastSquares {
-    /// With prior variance p0 and intensity r, for order n.
+    /// Makes the estimator with prior variance p0 and intensity r, for order n.
     pub fn new(p0: f64, r: f64, n: usize) -> Self {
         Self {
             p0,
@@ -68,8 +68,7 @@ impl LeastSquares {
         }
     }
 
-    /// Fills `theta` by Cholesky of `I r / p0 + S`; NaN if that is not numerically positive
-    /// definite.
+    /// Computes `theta` by Cholesky of `I r / p0 + S`; NaN if that matrix is not numerically positive definite.
     pub fn solve(&mut self, information: &LeastSquaresIntegrals, theta: &mut [f64]) {
         let n = theta.len();
         let l = &mut self.factor;
@@ -78,7 +77,7 @@ impl LeastSquares {
                 let prior = if i == j { self.r / self.p0 } else { 0.0 };
                 let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
                 let rest = information.matrix[i * n + j] + prior - sum;
-                // The root of a negative number is the NaN promised.
+                // The root of a negative number is NaN, as documented.
                 l[i * n + j] = if i == j {
                     rest.sqrt()
                 } else {

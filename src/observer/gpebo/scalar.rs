@@ -3,17 +3,17 @@
 use super::excitation::Window;
 use super::filter::{Nodes, simpson};
 
-/// `theta' = gamma Delta (M - Delta theta)`, the estimator of theta from `M = Delta theta + d`,
-/// from `theta(0) = 0`.
+/// Estimates theta from `M = Delta theta + d` by `theta' = gamma Delta (M - Delta theta)`, starting at `theta(0) = 0`.
 ///
-/// The equation is linear in theta with the rate `gamma Delta^2`, which may be large (stiff) or
-/// zero (no excitation): each of eight parts of a step, in which Delta and M are parabolas through
-/// the step's nodes, freezes the rate and the drive at their means, `I_a = gamma int Delta^2 dt`,
-/// `I_b = gamma int Delta M dt` by Simpson's rule, and solves exactly, `theta += phi_1(-I_a) I_b -
-/// (1 - e^(-I_a)) theta`, `phi_1(x) = (e^x - 1) / x`. It never forms M / Delta. That is stable for
-/// every gamma, but exact only where M / Delta is constant over a part: a large gamma that makes
-/// theta follow a fast M / Delta leaves an error, which step halving tells. With d = 0, `I_b = I_a
-/// theta` and the error is `e^(-int gamma Delta^2)` times the initial one.
+/// The equation is linear in theta. Its rate `gamma Delta^2` may be large (stiff) or zero (no excitation). Each step is
+/// divided into eight parts, in which Delta and M are parabolas through the step's nodes. In each part, the rate and
+/// the drive are frozen at their means, `I_a = gamma int Delta^2 dt` and `I_b = gamma int Delta M dt` by Simpson's
+/// rule. The frozen equation is solved exactly: `theta += phi_1(-I_a) I_b - (1 - e^(-I_a)) theta`,
+/// `phi_1(x) = (e^x - 1) / x`.
+///
+/// M / Delta is never formed. The step is stable for every gamma, but exact only if M / Delta is constant over a part.
+/// If gamma is so large that theta follows a fast M / Delta, an error remains, which step halving reveals. With d = 0,
+/// `I_b = I_a theta` and the error is `e^(-int gamma Delta^2)` times the initial one.
 #[derive(Clone, Debug)]
 pub struct ScalarEstimator {
     gain: f64,
@@ -22,8 +22,8 @@ pub struct ScalarEstimator {
     window: Window,
 }
 
-/// Parts of a step: with rates that change much within one, which is where the equation is stiff,
-/// the error is smaller by the square of their number.
+/// Parts of a step. If the rate changes much within a step, as in the stiff case, the error falls with the square of
+/// this number.
 const PARTS: u32 = 8;
 
 /// The parabola through values at 0, 1/2 and 1.
@@ -44,7 +44,7 @@ impl Parabola {
 }
 
 impl ScalarEstimator {
-    /// With gain gamma > 0 (1/s per squared unit of Delta).
+    /// Makes the estimator with gain gamma > 0 (1/s per squared unit of Delta).
     pub fn new(gain: f64) -> Self {
         Self {
             gain,
@@ -54,7 +54,7 @@ impl ScalarEstimator {
         }
     }
 
-    /// One step of length h from Delta and M at its nodes.
+    /// Advances one step of length h, given Delta and M at its nodes.
     #[inline]
     pub fn step(&mut self, h: f64, delta: &Nodes, mixed: &Nodes) {
         let (delta, mixed) = (Parabola::through(delta), Parabola::through(mixed));
@@ -67,7 +67,7 @@ impl ScalarEstimator {
         }
     }
 
-    /// One part of length h.
+    /// Advances one part of length h.
     #[inline]
     fn part(&mut self, h: f64, delta: &Nodes, mixed: &Nodes) {
         let squares = simpson(h, delta, delta);
@@ -79,24 +79,24 @@ impl ScalarEstimator {
         self.integral += squares;
     }
 
-    /// Notes what has been learnt until t, for [`Self::frozen_at`].
+    /// Records how much has been learnt by t, for [`Self::frozen_at`].
     #[inline]
     pub fn record(&mut self, t: f64) {
         self.window.record(t, self.gain * self.integral);
     }
 
-    /// The estimate.
+    /// Returns the estimate.
     pub fn theta(&self) -> f64 {
         self.theta
     }
 
-    /// `int Delta^2 dt` so far.
+    /// Returns `int Delta^2 dt` so far.
     pub fn integral(&self) -> f64 {
         self.integral
     }
 
-    /// The first recorded t from which `gamma int_t^T Delta^2 < 0.01`; `None` if that is in the
-    /// last hundredth of the horizon T. See [`super::Excitation::frozen_at`].
+    /// Returns the first recorded t from which `gamma int_t^T Delta^2 < 0.01`. `None` if that t is in the last
+    /// hundredth of the horizon T. See [`super::Excitation::frozen_at`].
     pub fn frozen_at(&self, horizon: f64) -> Option<f64> {
         self.window.frozen_at(horizon)
     }
@@ -106,7 +106,7 @@ impl ScalarEstimator {
 mod tests {
     use super::*;
 
-    /// Constant Delta and M: the closed form, for rates from 1e-20 to 1e20 a step.
+    /// Constant Delta and M have a closed form; tested for rates from 1e-20 to 1e20 per step.
     #[test]
     fn constant_coefficients_are_exact() {
         for exponent in [-20, -8, -2, 0, 1, 3, 20] {

@@ -1,4 +1,4 @@
-//! What is run, and why it may be refused.
+//! The settings of a run, and why they may be refused.
 
 use super::expansion::{Factor, HIGHEST_ORDER};
 use super::grid::{LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS};
@@ -16,19 +16,18 @@ pub struct Scenario {
     pub x0: Vec<f64>,
     /// T in seconds.
     pub horizon: f64,
-    /// Mean squares of errors are taken from here on, in seconds; no step crosses it.
+    /// The mean squares of errors start at this time, in seconds; no step crosses it.
     pub scored_from: f64,
     /// The longest step in seconds.
     pub step: f64,
 }
 
-/// What the estimators share.
+/// The options that the estimators share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpeboOptions {
     /// xi(0), of length n, Eq. (5).
     pub xi0: Vec<f64>,
-    /// The n - 1 poles `a_i > 0` (1/s) of the filters `a_i / (p + a_i)` of the first extension,
-    /// distinct.
+    /// The n - 1 distinct poles `a_i > 0` (1/s) of the filters `a_i / (p + a_i)` in the first extension.
     pub filters: Vec<f64>,
 }
 
@@ -42,26 +41,25 @@ pub enum ObserverSpec {
         /// xhat(0), of length n.
         x0: Vec<f64>,
     },
-    /// Eq. (8) with `theta_i' = gamma_i Delta (mbar_i - Delta theta_i)` on Eq. (10), from zero.
+    /// Eq. (8) with `theta_i' = gamma_i Delta (mbar_i - Delta theta_i)` on Eq. (10), starting from zero.
     Gradient {
         /// gamma, n positive numbers.
         gains: Vec<f64>,
     },
-    /// Eq. (8) with theta from Eq. (17), from zero.
+    /// Eq. (8) with theta from Eq. (17), starting from zero.
     Proposed {
         /// Pole (1/s) of the filter of Eq. (11).
         k: f64,
         /// q, 1 or 2.
         order: usize,
-        /// q poles `b_j > 0` (1/s) of the second extension, distinct.
+        /// q distinct poles `b_j > 0` (1/s) of the second extension.
         filters: Vec<f64>,
-        /// n positive numbers.
+        /// gamma, n positive numbers.
         gains: Vec<f64>,
-        /// What is done with `g = e^m`.
+        /// The treatment of `g = e^m`.
         factor: Factor,
     },
-    /// The Kalman-Bucy filter for white noise in y and none in the state, which is recursive least
-    /// squares on Eq. (9).
+    /// The Kalman-Bucy filter for white noise in y and none in the state: recursive least squares on Eq. (9).
     KalmanBucy {
         /// Prior variance: `theta ~ N(0, p0 I)`.
         p0: f64,
@@ -73,36 +71,36 @@ pub enum ObserverSpec {
 /// Why a setting is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingError {
-    /// A vector of the wrong length.
+    /// A vector has the wrong length.
     #[error("{what}: expected {expected} numbers, not {found}")]
     Length {
         /// The setting.
         what: &'static str,
-        /// The length needed.
+        /// The required length.
         expected: usize,
-        /// The length found.
+        /// The actual length.
         found: usize,
     },
-    /// A number that is not finite.
+    /// A number is not finite.
     #[error("{0}: expected finite numbers")]
     NotFinite(&'static str),
-    /// A number that is not positive.
+    /// A number is not positive.
     #[error("{what}: expected positive numbers, not {}", number(*.value))]
     NotPositive {
         /// The setting.
         what: &'static str,
-        /// The number found.
+        /// The number.
         value: f64,
     },
-    /// Two equal filters: the extended regressor would be singular for ever.
+    /// Two filters are equal, so the extended regressor would always be singular.
     #[error("{what}: expected distinct numbers, and {} occurs twice", number(*.value))]
     NotDistinct {
         /// The setting.
         what: &'static str,
-        /// The number found twice.
+        /// The repeated number.
         value: f64,
     },
-    /// An expansion that is not known.
+    /// The order of the expansion is not supported.
     #[error("the order of the expansion must be 1 to {HIGHEST_ORDER}, not {0}")]
     Order(usize),
 }
@@ -110,10 +108,10 @@ pub enum SettingError {
 /// Why a run is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CascadeError {
-    /// A setting of the scenario or of what the estimators share.
+    /// A setting of the scenario or of the shared options is wrong.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// A setting of an observer.
+    /// A setting of an observer is wrong.
     #[error("observer {number}: {source}")]
     Observer {
         /// Its number, from 1.
@@ -121,7 +119,7 @@ pub enum CascadeError {
         /// What is wrong.
         source: SettingError,
     },
-    /// A signal.
+    /// A signal is wrong.
     #[error("{what}: {source}")]
     Signal {
         /// `input` or `disturbance`.
@@ -129,7 +127,7 @@ pub enum CascadeError {
         /// What is wrong.
         source: SignalError,
     },
-    /// A step that is longer than the horizon.
+    /// The step is longer than the horizon.
     #[error("the step of {step} s must not be longer than the horizon of {horizon} s")]
     Step {
         /// The longest step.
@@ -137,16 +135,16 @@ pub enum CascadeError {
         /// T.
         horizon: f64,
     },
-    /// Too many steps.
+    /// There would be too many steps.
     #[error("the run would take about {0:.1e} steps, and {LARGEST_STEPS:.0e} are the most")]
     Steps(f64),
-    /// Too many breakpoints.
+    /// There would be too many breakpoints.
     #[error(
         "the signals have about {0:.1e} switches and samples, and {LARGEST_BREAKPOINTS:.0e} are \
         the most"
     )]
     Breakpoints(f64),
-    /// Too many step lengths.
+    /// There would be too many different step lengths.
     #[error(
         "the signals' switches and samples leave more than {LARGEST_LENGTHS} different distances: \
         give them common multiples"
@@ -219,7 +217,7 @@ impl ObserverSpec {
     }
 }
 
-/// Refuses what cannot be run for a plant of order n.
+/// Refuses settings that cannot be run for a plant of order n.
 pub(super) fn check(
     n: usize,
     scenario: &Scenario,

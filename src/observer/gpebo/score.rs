@@ -1,13 +1,12 @@
-//! What an observer's errors come to over a run: mean squares, and when theta is reached.
+//! Sums up an observer's errors over a run: mean squares, and the times at which theta is reached.
 
-/// theta counts as reached where its relative error `|theta - theta_hat| / |theta|` is below this.
+/// theta counts as reached if its relative error `|theta - theta_hat| / |theta|` is below this.
 pub const BAND: f64 = 0.1;
 
-/// Squared errors at one time: of x, of theta relative to theta, and of x_1 ... x_n. NaN where
-/// there is no such thing.
+/// Squared errors at one time: of x, the relative one of theta, and of x_1 ... x_n. NaN if a quantity does not exist.
 pub type Squares = [f64];
 
-/// Where the squared errors of x, of theta, and from where on those of its components are.
+/// Positions of the squared errors of x and of theta, and of the first of those of x_1 ... x_n.
 const STATE: usize = 0;
 const THETA: usize = 1;
 const STATES: usize = 2;
@@ -17,21 +16,21 @@ const STATES: usize = 2;
 pub struct Accuracy {
     /// `sqrt(mean over the scored time of |x - xhat|^2)`.
     pub rms_state: f64,
-    /// The same of the relative error of theta; NaN without an estimate of theta, or where theta = 0.
+    /// The same for the relative error of theta; NaN without an estimate of theta, or if theta = 0.
     pub rms_theta: f64,
-    /// The same of x_1 ... x_n.
+    /// The same for x_1 ... x_n.
     pub rms_states: Vec<f64>,
-    /// Relative error of theta at the end; NaN without an estimate of theta, or where theta = 0.
+    /// Relative error of theta at the end; NaN without an estimate of theta, or if theta = 0.
     pub theta: f64,
     /// Seconds until the relative error of theta is below [`BAND`] for the first time.
     pub reached: Option<f64>,
-    /// Seconds until it is below [`BAND`] for good: the last entry; `None` where it is outside at
-    /// the end.
+    /// Seconds until the relative error of theta is below [`BAND`] for good, i.e. its last entry into the band. `None`
+    /// if it is outside at the end.
     pub settled: Option<f64>,
 }
 
 impl Accuracy {
-    /// Whether an error is beyond the largest number.
+    /// Returns whether an error is too large for a number.
     pub fn overflows(&self) -> bool {
         let all = [self.rms_state, self.rms_theta, self.theta];
         let states = self.rms_states.iter().copied();
@@ -39,23 +38,22 @@ impl Accuracy {
     }
 }
 
-/// The most steps whose nodes are taken together.
+/// The largest number of steps whose nodes are taken together.
 const MOST: usize = 4;
 
-/// Squared errors as they come, a node at a time.
+/// Accumulates squared errors, one node at a time.
 ///
-/// Errors are smooth between breakpoints, and none lies within a base step. Its nodes, one after
-/// each of the steps into which it is divided, are therefore taken together: by the trapezoidal
-/// rule, Simpson's (even numbers of steps, order 4) or Boole's (multiples of four, order 6).
-/// Entries into the band are zeros of the polynomial through the same nodes, of degree 1, 2 or 4,
-/// so that with four steps their error is that of the estimate itself.
+/// Errors are smooth between breakpoints, and no breakpoint lies within a base step. The nodes of a base step, one
+/// after each of its parts, are therefore taken together: by the trapezoidal rule, Simpson's rule (even numbers of
+/// parts, order 4) or Boole's rule (multiples of four, order 6). Entries into the band are zeros of the polynomial of
+/// degree 1, 2 or 4 through the same nodes. With four parts, their error is that of the estimate itself.
 #[derive(Clone, Debug)]
 pub struct Score {
-    /// Steps that are taken together: 1, 2 or 4.
+    /// The number of steps taken together: 1, 2 or 4.
     together: usize,
-    /// Time at the first of them.
+    /// Time at the start of these steps.
     start: f64,
-    /// Squares at the first of them, then squares after each, `n + 2` numbers a node.
+    /// Squares at the start of these steps, then squares after each, `n + 2` numbers a node.
     nodes: Vec<f64>,
     filled: usize,
     /// Integrals over the scored time, `n + 2` numbers.
@@ -65,7 +63,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// At t = 0, for base steps divided into `refine`.
+    /// Starts at t = 0, for base steps divided into `refine` parts.
     pub fn new(refine: usize, squares: &Squares) -> Self {
         let together = [MOST, 2, 1]
             .into_iter()
@@ -82,8 +80,8 @@ impl Score {
         }
     }
 
-    /// Adds the node at t, h seconds after the one before; errors count where they are at `from` or
-    /// later, a time that no step crosses.
+    /// Adds the node at t, h seconds after the previous one. Errors count from the time `from` on, which no step
+    /// crosses.
     #[inline]
     pub fn add(&mut self, t: f64, h: f64, from: f64, squares: &Squares) {
         self.filled += 1;
@@ -102,13 +100,13 @@ impl Score {
         (self.start, self.filled) = (t, 0);
     }
 
-    /// The squares at a node.
+    /// Returns the squares at a node.
     fn node(&self, k: usize) -> &Squares {
         let width = self.integrals.len();
         &self.nodes[k * width..][..width]
     }
 
-    /// Newton-Cotes formulas of 2, 3 and 5 nodes.
+    /// Adds the integral over the filled nodes by the Newton-Cotes formula of 2, 3 or 5 nodes.
     fn integrate(&mut self, h: f64) {
         let weights: &[f64] = match self.together {
             1 => &[0.5, 0.5],
@@ -129,7 +127,7 @@ impl Score {
         }
     }
 
-    /// Where theta is between nodes k and k + 1.
+    /// Notes whether theta enters or leaves the band between nodes k and k + 1.
     #[inline]
     fn note_entry(&mut self, k: usize, h: f64) {
         if !is_inside(self.node(k + 1)) {
@@ -141,8 +139,8 @@ impl Score {
         }
     }
 
-    /// Where between nodes k (outside) and k + 1 (inside) the squared error passes the band, in
-    /// steps from the first node, by bisection. A NaN is outside.
+    /// Returns where the squared error enters the band between nodes k (outside) and k + 1 (inside), in steps from the
+    /// first node, by bisection. A NaN is outside.
     fn entry(&self, k: usize) -> f64 {
         let (mut outside, mut inside) = (k as f64, (k + 1) as f64);
         for _ in 0..f64::MANTISSA_DIGITS {
@@ -156,8 +154,7 @@ impl Score {
         inside
     }
 
-    /// The squared error of theta `s` steps after the first node, on the polynomial through the
-    /// nodes (Lagrange).
+    /// Returns the squared error of theta `s` steps after the first node, on the Lagrange polynomial through the nodes.
     fn theta_at(&self, s: f64) -> f64 {
         let nodes = 0..=self.together;
         let term = |i: usize| {
@@ -168,7 +165,7 @@ impl Score {
         nodes.clone().map(term).sum()
     }
 
-    /// What it all comes to after so many scored seconds.
+    /// Returns the accuracy, given the scored time in seconds.
     pub fn accuracy(&self, time: f64) -> Accuracy {
         let rms = |integral: &f64| (integral / time).sqrt();
         Accuracy {
@@ -186,7 +183,7 @@ fn is_inside(squares: &Squares) -> bool {
     squares[THETA] < BAND * BAND
 }
 
-/// Writes the squared errors of an estimate, `n + 2` numbers; `theta_hat` is empty where there is none.
+/// Writes the squared errors of an estimate, `n + 2` numbers; `theta_hat` is empty if there is none.
 pub fn squares(found: &mut Squares, x: &[f64], x_hat: &[f64], theta: &[f64], theta_hat: &[f64]) {
     let square = |(a, b): (&f64, &f64)| (a - b) * (a - b);
     let relative = if theta_hat.is_empty() {
@@ -208,8 +205,8 @@ pub fn squares(found: &mut Squares, x: &[f64], x_hat: &[f64], theta: &[f64], the
 mod tests {
     use super::*;
 
-    /// Scores a squared relative error of theta over [0, 6], by base steps of 1 divided into
-    /// `refine`; the error of x is its double.
+    /// Scores a squared relative error of theta over [0, 6] with base steps of 1, each divided into `refine` parts. The
+    /// squared error of x is twice that of theta.
     fn scored(refine: usize, from: f64, theta: impl Fn(f64) -> f64) -> Accuracy {
         let squares = |t: f64| [2.0 * theta(t), theta(t), f64::NAN, 2.0 * theta(t)];
         let mut score = Score::new(refine, &squares(0.0));
@@ -221,8 +218,7 @@ mod tests {
         score.accuracy(6.0 - from)
     }
 
-    /// The integral of t^d / 100 from 2 to 6 is exact up to the degree of the formula, and not
-    /// beyond.
+    /// The integral of t^d / 100 from 2 to 6 is exact up to the degree of the formula, and not beyond.
     #[test]
     fn formulas_have_their_degrees() {
         for (refine, degree) in [(1, 1), (2, 3), (3, 1), (4, 5), (8, 5)] {
@@ -241,9 +237,9 @@ mod tests {
         }
     }
 
-    /// `(t - 1)^2 (t - 4)^2 / 100 = 0.01` where `(t - 1) (t - 4) = +-1`: in at `2.5 - sqrt 3.25`,
-    /// out, in again at `2.5 + sqrt 1.25`, for good or out at the end. The polynomial through five
-    /// nodes is the error itself.
+    /// `(t - 1)^2 (t - 4)^2 / 100 = 0.01` where `(t - 1) (t - 4) = +-1`. The error enters the band at
+    /// `2.5 - sqrt 3.25`, leaves it, and enters again at `2.5 + sqrt 1.25`; it then stays, or is outside at the end.
+    /// The polynomial through five nodes is the error itself.
     #[test]
     fn entries_of_a_polynomial() {
         let error = |t: f64| ((t - 1.0) * (t - 4.0)).powi(2) / 100.0;
@@ -252,12 +248,12 @@ mod tests {
         let found = scored(4, 0.0, error);
         assert!((found.reached.unwrap() - first).abs() < 1e-14, "{found:?}");
         assert_eq!((found.settled, found.theta), (None, 1.0));
-        // The same, but for that it stays.
+        // The same, except that the error stays inside.
         let staying = |t: f64| if t > 4.0 { 0.0 } else { error(t) };
         let found = scored(4, 0.0, staying);
         assert!((found.settled.unwrap() - again).abs() < 1e-14, "{found:?}");
         assert!((found.reached.unwrap() - first).abs() < 1e-14);
-        // By straight lines it is late.
+        // With straight lines the entry is found too late.
         let found = scored(1, 0.0, staying);
         assert!((found.settled.unwrap() - again).abs() > 1e-3);
     }
@@ -272,8 +268,8 @@ mod tests {
         assert_eq!((undefined.reached, undefined.settled), (None, None));
     }
 
-    /// theta = (3, 4) estimated as (3, 3.5): 0.5 of 5; without an estimate, or where theta is zero,
-    /// it is undefined.
+    /// theta = (3, 4) estimated as (3, 3.5): an error of 0.5 relative to 5. It is undefined without an estimate or if
+    /// theta is zero.
     #[test]
     fn relative_errors() {
         let mut found = [f64::NAN; 5];

@@ -1,4 +1,4 @@
-//! What a run yields.
+//! The results of a run.
 
 use super::score::Accuracy;
 
@@ -11,7 +11,7 @@ pub struct ObserverEstimate {
     pub theta: Vec<f64>,
 }
 
-/// A run at one time.
+/// The state of a run at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
     /// t in seconds.
@@ -31,14 +31,14 @@ pub struct Sample<'a> {
 /// Whether numbers stayed finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
-    /// At all times.
+    /// All numbers were finite at all times.
     Finite,
-    /// Until the time given, in seconds: what was computed there and later is not to be used.
+    /// Numbers were finite until the given time, in seconds. What was computed at that time and later must not be used.
     NotFinite(f64),
 }
 
 impl Outcome {
-    /// Keeps the first failure.
+    /// Records the time of the first failure.
     pub(super) fn note(&mut self, finite: bool, t: f64) {
         if !finite && *self == Self::Finite {
             *self = Self::NotFinite(t);
@@ -46,33 +46,33 @@ impl Outcome {
     }
 }
 
-/// What the scalar estimators of an observer were given to learn from, one entry for each
-/// component; empty for observers without scalar estimators.
+/// The excitation of an observer's scalar estimators, one entry for each component; empty for observers without scalar
+/// estimators.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Excitation {
-    /// `int Delta^2 dt` over the run, Delta of the observer's own scalar regression.
+    /// `int Delta^2 dt` over the run, with the Delta of the observer's own scalar regression.
     pub integral: Vec<f64>,
-    /// The first t from which `gamma int_t^T Delta^2 dt < 0.01`: the estimate can lose no more than
-    /// 1 % of its error any more. 0 where there was never anything to learn, `None` where the
-    /// estimator was still learning in the last hundredth of the run.
+    /// The first t from which `gamma int_t^T Delta^2 dt < 0.01`: from then on, the error of the estimate can shrink by
+    /// at most 1 %. 0 if there was never anything to learn; `None` if the estimator was still learning in the last
+    /// hundredth of the run.
     pub frozen_at: Vec<Option<f64>>,
 }
 
-/// One observer over the whole run.
+/// The results of one observer over the whole run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObserverSummary {
     /// Whether its estimates stayed finite.
     pub outcome: Outcome,
-    /// What it was given to learn from.
+    /// How much its scalar estimators could learn from.
     pub excitation: Excitation,
-    /// What its errors came to.
+    /// The size of its errors.
     pub accuracy: Accuracy,
 }
 
-/// The whole run.
+/// The results of the whole run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Whether the plant stayed finite; the run ends where it does not.
+    /// Whether the plant stayed finite; the run ends if it did not.
     pub outcome: Outcome,
     /// One for each observer, in their order.
     pub observers: Vec<ObserverSummary>,

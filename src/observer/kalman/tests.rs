@@ -27,7 +27,7 @@ fn definite(random: &mut Random, n: usize) -> Mat<f64> {
     &root * root.transpose()
 }
 
-/// A factor L of `[[Q, s], [s', r]]`: w and v are L times n + 1 independent normal numbers.
+/// Returns a factor L of `[[Q, s], [s', r]]`: w and v are L times n + 1 independent normal numbers.
 fn factor(model: &StochasticModel) -> Mat<f64> {
     let m = model.order();
     let all = Mat::from_fn(m + 1, m + 1, |i, j| match (i < m, j < m) {
@@ -39,7 +39,7 @@ fn factor(model: &StochasticModel) -> Mat<f64> {
     root(&all)
 }
 
-/// A square root of a covariance that may be singular.
+/// Returns a square root of a covariance that may be singular.
 fn root(all: &Mat<f64>) -> Mat<f64> {
     let n = all.nrows();
     let eigen = all.self_adjoint_eigen(Side::Lower).unwrap();
@@ -47,7 +47,7 @@ fn root(all: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| eigen.U()[(i, j)] * values[j].max(0.0).sqrt())
 }
 
-/// y and the states x(0) ... x(K) from x(0).
+/// Simulates y and the states x(0) ... x(K) from x(0).
 fn simulate(
     model: &StochasticModel,
     x0: Col<f64>,
@@ -68,7 +68,7 @@ fn simulate(
     (y, states)
 }
 
-/// The noise's part of the model has the impulse response of C/D, by long division.
+/// The noise part of the model has the impulse response of C/D, by long division.
 #[test]
 fn noise_states_realise_the_filter() {
     let model = model(&Mat::zeros(3, 3), COLOURED);
@@ -89,9 +89,9 @@ fn noise_states_realise_the_filter() {
     }
 }
 
-/// Without process noise, C's zeros inside the unit circle: P = 0 solves the equation, the plant's
-/// part of the gain is zero and the noise's is B_f / c_0; the innovations are `c_0 w`, so that the
-/// prediction of the plant's state is exact from an exact start. ARX noise, D = A, is such a case.
+/// Without process noise and with C's zeros inside the unit circle, P = 0 solves the equation. The plant's part of the
+/// gain is then zero and the noise's part is B_f / c_0. The innovations are `c_0 w`, so an exact start gives exact
+/// predictions of the plant's state. ARX noise, D = A, is such a case.
 #[test]
 fn coloured_noise_without_process_noise() {
     let arx = MeasurementNoise {
@@ -122,9 +122,8 @@ fn coloured_noise_without_process_noise() {
     }
 }
 
-/// A zero z of C outside the unit circle is mirrored in the innovations, whose variance is
-/// `|z|^2 c_0^2 sigma^2` (the spectral factorisation of a moving average; Box, Jenkins). One on the
-/// circle is refused.
+/// A zero z of C outside the unit circle is mirrored in the innovations, whose variance is `|z|^2 c_0^2 sigma^2` (the
+/// spectral factorisation of a moving average; Box, Jenkins). A zero on the circle is refused.
 #[test]
 fn zeros_of_the_noise_are_mirrored() {
     for (numerator, variance) in [([1.0, 2.0, 0.0], 4.0), ([0.5, -0.2, 1.3], 6.76 * 0.25)] {
@@ -146,8 +145,7 @@ fn zeros_of_the_noise_are_mirrored() {
     assert!(matches!(refused, Err(RiccatiError::NotStabilising { .. })));
 }
 
-/// The time-varying filter tends to the stationary one, from any start and also with a plant that
-/// is unstable.
+/// The time-varying filter tends to the stationary one from any start, also for an unstable plant.
 #[test]
 fn time_varying_tends_to_steady() {
     let mut random = Random(5);
@@ -173,9 +171,9 @@ fn time_varying_tends_to_steady() {
     }
 }
 
-/// The errors of the filter over many records have covariance P(k): e'P^-1 e summed over N records
-/// is chi-squared with n N degrees of freedom, and each product e_i e_j has mean p_ij and variance
-/// p_ii p_jj + p_ij^2. Within 4 standard deviations, fixed seed.
+/// The filter's errors over many records have covariance P(k). The sum of e'P^-1 e over N records is chi-squared with n
+/// N degrees of freedom. Each product e_i e_j has mean p_ij and variance p_ii p_jj + p_ij^2. Tested within 4 standard
+/// deviations, with a fixed seed.
 #[test]
 fn errors_have_the_covariance_p() {
     let mut random = Random(6);
@@ -248,8 +246,8 @@ fn without_process_noise_it_is_batch_least_squares() {
     }
 }
 
-/// The likelihood by innovations is that of y's joint normal density, its covariance built from the
-/// map from x(0) and all noises to y.
+/// The likelihood from the innovations is that of y's joint normal density. The covariance of y is built from the map
+/// from x(0) and all noises to y.
 #[test]
 fn likelihood_is_the_joint_density() {
     let mut random = Random(8);
@@ -294,8 +292,8 @@ fn likelihood_is_the_joint_density() {
     assert!((found.minus_two_log - expected).abs() < 1e-9);
 }
 
-/// The estimated ratio is a maximum: 2 % to either side the likelihood is lower; and it is near the
-/// truth. Where there is no process noise it is negligible.
+/// The estimated ratio is a maximum: the likelihood is lower 2 % to either side. The ratio is near the truth, and
+/// negligible if there is no process noise.
 #[test]
 fn the_ratio_of_the_largest_likelihood() {
     let mut random = Random(9);
@@ -374,7 +372,7 @@ fn refusals() {
         Err(FailureKind::NonFinite)
     );
     assert_eq!(run(&mut filter, &[0.0; 3]), Ok(()));
-    // Predicted exactly: the likelihood has no maximum.
+    // An exactly predicted record: the likelihood has no maximum.
     let exact = filter.log_likelihood(&u, &[0.0; 3], &[0.0; 3]);
     assert_eq!(exact, Err(FailureKind::NonFinite));
     let observed = ObservedModel {

@@ -3,7 +3,7 @@
 use super::{RiccatiError, symmetric};
 use faer::{Mat, MatRef, Side};
 
-/// Checks the size of a matrix and that its entries are finite.
+/// Checks the size of a matrix, and that its entries are finite.
 pub(in crate::observer) fn check(
     name: &'static str,
     m: MatRef<'_, f64>,
@@ -35,8 +35,7 @@ pub(in crate::observer) fn check_column(
     check(name, MatRef::from_column_major_slice(v, v.len(), 1), n, 1)
 }
 
-/// Checks a covariance, n x n, and returns it exactly symmetric. Rounding is allowed for: 1e-12 of
-/// its norm.
+/// Checks a covariance, n x n, and returns it exactly symmetric. Deviations up to 1e-12 of its norm count as rounding.
 pub(in crate::observer) fn check_covariance(
     name: &'static str,
     q: MatRef<'_, f64>,

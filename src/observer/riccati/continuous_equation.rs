@@ -14,7 +14,7 @@ pub(super) struct Continuous {
 }
 
 impl Continuous {
-    /// Checks an equation: for shapes and errors see [`super::care`].
+    /// Checks an equation; see [`super::care`] for shapes and errors.
     pub(super) fn new(
         a: MatRef<'_, f64>,
         c: &[f64],
@@ -35,7 +35,7 @@ impl Continuous {
         })
     }
 
-    /// `[[A', -c c' / r], [-Q, -A]]` with Q + eps I.
+    /// Returns `[[A', -c c' / r], [-Q, -A]]` with Q + eps I instead of Q.
     fn hamiltonian(&self, eps: f64) -> Mat<f64> {
         let n = self.a.nrows();
         Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
@@ -46,10 +46,9 @@ impl Continuous {
         })
     }
 
-    /// The parameter of the Cayley transform `(z - gamma)^-1 (z + gamma)`: the geometric mean of
-    /// the smallest and the largest modulus among the Hamiltonian's eigenvalues, which keeps both
-    /// images far from the unit circle, and to the right of A's spectrum, for which the transform
-    /// always exists.
+    /// Returns the parameter of the Cayley transform `(z - gamma)^-1 (z + gamma)`: the geometric mean of the smallest
+    /// and the largest modulus of the Hamiltonian's eigenvalues. It keeps the images of both far from the unit circle.
+    /// It also lies to the right of A's spectrum, where the transform always exists.
     fn gamma(&self, hamiltonian: &Mat<f64>) -> Option<f64> {
         let (small, large) = moduli(hamiltonian)?;
         let right = self.a.eigenvalues().ok()?;
@@ -58,20 +57,20 @@ impl Continuous {
         Some(if gamma > 0.0 { gamma } else { 1.0 })
     }
 
-    /// `A - L c'`.
+    /// Returns `A - L c'`.
     fn closed_loop(&self, gain: &Col<f64>) -> Mat<f64> {
         &self.a - gain * self.c.transpose()
     }
 }
 
-/// The smallest and the largest modulus of an eigenvalue. `None` where they cannot be found.
+/// Returns the smallest and the largest modulus of the eigenvalues. `None` if they cannot be computed.
 fn moduli(m: &Mat<f64>) -> Option<(f64, f64)> {
     let eigenvalues = m.eigenvalues().ok()?;
     let moduli = eigenvalues.iter().map(|z| z.norm());
     Some(moduli.fold((f64::INFINITY, 0.0), |(s, l), z| (s.min(z), l.max(z))))
 }
 
-/// `M + gamma I`.
+/// Returns `M + gamma I`.
 fn shifted(m: &Mat<f64>, gamma: f64) -> Mat<f64> {
     Mat::from_fn(m.nrows(), m.ncols(), |i, j| {
         m[(i, j)] + if i == j { gamma } else { 0.0 }
@@ -79,8 +78,8 @@ fn shifted(m: &Mat<f64>, gamma: f64) -> Mat<f64> {
 }
 
 impl Equation for Continuous {
-    /// With M the Hamiltonian, its left and right block columns `M_1`, `M_2` and
-    /// `N = [(M - gamma)_1, (M + gamma)_2]`: `N^-1 (M + gamma)_1 = [A_0; -H_0]` and
+    /// Doubles the Cayley transform. With M the Hamiltonian, `M_1`, `M_2` the left and right block columns, and
+    /// `N = [(M - gamma)_1, (M + gamma)_2]`, the start is `N^-1 (M + gamma)_1 = [A_0; -H_0]` and
     /// `N^-1 (M - gamma)_2 = [G_0; A_0']`.
     fn double(&self, eps: f64) -> Option<(Mat<f64>, usize)> {
         let n = self.a.nrows();
@@ -125,7 +124,7 @@ impl Equation for Continuous {
         (symmetric(&defect), size)
     }
 
-    /// With `S = A - L c'`: `S X + X S' + defect = 0`, by its Cayley transform.
+    /// Solves `S X + X S' + defect = 0` with `S = A - L c'`, by its Cayley transform.
     fn correction(&self, gain: &Col<f64>, defect: Mat<f64>) -> Option<Mat<f64>> {
         let closed = self.closed_loop(gain);
         let (small, large) = moduli(&closed)?;

@@ -1,4 +1,4 @@
-//! The discrete equation, its cross covariance removed.
+//! The discrete equation with its cross covariance removed.
 
 use super::check::{check, check_column, check_covariance, check_definite};
 use super::{Equation, RiccatiError, double, symmetric};
@@ -14,12 +14,12 @@ pub(in crate::observer) struct Discrete {
     /// s / r.
     shift: Col<f64>,
     r: f64,
-    /// ||Q||_F, of the Q that was given.
+    /// |Q||_F of the given Q.
     size: f64,
 }
 
 impl Discrete {
-    /// Checks and reduces an equation: for shapes and errors see [`super::dare`].
+    /// Checks and reduces an equation; see [`super::dare`] for shapes and errors.
     pub(in crate::observer) fn new(
         f: MatRef<'_, f64>,
         h: &[f64],
@@ -50,23 +50,23 @@ impl Discrete {
         })
     }
 
-    /// `h'P h + r`.
+    /// Returns `h'P h + r`.
     pub(in crate::observer) fn innovation(&self, p: &Mat<f64>) -> f64 {
         self.h.transpose() * (p * &self.h) + self.r
     }
 
-    /// K of K~.
+    /// Returns K, given K~.
     pub(in crate::observer) fn predictor_gain(&self, gain: &Col<f64>) -> Vec<f64> {
         (gain + &self.shift).iter().copied().collect()
     }
 
-    /// `F - K h'`.
+    /// Returns `F - K h'`.
     fn closed_loop(&self, gain: &Col<f64>) -> Mat<f64> {
         &self.f - gain * self.h.transpose()
     }
 
-    /// Joseph's form of the covariance one step on: with any gain
-    /// `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`, symmetric, and >= 0 as P is;
+    /// Advances the covariance by one step with any gain, in Joseph's form
+    /// `P+ = (F - K h') P (F - K h')' + Q - K s' - s K' + K r K'`. The result is symmetric, and >= 0 if P is. It is
     /// computed as `(F~ - K~ h') P (F~ - K~ h')' + Q~ + K~ r K~'`, which is the same.
     pub(in crate::observer) fn step(&self, p: &Mat<f64>, gain: &Col<f64>) -> Mat<f64> {
         let closed = self.closed_loop(gain);
@@ -96,8 +96,8 @@ impl Equation for Discrete {
         1.0 - spectral_radius(self.closed_loop(gain).as_ref())
     }
 
-    /// `F~ P F~' - K~ (h'P h + r) K~' + Q~ - P`: against Joseph's form, no term is larger than F P
-    /// F', however large the gain.
+    /// Computes `F~ P F~' - K~ (h'P h + r) K~' + Q~ - P`. Unlike in Joseph's form, no term is larger than F P F',
+    /// however large the gain.
     fn defect(&self, p: &Mat<f64>) -> (Mat<f64>, f64) {
         let (gain, innovation) = (self.gain(p), self.innovation(p));
         let predicted = &self.f * p * self.f.transpose();

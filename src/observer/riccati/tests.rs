@@ -3,12 +3,11 @@ use super::*;
 use RiccatiError as E;
 use faer::{ColRef, Scale, Side, c64, mat};
 
-/// A reproducible source of uniform (Knuth's MMIX congruence, high 53 bits) and normal (Box-Muller)
-/// numbers.
+/// A reproducible source of uniform (Knuth's MMIX congruence, high 53 bits) and normal (Box-Muller) numbers.
 pub(in crate::observer) struct Random(pub u64);
 
 impl Random {
-    /// Uniform in (0, 1).
+    /// Returns a number uniform in (0, 1).
     pub(in crate::observer) fn uniform(&mut self) -> f64 {
         self.0 = self
             .0
@@ -17,23 +16,23 @@ impl Random {
         ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
-    /// Standard normal.
+    /// Returns a standard normal number.
     pub(in crate::observer) fn normal(&mut self) -> f64 {
         let radius = (-2.0 * self.uniform().ln()).sqrt();
         radius * (std::f64::consts::TAU * self.uniform()).cos()
     }
 
-    /// n normal numbers.
+    /// Returns n normal numbers.
     pub(in crate::observer) fn vector(&mut self, n: usize) -> Vec<f64> {
         (0..n).map(|_| self.normal()).collect()
     }
 
-    /// Normal entries.
+    /// Returns a matrix of normal numbers.
     pub(in crate::observer) fn matrix(&mut self, rows: usize, columns: usize) -> Mat<f64> {
         Mat::from_fn(rows, columns, |_, _| self.normal())
     }
 
-    /// A joint covariance of (w, v), n + 1 square, positive definite: Q, s, r.
+    /// Returns Q, s and r of a random joint covariance of (w, v), n + 1 square and positive definite.
     fn covariance(&mut self, n: usize) -> (Mat<f64>, Vec<f64>, f64) {
         let root = self.matrix(n + 1, n + 1);
         let all = &root * root.transpose();
@@ -187,8 +186,8 @@ fn alpha_beta_tracker() {
     }
 }
 
-/// The double integrator seen in its position, by hand: `p_12 = sqrt(q r)`,
-/// `p_11 = sqrt(2 r p_12)`, `p_22 = p_11 p_12 / r`.
+/// The double integrator with measured position, by hand: `p_12 = sqrt(q r)`, `p_11 = sqrt(2 r p_12)`,
+/// `p_22 = p_11 p_12 / r`.
 #[test]
 fn continuous_double_integrator() {
     for (q, r) in [(1.0, 1.0), (4.0, 0.01), (1e-3, 2.0)] {
@@ -250,9 +249,8 @@ fn random_plants() {
     }
 }
 
-/// The spectral factorisation: y's spectrum from the noises is that of the innovations model,
-/// `[h'(z - F)^-1, 1] [[Q, s], [s', r]] [h'(z - F)^-1, 1]^* = omega |1 + h'(z - F)^-1 K|^2`
-/// on |z| = 1.
+/// Spectral factorisation: the spectrum of y from the noises equals that of the innovations form,
+/// `[h'(z - F)^-1, 1] [[Q, s], [s', r]] [h'(z - F)^-1, 1]^* = omega |1 + h'(z - F)^-1 K|^2` on |z| = 1.
 #[test]
 fn spectral_factorisation() {
     use faer::linalg::solvers::Solve;
@@ -283,8 +281,7 @@ fn spectral_factorisation() {
     }
 }
 
-/// No gain that stabilises has a smaller error covariance: `P_L - P >= 0`, and it is > 0 for
-/// another gain.
+/// No other stabilising gain has a smaller error covariance: `P_L - P >= 0`, and it is > 0 for a different gain.
 #[test]
 fn no_other_gain_is_better() {
     let mut random = Random(3);
@@ -318,9 +315,9 @@ fn no_other_gain_is_better() {
     }
 }
 
-/// Without process noise a stable plant is predicted from its model alone; an unstable one's filter
-/// has its unstable poles mirrored in the unit circle (Anderson, Moore, "Optimal Filtering", 1979):
-/// for f = 2, h = r = 1, P = f^2 - 1 and K = f - 1 / f.
+/// Without process noise, a stable plant is predicted from its model alone. The filter of an unstable plant has the
+/// unstable poles mirrored in the unit circle (Anderson, Moore, "Optimal Filtering", 1979): for f = 2, h = r = 1, P =
+/// f^2 - 1 and K = f - 1 / f.
 #[test]
 fn without_process_noise() {
     let zero = Mat::zeros(2, 2);
@@ -333,7 +330,7 @@ fn without_process_noise() {
     let zero = Mat::zeros(1, 1);
     let found = dare(mat![[2.0]].as_ref(), &[1.0], zero.as_ref(), &[0.0], 1.0).unwrap();
     assert!((found.p[(0, 0)] - 3.0).abs() < 1e-13 && (found.gain[0] - 1.5).abs() < 1e-13);
-    // Poles 2, -1.25 and 0.5: the filter's are 0.5, -0.8 and 0.5, whose sum is the trace.
+    // With poles 2, -1.25 and 0.5 the filter's are 0.5, -0.8 and 0.5; their sum is the trace.
     let f = mat![[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.25, 2.125, 1.25]];
     let zero = Mat::zeros(3, 3);
     let found = dare(f.as_ref(), &[1.0, 0.0, 0.0], zero.as_ref(), &[0.0; 3], 1.0).unwrap();
@@ -353,8 +350,7 @@ fn refusals() {
     let refused = |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| {
         dare(f.as_ref(), h, q.as_ref(), s, r).unwrap_err()
     };
-    // An undamped oscillation without process noise, an integrator, and an unstable mode y does not
-    // see.
+    // An undamped oscillation without process noise, an integrator, and an unstable mode that y does not show.
     assert!(matches!(
         refused(&f, &h, &zero, &s, 1.0),
         E::NotStabilising { .. }
@@ -411,7 +407,7 @@ fn refusals() {
     assert!(dare(huge.as_ref(), &h, q.as_ref(), &s, 1.0).is_err());
 }
 
-/// scipy 1.17.1: `scipy.linalg.solve_discrete_lyapunov(F, Q)`; and an AR(2) process's variance,
+/// scipy 1.17.1: `scipy.linalg.solve_discrete_lyapunov(F, Q)`; and the variance of an AR(2) process,
 /// `(1 + d_2) / ((1 - d_2) ((1 + d_2)^2 - d_1^2))` (Box, Jenkins).
 #[test]
 fn lyapunov_values() {

@@ -1,4 +1,4 @@
-//! The spectral radius against roots of 50 digits, and the same bits at every width.
+//! The spectral radius against roots of 50 digits, and equal bits at every width.
 
 use super::tested;
 use crate::lanes::{Call, LARGEST_ORDER, order};
@@ -8,7 +8,7 @@ use crate::plant::{PoleFinder, random_stable};
 use crate::real::{MOST_LANES, Real};
 use crate::signal::{Purpose, stream};
 
-/// A polynomial, the radius of its zeros, and by how much rounding the coefficients moves it.
+/// A polynomial, the radius of its zeros, and how far rounding of the coefficients moves that radius.
 struct Polynomial {
     name: &'static str,
     radius: f64,
@@ -16,7 +16,7 @@ struct Polynomial {
     a: Vec<f64>,
 }
 
-/// The table that roots.py makes: name, radius, condition, `a_1 ... a_n`.
+/// Returns the table made by roots.py: name, radius, condition, `a_1 ... a_n`.
 fn table() -> Vec<Polynomial> {
     let lines = include_str!("roots.tsv").lines();
     let polynomial = |line: &'static str| {
@@ -34,13 +34,13 @@ fn table() -> Vec<Polynomial> {
     lines.map(polynomial).collect()
 }
 
-/// By the scalar path.
+/// Computes the radius by the scalar path.
 fn radius(a: &[f64]) -> f64 {
     let stable = is_stable(a, &mut vec![0.0; a.len()]);
     PoleFinder::new(a.len()).spectral_radius(a, stable)
 }
 
-/// The radii of up to a pack of polynomials of one order, one in each lane.
+/// Computes the radii of up to a pack of polynomials of one order, one in each lane.
 struct Radii<'p>(&'p [&'p [f64]]);
 
 impl Call for Radii<'_> {
@@ -91,7 +91,7 @@ fn the_radius_is_as_exact_as_its_condition_allows() {
     }
 }
 
-/// Neighbours that take other numbers of steps, do not converge or are not finite change no bit.
+/// Neighbours that take another number of steps, do not converge or are not finite change no bit.
 #[test]
 fn every_width_gives_the_bits_of_one_number() {
     let table = table();
@@ -116,8 +116,7 @@ fn every_width_gives_the_bits_of_one_number() {
     }
 }
 
-/// Of random polynomials whose largest zeros are within some roundings of the unit circle, on both
-/// sides of it.
+/// Tested on random polynomials whose largest zeros are within a few roundings of the unit circle, on both sides of it.
 #[test]
 fn the_radius_is_one_or_more_exactly_where_the_polynomial_is_not_stable() {
     let (mut unstable, mut near, count) = (0, 0, 4000);
@@ -150,13 +149,12 @@ fn radii_that_are_known() {
         (vec![0.0, 0.0, -3.0], 3.0),
         (vec![1e300], 1e300),
         (vec![0.0, f64::MAX], f64::MAX),
-        // (z - 1e-308)(z + 2e-308), whose constant is lost.
+        // (z - 1e-308)(z + 2e-308), whose constant coefficient underflows.
         (vec![0.0, -1e-308], 1e-308),
-        // (z^2 - 1/4) z^3, and with a pair +- 2i.
+        // (z^2 - 1/4) z^3, and the same with a pair +- 2i.
         (vec![0.0, 0.0, 0.0, 0.25, 0.0], 0.5),
         (vec![0.0, 0.0, 0.0, 1.0, 0.0, -3.75, 0.0], 2.0),
-        // All six numbers fell to the fivefold zero when they started within the circle of
-        // radius 2.
+        // All six numbers converged to the fivefold zero when they started within the circle of radius 2.
         (vec![0.0, 0.0, 0.0, 0.0, 0.0, -2.0], 2.0),
     ] {
         let found = radius(&a);
@@ -169,8 +167,7 @@ fn radii_that_are_known() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert!(radius(&[0.5, bad, 0.1]).is_nan());
     }
-    // Above the orders of the iteration: the roots of unity, whose eigenvalues are well
-    // conditioned.
+    // Above the orders of the iteration: the roots of unity, whose eigenvalues are well conditioned.
     let mut a = vec![0.0; 30];
     a[0] = 1.0;
     assert!((1.0..1.0 + 1e-13).contains(&radius(&a)));
