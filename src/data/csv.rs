@@ -50,7 +50,7 @@ pub enum RecordError {
         column: &'static str,
     },
     /// A row has too few or too many cells.
-    #[error("line {line}: {found} cells where the header has {expected}")]
+    #[error("line {line}: {found} cells, but the header has {expected}")]
     RowLength {
         /// The line.
         line: u64,
@@ -60,7 +60,7 @@ pub enum RecordError {
         expected: usize,
     },
     /// A requested column is missing.
-    #[error("line {line}: no column '{column}'; expected a header line with it")]
+    #[error("line {line}: no column '{column}'; the header line must name it")]
     NoColumn {
         /// The header's line.
         line: u64,
@@ -79,7 +79,7 @@ pub enum RecordError {
     },
     /// The samples are not consecutive.
     #[error(
-        "line {line}, column k: {} where {} was expected; samples must be consecutive",
+        "line {line}, column k: found {}, expected {}; samples must be consecutive",
         number(*.found),
         number(*.expected)
     )]

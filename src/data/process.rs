@@ -79,7 +79,7 @@ pub enum ProcessError {
     Amplitude(f64),
     /// The input-measurement noise is out of range.
     #[error(
-        "the input-measurement noise must be a finite percentage of at least 0 of an amplitude above 0, \
+        "the input-measurement noise must be a finite percentage, at least 0, of a positive amplitude, \
          not {0} % of {1}"
     )]
     InputNoise(f64, f64),
@@ -87,11 +87,11 @@ pub enum ProcessError {
     #[error("{0} must be a finite standard deviation of at least 0, not {1}")]
     Deviation(&'static str, f64),
     /// Process noise or random initial states are used in a closed loop.
-    #[error("{0} is for open loops; expected 0 with feedback, not {1}")]
+    #[error("{0} is for open loop only; expected 0 with feedback, not {1}")]
     DisturbedLoop(&'static str, f64),
     /// A reading of eta is used that only an open loop has.
     #[error(
-        "with feedback eta is read as 'exact' of the 'noise-free' output, or as 'absolute', not '{over}' of '{of}'"
+        "with feedback, eta must be 'exact' with the 'noise-free' output, or 'absolute', not '{over}' with '{of}'"
     )]
     LevelWithFeedback {
         /// Realisation or process.
@@ -101,7 +101,7 @@ pub enum ProcessError {
     },
     /// A reading of eta is meaningless.
     #[error(
-        "eta over \"{over}\" is not of an output; expected eta_of = \"noise-free\", not '{of}'"
+        "eta_over = \"{over}\" refers to no output; expected eta_of = \"noise-free\", not '{of}'"
     )]
     LevelOfNothing {
         /// The reading of what eta is taken over, namely nothing.
@@ -111,7 +111,7 @@ pub enum ProcessError {
     },
     /// Nominal variances are asked for with an input that is not a random process.
     #[error(
-        "given samples of the input have no process variance, over which eta could be '{0}'; expected 'exact' or 'absolute'"
+        "eta '{0}' needs the input's process variance, which given samples do not have; expected 'exact' or 'absolute'"
     )]
     LevelOfSamples(LevelOver),
     /// The controller has too few samples before it to set the noise level.

@@ -53,11 +53,11 @@ impl std::str::FromStr for FixedModel {
             let place = match name.trim() {
                 "B" => &mut b,
                 "F" => &mut f,
-                _ => return Err(format!("'{part}'; expected such as B=0,1;F=1,-0.5")),
+                _ => return Err(format!("'{part}'; expected a text such as B=0,1;F=1,-0.5")),
             };
             let numbers = numbers.split(',').map(|number| number.trim().parse());
             let numbers: Result<Vec<f64>, _> = numbers.collect();
-            *place = numbers.map_err(|_| format!("'{part}' is no list of numbers"))?;
+            *place = numbers.map_err(|_| format!("'{part}' is not a list of numbers"))?;
         }
         Self::new(b, f)
     }

@@ -69,13 +69,13 @@ pub struct IvOptions {
     pub stage10: Stage10,
     /// What each IV pass renews, reading E4: refresh, frozen, literal.
     pub auxiliary: Auxiliary,
-    /// What drives the auxiliary model, reading E12: model, observer.
+    /// The auxiliary model, reading E12: model (simulation of the estimate), observer.
     pub drive: Drive,
-    /// The observer's gain where it drives the auxiliary model.
+    /// The observer's gain, if the observer is the auxiliary model.
     pub gain: Gain,
-    /// What instruments are formed from: u or r.
+    /// The signal from which the instruments are formed: u or r.
     pub instruments: InstrumentSource,
-    /// The auxiliary model's poles: none (left alone), reflect (into the unit circle).
+    /// What is done about unstable poles of the auxiliary model: none, reflect (into the unit circle).
     pub stabilise: Stabilise,
     /// Initial state, in every pass: estimate (stage 6), or zero.
     pub initial_state: StartState,
@@ -149,7 +149,7 @@ impl IvOptions {
         ];
         if let Some((_, key)) = other.into_iter().find(|(differs, _)| *differs) {
             let message =
-                "is for the paper's form; leave out orders, rows, reading and fixed_model";
+                "applies to the paper's form only; leave out orders, rows, reading and fixed_model";
             return Err(OptionError::new(key, message));
         }
         ArxOptions::check_orders(self.orders)

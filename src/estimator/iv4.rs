@@ -22,7 +22,7 @@ use std::ops::Range;
 pub struct Iv4Options {
     /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
     pub orders: Option<Orders>,
-    /// The equations that are used: complete, prewindow (zeros before the record), padded (and after it).
+    /// The equations that are used: complete, prewindow (zeros before the record), padded (zeros before and after).
     pub rows: Rows,
     /// The initial state: estimate (stage 6 for the model found), or zero.
     pub initial_state: StartState,

@@ -19,7 +19,7 @@ pub struct IvDelayedOptions {
     pub orders: Option<Orders>,
     /// How many more instruments than parameters.
     pub extra: usize,
-    /// The equations that are used: complete, prewindow (zeros before the record), padded (and after it).
+    /// The equations that are used: complete, prewindow (zeros before the record), padded (zeros before and after).
     pub rows: Rows,
     /// The initial state: estimate (stage 6 for the model found), or zero.
     pub initial_state: StartState,

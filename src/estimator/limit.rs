@@ -13,9 +13,7 @@ pub enum LimitError {
     #[error("the plant is not stable: its output is not stationary")]
     UnstablePlant,
     /// The amplitude or a noise level is out of range.
-    #[error(
-        "the amplitude must be above 0, and both noise levels percentages of at least 0, all finite"
-    )]
+    #[error("the amplitude must be above 0 and both noise levels at least 0 %, all of them finite")]
     Level,
     /// The noise has variance 0 and cannot be scaled to a level.
     #[error("the noise filter is zero")]

@@ -206,23 +206,23 @@ pub enum SetupError {
     #[error(transparent)]
     Gain(#[from] crate::observer::GainError),
     /// Instruments from r need the simulation that r drives.
-    #[error("instruments formed from 'r' need stage 7 as 'model', not '{0}'")]
+    #[error("instruments formed from 'r' need drive 'model', not '{0}'")]
     ReferenceNeedsModel(Drive),
     /// The estimator `known` is used where no true plant is known.
     #[error(
-        "the true plant (estimator 'known', starts = \"truth\") is known in studies with one plant for all trials, of the \
-         setting's order, in open loop with an exactly measured input"
+        "the true plant (estimator 'known', starts = \"truth\") is available only in studies with one plant for \
+         all trials, of the setting's order, in open loop with an exactly measured input"
     )]
     NoKnownPlant,
     /// The true plant, from which a search is to start, is not a model of these orders.
-    #[error("starts = \"truth\": the true plant is no model of orders {orders}")]
+    #[error("starts = \"truth\": the true plant is not a model of orders {orders}")]
     TruthOfOtherOrders {
         /// The given orders.
         orders: Orders,
     },
     /// A Kalman filter with known noise, but the variance of the noise is 0 or differs between trials.
     #[error(
-        "observer '{0}' of the known plant needs the measurement noise's variance: eta above 0 with eta_over = \
+        "observer '{0}' with the known plant needs the variance of the measurement noise: eta above 0 and eta_over = \
          \"nominal\""
     )]
     NoKnownNoise(ObserverKind),
@@ -255,7 +255,7 @@ pub trait Records {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProgramError {
     /// The user did not agree to run it.
-    #[error("method '{0}' is a program, and nobody agreed to run it")]
+    #[error("method '{0}' is a program that you have not agreed to run")]
     NotAgreed(String),
     /// It does not start, or it speaks another protocol.
     #[error("method '{name}': {reason}")]

@@ -21,7 +21,10 @@ impl Reading {
     pub(super) fn refuse(rows: Option<Rows>, ridge: Option<f64>) -> Result<(), OptionError> {
         let said = [(rows.is_some(), "rows"), (ridge.is_some(), "ridge")];
         match said.into_iter().find(|(given, _)| *given) {
-            Some((_, key)) => Err(OptionError::new(key, "the reading says it; leave one out")),
+            Some((_, key)) => Err(OptionError::new(
+                key,
+                "the reading already determines it; leave one of the two out",
+            )),
             None => Ok(()),
         }
     }

@@ -126,11 +126,11 @@ estimators! {
     IvDelayed = "iv-delayed": IvDelayedOptions,
     /// Four-step instrumental variables of Ljung and Soderstrom.
     Iv4 = "iv4": Iv4Options,
-    /// Simplified refined instrumental variables of Young, iterated to rest: the output-error model B/F.
+    /// Simplified refined instrumental variables of Young, iterated until convergence: the output-error model B/F.
     Sriv = "sriv": SrivOptions,
-    /// Steiglitz and McBride's iteration to rest: the output-error model B/F.
+    /// Steiglitz-McBride iteration until convergence: the output-error model B/F.
     Stmcb = "stmcb": StmcbOptions,
-    /// Refined instrumental variables of Young, iterated to rest: the Box-Jenkins model B/F, C/D.
+    /// Refined instrumental variables of Young, iterated until convergence: the Box-Jenkins model B/F, C/D.
     Riv = "riv": RivOptions,
     /// Prediction error method: the output-error model B/F.
     Oe = "oe": OeOptions,

@@ -121,19 +121,19 @@ impl Orders {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OrdersError {
     /// A part has no "=".
-    #[error("'{0}' is no order; expected a list such as na=2,nb=2,nk=1")]
+    #[error("'{0}' is not an order; expected a list such as na=2,nb=2,nk=1")]
     Form(String),
     /// A name is unknown.
-    #[error("'{0}' is no order; expected na, nb, nc, nd, nf, nk, or n for na = nb")]
+    #[error("'{0}' is not an order; expected na, nb, nc, nd, nf, nk, or n for na = nb")]
     Name(String),
     /// A name is given twice.
     #[error("'{0}' is given twice")]
     Twice(String),
     /// The order n is not a valid number.
-    #[error("'n' is no whole number of 1 to {LARGEST}")]
+    #[error("'n' must be a whole number from 1 to {LARGEST}")]
     Order,
     /// A value is not a valid number.
-    #[error("'{0}' is no whole number of 0 to {LARGEST}")]
+    #[error("'{0}' must be a whole number from 0 to {LARGEST}")]
     Number(String),
 }
 
@@ -221,11 +221,11 @@ mod tests {
         assert_eq!(back, orders);
         assert_eq!("nb=1".parse::<Orders>().unwrap().nk, 1);
         for (text, part) in [
-            ("2,2,1", "'2' is no order; expected a list"),
+            ("2,2,1", "'2' is not an order; expected a list"),
             ("na=2,nx=1", "'nx'"),
             ("na=2,na=3", "twice"),
-            ("na=-1", "'na' is no whole number of 0 to 1000"),
-            ("na=2000", "'na' is no whole number"),
+            ("na=-1", "'na' must be a whole number from 0 to 1000"),
+            ("na=2000", "'na' must be a whole number"),
             ("", "expected a list"),
         ] {
             let error = text.parse::<Orders>().unwrap_err().to_string();

@@ -49,7 +49,7 @@ pub enum GainError {
     )]
     Observability(f64),
     /// The number of poles differs from the order.
-    #[error("the gain has {0} poles where the order is {1}")]
+    #[error("the gain has {0} poles, but the order is {1}")]
     Count(usize, usize),
 }
 

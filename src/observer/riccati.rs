@@ -71,7 +71,7 @@ pub enum RiccatiError {
     #[error("{0} is not symmetric")]
     NotSymmetric(&'static str),
     /// A covariance has a negative eigenvalue.
-    #[error("{name} is not non-negative definite: it has the eigenvalue {eigenvalue:e}")]
+    #[error("{name} is not positive semidefinite: it has the eigenvalue {eigenvalue:e}")]
     Indefinite {
         /// Name of the covariance.
         name: &'static str,
@@ -81,8 +81,8 @@ pub enum RiccatiError {
     /// No gain was found that makes the filter strictly stable.
     #[error(
         "no stabilising solution: the filter's slowest pole is {margin:e} inside the stability \
-         boundary, where more than {MARGIN:e} is asked for; a mode of the plant on or outside the \
-         boundary is not seen in y, or one on it is not driven by the process noise"
+         boundary, but more than {MARGIN:e} is required; a mode of the plant on or outside the \
+         boundary is not observable in y, or one on it is not driven by the process noise"
     )]
     NotStabilising {
         /// Discrete: 1 minus the largest modulus of a pole. Continuous: minus the largest real part, divided by the

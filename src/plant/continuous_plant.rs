@@ -27,7 +27,7 @@ pub enum ContinuousPlantError {
         length: usize,
     },
     /// A vector's length is not the order.
-    #[error("{what} must have {order} entries, as A has rows, not {found}")]
+    #[error("{what} must have {order} entries, one per row of A, not {found}")]
     Length {
         /// `B` or `C`.
         what: &'static str,

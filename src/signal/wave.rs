@@ -70,7 +70,7 @@ pub enum SignalError {
         value: f64,
     },
     /// The record ends before the horizon.
-    #[error("the samples last {length} s, shorter than the horizon of {horizon} s")]
+    #[error("the samples cover {length} s, less than the horizon of {horizon} s")]
     TooShort {
         /// Seconds that the record covers.
         length: f64,

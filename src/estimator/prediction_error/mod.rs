@@ -47,10 +47,10 @@ macro_rules! structure {
         pub struct $options {
             #[doc = $orders_doc]
             pub orders: Option<Orders>,
-            /// Random starts of the search, beside those from linear methods; or truth: the true plant alone, which tells
-            /// lost minima from what the method can do.
+            /// Number of random starts, besides those from linear methods; or truth: the true plant alone, which shows
+            /// whether errors come from missed minima or from the method.
             pub starts: SearchStarts,
-            /// The signals before the record: zero, or estimate, which fits what they add to the prediction errors.
+            /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
             pub initial: InitialCondition,
             /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
             pub covariance: Option<Covariance>,

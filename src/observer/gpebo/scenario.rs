@@ -93,7 +93,7 @@ pub enum SettingError {
         value: f64,
     },
     /// Two filters are equal, so the extended regressor would always be singular.
-    #[error("{what}: expected distinct numbers, and {} occurs twice", number(*.value))]
+    #[error("{what}: expected distinct numbers, but {} occurs twice", number(*.value))]
     NotDistinct {
         /// The setting.
         what: &'static str,
@@ -136,18 +136,18 @@ pub enum CascadeError {
         horizon: f64,
     },
     /// There would be too many steps.
-    #[error("the run would take about {0:.1e} steps, and {LARGEST_STEPS:.0e} are the most")]
+    #[error("the run would take about {0:.1e} steps; at most {LARGEST_STEPS:.0e} are allowed")]
     Steps(f64),
     /// There would be too many breakpoints.
     #[error(
-        "the signals have about {0:.1e} switches and samples, and {LARGEST_BREAKPOINTS:.0e} are \
-        the most"
+        "the signals have about {0:.1e} switches and samples; at most {LARGEST_BREAKPOINTS:.0e} are \
+        allowed"
     )]
     Breakpoints(f64),
     /// There would be too many different step lengths.
     #[error(
-        "the signals' switches and samples leave more than {LARGEST_LENGTHS} different distances: \
-        give them common multiples"
+        "the signals' switches and samples have more than {LARGEST_LENGTHS} different distances: \
+        use intervals that are multiples of a common one"
     )]
     Lengths,
 }
