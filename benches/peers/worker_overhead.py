@@ -14,7 +14,7 @@ Columns of microseconds for each trial of W98's least squares, in turn in every 
 
 Of a run the time is that of 3 M trials less that of M, over 2 M: what starts once is not in it. `ratio` and `to loop` are the
 medians over the rounds of worker / script and worker / loop. The columns `CPU` are processor time, of all processes together, which other load of the
-machine hardly changes. Needs NumPy.
+machine hardly changes. `script` and `loop` run in a process of their own for each number. Needs NumPy.
 """
 
 import argparse
@@ -76,16 +76,30 @@ def clocks():
     return np.array([time.perf_counter(), sum(of.ru_utime + of.ru_stime for of in used)])
 
 
-def loop(estimate, u, y, batch, trials):
+def loop(batch, trials):
     """Seconds of a trial by the loop alone."""
+    estimate = least_squares()
+    random = np.random.default_rng(1)
+    u = random.choice([-10.0, 10.0], (trials, SAMPLES))
+    y = random.standard_normal((trials, SAMPLES))
+    estimate(u[:batch], y[:batch])
     begin = clocks()
     for first in range(0, trials, batch):
         estimate(u[first : first + batch], y[first : first + batch])
     return (clocks() - begin) / trials
 
 
+def alone(what, batch, trials):
+    """A function of this file in a new process, whose memory no other measurement has shaped."""
+    command = [sys.executable, __file__, "--alone", what, str(batch), str(trials)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return np.array([float(word) for word in done.stdout.split()])
+
+
 def script(batch, trials):
     """Seconds of a trial by a script that draws and scores too."""
+    numpy_batched.PASSES = 0
+    numpy_batched.batch_of_trials(0, batch, "stationary")
     begin = clocks()
     for first in range(0, trials, batch):
         numpy_batched.batch_of_trials(first, batch, "stationary")
@@ -122,14 +136,14 @@ def main():
     parser.add_argument("--asobench", default=str(ROOT / "target/release/asobench"), help="the program")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--trials", type=int, default=16384, help="M, a multiple of 1024; fewer where messages are short")
+    parser.add_argument("--alone", nargs=3, help=argparse.SUPPRESS)
     given = parser.parse_args()
+    if given.alone:
+        what, batch, trials = given.alone
+        print(*{"script": script, "loop": loop}[what](int(batch), int(trials)))
+        return
     if given.trials < 1024 or given.trials % 1024 or given.rounds < 1:
         parser.error("--trials: expected a multiple of 1024; --rounds: at least 1")
-    estimate = least_squares()
-    numpy_batched.PASSES = 0
-    random = np.random.default_rng(1)
-    u = random.choice([-10.0, 10.0], (given.trials, SAMPLES))
-    y = random.standard_normal((given.trials, SAMPLES))
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         empty = folder / "empty.py"
@@ -141,8 +155,8 @@ def main():
                 loads.append(os.getloadavg()[0])
                 trials = min(given.trials, 2048 * batch)
                 found[batch].append([
-                    script(batch, min(trials, 64 * batch)),
-                    loop(estimate, u, y, batch, trials),
+                    alone("script", batch, min(trials, 64 * batch)),
+                    alone("loop", batch, trials),
                     run(given.asobench, folder, WORKER, batch, trials),
                     run(given.asobench, folder, empty, batch, trials),
                 ])

@@ -370,7 +370,7 @@ fn moment(
 ) -> Result<Number, Missing> {
     if statistics.dominated && !cell.deterministic {
         return Err(format!(
-            "a single trial makes up most of the mean square of {measure}, so means say nothing; \
+            "a single trial makes up more than a tenth of the mean square of {measure}, so means say nothing; \
             quantiles do"
         ));
     }
@@ -456,7 +456,7 @@ fn ratio(
     }
     if pair.dominated && !cell.deterministic {
         return Err(format!(
-            "a single trial makes up most of the mean square of {measure}; medians can be compared"
+            "a single trial makes up more than a tenth of the mean square of {measure}; medians can be compared"
         ));
     }
     let ratio = estimated(cell, pair.rmse_ratio);
@@ -612,7 +612,7 @@ fn biases(
         .map(|(parameter, errors)| {
             if errors.dominated {
                 return Err(format!(
-                    "a single trial makes up most of the mean square of the error of {parameter}"
+                    "a single trial makes up more than a tenth of the mean square of the error of {parameter}"
                 ));
             }
             let (mean, sd) = (errors.mean, errors.sd);

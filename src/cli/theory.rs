@@ -154,9 +154,15 @@ const LABEL: usize = 24;
 
 /// Cells with one table, and their settings.
 fn heading(cells: &[usize], settings: &[String]) -> String {
-    let numbers: Vec<String> = cells.iter().map(ToString::to_string).collect();
-    let cells = if cells.len() == 1 { "cell" } else { "cells" };
-    let mut text = format!("{cells} {}", numbers.join(", "));
+    let is_range = cells.windows(2).all(|pair| pair[1] == pair[0] + 1);
+    let mut text = match cells {
+        [cell] => format!("cell {cell}"),
+        [first, .., last] if is_range => format!("cells {first} to {last}"),
+        _ => {
+            let numbers: Vec<String> = cells.iter().map(ToString::to_string).collect();
+            format!("cells {}", numbers.join(", "))
+        }
+    };
     let mut column = text.len();
     for word in settings {
         let word = visible(word);

@@ -1,40 +1,92 @@
-//! The spectrum of a signal as an autoregression whose order AIC chooses.
+//! Autoregressions: `D(q) v(k) = e(k)`, with the order that AIC chooses.
 
-use super::{Criterion, OrderComparison};
-use crate::model::Orders;
+use super::FailureKind;
 use crate::signal::NoiseFilter;
 
-/// Fits `D(q) u(k) = e(k)` to a signal of mean zero by least squares and returns the filter `1/D`.
+/// An autoregression of a signal of mean zero, with its memory.
+#[derive(Default)]
+pub struct Autoregression {
+    /// `D = 1 + d_1 q^-1 + ...` of the order being tried, and the best D so far.
+    d: Vec<f64>,
+    best: Vec<f64>,
+    /// Covariances of the signal.
+    covariances: Vec<f64>,
+}
+
+impl Autoregression {
+    /// Fits D by the Yule-Walker equations. The order is the one of 0 ... min(10 log10 M, M/4) with the smallest
+    /// `M ln(variance) + 2 order` for M samples. All roots of D are inside the unit circle. Returns the variance of e.
+    ///
+    /// Source: Brockwell and Davis, Time Series: Theory and Methods, 2nd ed., sections 8.1 and 9.3.
+    pub(super) fn fit(&mut self, v: &[f64]) -> f64 {
+        let samples = v.len() as f64;
+        let most = ((10.0 * samples.log10()) as usize).min(v.len() / 4);
+        let products = |lag: usize| -> f64 {
+            let pairs = v[lag..].iter().zip(v);
+            pairs.map(|(late, early)| late * early).sum::<f64>() / samples
+        };
+        self.covariances.clear();
+        self.covariances.extend((0..=most).map(products));
+        let covariance = |lag: usize| self.covariances[lag];
+        self.d.clear();
+        self.d.push(1.0);
+        self.best.clone_from(&self.d);
+        let mut variance = covariance(0);
+        let (mut of_best, mut least) = (variance, samples * variance.ln());
+        for order in 1..=most {
+            self.d.push(0.0);
+            if durbin_step(&mut self.d, order, &mut variance, covariance).is_err() {
+                break;
+            }
+            let criterion = samples * variance.ln() + 2.0 * order as f64;
+            if criterion < least {
+                (of_best, least) = (variance, criterion);
+                self.best.clone_from(&self.d);
+            }
+        }
+        of_best
+    }
+
+    /// D of the last fit.
+    pub(super) fn d(&self) -> &[f64] {
+        &self.best
+    }
+}
+
+/// The filter `1/D` that gives white noise the spectrum of a signal of mean zero; 1 for a signal without spread.
+pub fn spectrum(u: &[f64]) -> NoiseFilter {
+    let mut fitted = Autoregression::default();
+    fitted.fit(u);
+    // Rounding alone can move a root to the circle.
+    NoiseFilter::new(&[1.0], fitted.d()).unwrap_or_else(|_| NoiseFilter::white())
+}
+
+/// Does one step of the Levinson-Durbin recursion: computes `l = 1 + l_1 q^-1 + ... + l_lag q^-lag` and the variance of
+/// `l w` from those of the previous order.
 ///
-/// The order is the one with the smallest AIC among 0 ... min(10 log10 N, N/4), all fitted over the same equations
-/// (Ljung, System Identification, 2nd ed., section 16.4). Unstable models are left out. That of order 0 is always
-/// stable.
-///
-/// # Panics
-/// Never: the filter 1 is stable.
-pub fn autoregression(u: &[f64]) -> NoiseFilter {
-    let n = u.len();
-    let most = ((10.0 * (n as f64).log10()) as usize).min(n / 4);
-    let orders: Vec<Orders> = (1..=most).map(|na| Orders::arx(na, 0, 1)).collect();
-    let mut best = NoiseFilter::white();
-    let Ok(mut comparison) = OrderComparison::new(&orders, n) else {
-        return best;
-    };
-    let equations = comparison.equations();
-    let loss = u[most..].iter().map(|u| u * u).sum::<f64>() / equations as f64;
-    let mut least = Criterion::Aic.value(loss, equations, 0);
-    comparison.run(u, u);
-    for candidate in comparison.candidates() {
-        let Ok(loss) = candidate.loss else { continue };
-        let value = Criterion::Aic.value(loss, equations, candidate.orders.na);
-        let denominator = [&[1.0], candidate.theta()].concat();
-        if value < least
-            && let Ok(filter) = NoiseFilter::new(&[1.0], &denominator)
-        {
-            (best, least) = (filter, value);
+/// # Errors
+/// [`FailureKind::Singular`] if no variance is left.
+pub(super) fn durbin_step(
+    l: &mut [f64],
+    lag: usize,
+    variance: &mut f64,
+    covariance: impl Fn(usize) -> f64,
+) -> Result<(), FailureKind> {
+    if *variance <= 0.0 || !variance.is_finite() {
+        return Err(FailureKind::Singular);
+    }
+    let sum: f64 = (0..lag).map(|i| l[i] * covariance(lag - i)).sum();
+    let reflection = -sum / *variance;
+    // Computes l_i + k l_(lag - i) for both ends at once.
+    for i in 0..=lag / 2 {
+        let (low, high) = (l[i], l[lag - i]);
+        l[i] = reflection.mul_add(high, low);
+        if i != lag - i {
+            l[lag - i] = reflection.mul_add(low, high);
         }
     }
-    best
+    *variance *= 1.0 - reflection * reflection;
+    Ok(())
 }
 
 #[cfg(test)]
@@ -55,7 +107,7 @@ mod tests {
         for trial in 0..20 {
             let mut u = vec![0.0; N];
             input.fill(&mut stream(5, trial, Purpose::Input), &mut u);
-            let fitted = autoregression(&u).denominator();
+            let fitted = spectrum(&u).denominator();
             assert!(fitted.len() >= 3, "{fitted:?}");
             if fitted.len() == 3 {
                 found += 1;
@@ -71,15 +123,14 @@ mod tests {
         let mut white = vec![0.0; N];
         let input = Input::new(InputLaw::Gaussian, 5.0, Sequence::default());
         input.fill(&mut stream(5, 1, Purpose::Input), &mut white);
-        let variance = autoregression(&white).variance();
+        let variance = spectrum(&white).variance();
         assert!((1.0..1.1).contains(&variance), "{variance}");
     }
 
-    /// For a signal without spread, or one that repeats itself exactly, only the model 1 is stable. That is not a
-    /// failure.
+    /// A signal without spread, or of two samples, has no model but 1. That is not a failure.
     #[test]
     fn signals_without_a_spectrum_are_white() {
-        assert_eq!(autoregression(&[0.0; 50]), NoiseFilter::white());
-        assert_eq!(autoregression(&[1.0, -1.0]), NoiseFilter::white());
+        assert_eq!(spectrum(&[0.0; 50]), NoiseFilter::white());
+        assert_eq!(spectrum(&[1.0, -1.0]), NoiseFilter::white());
     }
 }

@@ -1,7 +1,7 @@
 //! The covariance of an estimate from the contribution of each equation to its error,
 //! `theta_hat - theta = sum over k of psi(k) v(k)`, whatever the correlation of the equation errors v.
 
-use super::FailureKind;
+use super::autoregression::Autoregression;
 use crate::names::named_enum;
 
 named_enum! {
@@ -23,11 +23,7 @@ pub(super) struct Influence {
     /// Row by row, one number for each parameter.
     rows: Vec<f64>,
     residuals: Vec<f64>,
-    /// `D = 1 + d_1 q^-1 + ...` of the order being tried, and the best D so far.
-    d: Vec<f64>,
-    best: Vec<f64>,
-    /// Covariances of the residuals.
-    covariances: Vec<f64>,
+    autoregression: Autoregression,
 }
 
 impl Influence {
@@ -65,7 +61,7 @@ impl Influence {
                 square_sum(&self.residuals) / rows as f64
             }
             Covariance::Coloured => {
-                let variance = self.autoregression();
+                let variance = self.autoregression.fit(&self.residuals);
                 self.add_filtered(width, to);
                 variance
             }
@@ -95,43 +91,11 @@ impl Influence {
         }
     }
 
-    /// Stores D of the residuals in [`Self::best`]: the order up to `10 log10 M` (and M/4) with the smallest
-    /// `M ln(variance) + 2 order`. Returns the variance of `D v`.
-    fn autoregression(&mut self) -> f64 {
-        let v = &self.residuals;
-        let rows = v.len() as f64;
-        let most = ((10.0 * rows.log10()) as usize).min(v.len() / 4);
-        let products = |lag: usize| -> f64 {
-            let pairs = v[lag..].iter().zip(v);
-            pairs.map(|(late, early)| late * early).sum::<f64>() / rows
-        };
-        self.covariances.clear();
-        self.covariances.extend((0..=most).map(products));
-        let covariance = |lag: usize| self.covariances[lag];
-        self.d.clear();
-        self.d.push(1.0);
-        self.best.clone_from(&self.d);
-        let mut variance = covariance(0);
-        let (mut of_best, mut least) = (variance, rows * variance.ln());
-        for order in 1..=most {
-            self.d.push(0.0);
-            if durbin_step(&mut self.d, order, &mut variance, covariance).is_err() {
-                break;
-            }
-            let criterion = rows * variance.ln() + 2.0 * order as f64;
-            if criterion < least {
-                (of_best, least) = (variance, criterion);
-                self.best.clone_from(&self.d);
-            }
-        }
-        of_best
-    }
-
     /// Adds the sum of `psi_D psi_D'`. Overwrites psi by psi_D, from the end:
     /// `psi_D(k) = psi(k) - d_1 psi_D(k+1) - ...`.
     fn add_filtered(&mut self, width: usize, to: &mut [f64]) {
         const NEGLIGIBLE: f64 = 1e-24;
-        let (d, rows) = (&self.best[1..], &mut self.rows);
+        let (d, rows) = (&self.autoregression.d()[1..], &mut self.rows);
         let count = rows.len() / width;
         for k in (0..count).rev() {
             let (before, after) = rows.split_at_mut((k + 1) * width);
@@ -160,34 +124,6 @@ impl Influence {
             }
         }
     }
-}
-
-/// Does one step of the Levinson-Durbin recursion: computes `l = 1 + l_1 q^-1 + ... + l_lag q^-lag` and the variance of
-/// `l w` from those of the previous order.
-///
-/// # Errors
-/// [`FailureKind::Singular`] if no variance is left.
-pub(super) fn durbin_step(
-    l: &mut [f64],
-    lag: usize,
-    variance: &mut f64,
-    covariance: impl Fn(usize) -> f64,
-) -> Result<(), FailureKind> {
-    if *variance <= 0.0 || !variance.is_finite() {
-        return Err(FailureKind::Singular);
-    }
-    let sum: f64 = (0..lag).map(|i| l[i] * covariance(lag - i)).sum();
-    let reflection = -sum / *variance;
-    // Computes l_i + k l_(lag - i) for both ends at once.
-    for i in 0..=lag / 2 {
-        let (low, high) = (l[i], l[lag - i]);
-        l[i] = reflection.mul_add(high, low);
-        if i != lag - i {
-            l[lag - i] = reflection.mul_add(low, high);
-        }
-    }
-    *variance *= 1.0 - reflection * reflection;
-    Ok(())
 }
 
 /// Adds `weight x y'` to a matrix stored row by row.

@@ -2,7 +2,8 @@
 //! noise through `1/(A L)`.
 
 use super::arx::ArxOptions;
-use super::covariance::{Covariance, durbin_step};
+use super::autoregression::durbin_step;
+use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, OptionError, Problem};

@@ -37,7 +37,7 @@ mod sorted_qr;
 mod subspace;
 
 pub use arx::{Arx, ArxOptions};
-pub use autoregression::autoregression;
+pub use autoregression::spectrum;
 pub use covariance::Covariance;
 pub use failure::{FailureKind, Reason};
 pub use general_iv::{FixedModel, GeneralIv};

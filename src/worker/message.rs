@@ -351,6 +351,33 @@ mod tests {
     };
 
     #[test]
+    fn the_hello_of_the_text() {
+        let hello = Hello {
+            frame: "hello",
+            protocol: PROTOCOL,
+            program: "asobench 0.2.0".to_owned(),
+            method: "mine".to_owned(),
+            fingerprint: "0123456789abcdef".repeat(2),
+            order: 1,
+            na: 0,
+            nb: 0,
+            nc: 0,
+            nd: 0,
+            nf: 0,
+            nk: 0,
+            samples: 3,
+            sampling: 1.0,
+            feedback: "open",
+            noise: None,
+        };
+        let line = hello.asking(Orders::arx(1, 1, 1)).line();
+        assert!(
+            include_str!("../../docs/protocol.md").contains(&format!("    {line}")),
+            "{line}"
+        );
+    }
+
+    #[test]
     fn the_bytes_of_the_text() {
         let frame = batch().frame(1, 0..1);
         assert_eq!(frame, [BATCH.as_bytes(), &shown(BATCH)].concat());

@@ -30,6 +30,13 @@ const SETTLE: Duration = Duration::from_millis(200);
 /// Environment variables that set the number of threads for linear algebra: OpenMP, OpenBLAS and MKL.
 const THREADS: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
 
+/// Environment variables by which the GNU C library keeps freed memory, with bytes. By default it returns large arrays to
+/// the system after each message and fetches them page by page for the next one, which takes longer than estimating.
+const MEMORY: [(&str, &str); 2] = [
+    ("MALLOC_MMAP_THRESHOLD_", "33554432"),
+    ("MALLOC_TRIM_THRESHOLD_", "268435456"),
+];
+
 /// Settings to start a process with.
 pub struct Start<'a> {
     pub command: &'a [String],
@@ -76,9 +83,10 @@ impl Process {
             .process_group(0);
         // Each thread of the run has its own process. With more threads per process, they would only wait for each
         // other.
-        for name in THREADS {
+        let threads = THREADS.map(|name| (name, "1"));
+        for (name, value) in threads.into_iter().chain(MEMORY) {
             if std::env::var_os(name).is_none() {
-                command.env(name, "1");
+                command.env(name, value);
             }
         }
         let before = pipes.mark(&[] as &[BorrowedFd<'_>]);

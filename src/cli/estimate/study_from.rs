@@ -6,7 +6,7 @@ use crate::cli::error::Error;
 use crate::cli::{Format, note, print};
 use crate::data::OutputFeedback;
 use crate::diagnosis::Residuals;
-use crate::estimator::{EstimatorName, autoregression};
+use crate::estimator::{EstimatorName, spectrum};
 use crate::files::{self, Kind, Staged};
 use crate::metric::prediction_errors;
 use crate::model::LinearModel;
@@ -174,9 +174,7 @@ impl Case {
         };
         let spectrum = match arguments.input {
             InputOf::Fixed => None,
-            InputOf::Spectrum if variance(&input.1) > 0.0 => {
-                Some(autoregression(&about_mean(&input.1)))
-            }
+            InputOf::Spectrum if variance(&input.1) > 0.0 => Some(spectrum(&about_mean(&input.1))),
             InputOf::Spectrum => {
                 return Err(Error::Input(format!(
                     "--input spectrum: {} is constant; expected --input fixed",
