@@ -116,7 +116,7 @@ fn bad_records_are_refused_by_line_and_column() {
     refuse("u,y\n1,inf\n", &["line 2", "column y", "'inf'"]);
     refuse(
         "u,y\n1,2\n3\n",
-        &["line 3", "1 cells where the header has 2"],
+        &["line 3", "1 cells, but the header has 2"],
     );
     refuse("u,y\n1,2\n3,4,5\n", &["line 3", "3 cells"]);
     refuse(

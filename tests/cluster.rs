@@ -352,7 +352,7 @@ fn bad_input_is_one_line() {
     );
     place.refused(
         &["shard", "old.plan.json", "1"],
-        &["old.plan.json", "a plan of asobench 0.0.", "plan again"],
+        &["old.plan.json", "made by asobench 0.0.", "plan again"],
     );
     place.write(
         "edited.plan.json",

@@ -315,7 +315,7 @@ fn what_an_observer_cannot_serve_is_refused_in_one_line() {
         ("[[methods]]\nobserver = []".to_owned(), "empty list"),
         (
             "[[methods]]\nobserver = \"poles:0.1\"".to_owned(),
-            "1 poles where the order is 6",
+            "1 poles, but the order is 6",
         ),
         (
             "[[methods]]\nobserver = \"kalman-varying\"".to_owned(),

@@ -436,13 +436,13 @@ mod tests {
         let column = |name: &str| read_column(table.as_bytes(), name);
         assert_eq!(column("in").unwrap(), [1.0, -2.5]);
         for (text, message) in [
-            ("", "line 1: no column 'u'; expected a header line with it"),
+            ("", "line 1: no column 'u'; the header line must name it"),
             (
                 "1,2\n",
-                "line 1: no column 'u'; expected a header line with it",
+                "line 1: no column 'u'; the header line must name it",
             ),
             ("y,u\n", "no samples after the header"),
-            ("y,u\n1\n", "line 2: 1 cells where the header has 2"),
+            ("y,u\n1\n", "line 2: 1 cells, but the header has 2"),
             (
                 "y,u\n1,nan\n",
                 "line 2, column u: 'nan' is not a finite number",
@@ -467,7 +467,7 @@ mod tests {
         assert!(error("u,y\n").starts_with("no samples"));
         let long = "\0".repeat(LONGEST_LINE as usize + 1);
         assert!(error(&format!("u,y\n{long}")).starts_with("line 2: longer than"));
-        assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cells where the header has 2"));
+        assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cells, but the header has 2"));
         for cell in ["abc", "NaN", "inf", "-infinity", "1e999", ""] {
             let message = error(&format!("# c\nu,y\n1,2\n3,{cell}\n"));
             assert_eq!(

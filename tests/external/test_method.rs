@@ -40,7 +40,7 @@ fn a_record_that_is_declined_is_a_note() {
     let noise_free = "note    a record without noise: impulse response";
     assert!(text.contains(noise_free), "{text}");
     assert!(
-        text.contains("trial 1: no model of those before it"),
+        text.contains("trial 1: no model for the trials before it"),
         "{text}"
     );
     assert!(

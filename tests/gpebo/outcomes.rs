@@ -126,7 +126,7 @@ fn refusals() {
     };
     assert_eq!(
         refusal(&good, &options, twice),
-        "observer 1: filters of the observer: expected distinct numbers, and 2 occurs twice"
+        "observer 1: filters of the observer: expected distinct numbers, but 2 occurs twice"
     );
     let x0 = Scenario {
         x0: vec![1.0],

@@ -32,7 +32,7 @@ fn endless_standard_input() {
             &["estimate", "-", "--order", "1"][..],
             "line 1: longer than",
         ),
-        (&["check", "-"][..], "larger than the 64 MiB"),
+        (&["check", "-"][..], "larger than 64 MiB"),
     ] {
         let mut command = command(place.folder.path(), arguments);
         command.stdin(Stdio::from(File::open("/dev/zero").expect("a device")));

@@ -303,7 +303,7 @@ fn settings_that_cannot_be() {
         ("gain = \"deadbeat\"", ["gain: ", "dead-beat"]),
         (
             "gain = \"poles:0.1,0.2\"",
-            ["gain: ", "2 poles where the order is 6"],
+            ["gain: ", "2 poles, but the order is 6"],
         ),
         ("gain = \"scaled:x\"", ["gain: ", "'x'"]),
     ] {
@@ -440,7 +440,7 @@ fn methods() {
         ("gain = \"x\"", ["methods[0] (iv)", "unknown gain 'x'"]),
         (
             "gain = \"poles:0.1\"",
-            ["methods[0]", "1 poles where the order is 6"],
+            ["methods[0]", "1 poles, but the order is 6"],
         ),
         (
             "instruments = \"r\"\ndrive = \"observer\"",
@@ -466,7 +466,7 @@ fn comparisons_slopes_and_bounds() {
         ),
         (
             "compare = [[\"ls\", \"ls\"]]",
-            ["compare", "'ls' with itself"],
+            ["compare", "'ls' is compared with itself"],
         ),
         (
             "[[slopes]]\nmeasure = \"e_a\"\nover = \"eta\"",

@@ -423,7 +423,7 @@ fn a_replay_needs_one_cell() {
     place.refuses(&["replay", "out", "a:b:1"], &["cell=4, cell=5"]);
     place.refuses(
         &["replay", "out", "cell=6:1"],
-        &["no cell 'cell=6'", "C2, 1, a:b, or a number of 0 to 5"],
+        &["no cell 'cell=6'", "C2, 1, a:b, or a number from 0 to 5"],
     );
     for (which, head) in [
         ("cell=1:1", "Cell 1, C2 (eta = 10"),

@@ -162,7 +162,7 @@ fn lists_conditions_and_what_is_missing() {
     let found = line(&claim("everywhere", &elsewhere), &three([0.5; 3], [0; 3]));
     assert_eq!(
         found,
-        "W1  undecided: the results have no cell that it is about."
+        "W1  undecided: the results have no cell to which it applies."
     );
     let slope = "test = { slope = 'e_a', of = 'new', over = 'eta', below = 0 }";
     let found = line(&claim("everywhere", slope), &three([0.5; 3], [0; 3]));

@@ -86,7 +86,7 @@ fn a_page_does_not_grow_with_the_cells() {
     assert_eq!(rows("overview"), 1 + CELLS * 2);
     let page = &many["report.html"];
     for part in [
-        "Of 10000 rows those with the smallest and the largest",
+        "Shown are the rows with the smallest and the largest",
         "overview.csv below has all",
         "(5000 values)",
     ] {
@@ -105,7 +105,7 @@ fn of_many_names_a_figure_has_the_extremes() {
         gains.join(", ")
     ));
     let page = &files["report.html"];
-    assert!(page.contains("Of 400 places along the axis the 60"));
+    assert!(page.contains("Of 400 places along the axis, only the 60"));
     assert!(page.len() < 400_000, "{}", page.len());
 }
 

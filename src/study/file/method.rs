@@ -191,7 +191,7 @@ fn program_form(of_estimator: &Value) -> Value {
     }
     properties.insert("observer".to_owned(), of_estimator["observer"].clone());
     json!({
-        "description": "A method that is a program: docs/protocol.md.",
+        "description": "A method that is an external program; see docs/protocol.md.",
         "type": "object",
         "properties": properties,
         "required": ["name", "command"],
