@@ -442,7 +442,34 @@ fn noisy_record() -> String {
     text
 }
 
-/// An order too many is told in the text, in JSON and on the page, which has every part, all of it readable.
+/// What `--delay 3` finds in a record is what `--delay 1` finds in the same one with its output two samples earlier,
+/// moved by two samples; also for methods that know no delay.
+#[test]
+fn a_delay_moves_every_model() {
+    let text = noisy_record();
+    let rows = text.lines().skip(1);
+    let rows: Vec<(&str, &str)> = rows.filter_map(|line| line.split_once(',')).collect();
+    let files = Files::new();
+    let write = |name: &str, ahead: usize| {
+        let pairs = rows.iter().zip(&rows[ahead..]);
+        let lines = pairs.map(|((u, _), (_, y))| format!("{u},{y}\n"));
+        files.write(name, &format!("u,y\n{}", lines.collect::<String>()))
+    };
+    let (late, early) = (write("late.csv", 0), write("early.csv", 2));
+    let coefficients = |path: &str, delay: &str, name: &str| {
+        let order = ["estimate", path, "--order", "1", "--delay", delay];
+        let found = asobench(&[&order[..], &["--estimator", name, "--format", "json"]].concat());
+        let found: Value = serde_json::from_str(&stdout(&found)).expect("JSON");
+        numbers(&found["estimates"][0]["model"]["B"])
+    };
+    for name in ["ls", "iv"] {
+        let late = coefficients(&late, "3", name);
+        let early = coefficients(&early, "1", name);
+        assert_eq!(late[..3], [0.0; 3], "{name}");
+        assert_eq!(late[3..], early[1..], "{name}");
+    }
+}
+
 #[test]
 fn a_page_about_a_record() {
     let files = Files::new();

@@ -404,7 +404,6 @@ fn estimate(
     let bad = |message: String| Error::Input(format!("--estimator {name}: {message}"));
     let Orders { na: order, nk, .. } = report.orders;
     let mut options = arguments.options.taken_by(name);
-    let shift = if name.takes("orders") { 0 } else { nk - 1 };
     if name.takes("gain") {
         options.insert("gain".to_owned(), json!(arguments.gain));
     }
@@ -430,6 +429,8 @@ fn estimate(
         parsed = parse(&options)?;
     }
     let options = parsed;
+    // A model without a delay of its own sees the record without the delay.
+    let shift = options.model_orders(order).map_or(nk - 1, |_| 0);
     let gain = arguments.gain.check(options.order(order));
     gain.map_err(|error| Error::Input(format!("--gain: {error}")))?;
     let samples = report.shifted(shift);
