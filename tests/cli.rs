@@ -620,10 +620,23 @@ fn check_prints_the_same_equation_in_every_notation() {
         let out = files.path("out");
         let text = stdout(&asobench(&["check", &path, "--out", &out]));
         // Modulus sqrt(0.7); gain 1.5 / (1 - 1.5 + 0.7).
-        let expected = "plant     mine: y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2)\n          \
+        let expected = "plant     mine\n          y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2)\n          \
                         poles 0.75 +- 0.3708i\n          static gain 7.5, settles to 2 % in ";
         assert!(text.contains(expected), "{text}");
     }
+    // Equal plants are shown once, with all their names.
+    let three = "trials = 2\n[settings]\nplant = [\"p\", \"q\", \"r\"]\n[plants.p]\nA = [1, -0.5]\nB = [0, 1]\n\
+                 [plants.q]\na = [0.5]\nb = [1]\n[plants.r]\na = [0.25]\nb = [1]\n";
+    let path = files.write("three.toml", three);
+    let text = stdout(&asobench(&["check", &path, "--out", &files.path("out")]));
+    assert!(
+        text.contains("plant     p, q\n          y(k) = 0.5 y(k-1) + u(k-1)\n"),
+        "{text}"
+    );
+    assert!(
+        text.contains("plant     r\n          y(k) = 0.25 y(k-1) + u(k-1)\n"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -360,7 +360,7 @@ fn bad_input_is_one_line() {
     );
     place.refused(
         &["shard", "edited.plan.json", "1"],
-        &["edited.plan.json", "not the one that it was made for"],
+        &["edited.plan.json", "not the one for which it was made"],
     );
     place.write("cut.plan.json", &text[..text.len() / 2]);
     place.refused(
@@ -491,7 +491,7 @@ fn rules_are_met_in_rounds() {
         }
         assert_eq!(output.status.code(), Some(75), "{}", stderr(&output));
         assert!(
-            stderr(&output).contains("by the rule of 'trials'"),
+            stderr(&output).contains("by the rule 'trials'"),
             "{}",
             stderr(&output)
         );
@@ -614,7 +614,7 @@ fn job_scripts_are_written_and_submitted() {
         .expect("runs");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(
-        stderr(&output).contains("kept, though"),
+        stderr(&output).contains("kept, although"),
         "{}",
         stderr(&output)
     );

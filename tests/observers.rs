@@ -297,11 +297,11 @@ fn what_an_observer_cannot_serve_is_refused_in_one_line() {
         ),
         (
             format!("{loops}[settings]\nfeedback = \"f\"\nprocess_noise = 1"),
-            "process_noise is for open loops",
+            "process_noise is for open loop",
         ),
         (
             format!("{loops}[settings]\nfeedback = \"f\"\nx0_deviation = 1"),
-            "x0_deviation is for open loops",
+            "x0_deviation is for open loop",
         ),
         ("[settings]\nscored_from = \"end\"".to_owned(), "'end'"),
         (

@@ -181,7 +181,7 @@ fn folders_without_results_are_refused_in_one_line() {
             "{message}"
         );
     };
-    refused("no results there (no manifest.json)");
+    refused("no results in this folder (no manifest.json)");
     fs::write(folder.path().join("manifest.json"), "{}").expect("a file");
     refused("no experiment in it");
     fs::write(

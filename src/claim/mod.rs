@@ -356,11 +356,10 @@ impl<'a> Judge<'a> {
             let case = case.map(sentence::of_and_to);
             JudgedCell {
                 cells: found.unit.members.cells(),
-                place: match &case {
-                    Some(case) => format!("{} {case}", found.unit.place.words(&keys))
-                        .trim()
-                        .to_owned(),
-                    None => found.unit.place.words(&keys),
+                place: {
+                    let parts = [Some(found.unit.place.words(&keys)), case.clone()];
+                    let parts = parts.into_iter().flatten().filter(|part| !part.is_empty());
+                    parts.collect::<Vec<String>>().join(", ")
                 },
                 case,
                 says: match found.judged {

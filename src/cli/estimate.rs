@@ -414,7 +414,8 @@ fn estimate(
                     bad(format!("of --order and --delay: {}", error.message))
                 }
                 Some(key) => {
-                    Error::Input(format!("--{}: {}", key.replace('_', "-"), error.message))
+                    let flag = key.replace('_', "-");
+                    Error::Input(format!("--{flag}: of {name}: {}", error.message))
                 }
                 None => bad(error.message),
             })

@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(need.beyond(&room(None, None)), None);
         assert_eq!(
             need.beyond(&room(Some(2e9), Some(6e9))).as_deref(),
-            Some("needs about 3.0 GB of memory where 2.0 GB are free")
+            Some("needs about 3.0 GB of memory, but 2.0 GB are free")
         );
         let both = need.beyond(&room(Some(2e9), Some(1e9))).unwrap();
         assert!(both.contains("5.0 GB of disk where 1.0 GB") && both.contains(" and about 3.0 GB"));

@@ -92,7 +92,8 @@ fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]
         let default = match of.get("default") {
             _ if required.contains(&key.as_str()) => "must be given".to_owned(),
             None | Some(Value::Null) => String::new(),
-            Some(value) => format!("`{value}`"),
+            // Blanks let a list break over lines.
+            Some(value) => format!("`{}`", value.to_string().replace("\",\"", "\", \"")),
         };
         let about = cell(of["description"].as_str().unwrap_or_default());
         let _ = writeln!(

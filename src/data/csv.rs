@@ -475,6 +475,8 @@ mod tests {
                 format!("line 4, column y: '{cell}' is not a finite number")
             );
         }
-        assert!(error("k,u,y\n0,1,1\n2,1,1\n").starts_with("line 3, column k: 2 where 1"));
+        assert!(
+            error("k,u,y\n0,1,1\n2,1,1\n").starts_with("line 3, column k: found 2, expected 1")
+        );
     }
 }

@@ -327,8 +327,8 @@ mod tests {
         assert_eq!(model, table);
         assert_eq!(model.to_string().parse(), Ok(model));
         for (text, part) in [
-            ("0,1", "expected such as"),
-            ("B=x", "no list of numbers"),
+            ("0,1", "expected a text such as"),
+            ("B=x", "not a list of numbers"),
             ("B=1;F=2", "begins with 1"),
             ("F=1", "finite numbers"),
         ] {

@@ -67,7 +67,7 @@ pub enum NoSlope {
     #[error("abscissas must be positive, finite and not all equal")]
     Abscissa,
     /// A cell does not have [`JACKKNIFE_GROUPS`] groups, each with a trial.
-    #[error("cell {cell}: needs 20 groups with a measure in each")]
+    #[error("cell {cell} has too few trials: 20 groups with a measure in each are needed")]
     Groups {
         /// Index of the cell.
         cell: usize,

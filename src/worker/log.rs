@@ -106,7 +106,7 @@ mod tests {
         assert!(text.len() < 3 * KEPT);
         assert!(text.starts_with(&format!("{TITLE}first\nx")) && text.ends_with("x\nlast\n"));
         let left_out = 6 + 1_000_000 + 6 - 2 * KEPT;
-        assert!(text.contains(&format!("{left_out} bytes are left out")));
+        assert!(text.contains(&format!("{left_out} bytes omitted")));
         assert_eq!(log.last_lines(0, 1), ["last"]);
         assert_eq!(Log::default().last_lines(0, 1), [""; 0]);
         let length = log.length();

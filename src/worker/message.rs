@@ -437,7 +437,7 @@ mod tests {
         for (bytes, part) in [
             (b"ok\n".to_vec(), "begins with '{'"),
             (vec![b'{'; LONGEST_HEADER + 1], "more than 65536 bytes"),
-            (b"{\n".to_vec(), "no JSON object"),
+            (b"{\n".to_vec(), "not a JSON object"),
             (reply("reply", "ready"), "\"frame\": \"reply\""),
             (reply("\"number\":1", "\"number\":2"), "\"number\" of"),
             (reply("\"trials\":1", "\"trials\":1.5"), "\"trials\" of"),

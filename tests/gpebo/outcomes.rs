@@ -97,7 +97,7 @@ fn refusals() {
     assert_eq!(step(f64::NAN), "the step: expected finite numbers");
     assert_eq!(
         step(1e-9),
-        "the run would take about 1.0e9 steps, and 1e7 are the most"
+        "the run would take about 1.0e9 steps; at most 1e7 are allowed"
     );
     let filters = GpeboOptions {
         filters: vec![-1.0],

@@ -77,8 +77,10 @@ fn sections(page: &str, committed: &str) -> Vec<Section> {
         prose: String::new(),
     }];
     let mut is_code = false;
-    // A comment that names the file of the block below it marks no number.
-    let lines = page.lines().filter(|line| !line.starts_with("<!-- file: "));
+    // A comment of `.ci/docs`, about the block below it or a command, marks no number.
+    let of_blocks = ["file", "append", "run", "not run"].map(|word| format!("<!-- {word}: "));
+    let lines = page.lines();
+    let lines = lines.filter(|line| !of_blocks.iter().any(|comment| line.starts_with(comment)));
     for line in lines {
         if line.starts_with("```") {
             is_code = !is_code;

@@ -178,7 +178,7 @@ fn what_cannot_be() {
         (
             "scored_from = 2",
             "scored_from = 6",
-            ["continuous.scored_from", "before 'until'"],
+            ["continuous.scored_from", "less than 'until'"],
         ),
         (
             "error_limit = 0.1",
@@ -193,7 +193,7 @@ fn what_cannot_be() {
         (
             "filters = [1]",
             "filters = [1, 2]",
-            ["filters in [continuous]: expected 1 numbers", "2"],
+            ["filters in [continuous]: expected 1 number", "2"],
         ),
         (
             "gains = [1]",
@@ -251,6 +251,11 @@ fn what_cannot_be() {
             "[settings]",
             "[settings]\nplant = \"bobtsov\"",
             ["plant", "did you mean 'bobtsov2023'?"],
+        ),
+        (
+            "\"e_theta\", ",
+            "\"rms_x3\", ",
+            ["measures: 'rms_x3'", "at most 'rms_x2'"],
         ),
         (
             "store = ",
@@ -327,5 +332,24 @@ fn a_step_that_is_too_long_is_a_failure() {
             .unwrap()
             .len(),
         0
+    );
+}
+
+/// A' = A - L C' of x_1' = x_2, x_2' = -9 x_1 with L = (2, 3.2) has the trace -2, with L = (-2, 3.2) the trace 2.
+#[test]
+fn check_warns_of_an_observer_that_is_not_stable() {
+    let place = place();
+    let warning = "warning: this observer is not stable";
+    let checked = stdout(&place.run(&["check", "courses.toml"]));
+    assert!(
+        checked.contains("poles of luenberger: -1 +- ") && !checked.contains(warning),
+        "{checked}"
+    );
+    let text = COURSES.replacen("gain = [2, 3.2]", "gain = [-2, 3.2]", 1);
+    place.write("unstable.toml", text.as_bytes());
+    let checked = stdout(&place.run(&["check", "unstable.toml"]));
+    assert!(
+        checked.contains("poles of luenberger: 1 +- ") && checked.contains(warning),
+        "{checked}"
     );
 }

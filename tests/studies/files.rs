@@ -444,7 +444,7 @@ fn methods() {
         ),
         (
             "instruments = \"r\"\ndrive = \"observer\"",
-            ["methods[0]", "need stage 7 as 'model'"],
+            ["methods[0]", "need drive 'model'"],
         ),
         ("[[methods]]", ["methods", "two outputs are called 'ls'"]),
         (

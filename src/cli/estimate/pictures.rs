@@ -18,6 +18,8 @@ const ELLIPSE: usize = 120;
 /// Positions in the palette whose markers are a cross and a ring.
 const POLE_SLOT: usize = 6;
 const ZERO_SLOT: usize = 5;
+/// Another colour, so that the interval of a zero is seen across the circle.
+const CIRCLE_SLOT: usize = 2;
 /// The largest distance from 0 that the plane of poles and zeros shows.
 const FARTHEST: f64 = 2.0;
 
@@ -73,7 +75,8 @@ pub(super) fn outputs(report: &Report) -> String {
     {
         errors.y = errors.y.range(low - high, high - low);
     }
-    let title = format!("Models of {}", report.file.display());
+    let name = report.file.file_name().unwrap_or(report.file.as_os_str());
+    let title = format!("Models of {}", name.display());
     let description = "Above: the measured output and that of each model under u alone, from x0. Below: the \
                        errors of each model's one-step prediction.";
     small_multiples(&title, description, &[outputs, errors], 1, SHARED_TIME)
@@ -354,7 +357,7 @@ pub(super) fn plane(precision: &Precision) -> String {
         PlotAxis::linear("imaginary part").range(-high, high),
     );
     plot.equal_units = true;
-    plot = plot.series(Series::new("unit circle", Style::Line, circle).slot(0));
+    plot = plot.series(Series::new("unit circle", Style::Line, circle).slot(CIRCLE_SLOT));
     for (name, roots, slot) in [("poles", poles, POLE_SLOT), ("zeros", zeros, ZERO_SLOT)] {
         let regions = roots.iter().filter_map(|root| root.region_95(ELLIPSE));
         let gap = Point::new(f64::NAN, f64::NAN);

@@ -72,7 +72,7 @@ pub enum ObserverSpec {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingError {
     /// A vector has the wrong length.
-    #[error("{what}: expected {expected} numbers, not {found}")]
+    #[error("{what}: expected {expected} number{}, not {found}", if *.expected == 1 { "" } else { "s" })]
     Length {
         /// The setting.
         what: &'static str,

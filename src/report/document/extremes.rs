@@ -190,9 +190,9 @@ mod tests {
         let left_out = (7 * 7919 % rows) as f64;
         assert!(END as f64 <= left_out && left_out < (rows - END) as f64);
         assert_eq!(values, ends.collect::<Vec<f64>>());
-        assert!(
-            note.is_some_and(|note| note.contains("Of 750 rows") && note.contains("results.csv"))
-        );
+        assert!(note.is_some_and(
+            |note| note.contains("of 750 rows in all") && note.contains("results.csv")
+        ));
     }
 
     #[test]

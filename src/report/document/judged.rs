@@ -152,7 +152,9 @@ fn sentence(claim: &Judged) -> String {
 
 /// The table of cells: the number, its condition, the verdict of the cell, and two p-values.
 fn cells(claim: &Judged) -> LongTable {
-    let more = |cell: &JudgedCell| cell.numbers.len() > 1 || cell.case.is_some();
+    let more = |cell: &JudgedCell| {
+        cell.numbers.len() > 1 || cell.case.is_some() || !cell.missing.is_empty()
+    };
     let several = claim.tests.len() > 1 || claim.cells.iter().any(more);
     let mut caption = match claim.tests.as_slice() {
         [test] => format!("{} must be {}. ", picture::heading(&test.what), test.must),
@@ -197,7 +199,7 @@ fn row(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber, several: bool) 
     let must = must(claim, number);
     let mut row = vec![CellText::text(place(cell))];
     if several {
-        row.extend([number.what.as_str(), must].map(CellText::text));
+        row.extend([number.what.trim_end_matches(','), must].map(CellText::text));
     }
     let kept = number
         .kept

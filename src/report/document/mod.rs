@@ -165,6 +165,23 @@ fn introduction(section: &mut Section, studies: &[Study]) {
     section.settings(&pairs);
 }
 
+/// "20 trials in each of 22 cells."
+fn extent(study: &Study) -> String {
+    let trials = || study.summary.cells.iter().map(|cell| cell.trials);
+    let (least, most) = (trials().min().unwrap_or(0), trials().max().unwrap_or(0));
+    let mut text = grouped(least);
+    if least < most {
+        text += &format!(" to {}", grouped(most));
+    }
+    let cells = study.summary.cells.len();
+    match (most, cells) {
+        (1, 1) => "One trial of one cell.".to_owned(),
+        (_, 1) => format!("{text} trials of one cell."),
+        (1, _) => format!("One trial in each of {} cells.", grouped(cells as u64)),
+        _ => format!("{text} trials in each of {} cells.", grouped(cells as u64)),
+    }
+}
+
 /// "12,000".
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
@@ -195,6 +212,7 @@ fn experiment(
     if !summary.hypothesis.is_empty() {
         section.paragraph(&format!("Hypothesis: {}", summary.hypothesis));
     }
+    section.paragraph(&extent(study));
     on_step(&format!("figures of {}", study.name));
     judged::verdicts(section, study, files);
     section.paragraph(&answer::in_numbers(study));

@@ -118,12 +118,12 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
             output.outcomes.failed() + output.outcomes.unstable,
         );
         let share = crate::metric::Share::new(count.min(trials), trials);
-        Point::interval(
-            at,
-            100.0 * share.share,
-            100.0 * share.low,
-            100.0 * share.high,
-        )
+        let percent = 100.0 * share.share;
+        // One trial, as of a cell without random numbers, is no sample.
+        if trials == 1 {
+            return Point::new(at, percent);
+        }
+        Point::interval(at, percent, 100.0 * share.low, 100.0 * share.high)
     };
     let last = study
         .summary

@@ -87,7 +87,7 @@ fn a_page_does_not_grow_with_the_cells() {
     let page = &many["report.html"];
     for part in [
         "Shown are the rows with the smallest and the largest",
-        "overview.csv below has all",
+        "overview.csv below has every",
         "(5000 values)",
     ] {
         assert!(page.contains(part), "no '{part}'");

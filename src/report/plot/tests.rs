@@ -273,7 +273,7 @@ fn what_is_not_drawn_is_counted_and_markers_stay_inside() {
     .series(Series::new("", Style::ErrorBars, points.to_vec()))
     .svg();
     assert!(svg.contains("Not shown: 2 points not above 0"));
-    assert!(svg.contains("Outside of the axes: 1 point."));
+    assert!(svg.contains("Outside the axes: 1 point."));
     let markers = svg.split("<circle").filter(|tag| tag.contains("r=\"4.6\""));
     let places: Vec<[f64; 2]> = markers
         .map(|tag| ["cx", "cy"].map(|name| number(tag, name)))

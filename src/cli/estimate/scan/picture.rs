@@ -116,7 +116,7 @@ impl Scan {
         let mut page = page::begin(report);
         page.section("orders", "Which order?", |section| {
             section.paragraph(&format!(
-                "ARX models with na = nb = n by least squares over the same {} equations. A star is at the smallest \
+                "ARX models with na = nb = n by least squares over the same {} equations. A star marks the smallest \
                  value of each criterion, and at the largest FIT on the samples after the window.",
                 self.equations
             ));

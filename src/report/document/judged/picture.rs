@@ -148,6 +148,12 @@ impl<'a> Picture<'a> {
         axis
     }
 
+    /// Whether the outcome of a cell depends on more numbers than the one that is drawn.
+    fn is_part(&self) -> bool {
+        let mut cells = self.claim.cells.iter();
+        cells.any(|cell| cell.numbers.len() > 1)
+    }
+
     /// Adds the marks as one series per outcome; `at` places a mark.
     fn series(
         &self,
@@ -161,10 +167,10 @@ impl<'a> Picture<'a> {
                 .enumerate()
                 .filter(|(_, mark)| mark.cell.says == says);
             let points = chosen.map(|(i, mark)| at(i, mark)).collect();
-            // If the claim has several tests, the figure shows one, but a cell's outcome depends on all.
-            let label = match self.claim.tests.len() {
-                1 => label.to_owned(),
-                _ => format!("cell: {label}"),
+            let label = if self.is_part() {
+                format!("cell: {label}")
+            } else {
+                label.to_owned()
             };
             plot = plot.series(Series::new(label, Style::Marks, points).slot(slot));
         }
@@ -192,8 +198,18 @@ impl<'a> Picture<'a> {
             self.sorted()
         };
         let what = format!(
-            "{how} with its 95 % interval. Numbers in the shaded range pass: {}.",
-            self.test.must
+            "{how} with its 95 % interval. Numbers in the shaded range pass: {}.{}{}",
+            self.test.must,
+            if self.is_part() {
+                " The colour is the verdict of the cell over all its numbers."
+            } else {
+                ""
+            },
+            if self.marks.iter().any(|mark| !mark.interval[1].is_finite()) {
+                " A mark without a bar has too few trials for an interval."
+            } else {
+                ""
+            },
         );
         let (svg, note) = sheet(&title, &what, plots)?;
         let left = match self.left {
@@ -216,14 +232,20 @@ impl<'a> Picture<'a> {
     /// One row for each number.
     fn rows(&self) -> Plot {
         let name = |mark: &Mark<'_>| {
-            if mark.cell.case.is_some() || mark.number.what == self.test.what {
-                place(mark.cell).to_owned()
-            } else {
-                format!(
-                    "{}: {}",
-                    place(mark.cell),
-                    mark.number.what.trim_end_matches(',')
-                )
+            let here = self.marks.iter();
+            let here = here.filter(|other| place(other.cell) == place(mark.cell));
+            let all: Vec<&str> = here.map(|other| other.number.what.as_str()).collect();
+            let what = mark.number.what.trim_end_matches(',');
+            let what = match all.len() {
+                1 if mark.cell.case.is_some() || mark.number.what == self.test.what => {
+                    String::new()
+                }
+                1 => what.to_owned(),
+                _ => different(what, &all),
+            };
+            match what.as_str() {
+                "" => place(mark.cell).to_owned(),
+                what => format!("{}: {what}", place(mark.cell)),
             }
         };
         let names: Vec<String> = self.marks.iter().map(name).collect();
@@ -321,6 +343,24 @@ impl<'a> Picture<'a> {
         });
         (vec![plot], how)
     }
+}
+
+/// The words of a text in which it differs from others: without those that all begin or end with.
+pub(super) fn different(text: &str, all: &[&str]) -> String {
+    let words = |text: &str| -> Vec<String> {
+        let words = text.trim_end_matches(',').split(' ');
+        words.map(str::to_owned).collect()
+    };
+    let mine = words(text);
+    let all: Vec<Vec<String>> = all.iter().map(|other| words(other)).collect();
+    let shared = |at: &dyn Fn(&[String], usize) -> Option<String>| {
+        let same = |i: &usize| all.iter().all(|other| at(other, *i) == at(&mine, *i));
+        (0..mine.len()).take_while(same).count()
+    };
+    let first = shared(&|words, i| words.get(i).cloned());
+    let last = shared(&|words, i| words.iter().rev().nth(i).cloned());
+    let end = mine.len().saturating_sub(last).max(first);
+    mine[first..end].join(" ")
 }
 
 /// The 95 % interval of a number: of its logarithm on a logarithmic axis; within 0 to 1 for a share.

@@ -83,7 +83,7 @@ fn few_cells_have_a_row_each() {
         "the shaded side"
     );
     assert!(
-        caption.contains("Shaded is what passes: below 1."),
+        caption.contains("Numbers in the shaded range pass: below 1."),
         "{caption}"
     );
 }
@@ -167,4 +167,16 @@ fn a_part_tells_one_claim() {
             "tables/many-claim-..--W1-.csv"
         ]
     );
+}
+
+/// Words that all texts begin or end with are left away.
+#[test]
+fn only_what_differs_names_a_row() {
+    let all = ["the coverage of a_1 of arx,", "the coverage of h_2 of arx,"];
+    assert_eq!(
+        super::picture::different("the coverage of a_1 of arx", &all),
+        "a_1"
+    );
+    assert_eq!(super::picture::different("x", &["x", "x"]), "");
+    assert_eq!(super::picture::different("a a", &["a a", "a a a"]), "");
 }
