@@ -52,7 +52,7 @@ fn each_line_begins_with_id_and_verdict() {
         }
     }
     let page = std::fs::read_to_string(place.path("own/report.html")).unwrap();
-    assert!(page.contains("The cells behind it: 2"));
+    assert!(page.contains("The cells behind the verdict: 2"));
 }
 
 /// How many verdicts say that their claims were added.

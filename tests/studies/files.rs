@@ -392,17 +392,17 @@ fn plants_noises_and_feedbacks() {
         (
             "",
             "[plants.random]\na = [0.5]\nb = [1]",
-            ["plants.random", "built-in"],
+            ["plants.random", "built in"],
         ),
         (
             "",
             "[noises.ar]\nnumerator = [1]",
-            ["noises.ar", "built-in"],
+            ["noises.ar", "built in"],
         ),
         (
             "",
             "[feedbacks.none]\nnumerator = [1]",
-            ["feedbacks.none", "built-in"],
+            ["feedbacks.none", "built in"],
         ),
     ] {
         place.refuses_file(&format!("{head}{text}"), &parts);

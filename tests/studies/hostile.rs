@@ -303,7 +303,7 @@ fn names_that_cannot_be_told_apart_are_refused() {
         ),
         (
             "[noises.White]\nnumerator = [1.0]",
-            ["noises.White", "built-in"],
+            ["noises.White", "built in"],
         ),
         (
             "[settings]\nclaim = [\"C2\", \"c2\"]",
@@ -413,12 +413,12 @@ fn a_replay_needs_one_cell() {
     // Cells 0 and 1 are C2, cells 2 and 3 "1".
     place.refuses(
         &["replay", "out", "C2:1"],
-        &["'C2' may be 2 cells", "cell=0, cell=1"],
+        &["'C2' matches 2 cells", "cell=0, cell=1"],
     );
     place.refuses(&["replay", "out", "c2:1"], &["cell=0, cell=1"]);
     place.refuses(
         &["replay", "out", "1:1"],
-        &["'1' may be 3 cells", "cell=1, cell=2, cell=3"],
+        &["'1' matches 3 cells", "cell=1, cell=2, cell=3"],
     );
     place.refuses(&["replay", "out", "a:b:1"], &["cell=4, cell=5"]);
     place.refuses(
@@ -487,7 +487,7 @@ fn reports_do_not_share_files() {
     }
     place.refuses(
         &["report", "x", "x-ratio", "--out", "both"],
-        &["x-ratio-e_a.svg", "other names"],
+        &["x-ratio-e_a.svg", "different names"],
     );
     assert!(!place.path("both").exists());
 }

@@ -374,7 +374,7 @@ fn a_record_becomes_a_study_that_runs() {
     }
     let theory = stdout(&place.run(&["theory", "spectrum.toml"]));
     assert!(
-        theory.contains("no theory: the input is not white"),
+        theory.contains("no theory: inputs that are not white"),
         "{theory}"
     );
     // The loop's reference is the signs that the record was made with.
