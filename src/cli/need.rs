@@ -188,6 +188,6 @@ mod tests {
             Some("needs about 3.0 GB of memory, but 2.0 GB are free")
         );
         let both = need.beyond(&room(Some(2e9), Some(1e9))).unwrap();
-        assert!(both.contains("5.0 GB of disk where 1.0 GB") && both.contains(" and about 3.0 GB"));
+        assert!(both.contains("5.0 GB of disk, but 1.0 GB") && both.contains(" and about 3.0 GB"));
     }
 }

@@ -131,7 +131,7 @@ fn what_cannot_be_drawn_is_counted() {
     );
     let table = cells(&claim).take_csv();
     assert!(
-        table.contains("N = 218,the run did not keep it,fail"),
+        table.contains("N = 218,the run did not keep it,,-,fail"),
         "{table}"
     );
 }
