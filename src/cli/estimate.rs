@@ -415,7 +415,7 @@ fn estimate(
                 }
                 Some(key) => {
                     let flag = key.replace('_', "-");
-                    Error::Input(format!("--{flag}: of {name}: {}", error.message))
+                    Error::Input(format!("--{flag}: {} (estimator {name})", error.message))
                 }
                 None => bad(error.message),
             })

@@ -6,6 +6,7 @@ use crate::files;
 use crate::study::file::{Key, Scalar};
 use crate::text::shell_word;
 use std::fmt::Write as _;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -221,7 +222,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         )));
     }
     let written = files::create(&path, content(arguments.continuous).as_bytes());
-    written.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
+    written.map_err(|error| {
+        let what = match error.kind() {
+            ErrorKind::AlreadyExists => {
+                "exists already; expected the name of a new file".to_owned()
+            }
+            _ => error.to_string(),
+        };
+        Error::Input(format!("{}: {what}", path.display()))
+    })?;
     note(&format!(
         "wrote {}; next: asobench check {}",
         path.display(),

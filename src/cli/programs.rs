@@ -199,10 +199,17 @@ pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     }
 }
 
-/// Returns the folder of an experiment file, in which its programs run; the current folder for standard input.
+/// Returns the folder of an experiment file, in which its programs run. It is the current folder for standard input, and
+/// for the manifest of results, which does not say where its file was.
 pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
     let folder = match path.parent() {
-        Some(parent) if path != Path::new("-") && parent != Path::new("") => parent.to_owned(),
+        Some(parent)
+            if path != Path::new("-")
+                && parent != Path::new("")
+                && !path.ends_with(crate::study::MANIFEST) =>
+        {
+            parent.to_owned()
+        }
         _ => PathBuf::from("."),
     };
     let absolute = folder.canonicalize();

@@ -229,8 +229,9 @@ fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Er
         stop,
         speed,
     } = executed?;
-    if let Some(speed) = speed {
-        note(&speed);
+    match speed {
+        Some(speed) => note(&speed),
+        None => nothing_computed(&experiment, &path),
     }
     if experiment.file.timing
         && timing::are_there(&experiment, &path).map_err(|e| cannot_write(&e))?
@@ -252,6 +253,19 @@ fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Er
     let (text, verdicts) = results(&path, &summary)?;
     print_with_verdicts(&text, &verdicts)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Says that all trials were there. A program that was edited is not seen unless it says another version.
+fn nothing_computed(experiment: &Experiment, path: &Path) {
+    let path = path.display();
+    if experiment.programs.is_empty() {
+        note(&format!("nothing to compute: all trials are in {path}"));
+    } else {
+        note(&format!(
+            "nothing to compute: all trials are in {path}; if a program has changed since, give it another \
+             \"version\", or choose another --out"
+        ));
+    }
 }
 
 /// Returns the text on what was computed and its results, and separately the verdicts.

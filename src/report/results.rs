@@ -284,7 +284,17 @@ impl Study {
     pub fn command(&self) -> (String, String) {
         let manifest = shell_word(self.folder.join("manifest.json").display());
         let to = shell_word(format!("results/{}-again", self.name));
-        (format!("asobench run {manifest} --out {to}"), to)
+        let starts_programs = self
+            .file
+            .methods
+            .iter()
+            .any(|method| method.program().is_some());
+        let consent = if starts_programs {
+            " --allow-commands"
+        } else {
+            ""
+        };
+        (format!("asobench run {manifest} --out {to}{consent}"), to)
     }
 }
 

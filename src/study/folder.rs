@@ -73,7 +73,7 @@ pub struct ResultsFolder {
 
 /// The lock file. It stays in the folder: if it were removed, a third run could enter beside a second.
 const LOCK: &str = ".lock";
-const MANIFEST: &str = "manifest.json";
+pub(crate) const MANIFEST: &str = "manifest.json";
 /// The results that a manifest describes. Without the manifest or the design of the blocks, their study is unknown.
 const RESULTS: [(&str, Kind); 3] = [
     ("trials.parquet", Kind::Parquet),

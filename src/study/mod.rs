@@ -53,6 +53,7 @@ pub(crate) use experiment::design_of;
 pub use experiment::{
     BOBTSOV2023, Cell, Experiment, NIKOLOV2023, ObserverStart, ScoredFrom, Source,
 };
+pub(crate) use folder::MANIFEST;
 #[cfg(test)]
 pub(crate) use folder::parse_manifest;
 pub use folder::{FolderError, ResultsFolder, read_manifest, stored_design};

@@ -81,3 +81,41 @@ fn no_command_starts_a_program_by_itself() {
     assert_eq!(replay.status.code(), Some(0), "{}", text(&replay.stderr));
     assert!(text(&replay.stdout).contains("bit for bit") && started());
 }
+
+/// Results are of a program that says the same version: a run that finds them says so. Their manifest runs the program in
+/// the current folder, as `replay` does.
+#[test]
+fn results_that_are_there_are_not_computed_again() {
+    if !runs(&["python3", "-c", "1"]) {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let worker = root().join("examples/workers/least_squares.py");
+    std::fs::copy(worker, folder.join("mine.py")).unwrap();
+    let study = "trials = 20\n[settings]\neta = 10\n[[methods]]\nname = \"mine\"\nbatch = 10\n\
+                 command = [\"python3\", \"mine.py\"]\n";
+    std::fs::write(folder.join("study.toml"), study).unwrap();
+    let run = |arguments: &[&str]| {
+        let ran = asobench(folder, arguments);
+        assert_eq!(ran.status.code(), Some(0), "{}", text(&ran.stderr));
+        text(&ran.stderr)
+    };
+    let command = ["run", "study.toml", "--allow-commands"];
+    assert!(!run(&command).contains("nothing to compute"));
+    let again = run(&command);
+    assert!(
+        again.contains("nothing to compute") && again.contains("another \"version\""),
+        "{again}"
+    );
+    let manifest = [
+        "run",
+        "results/study/manifest.json",
+        "--allow-commands",
+        "--out",
+        "again",
+    ];
+    run(&manifest);
+    let content = |out: &str| std::fs::read(folder.join(out).join("summary.json")).unwrap();
+    assert!(content("results/study") == content("again"));
+}
