@@ -48,7 +48,7 @@ impl Autoregression {
     }
 
     /// D of the last fit.
-    pub(super) fn d(&self) -> &[f64] {
+    pub(super) fn denominator(&self) -> &[f64] {
         &self.best
     }
 }
@@ -58,7 +58,7 @@ pub fn spectrum(u: &[f64]) -> NoiseFilter {
     let mut fitted = Autoregression::default();
     fitted.fit(u);
     // Rounding alone can move a root to the circle.
-    NoiseFilter::new(&[1.0], fitted.d()).unwrap_or_else(|_| NoiseFilter::white())
+    NoiseFilter::new(&[1.0], fitted.denominator()).unwrap_or_else(|_| NoiseFilter::white())
 }
 
 /// Does one step of the Levinson-Durbin recursion: computes `l = 1 + l_1 q^-1 + ... + l_lag q^-lag` and the variance of

@@ -95,7 +95,7 @@ impl Influence {
     /// `psi_D(k) = psi(k) - d_1 psi_D(k+1) - ...`.
     fn add_filtered(&mut self, width: usize, to: &mut [f64]) {
         const NEGLIGIBLE: f64 = 1e-24;
-        let (d, rows) = (&self.autoregression.d()[1..], &mut self.rows);
+        let (d, rows) = (&self.autoregression.denominator()[1..], &mut self.rows);
         let count = rows.len() / width;
         for k in (0..count).rev() {
             let (before, after) = rows.split_at_mut((k + 1) * width);

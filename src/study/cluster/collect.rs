@@ -168,7 +168,7 @@ impl Collection {
                         self.cells[cell].push(found);
                     }
                     Ok((None, _)) => {
-                        refused.push("a block with the name of another one, not taken".to_owned())
+                        refused.push("a block with the name of another one, not taken".to_owned());
                     }
                     // It was merged into a larger block after it was listed.
                     Err(BlockError::File(error)) if is_missing(&error) => {}
