@@ -253,11 +253,6 @@ fn what_cannot_be() {
             ["plant", "did you mean 'bobtsov2023'?"],
         ),
         (
-            "\"e_theta\", ",
-            "\"rms_x3\", ",
-            ["measures: 'rms_x3'", "at most 'rms_x2'"],
-        ),
-        (
             "store = ",
             "curves = true\nstore = ",
             ["curves", "continuous time"],
@@ -352,5 +347,17 @@ fn check_warns_of_an_observer_that_is_not_stable() {
     assert!(
         checked.contains("poles of luenberger: 2.5 +- 4.33i") && checked.contains(warning),
         "{checked}"
+    );
+}
+
+/// The plant has two states.
+#[test]
+fn a_measure_of_a_state_that_no_plant_has_is_refused() {
+    let place = place();
+    let text = COURSES.replacen("\"e_theta\", ", "\"rms_x3\", ", 1);
+    place.write("wrong.toml", text.as_bytes());
+    place.refuses(
+        &["check", "wrong.toml"],
+        &["measures: 'rms_x3'", "at most 'rms_x2'"],
     );
 }
