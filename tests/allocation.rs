@@ -8,16 +8,23 @@ use asobench::signal::{Purpose, stream};
 use asobench::study::{Cell, Engine, Experiment, Measure, OutputRows, Trials, Worker};
 use rand::Rng as _;
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cell::Cell as Counter;
 
 struct Counting;
 
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+thread_local! {
+    /// Allocations of this thread: those of the test harness beside it are not a trial's.
+    static ALLOCATIONS: Counter<usize> = const { Counter::new(0) };
+}
+
+fn allocations() -> usize {
+    ALLOCATIONS.with(Counter::get)
+}
 
 // SAFETY: every call goes to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
         // SAFETY: the caller's contract is the system allocator's.
         unsafe { System.alloc(layout) }
     }
@@ -68,9 +75,9 @@ fn an_estimate_allocates_nothing() {
             }
         };
         run(0..40);
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        let before = allocations();
         run(40..60);
-        let made = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        let made = allocations() - before;
         assert_eq!(made, 0, "{estimator}: {made} allocations in 20 records");
     }
 }
@@ -116,9 +123,9 @@ fn a_trial_allocates_nothing() {
             };
             // Long enough to meet ill-conditioned models, whose buffers grow to the longest problem met.
             let warm = (0..3000).step_by(50).map(&mut run).max();
-            let before = ALLOCATIONS.load(Ordering::Relaxed);
+            let before = allocations();
             let end = (3000..3500).step_by(50).map(&mut run).max();
-            let made = ALLOCATIONS.load(Ordering::Relaxed) - before;
+            let made = allocations() - before;
             let claim = &cell.claim;
             assert_eq!(
                 made, 0,

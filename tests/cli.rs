@@ -637,6 +637,13 @@ fn check_prints_the_same_equation_in_every_notation() {
         text.contains("plant     r\n          y(k) = 0.25 y(k-1) + u(k-1)\n"),
         "{text}"
     );
+    let random = "trials = 2\n[settings]\nplant = \"random\"\n";
+    let path = files.write("random.toml", random);
+    let text = stdout(&asobench(&["check", &path, "--out", &files.path("out")]));
+    assert!(
+        text.contains("plant     random\n          of order 2, poles within 0.9\n"),
+        "{text}"
+    );
 }
 
 #[test]

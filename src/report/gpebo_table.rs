@@ -24,15 +24,15 @@ fn write_table(text: &mut String, summary: &Summary, scored_from: f64) -> fmt::R
     };
     let n = traces.theta.len();
     let states: Vec<Measure> = Measure::STATES.into_iter().take(n).collect();
-    let columns = |of: &dyn Fn(usize) -> String, width: usize| {
-        let columns = (1..=n).map(|i| format!(" {:>width$}", of(i)));
+    let columns = |count: usize, of: &dyn Fn(usize) -> String, width: usize| {
+        let columns = (1..=count).map(|i| format!(" {:>width$}", of(i)));
         columns.collect::<String>()
     };
-    let theta = columns(&|i| format!("theta_{i}"), 20);
+    let theta = columns(n, &|i| format!("theta_{i}"), 20);
     let caption = "rms error of the state";
     writeln!(text, "{:<12}{theta}   {caption:<22}", "")?;
-    let half = columns(&|_| "mean  half range".to_owned(), 20);
-    let names = columns(&|i| format!("x_{i}"), 10);
+    let half = columns(n, &|_| "mean  half range".to_owned(), 20);
+    let names = columns(states.len(), &|i| format!("x_{i}"), 10);
     writeln!(text, "{:<12}{half}{names}", "observer")?;
     let rule = "-".repeat(12 + n * 21 + states.len().max(2) * 11 + 4);
     writeln!(text, "{rule}")?;

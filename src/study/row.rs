@@ -2,11 +2,10 @@
 
 use super::measure::Measure;
 use crate::estimator::Failure;
-use serde::{Deserialize, Serialize};
 use std::ops::{Index, IndexMut};
 
 /// One output of one method on one trial.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct Row {
     /// The trial's index.
     pub trial: u64,
@@ -18,28 +17,7 @@ pub struct Row {
     pub unstable: Option<bool>,
     /// Whether this or an earlier pass of the method had such an A-hat, reported or not.
     pub unstable_so_far: bool,
-    #[serde(with = "values")]
     values: [f64; Measure::ALL.len()],
-}
-
-/// Values in a stored row: serde has no arrays of so many numbers.
-mod values {
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    pub fn serialize<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(values)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>, const N: usize>(
-        deserializer: D,
-    ) -> Result<[f64; N], D::Error> {
-        let values = Vec::<f64>::deserialize(deserializer)?;
-        let count = values.len();
-        values
-            .try_into()
-            .map_err(|_| D::Error::invalid_length(count, &"one value for each measure"))
-    }
 }
 
 impl Row {

@@ -43,17 +43,12 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
         method: program.name.clone(),
         fingerprint: program.fingerprint.clone(),
         order,
-        na: 0,
-        nb: 0,
-        nc: 0,
-        nd: 0,
-        nf: 0,
-        nk: 0,
         samples: problem.shape.window,
         sampling: 1.0,
         feedback: if closed { "closed" } else { "open" },
         noise: noise
             .map(|(process, eta)| json!({ "eta": eta, "filter": process.describe()["noise"] })),
+        ..Hello::default()
     };
     let orders = program.options.orders;
     hello.asking(orders.unwrap_or(Orders::arx(order, order, 1)))

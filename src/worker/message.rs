@@ -18,7 +18,7 @@ const LARGEST_NUMBER: u64 = (1 << 31) - 1;
 const LONGEST_NAME: usize = 100;
 
 /// The greeting that describes a cell to a worker.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Hello {
     pub frame: &'static str,
     pub protocol: u64,
@@ -359,16 +359,10 @@ mod tests {
             method: "mine".to_owned(),
             fingerprint: "0123456789abcdef".repeat(2),
             order: 1,
-            na: 0,
-            nb: 0,
-            nc: 0,
-            nd: 0,
-            nf: 0,
-            nk: 0,
             samples: 3,
             sampling: 1.0,
             feedback: "open",
-            noise: None,
+            ..Hello::default()
         };
         let line = hello.asking(Orders::arx(1, 1, 1)).line();
         assert!(

@@ -40,7 +40,8 @@ pub(super) fn plants(experiment: &Experiment) -> String {
                 PlantSource::Fixed(plant) => described(plant),
                 PlantSource::Random { order, radius } => {
                     let radius = rounded(*radius, 6);
-                    format!("of order {order}, poles within {radius}\n")
+                    let indent = " ".repeat(INDENT);
+                    format!("{indent}of order {order}, poles within {radius}\n")
                 }
             },
         };
