@@ -4,6 +4,7 @@ use super::error::{Error, failed};
 use super::need::{Need, Room, amount, duration};
 use super::run::{StudyArguments, threads};
 use super::{memory, print, timing};
+use crate::model::Orders;
 use crate::study::file::{Axis, Key, TrialRule};
 use crate::study::{Cost, Disk, Experiment, disk_of, done, memory_of};
 use crate::text::visible;
@@ -87,9 +88,43 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
         .collect();
     let outputs = format!("{}: {}", labels.len(), shortened(&labels));
     line(&mut text, "outputs", &outputs);
+    for (i, (orders, names)) in orders(experiment).iter().enumerate() {
+        let name = if i == 0 { "orders" } else { "" };
+        line(&mut text, name, &format!("{orders}: {}", names.join(", ")));
+    }
     line(&mut text, "trials", &trials(experiment, rule));
     line(&mut text, "stores", &file.store.to_string());
     text
+}
+
+/// Returns the orders of models with the methods that have them, for methods that take orders.
+fn orders(experiment: &Experiment) -> Vec<(String, Vec<String>)> {
+    let mut found: Vec<(String, Vec<String>)> = Vec::new();
+    let mut add = |orders: Orders, name: &str| {
+        let orders = orders.to_string();
+        let at = found.iter().position(|(known, _)| *known == orders);
+        let at = at.unwrap_or_else(|| {
+            found.push((orders, Vec::new()));
+            found.len() - 1
+        });
+        if !found[at].1.iter().any(|known| known == name) {
+            found[at].1.push(name.to_owned());
+        }
+    };
+    let cells = experiment.cells.iter();
+    for order in cells.filter_map(|cell| Some(cell.process()?.order())) {
+        for method in &experiment.methods {
+            let options = method.options();
+            let orders = options.and_then(|options| options.model_orders(order));
+            if let (Some(orders), Some(output)) = (orders, method.outputs().last()) {
+                add(orders, &output.estimator);
+            }
+        }
+        for program in &experiment.programs {
+            add(program.options.orders_for(order), &program.name);
+        }
+    }
+    found
 }
 
 /// Returns the number of trials in words.

@@ -15,6 +15,7 @@ use crate::metric::{Fit, FitModel, fit};
 use crate::model::{LinearModel, Orders};
 use crate::observer::{Gain, ObservedModel, Observer};
 use crate::plant::{ORDER_LIMIT, PoleFinder};
+use crate::text::rounded;
 use faer::c64;
 use flags::OptionFlags;
 use scan::Span;
@@ -72,8 +73,8 @@ pub(super) struct Arguments {
 /// A record, and the orders of its models.
 #[derive(Clone, clap::Args)]
 struct RecordArguments {
-    /// CSV file with a header line, or - for standard input: columns u, y and perhaps k; lines beginning with # are
-    /// comments
+    /// CSV file with a header line, or - for standard input: columns u, y and perhaps k or t (time); lines beginning
+    /// with # are comments
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
     /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares ARX
@@ -201,6 +202,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut report = load(arguments, orders)?;
     if let Some((order, delay)) = ranges(arguments) {
         let scan = scan::scan(&report, order, delay)?;
+        warn_of_offset(&report);
         write_drawings(arguments, || scan.picture(), || scan.page(&report))?;
         scan.print(&report, arguments.format)?;
         return Ok(ExitCode::SUCCESS);
@@ -395,6 +397,25 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     })
 }
 
+/// Warns of an output far from zero: models without an offset do not describe it.
+fn warn_of_offset(report: &Report) {
+    if report.detrend != Detrend::None {
+        return;
+    }
+    let y = &report.record.y[..report.window];
+    let count = y.len() as f64;
+    let mean = y.iter().sum::<f64>() / count;
+    let variance = y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count;
+    if mean.powi(2) > variance {
+        note(&format!(
+            "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
+             the means",
+            rounded(mean, 3),
+            rounded(variance.sqrt(), 3)
+        ));
+    }
+}
+
 /// Runs an estimator on the window.
 fn estimate(
     arguments: &Arguments,
@@ -579,6 +600,7 @@ fn observe(
 
 /// Prints warnings to standard error, one line each.
 fn warn(report: &Report) {
+    warn_of_offset(report);
     if report.gain.places_unstable_pole() {
         note(&format!(
             "warning: --gain {} has a pole on or outside the unit circle",

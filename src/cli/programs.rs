@@ -146,6 +146,7 @@ pub(super) fn permit(experiment: &Experiment, folder: &Path) -> Result<(), Error
             folder: folder.to_owned(),
             stop: progress::stop_flag()?,
             guard: Some(Arc::clone(&guard)),
+            warn: progress::warn,
         });
     }
     Ok(())

@@ -177,6 +177,14 @@ impl Drop for Steps {
     }
 }
 
+/// Shows a line while the bar is shown, which draws itself again below it.
+pub(super) fn warn(line: &str) {
+    if std::io::stderr().is_terminal() {
+        eprint!("\r\x1b[2K");
+    }
+    note(line);
+}
+
 /// Returns a flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once. Files are first written
 /// whole under other names, so no file is left half-written. All studies of a program share the flag.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {

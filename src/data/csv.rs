@@ -1,5 +1,5 @@
-//! CSV text. Records of u and y have a header with the columns `u`, `y` and optionally `k`, and comment lines beginning
-//! with `#`. All tables of the program are written by the one line writer here.
+//! CSV text. Records of u and y have a header with the columns `u`, `y` and optionally `k` or `t`, and comment lines
+//! beginning with `#`. All tables of the program are written by the one line writer here.
 
 use crate::text::{beginning, number, visible, visible_lines};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -17,15 +17,18 @@ pub struct Record {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The text has no line except comments.
-    #[error("the file is empty; expected a header line with the columns u and y (and perhaps k)")]
+    #[error(
+        "the file is empty; expected a header line with the columns u and y (and perhaps k or t)"
+    )]
     Empty,
     /// The first line is data.
-    #[error("line {0}: no header; expected a line with the columns u and y (and perhaps k) first")]
-    NoHeader(u64),
-    /// A column is neither k, u nor y.
     #[error(
-        "line {line}: unknown column '{column}'; expected k (optional), u and y, separated by \
-        commas"
+        "line {0}: no header; expected a line with the columns u and y (and perhaps k or t) first"
+    )]
+    NoHeader(u64),
+    /// A column is neither k, t, u nor y.
+    #[error(
+        "line {line}: unknown column '{column}'; expected u and y (and perhaps k or t), separated by commas"
     )]
     UnknownColumn {
         /// The header's line.
@@ -42,7 +45,7 @@ pub enum RecordError {
         column: &'static str,
     },
     /// Column u or y is missing.
-    #[error("line {line}: no column '{column}'; expected k (optional), u and y")]
+    #[error("line {line}: no column '{column}'; expected u and y (and perhaps k or t)")]
     MissingColumn {
         /// The header's line.
         line: u64,
@@ -91,6 +94,20 @@ pub enum RecordError {
         /// The k expected.
         expected: f64,
     },
+    /// The times of the samples are not equally spaced.
+    #[error(
+        "line {line}, column t: a step of {}, the first one is {}; samples must be equally spaced",
+        number(*.found),
+        number(*.first)
+    )]
+    Spacing {
+        /// The line.
+        line: u64,
+        /// The time since the sample before.
+        found: f64,
+        /// The time between the first two samples.
+        first: f64,
+    },
     /// The file has a header and no rows.
     #[error("no samples after the header")]
     NoSamples,
@@ -105,11 +122,14 @@ pub enum RecordError {
 /// The longest line that is read, so that a file without line ends cannot fill the memory.
 const LONGEST_LINE: u64 = 1 << 20;
 
-const NAMES: [&str; 3] = ["k", "u", "y"];
+const NAMES: [&str; 4] = ["k", "u", "y", "t"];
+/// How far a step in time may be from the first one, relative to it. It must exceed the rounding of printed times: with
+/// two decimals, steps of 1/30 s are 0.03 or 0.04. A missing sample is a step of twice the length.
+const SPACING: f64 = 0.5;
 
-/// The positions of k, u and y in a row.
+/// The positions of k, u, y and t in a row.
 struct Columns {
-    positions: [Option<usize>; 3],
+    positions: [Option<usize>; 4],
     count: usize,
 }
 
@@ -118,8 +138,9 @@ impl Columns {
         if header.iter().all(|cell| cell.parse::<f64>().is_ok()) {
             return Err(RecordError::NoHeader(line));
         }
-        let mut positions = [None; 3];
+        let mut positions = [None; 4];
         for (position, cell) in header.iter().enumerate() {
+            let cell = if *cell == "time" { &"t" } else { cell };
             let Some(name) = NAMES.iter().position(|name| name == cell) else {
                 let column = (*cell).to_owned();
                 return Err(RecordError::UnknownColumn { line, column });
@@ -203,7 +224,30 @@ fn unquote(cell: &str) -> &str {
     cell.trim().trim_matches('"')
 }
 
-/// Reads a record. The memory used is that of the two columns.
+/// The times of the samples so far.
+#[derive(Default)]
+struct Times {
+    last: Option<f64>,
+    first_step: Option<f64>,
+}
+
+impl Times {
+    /// Adds the time of the next sample.
+    fn add(&mut self, time: f64, line: u64) -> Result<(), RecordError> {
+        let Some(last) = self.last.replace(time) else {
+            return Ok(());
+        };
+        let found = time - last;
+        let first = *self.first_step.get_or_insert(found);
+        if found > 0.0 && (found - first).abs() <= SPACING * first {
+            return Ok(());
+        }
+        Err(RecordError::Spacing { line, found, first })
+    }
+}
+
+/// Reads a record. The memory used is that of the two columns. A column t only shows that the samples are equally
+/// spaced.
 ///
 /// # Errors
 /// [`RecordError`], with line and column.
@@ -216,8 +260,9 @@ pub fn read(from: impl Read) -> Result<Record, RecordError> {
     let columns = Columns::parse(&header, line)?;
     let mut record = Record::default();
     let mut expected = None;
+    let mut times = Times::default();
     while let Some((line, text)) = lines.next()? {
-        let mut row = [""; 3];
+        let mut row = [""; 4];
         let mut found = 0;
         for cell in text.split(',') {
             if let Some(slot) = row.get_mut(found) {
@@ -241,6 +286,9 @@ pub fn read(from: impl Read) -> Result<Record, RecordError> {
                     expected,
                 });
             }
+        }
+        if let Some(time) = columns.number(&row, line, 3)? {
+            times.add(time, line)?;
         }
         record.u.extend(columns.number(&row, line, 1)?);
         record.y.extend(columns.number(&row, line, 2)?);
@@ -426,6 +474,8 @@ mod tests {
     fn columns_may_stand_in_any_order_and_k_may_start_anywhere() {
         let record = read("# a\ny, u ,k\n1,2,7\n# b\n\n3,4,8\r\n".as_bytes()).unwrap();
         assert_eq!((record.u, record.y), (vec![2.0, 4.0], vec![1.0, 3.0]));
+        let record = read("time,u,y\n0.03,1,2\n0.07,3,4\n0.1,5,6\n".as_bytes()).unwrap();
+        assert_eq!(record.u, [1.0, 3.0, 5.0]);
         let record = read("\u{feff}u,y\n1,2\n".as_bytes()).unwrap();
         assert_eq!(record.y, [2.0]);
     }
@@ -465,6 +515,14 @@ mod tests {
         assert!(error("u,u,y\n").starts_with("line 1: column 'u' appears twice"));
         assert!(error("k,y\n").starts_with("line 1: no column 'u'"));
         assert!(error("u,y\n").starts_with("no samples"));
+        for last in ["0.4", "0.2", "0.1"] {
+            let message = error(&format!("t,u,y\n0,1,2\n0.1,1,2\n0.2,1,3\n{last},1,2\n"));
+            assert!(
+                message.starts_with("line 5, column t: a step of "),
+                "{message}"
+            );
+        }
+        assert!(error("t,time,u,y\n").starts_with("line 1: column 't' appears twice"));
         let long = "\0".repeat(LONGEST_LINE as usize + 1);
         assert!(error(&format!("u,y\n{long}")).starts_with("line 2: longer than"));
         assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cells, but the header has 2"));

@@ -4,6 +4,7 @@ use super::feedback::run_controlled;
 use super::source::{Drive, Plants, Resolved};
 use super::{Feedback, NoiseColour, PlantSource, Realisation};
 use crate::plant::{ORDER_LIMIT, StateSpace, SystemError};
+use crate::real::with_fma;
 use crate::signal::{
     Input, LevelOf, LevelOver, LevelReading, NoiseFilter, NoiseFilterError, ProcessVariances,
     Purpose, fill_white, stream,
@@ -377,9 +378,15 @@ impl Process {
         let (y0, f) = (&to.y0[..window], &to.f[..window]);
         let level = self.settings.level;
         to.scale = level.scale(eta, y0, f, resolved.variances);
-        for ((y, y0), f) in to.y.iter_mut().zip(&to.y0).zip(&to.f) {
-            *y = to.scale.mul_add(*f, *y0);
-        }
+        let (scale, y) = (to.scale, &mut to.y);
+        with_fma(
+            #[inline(always)]
+            || {
+                for ((y, y0), f) in y.iter_mut().zip(&to.y0).zip(&to.f) {
+                    *y = scale.mul_add(*f, *y0);
+                }
+            },
+        );
         Self::measure_input(to);
     }
 

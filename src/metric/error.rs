@@ -57,14 +57,14 @@ struct Gathered {
 }
 
 impl Gathered {
+    /// Adds a square if it is defined. There is no branch: whether a sum of states is positive cannot be predicted.
     #[inline(always)]
-    fn add(&mut self, square: f64) {
-        self.count += 1;
-        self.sum += square;
+    fn add(&mut self, square: f64, defined: bool) {
+        self.count += u32::from(defined);
+        self.sum += if defined { square } else { 0.0 };
         // NaN is kept.
-        if !(square <= self.maximum) {
-            self.maximum = square;
-        }
+        let larger = defined & !(square <= self.maximum);
+        self.maximum = if larger { square } else { self.maximum };
     }
 
     fn maximum(self) -> f64 {
@@ -98,13 +98,9 @@ impl StateError {
         } else {
             f64::NAN
         };
-        self.absolute.add(distance);
-        if size > 0.0 {
-            self.relative.add(relative);
-        }
-        if sum > 0.0 {
-            self.as_printed.add(distance / sum);
-        }
+        self.absolute.add(distance, true);
+        self.relative.add(relative, size > 0.0);
+        self.as_printed.add(distance / sum, sum > 0.0);
         relative
     }
 

@@ -34,10 +34,35 @@ fn advance<const FEEDBACK: bool, R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R]
 /// If `a`, `b` and `x` are not of one length n >= 1.
 #[inline(always)]
 pub fn simulate<R: Real>(a: &[R], b: &[R], x: &mut [R], u: &[R], visit: impl FnMut(usize, &[R])) {
+    let n = x.len();
+    assert!(n > 0 && a.len() == n && b.len() == n);
     R::run(
         #[inline(always)]
-        || inlined::simulate(a, b, x, u, visit),
+        || match n {
+            1 => of_order::<R, 1>(a, b, x, u, visit),
+            2 => of_order::<R, 2>(a, b, x, u, visit),
+            3 => of_order::<R, 3>(a, b, x, u, visit),
+            4 => of_order::<R, 4>(a, b, x, u, visit),
+            5 => of_order::<R, 5>(a, b, x, u, visit),
+            6 => of_order::<R, 6>(a, b, x, u, visit),
+            _ => inlined::simulate(a, b, x, u, visit),
+        },
     );
+}
+
+/// Does [`simulate`] for a constant order: the steps are unrolled, and the state stays in registers.
+#[inline(always)]
+fn of_order<R: Real, const N: usize>(
+    a: &[R],
+    b: &[R],
+    x: &mut [R],
+    u: &[R],
+    visit: impl FnMut(usize, &[R]),
+) {
+    let mut state = [R::zero(); N];
+    state.copy_from_slice(x);
+    inlined::simulate(&a[..N], &b[..N], &mut state, u, visit);
+    x.copy_from_slice(&state);
 }
 
 /// Does the same with process noise, `x(k+1) = A x(k) + b u(k) + w(k)`. On entry, row k of `rows` (n numbers a row)
@@ -107,10 +132,36 @@ pub fn observe<R: Real>(
     y: &[R],
     visit: impl FnMut(usize, &[R]),
 ) {
+    let n = x.len();
+    assert!(n > 0 && a.len() == n && b.len() == n && g.len() == n && u.len() == y.len());
     R::run(
         #[inline(always)]
-        || inlined::observe(a, b, g, x, u, y, visit),
+        || match n {
+            1 => observe_of_order::<R, 1>(a, b, g, x, [u, y], visit),
+            2 => observe_of_order::<R, 2>(a, b, g, x, [u, y], visit),
+            3 => observe_of_order::<R, 3>(a, b, g, x, [u, y], visit),
+            4 => observe_of_order::<R, 4>(a, b, g, x, [u, y], visit),
+            5 => observe_of_order::<R, 5>(a, b, g, x, [u, y], visit),
+            6 => observe_of_order::<R, 6>(a, b, g, x, [u, y], visit),
+            _ => inlined::observe(a, b, g, x, u, y, visit),
+        },
     );
+}
+
+/// Does [`observe`] for a constant order.
+#[inline(always)]
+fn observe_of_order<R: Real, const N: usize>(
+    a: &[R],
+    b: &[R],
+    g: &[R],
+    x: &mut [R],
+    [u, y]: [&[R]; 2],
+    visit: impl FnMut(usize, &[R]),
+) {
+    let mut state = [R::zero(); N];
+    state.copy_from_slice(x);
+    inlined::observe(&a[..N], &b[..N], &g[..N], &mut state, u, y, visit);
+    x.copy_from_slice(&state);
 }
 
 /// The same functions for callers that are already inside [`Real::run`], so that a constant order remains constant.

@@ -111,6 +111,8 @@ impl StateSpace {
             #[inline(always)]
             |k, x| {
                 y0[k] = x[0];
+                // The length of x is a constant for small orders.
+                let n = x.len();
                 states[k * n..(k + 1) * n].copy_from_slice(x);
             },
         );

@@ -208,7 +208,6 @@ impl Scorer {
         record: &Realisation,
         row: &mut Row,
     ) -> Result<(), FailureKind> {
-        let n = model.a.len();
         let mut errors = StateError::default();
         let (from, curve, states) = (self.from, &mut self.curve, &record.states);
         self.observers[method].run(
@@ -217,6 +216,8 @@ impl Scorer {
             &record.y,
             #[inline(always)]
             |k, x_hat| {
+                // The length of xhat is a constant for small orders.
+                let n = x_hat.len();
                 let x = &states[k * n..(k + 1) * n];
                 let curve = curve.get_mut(k);
                 if k >= from {

@@ -6,7 +6,6 @@ use super::options::Told;
 use super::program::{Lease, Program};
 use crate::data::Feedback;
 use crate::estimator::{Estimator, FailureKind, Pass, Problem, ProgramError, Records, Window};
-use crate::model::Orders;
 use serde_json::json;
 use std::ops::Range;
 use std::sync::Arc;
@@ -50,8 +49,7 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
             .map(|(process, eta)| json!({ "eta": eta, "filter": process.describe()["noise"] })),
         ..Hello::default()
     };
-    let orders = program.options.orders;
-    hello.asking(orders.unwrap_or(Orders::arx(order, order, 1)))
+    hello.asking(program.options.orders_for(order))
 }
 
 /// Describes a fault in words.
@@ -177,8 +175,8 @@ impl External {
         let what = fault_words(fault);
         let trials = &self.batch.trials;
         let (first, last) = (trials[part.start], trials[part.end - 1]);
-        let line = format!("trials {first} to {last}: {what}; the process is killed");
-        self.program.log.note(&line);
+        self.program
+            .fault(&format!("trials {first} to {last}"), &what);
     }
 }
 

@@ -114,6 +114,11 @@ impl CommandOptions {
         }
     }
 
+    /// The orders that the program is asked for, where the plant is of order n; of its models if it returns polynomials.
+    pub fn orders_for(&self, n: usize) -> Orders {
+        self.orders.unwrap_or(Orders::arx(n, n, 1))
+    }
+
     /// The command as it would be typed in a shell.
     pub fn typed(&self) -> String {
         let words: Vec<String> = self.command.iter().map(crate::text::shell_word).collect();

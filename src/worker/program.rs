@@ -8,7 +8,7 @@ use super::options::{CommandOptions, Workers};
 use super::process::{Process, Start};
 use crate::estimator::ProgramError;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
@@ -16,6 +16,10 @@ use std::time::Duration;
 const STARTING: Duration = Duration::from_mins(2);
 /// Attempts to start a process.
 const ATTEMPTS: usize = 3;
+/// Number of faults after which the user is warned, if no process has answered a batch yet.
+const WARNED_AFTER: u64 = 3;
+/// Number of printed lines in that warning.
+const LINES: usize = 5;
 
 /// The permission to run a program.
 #[derive(Clone, Debug)]
@@ -26,6 +30,8 @@ pub struct Permit {
     pub stop: Arc<AtomicBool>,
     /// Kills the program's processes if this process is killed.
     pub guard: Option<Arc<Guard>>,
+    /// Shows the user a line while the study runs.
+    pub warn: fn(&str),
 }
 
 /// An external program that is a method.
@@ -41,6 +47,11 @@ pub struct Program {
     permit: OnceLock<Permit>,
     idle: Mutex<Idle>,
     freed: Condvar,
+    answered: AtomicBool,
+    /// Number of faults while no process had answered a batch.
+    faults: AtomicU64,
+    /// Length of the log at the last fault.
+    logged: AtomicU64,
 }
 
 /// The idle processes.
@@ -71,6 +82,9 @@ impl Program {
             permit: OnceLock::new(),
             idle: Mutex::default(),
             freed: Condvar::new(),
+            answered: AtomicBool::new(false),
+            faults: AtomicU64::new(0),
+            logged: AtomicU64::new(0),
         }
     }
 
@@ -136,6 +150,30 @@ impl Program {
 
     fn idle(&self) -> MutexGuard<'_, Idle> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes a fault to the log. Warns the user once if no process has answered a batch so far: a program that always
+    /// fails would otherwise take long to be noticed.
+    pub(super) fn fault(&self, trials: &str, what: &str) {
+        let line = format!("{trials}: {what}; the process is killed");
+        self.log.note(&line);
+        let since = self.logged.swap(self.log.length(), Ordering::Relaxed);
+        if self.answered.load(Ordering::Relaxed) {
+            return;
+        }
+        let faults = self.faults.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Some(permit) = self.permit.get()
+            && faults == WARNED_AFTER
+        {
+            let name = &self.name;
+            (permit.warn)(&format!(
+                "warning: method {name}: no batch was answered in {faults} attempts; the last: {what}"
+            ));
+            for line in self.log.last_lines(since, LINES) {
+                (permit.warn)(&format!("| {line}"));
+            }
+            (permit.warn)("Ctrl-C stops this run; asobench test-method FILE tests the program");
+        }
     }
 
     fn failed(&self, reason: impl Into<String>) -> ProgramError {
@@ -303,6 +341,7 @@ impl Lease {
         };
         reply.check().map_err(Fault::Malformed)?;
         greeted.served += 1;
+        self.program.answered.store(true, Ordering::Relaxed);
         Ok(reply)
     }
 

@@ -50,6 +50,7 @@ fn permitted(text: &str) -> Experiment {
             folder: PathBuf::from(root()),
             stop: Arc::new(AtomicBool::new(false)),
             guard: None,
+            warn: |_| (),
         });
     }
     experiment

@@ -5,6 +5,11 @@ use super::{root, runs};
 
 /// What `test-method` prints of the worker of examples/workers with something after a part of it, and its exit code.
 fn tested(after: &str, more: &str) -> Option<(String, i32)> {
+    printed(&["test-method"], after, more)
+}
+
+/// The same of another command.
+fn printed(command: &[&str], after: &str, more: &str) -> Option<(String, i32)> {
     if !runs(&["python3", "-c", "1"]) {
         return None;
     }
@@ -17,7 +22,7 @@ fn tested(after: &str, more: &str) -> Option<(String, i32)> {
     let study = "[settings]\nwindow = 40\neta = 10\n[[methods]]\nname = \"mine\"\nbatch = 32\ntimeout = 20\n\
                  command = [\"python3\", \"worker.py\"]\n";
     std::fs::write(place.path().join("study.toml"), study).unwrap();
-    let arguments = ["test-method", "study.toml", "--allow-commands"];
+    let arguments = [command, &["study.toml", "--allow-commands"]].concat();
     let output = asobench(place.path(), &arguments);
     let code = output.status.code().unwrap();
     Some((text(&output.stdout) + &text(&output.stderr), code))
@@ -77,4 +82,22 @@ fn a_program_that_does_not_start_shows_its_error() {
         text.contains("| SyntaxError") && text.contains("worker.py\", line"),
         "{text}"
     );
+}
+
+#[test]
+fn a_run_warns_early_of_a_program_that_answers_nothing() {
+    let fails = "        raise ValueError('not yet written')\n";
+    let run = ["run", "--trials", "40", "--threads", "1"];
+    let Some((text, code)) = printed(&run, FOUND, fails) else {
+        return;
+    };
+    assert_eq!(code, 0, "{text}");
+    for part in [
+        "warning: method mine: no batch was answered in 3 attempts; the last: crashed: the process ended with exit status 1",
+        "| ValueError: not yet written",
+        "asobench test-method FILE tests the program",
+        "mine: crashed 40",
+    ] {
+        assert_eq!(text.matches(part).count(), 1, "{part}: {text}");
+    }
 }
