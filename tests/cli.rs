@@ -107,7 +107,7 @@ fn bad_records_are_refused_by_line_and_column() {
         &[
             "line 1",
             "unknown column 'z'",
-            "expected u and y (and perhaps k or t)",
+            "expected u and y (and perhaps k, t or time)",
         ],
     );
     refuse("u,x\n1,2\n", &["line 1", "'x'"]);

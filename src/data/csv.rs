@@ -28,7 +28,7 @@ pub enum RecordError {
     NoHeader(u64),
     /// A column is neither k, t, u nor y.
     #[error(
-        "line {line}: unknown column '{column}'; expected u and y (and perhaps k or t), separated by commas"
+        "line {line}: unknown column '{column}'; expected u and y (and perhaps k, t or time), separated by commas"
     )]
     UnknownColumn {
         /// The header's line.

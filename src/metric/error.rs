@@ -63,7 +63,7 @@ impl Gathered {
         self.count += u32::from(defined);
         self.sum += if defined { square } else { 0.0 };
         // NaN is kept.
-        let larger = defined & !(square <= self.maximum);
+        let larger = defined && !(square <= self.maximum);
         self.maximum = if larger { square } else { self.maximum };
     }
 

@@ -10,6 +10,7 @@ use super::file::{
 use super::state_feedback::StateFeedback;
 use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings};
 use crate::estimator::{SetupError, Shape, Solver};
+use crate::model::LinearModel;
 use crate::observer::Gain;
 use crate::plant::{ORDER_LIMIT, nikolov2023};
 use crate::signal::{Input, InputLaw, LevelOf, LevelReading, NoiseFilter};
@@ -213,10 +214,12 @@ impl Build<'_> {
                 let wrong = |e: String| FileError::key(&place, e);
                 let plant = table.plant().map_err(wrong)?;
                 if !plant.is_stable() && !table.unstable {
-                    return Err(wrong(
-                        "the plant is not stable; expected 'unstable = true' if that is intended"
-                            .to_owned(),
-                    ));
+                    let model = LinearModel::from(&plant);
+                    let equation = model.equation().rounded(4);
+                    return Err(wrong(format!(
+                        "the plant is not stable: {equation}; expected other signs, or 'unstable = true' if that is \
+                         intended"
+                    )));
                 }
                 Ok(plant.into())
             }

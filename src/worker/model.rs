@@ -6,6 +6,7 @@ use crate::estimator::{
 };
 use crate::model::{LinearModel, Orders};
 use crate::plant::polynomial_from_poles;
+use crate::text::{beginning, visible};
 use faer::MatRef;
 use serde_json::{Map, Value};
 
@@ -127,7 +128,14 @@ impl Layout {
             ));
         }
         if count("bytes") != Some(bytes as u64) {
-            return Err(format!("\"bytes\" of \"reply\": expected {bytes}"));
+            let given = header.get("bytes").unwrap_or(&Value::Null);
+            let each = layout.numbers() / trials.max(1);
+            let coefficients = each - 2;
+            return Err(format!(
+                "\"bytes\" of \"reply\" is {}; expected {bytes}: of each of {trials} trials 8 bytes for status, \
+                 seconds and {coefficients} numbers of the model",
+                visible(beginning(&given.to_string(), 20))
+            ));
         }
         Ok(layout)
     }

@@ -19,7 +19,7 @@ const ATTEMPTS: usize = 3;
 /// Number of faults after which the user is warned, if no process has answered a batch yet.
 const WARNED_AFTER: u64 = 3;
 /// Number of printed lines in that warning.
-const LINES: usize = 5;
+const LINES: usize = 10;
 
 /// The permission to run a program.
 #[derive(Clone, Debug)]
@@ -172,7 +172,10 @@ impl Program {
             for line in self.log.last_lines(since, LINES) {
                 (permit.warn)(&format!("| {line}"));
             }
-            (permit.warn)("Ctrl-C stops this run; asobench test-method FILE tests the program");
+            (permit.warn)(
+                "if this goes on, all trials will be recorded as failed, slowly; Ctrl-C stops the run, asobench \
+                 test-method FILE tests the program",
+            );
         }
     }
 

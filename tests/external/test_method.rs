@@ -95,7 +95,7 @@ fn a_run_warns_early_of_a_program_that_answers_nothing() {
     for part in [
         "warning: method mine: no batch was answered in 3 attempts; the last: crashed: the process ended with exit status 1",
         "| ValueError: not yet written",
-        "asobench test-method FILE tests the program",
+        "test-method FILE tests the program",
         "mine: crashed 40",
     ] {
         assert_eq!(text.matches(part).count(), 1, "{part}: {text}");

@@ -3,7 +3,7 @@
 
 use crate::cli::equation::broken;
 use crate::data::PlantSource;
-use crate::model::LinearModel;
+use crate::model::{LinearModel, Orders};
 use crate::observer::gpebo::ObserverSpec;
 use crate::plant::{ContinuousPlant, PoleFinder, StateSpace};
 use crate::study::file::Key;
@@ -79,7 +79,18 @@ fn described(plant: &StateSpace) -> String {
         Some(samples) => format!("settles to 2 % in {samples} samples"),
     };
     let gain = rounded(model.static_gain(), 6);
-    format!("{indent}{equation}\n{poles}{indent}static gain {gain}, {settles}\n")
+    let orders = delayed(&model).map_or_else(String::new, |orders| {
+        format!("{indent}its orders are {orders}; a method's are set by its key orders\n")
+    });
+    format!("{indent}{equation}\n{poles}{indent}static gain {gain}, {settles}\n{orders}")
+}
+
+/// The orders of a plant whose delay is longer than one sample, without the zeros at the ends of its polynomials.
+fn delayed(model: &LinearModel) -> Option<Orders> {
+    let last = |numbers: &[f64]| numbers.iter().rposition(|x| *x != 0.0);
+    let nk = model.b.iter().position(|b| *b != 0.0)?;
+    let (na, nb) = (last(&model.a)?, last(&model.b)? + 1 - nk);
+    (nk > 1).then(|| Orders::arx(na, nb, nk))
 }
 
 /// The poles of a plant and of the full-order observers that run on it; an observer that is not stable is marked.
@@ -201,5 +212,11 @@ mod tests {
         let expected = "          y(k) = 0.5 y(k-1) + u(k-1)\n          poles 0.5\n          static gain 2, \
                         settles to 2 % in 6 samples\n";
         assert_eq!(text, expected);
+        let delayed = LinearModel {
+            a: vec![1.0, -0.5, 0.0, 0.0],
+            b: vec![0.0, 0.0, 0.0, 2.0],
+            ..model
+        };
+        assert_eq!(super::delayed(&delayed), Some(Orders::arx(1, 1, 3)));
     }
 }

@@ -59,7 +59,7 @@ pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
         verdict(
             residuals.white,
             "white",
-            "NOT white: noise model or order is wrong",
+            "NOT white: noise model, order or offset is wrong",
         ),
         verdict(
             residuals.free_of_past_input,
