@@ -59,7 +59,7 @@ pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
         verdict(
             residuals.white,
             "white",
-            "NOT white: noise model, order or offset is wrong",
+            "NOT white: check noise model, order, offset",
         ),
         verdict(
             residuals.free_of_past_input,
