@@ -637,6 +637,15 @@ fn check_prints_the_same_equation_in_every_notation() {
         text.contains("plant     r\n          y(k) = 0.25 y(k-1) + u(k-1)\n"),
         "{text}"
     );
+    // The orders of models are those of the setting, not the plant's.
+    let arx =
+        "trials = 2\n[settings]\norder = [2, 3]\nwindow = 98\n[[methods]]\nestimator = \"arx\"\n";
+    let path = files.write("orders.toml", arx);
+    let text = stdout(&asobench(&["check", &path, "--out", &files.path("out")]));
+    assert!(
+        text.contains("orders    na=2,nb=2,nk=1: arx\n          na=3,nb=3,nk=1: arx\n"),
+        "{text}"
+    );
     let random = "trials = 2\n[settings]\nplant = \"random\"\n";
     let path = files.write("random.toml", random);
     let text = stdout(&asobench(&["check", &path, "--out", &files.path("out")]));

@@ -8,6 +8,7 @@ use crate::model::Orders;
 use crate::study::file::{Axis, Key, TrialRule};
 use crate::study::{Cost, Disk, Experiment, disk_of, done, memory_of};
 use crate::text::visible;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -90,7 +91,7 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
     line(&mut text, "outputs", &outputs);
     for (i, (orders, names)) in orders(experiment).iter().enumerate() {
         let name = if i == 0 { "orders" } else { "" };
-        line(&mut text, name, &format!("{orders}: {}", names.join(", ")));
+        line(&mut text, name, &format!("{orders}: {}", shortened(names)));
     }
     line(&mut text, "trials", &trials(experiment, rule));
     line(&mut text, "stores", &file.store.to_string());
@@ -112,7 +113,8 @@ fn orders(experiment: &Experiment) -> Vec<(String, Vec<String>)> {
         }
     };
     let cells = experiment.cells.iter();
-    for order in cells.filter_map(|cell| Some(cell.process()?.order())) {
+    let settings: BTreeSet<usize> = cells.map(|cell| cell.order).collect();
+    for order in settings {
         for method in &experiment.methods {
             let options = method.options();
             let orders = options.and_then(|options| options.model_orders(order));

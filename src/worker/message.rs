@@ -440,7 +440,7 @@ mod tests {
             (reply("\"nk\":1", "\"reasons\":[\"\"]"), "not empty"),
             (
                 reply("\"na\":1", "\"na\":2"),
-                "\"bytes\" of \"reply\" is 32; expected 40: of each of 1 trials 8 bytes for status, seconds and 3 numbers",
+                "\"bytes\" of \"reply\" is 32; expected 40, 8 for each number: a trial's status, seconds and 3 of",
             ),
             (
                 reply(

@@ -129,12 +129,11 @@ impl Layout {
         }
         if count("bytes") != Some(bytes as u64) {
             let given = header.get("bytes").unwrap_or(&Value::Null);
-            let each = layout.numbers() / trials.max(1);
-            let coefficients = each - 2;
             return Err(format!(
-                "\"bytes\" of \"reply\" is {}; expected {bytes}: of each of {trials} trials 8 bytes for status, \
-                 seconds and {coefficients} numbers of the model",
-                visible(beginning(&given.to_string(), 20))
+                "\"bytes\" of \"reply\" is {}; expected {bytes}, 8 for each number: a trial's status, seconds and {} \
+                 of the model",
+                visible(beginning(&given.to_string(), 20)),
+                layout.model_numbers()
             ));
         }
         Ok(layout)
@@ -142,8 +141,13 @@ impl Layout {
 
     /// The number of values in all blocks.
     pub fn numbers(&self) -> usize {
+        self.trials * (2 + self.model_numbers())
+    }
+
+    /// The number of values of one trial's model.
+    fn model_numbers(&self) -> usize {
         let widths = self.form.blocks().into_iter().map(|(_, width)| width);
-        self.trials * (2 + widths.sum::<usize>())
+        widths.sum()
     }
 }
 
