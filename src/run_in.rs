@@ -38,7 +38,7 @@ pub fn run_in(experiment: &Experiment, folder: &Path) -> Result<Study, RunInErro
     Campaign::open(folder, experiment, rule, options)?.run(
         &AtomicBool::new(false),
         |_| (),
-        |summary| claim::decides(&experiment.file, summary),
+        |summary, look| claim::decides(&experiment.file, summary, look),
         |_| Vec::new(),
     )?;
     let study = Study::read(folder)?;

@@ -98,10 +98,16 @@ pub(super) fn at_least(p: &[f64], r: usize, among: usize, level: f64) -> bool {
     r > 0 && p.iter().filter(|p| **p <= cell_level).count() >= r
 }
 
-/// Returns the largest r for which [`at_least`] is true.
-pub(super) fn certain_count(p: &[f64], among: usize, level: f64) -> usize {
+/// Returns the largest number of cells of which "at least so many" is certain, from the number `first` on that the
+/// claim itself fixes. "At least r" is tested for `first`, `first` + 1, ... until it is not certain: a fixed sequence of
+/// nested hypotheses, so the number that results may be chosen by the results at no cost. The largest r of all without
+/// that order would be valid for a fixed r only.
+pub(super) fn certain_count(p: &[f64], first: usize, among: usize, level: f64) -> usize {
     let certain = |r: &usize| at_least(p, *r, among, level);
-    (1..=p.len()).rev().find(certain).unwrap_or(0)
+    (first.max(1)..=p.len())
+        .take_while(certain)
+        .last()
+        .unwrap_or(0)
 }
 
 /// Returns the cells that are certain all together, by Holm's step-down (Holm 1979). The chance that any of them is
@@ -185,7 +191,13 @@ mod tests {
         );
         assert!(!at_least(&p, 4, 5, 0.025), "2 * 0.4");
         assert!(at_least(&p, 5, 5, 0.9), "all: the largest, not corrected");
-        assert_eq!(certain_count(&p, 5, 0.025), 3);
+        assert_eq!(certain_count(&p, 1, 5, 0.025), 3);
+        assert_eq!(certain_count(&p, 3, 5, 0.025), 3);
+        assert_eq!(certain_count(&p, 4, 5, 0.025), 0);
+        // Three times the third smallest is certain, four times the second is not: r = 3 only if the claim fixes it.
+        let p = [0.9, 0.001, 0.008, 0.4, 0.0065];
+        assert_eq!(certain_count(&p, 1, 5, 0.025), 1);
+        assert_eq!(certain_count(&p, 3, 5, 0.025), 3);
         // Nine cells, three selected by results. For r = 2: 8 times the second smallest. For r = 3, all of them: the
         // largest alone.
         assert!(

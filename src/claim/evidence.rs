@@ -1,7 +1,7 @@
 //! The evidence for or against a claim's tests in one cell.
 
 use super::decision::PValues;
-use super::known::{Range, worst};
+use super::known::{More, Range, worst};
 use super::sentence::Scale;
 use super::statistics::{Members, Number, Results};
 use crate::study::file::{ClaimTest, Limit};
@@ -78,23 +78,23 @@ impl Evidence {
         self.missing.is_empty() && self.parts.iter().all(pass)
     }
 
-    /// Returns the chance of a certain pass at a level with `factor` times the trials.
-    pub(super) fn power_of_pass(&self, factor: f64, level: f64) -> f64 {
+    /// Returns the chance of a certain pass at a level with more trials.
+    pub(super) fn power_of_pass(&self, more: More, level: f64) -> f64 {
         if !self.missing.is_empty() {
             return 0.0;
         }
-        let passes = |part: &Part| part.number.known.power_inside(part.range, factor, level);
+        let passes = |part: &Part| part.number.known.power_inside(part.range, more, level);
         self.parts.iter().map(passes).product()
     }
 
     /// Returns the chance of a certain fail.
-    pub(super) fn power_of_fail(&self, factor: f64, level: f64) -> f64 {
+    pub(super) fn power_of_fail(&self, more: More, level: f64) -> f64 {
         let part_level = level / self.count();
         let misses = |part: &Part| {
             1.0 - part
                 .number
                 .known
-                .power_outside(part.range, factor, part_level)
+                .power_outside(part.range, more, part_level)
         };
         1.0 - self.parts.iter().map(misses).product::<f64>()
     }

@@ -112,6 +112,16 @@ enum Side {
     Above,
 }
 
+/// More trials than there are, and what they may find.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct More {
+    /// The number of trials over the present one.
+    pub(super) factor: f64,
+    /// The truth, in present standard errors from the present estimate: positive on the side of a limit on which it is
+    /// to be certain.
+    pub(super) shift: f64,
+}
+
 /// The test of "certainly on this side of the limit".
 #[derive(Clone, Copy, Debug)]
 enum OneSided {
@@ -132,21 +142,25 @@ impl OneSided {
         }
     }
 
-    /// Returns the chance that p <= `level` with `factor` times the trials, if the truth equals the present estimate.
-    fn power(self, factor: f64, level: f64) -> f64 {
+    /// Returns the chance that p <= `level` with more trials.
+    fn power(self, More { factor, shift }: More, level: f64) -> f64 {
         match self {
             Self::Sure(is) => f64::from(u8::from(is)),
-            Self::Student(t, Freedom { now, grows: None }) => beyond(t, now, level),
+            Self::Student(t, Freedom { now, grows: None }) => beyond(t + shift, now, level),
             Self::Student(
                 t,
                 Freedom {
                     now,
                     grows: Some(power),
                 },
-            ) => beyond(t * factor.sqrt(), now * factor.powf(power), level),
+            ) => beyond((t + shift) * factor.sqrt(), now * factor.powf(power), level),
             Self::Few(count, total, chance) => {
-                let trials = (total as f64 * factor).round() as u64;
-                few(trials, count as f64 / total as f64, chance, level)
+                let n = total as f64;
+                let share = count as f64 / n;
+                // Not 0 where no trial or every trial counts.
+                let spread = (share * (1.0 - share)).max(1.0 / (n + 1.0)) / n;
+                let share = (share - shift * spread.sqrt()).clamp(0.0, 1.0);
+                few((n * factor).round() as u64, share, chance, level)
             }
         }
     }
@@ -364,19 +378,19 @@ impl Known {
         }
     }
 
-    /// Returns the chance that [`Self::inside`] is at most `level` with `factor` times the trials.
-    pub(super) fn power_inside(&self, range: Range, factor: f64, level: f64) -> f64 {
+    /// Returns the chance that [`Self::inside`] is at most `level` with more trials.
+    pub(super) fn power_inside(&self, range: Range, more: More, level: f64) -> f64 {
         let misses = self
             .tests_inside(range)
-            .map(|test| 1.0 - test.power(factor, level));
+            .map(|test| 1.0 - test.power(more, level));
         (1.0 - misses.sum::<f64>()).max(0.0)
     }
 
     /// Returns the chance that [`Self::outside`] is at most `level` with `factor` times the trials.
-    pub(super) fn power_outside(&self, range: Range, factor: f64, level: f64) -> f64 {
+    pub(super) fn power_outside(&self, range: Range, more: More, level: f64) -> f64 {
         let of_each = match (self.width(range), range.ends()) {
             (Some((width, Freedom { now, grows })), _) => {
-                let growth = grows.map_or(1.0, |_| factor);
+                let growth = grows.map_or(1.0, |_| more.factor);
                 let nu = now * growth.powf(grows.unwrap_or(0.0));
                 level_of_an_end(width * growth.sqrt(), nu, level)
             }
@@ -385,7 +399,7 @@ impl Known {
         };
         let hits = self
             .tests_outside(range)
-            .map(|test| test.power(factor, of_each));
+            .map(|test| test.power(more, of_each));
         hits.sum::<f64>().min(1.0)
     }
 }

@@ -21,12 +21,13 @@ pub use decision::Verdict;
 pub use power::Needed;
 pub use sentence::Scale;
 
-use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, TrialRule};
+use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, Holds, TrialRule};
 use crate::study::place::{Place, varying};
-use crate::study::{MethodTime, Summary};
+use crate::study::{Look, MethodTime, Summary};
 use decision::{Cells, PValues, certain_count, decide};
 use evidence::Evidence;
-use power::Undecided;
+use known::worst;
+use power::{Open, Undecided};
 use sentence::{Findings, UnitFindings};
 use serde::Serialize;
 use statistics::Results;
@@ -84,7 +85,7 @@ pub struct JudgedCell {
     /// That output, or pair of outputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub case: Option<String>,
-    /// "pass", "fail" or "open"; "left out" if the claim's condition is not certain.
+    /// "pass", "fail" or "open"; "left out" if the claim's condition is certainly not met.
     pub says: &'static str,
     /// The p-value of "the tests do not pass"; small if they certainly pass.
     pub p_pass: f64,
@@ -116,45 +117,41 @@ pub struct JudgedNumber {
 }
 
 /// Judges every claim of a resolved file that has a test by the results of the study.
-pub fn judge(file: &ExperimentFile, summary: &Summary, times: &[MethodTime]) -> Vec<Judged> {
+/// `look` says what the verdicts may spend of the claims' level.
+pub fn judge(
+    file: &ExperimentFile,
+    summary: &Summary,
+    times: &[MethodTime],
+    look: Look,
+) -> Vec<Judged> {
     let claims = file.claims.iter().filter(|claim| !claim.test.is_empty());
     claims
-        .map(|claim| judge_at(claim, level_of(claim, file), file, summary, times))
+        .map(|claim| judge_at(claim, look, file, summary, times))
         .collect()
 }
 
-/// Returns the level of each verdict on a claim. A rule that looks at the claim several times divides its level by the
-/// number of looks.
-fn level_of(claim: &ClaimTable, file: &ExperimentFile) -> f64 {
-    match &file.trials {
-        TrialRule::Decided(until) if until.claim == claim.id => {
-            claim.level / f64::from(until.looks())
-        }
-        _ => claim.level,
-    }
-}
-
 /// Whether results decide the claim until which the trials of a file continue.
-pub fn decides(file: &ExperimentFile, summary: &Summary) -> bool {
+pub fn decides(file: &ExperimentFile, summary: &Summary, look: Look) -> bool {
     let TrialRule::Decided(until) = &file.trials else {
         return true;
     };
     let claim = file.claims.iter().find(|claim| claim.id == until.claim);
     claim.is_none_or(|claim| {
-        let judged = judge_at(claim, level_of(claim, file), file, summary, &[]);
+        let judged = judge_at(claim, look, file, summary, &[]);
         judged.verdict != Verdict::Undecided
     })
 }
 
-/// Judges one claim at a given level.
+/// Judges one claim at a look.
 pub fn judge_at(
     claim: &ClaimTable,
-    level: f64,
+    look: Look,
     file: &ExperimentFile,
     summary: &Summary,
     times: &[MethodTime],
 ) -> Judged {
     let given = claim.given.as_ref().map(ClaimTest::from_table).transpose();
+    let level = claim.level * look.share;
     match (claim.cases(), given) {
         (Ok(cases), Ok(given)) => {
             let results = Results { summary, times };
@@ -162,7 +159,7 @@ pub fn judge_at(
                 claim,
                 cases: &cases,
                 given: given.as_ref(),
-                level,
+                look,
             };
             judge.judge(results, file)
         }
@@ -206,6 +203,23 @@ impl JudgedTest {
     }
 }
 
+/// Returns the p-values of a cell in which the tests count only if a condition is met. Where the condition is open, a
+/// cell counts as one of those that a verdict needs only if the condition is certain too. A verdict on all cells needs
+/// no condition: it is right in a cell that is wrongly kept.
+fn with_condition(holds: Holds, tests: PValues, condition: Option<PValues>) -> PValues {
+    let met = condition.map_or(0.0, |given| given.pass);
+    PValues {
+        pass: match holds {
+            Holds::Everywhere => tests.pass,
+            Holds::Typically | Holds::Somewhere => worst(tests.pass, met),
+        },
+        fail: match holds {
+            Holds::Somewhere => tests.fail,
+            Holds::Everywhere | Holds::Typically => worst(tests.fail, met),
+        },
+    }
+}
+
 /// The fewest trials in each cell from which the number needed for a decision is computed.
 const FEWEST_FOR_POWER: u64 = 20;
 
@@ -214,7 +228,7 @@ struct Judge<'a> {
     claim: &'a ClaimTable,
     cases: &'a [Vec<ClaimTest>],
     given: Option<&'a ClaimTest>,
-    level: f64,
+    look: Look,
 }
 
 /// The result in one unit.
@@ -222,8 +236,11 @@ struct Found<'a> {
     tests: &'a [ClaimTest],
     unit: Unit,
     evidence: Evidence,
-    /// The p-values of "condition and test".
+    /// The evidence on the claim's condition, if it has one.
+    given: Option<Evidence>,
+    /// The p-values with the condition.
     p_values: PValues,
+    /// Whether the condition may be met: the others are left out.
     judged: bool,
 }
 
@@ -237,25 +254,26 @@ impl<'a> Judge<'a> {
         among: usize,
     ) -> Found<'a> {
         let evidence = Evidence::new(results, tests, &unit.members);
-        let mut p_values = evidence.p_values();
-        let mut judged = true;
-        if let Some(given) = self.given {
-            let given =
-                Evidence::new(results, std::slice::from_ref(given), &unit.members).p_values();
-            // Among so many cells some would meet the condition by chance (Bonferroni).
-            judged = given.pass <= self.level / among as f64;
-            p_values = PValues {
-                pass: p_values.pass.max(given.pass),
-                fail: p_values.fail.max(given.pass),
-            };
-        }
+        let given = self.given.map(std::slice::from_ref);
+        let given = given.map(|given| Evidence::new(results, given, &unit.members));
+        let condition = given.as_ref().map(Evidence::p_values);
         Found {
             tests,
             unit,
+            p_values: with_condition(self.claim.holds, evidence.p_values(), condition),
+            // Among so many cells some would miss the condition by chance (Bonferroni).
+            judged: condition
+                .is_none_or(|given| given.fail > self.level(self.look.share) / among as f64),
             evidence,
-            p_values,
-            judged,
+            given,
         }
+    }
+
+    /// Returns the level of the tests in the cells, at a look with this share. A condition takes half of the verdict's
+    /// level, for the cells that are left out.
+    fn level(&self, share: f64) -> f64 {
+        let part = if self.given.is_some() { 0.5 } else { 1.0 };
+        self.claim.level * share * part
     }
 
     /// Evaluates every unit of every case.
@@ -276,7 +294,7 @@ impl<'a> Judge<'a> {
     fn judge(&self, results: Results<'_>, file: &ExperimentFile) -> Judged {
         let found = match self.found(results, file) {
             Ok(found) => found,
-            Err(why) => return undecided(self.claim, self.level, &why),
+            Err(why) => return undecided(self.claim, self.claim.level * self.look.share, &why),
         };
         let among = found.len();
         let kept: Vec<&Found> = found.iter().filter(|found| found.judged).collect();
@@ -286,25 +304,29 @@ impl<'a> Judge<'a> {
             judged: &p_values,
             among,
         };
-        let verdict = decide(holds, judged, self.level);
+        let level = self.level(self.look.share);
+        let verdict = decide(holds, judged, level);
         let trials = |found: &&Found| results.trials(&found.unit.members);
         let enough = kept.iter().all(|found| trials(found) >= FEWEST_FOR_POWER);
         let open = verdict == Verdict::Undecided && !kept.is_empty();
         let needed = (open && enough).then(|| {
-            let cells: Vec<(&Evidence, u64)> = kept
+            let cells: Vec<Open> = kept
                 .iter()
-                .map(|found| (&found.evidence, trials(found)))
+                .map(|found| Open {
+                    evidence: &found.evidence,
+                    given: found.given.as_ref(),
+                    trials: trials(found),
+                })
                 .collect();
-            let (cells, level) = (cells.as_slice(), self.level);
             Undecided {
-                cells,
+                cells: &cells,
                 among,
                 holds,
-                level,
+                level: self.level(self.look.next),
             }
-            .trials()
+            .needed()
         });
-        let [passing, failing] = judged.certain(holds, self.level);
+        let [passing, failing] = judged.certain(holds, level);
         let (pass, fail): (Vec<f64>, Vec<f64>) =
             p_values.iter().map(|cell| (cell.pass, cell.fail)).unzip();
         let units: Vec<UnitFindings> = kept
@@ -323,12 +345,18 @@ impl<'a> Judge<'a> {
             left_out: among - kept.len(),
             passing: &passing,
             failing: &failing,
-            at_least: [pass, fail].map(|p| certain_count(&p, among, self.level)),
+            at_least: [
+                (pass, holds.passes(kept.len())),
+                (fail, holds.fails(kept.len())),
+            ]
+            .map(|(p, first)| certain_count(&p, first, among, level)),
             verdict,
             needed,
+            look: self.look,
+            level: self.claim.level,
         };
         let sentence = findings.sentence();
-        let mut judged = undecided(self.claim, self.level, "");
+        let mut judged = undecided(self.claim, self.claim.level * self.look.share, "");
         judged.verdict = verdict;
         let added = added(self.claim);
         judged.line = format!("{}  {verdict}{sentence}{added}", self.claim.id);

@@ -2,9 +2,11 @@
 
 use super::decision::level_of_each;
 use super::evidence::Evidence;
+use super::known::More;
 use crate::metric::tails::normal_above;
 use crate::study::file::{Holds, TRIAL_LIMIT};
 use serde::Serialize;
+use std::fmt;
 
 /// The required chance of a decision.
 const POWER: f64 = 0.8;
@@ -12,46 +14,113 @@ const POWER: f64 = 0.8;
 /// Up to so many cells, the number of certain ones is computed exactly; beyond, with the normal approximation.
 const EXACT_CELLS: usize = 400;
 
-/// The number of trials in every cell that would decide a claim.
+/// Half the width of the interval of an effect from which a range of trials follows, in standard errors: 80 %.
+const EFFECT_POINT: f64 = 1.281_551_565_544_600_4;
+
+/// The number of trials in every cell that would decide a claim with 80 % power. It depends on the square of an effect
+/// that is known to its standard error only, so it is a range: from the number for the far end of the effect's 80 %
+/// interval to that for the near end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Needed {
-    /// This many.
-    Trials(u64),
-    /// More than this, the most that a study can have.
-    MoreThan(u64),
+pub struct Needed {
+    /// The fewest; `None` if they are more than a study can have.
+    pub from: Option<u64>,
+    /// The most; `None` if the effect may be too small for any number.
+    pub to: Option<u64>,
+}
+
+impl Needed {
+    /// No number of trials decides the claim.
+    const NEVER: Self = Self {
+        from: None,
+        to: None,
+    };
+}
+
+impl fmt::Display for Needed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.from.map(grouped), self.to.map(grouped)) {
+            (Some(from), Some(to)) if from == to => write!(f, "some {to} trials would decide it"),
+            (Some(from), Some(to)) => write!(f, "some {from} to {to} trials would decide it"),
+            (Some(from), None) => {
+                write!(
+                    f,
+                    "{from} trials or more would decide it, if any number does"
+                )
+            }
+            (None, _) => write!(
+                f,
+                "more than {} trials would be needed",
+                grouped(TRIAL_LIMIT)
+            ),
+        }
+    }
+}
+
+/// Formats a number of trials, rounded up to two digits, with commas: "41,000".
+fn grouped(trials: u64) -> String {
+    let mut unit = 1;
+    while trials / unit >= 100 {
+        unit *= 10;
+    }
+    let digits = (trials.div_ceil(unit) * unit).to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A cell of an undecided claim.
+#[derive(Clone, Copy)]
+pub(super) struct Open<'a> {
+    /// The evidence on its tests.
+    pub(super) evidence: &'a Evidence,
+    /// The evidence on the claim's condition, if it has one.
+    pub(super) given: Option<&'a Evidence>,
+    /// Its trials.
+    pub(super) trials: u64,
 }
 
 /// The cells of an undecided claim.
 #[derive(Clone, Copy)]
 pub(super) struct Undecided<'a> {
-    /// The evidence of every judged cell, and its trials.
-    pub(super) cells: &'a [(&'a Evidence, u64)],
+    /// Every judged cell.
+    pub(super) cells: &'a [Open<'a>],
     /// How many cells there were before results selected the judged ones.
     pub(super) among: usize,
     /// In how many cells the claim says that it holds.
     pub(super) holds: Holds,
-    /// Its level.
+    /// Its level at the next look.
     pub(super) level: f64,
 }
 
 impl Undecided<'_> {
-    /// Returns the fewest trials, the same in every cell, that decide with 80 %. It assumes that every number equals
-    /// its present estimate and that cells are independent. The decision is "holds" if enough cells seem to pass,
-    /// otherwise "does not hold". The result is at least twice the present number: a single open cell needs
-    /// (1.96 + 0.84)^2 / 1.96^2 = 2.04 times as many.
-    pub(super) fn trials(self) -> Needed {
-        let there = self
-            .cells
-            .iter()
-            .map(|(_, trials)| *trials)
-            .max()
-            .unwrap_or(1);
-        let mut high = there.max(1).saturating_mul(2);
-        let mut low = high;
-        while self.power(high) < POWER {
+    /// Returns the range of trials that decides. The decision is "holds" if enough cells seem to pass, otherwise "does
+    /// not hold".
+    pub(super) fn needed(self) -> Needed {
+        if self.level > 0.0 {
+            Needed {
+                from: self.trials(EFFECT_POINT),
+                to: self.trials(-EFFECT_POINT),
+            }
+        } else {
+            Needed::NEVER
+        }
+    }
+
+    /// Returns the fewest trials, the same in every cell, that decide with 80 %, but more than there are. It assumes
+    /// that cells are independent, and that every number is `shift` standard errors farther on the side of its limit on
+    /// which it seems to be.
+    pub(super) fn trials(self, shift: f64) -> Option<u64> {
+        let there = self.cells.iter().map(|cell| cell.trials).max();
+        let mut low = there.unwrap_or(1).max(1);
+        let mut high = low + 1;
+        while self.power(high, shift) < POWER {
             if high == TRIAL_LIMIT {
-                return Needed::MoreThan(TRIAL_LIMIT);
+                return None;
             }
             low = high;
             high = high.saturating_mul(2).min(TRIAL_LIMIT);
@@ -59,32 +128,38 @@ impl Undecided<'_> {
         // Accurate to a thousandth.
         while high - low > 1 + low / 1000 {
             let middle = low + (high - low) / 2;
-            if self.power(middle) < POWER {
+            if self.power(middle, shift) < POWER {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        Needed::Trials(high)
+        Some(high)
     }
 
     /// Returns the chance that so many trials decide the claim.
-    pub(super) fn power(self, trials: u64) -> f64 {
+    pub(super) fn power(self, trials: u64, shift: f64) -> f64 {
         let m = self.cells.len();
         let (passes, fails) = (self.holds.passes(m), self.holds.fails(m));
         let seem = self
             .cells
             .iter()
-            .filter(|(evidence, _)| evidence.seems_to_pass());
+            .filter(|cell| cell.evidence.seems_to_pass());
         let towards_holds = seem.count() >= passes;
         let r = if towards_holds { passes } else { fails };
         let cell_level = level_of_each(r, m, self.among, self.level);
-        let of_cell = |(evidence, there): &(&Evidence, u64)| {
-            let factor = trials as f64 / *there as f64;
-            if towards_holds {
-                evidence.power_of_pass(factor, cell_level)
-            } else {
-                evidence.power_of_fail(factor, cell_level)
+        let of_cell = |cell: &Open<'_>| {
+            let more = More {
+                factor: trials as f64 / cell.trials as f64,
+                shift,
+            };
+            let condition = |given: &Evidence| given.power_of_pass(more, cell_level);
+            let condition = cell.given.map_or(1.0, condition);
+            match (towards_holds, self.holds) {
+                (true, Holds::Everywhere) => cell.evidence.power_of_pass(more, cell_level),
+                (true, _) => condition * cell.evidence.power_of_pass(more, cell_level),
+                (false, Holds::Somewhere) => cell.evidence.power_of_fail(more, cell_level),
+                (false, _) => condition * cell.evidence.power_of_fail(more, cell_level),
             }
         };
         let chances: Vec<f64> = self.cells.iter().map(of_cell).collect();

@@ -8,11 +8,11 @@ use super::evidence::{Evidence, Part};
 use super::power::Needed;
 use crate::metric::SlopeOf;
 use crate::number::{listed, uncertain};
-use crate::study::TheoryReference;
 use crate::study::file::{
     ClaimStatistic as Statistic, ClaimTest, Holds, Limit, Outcome, TestKind, ValueOf,
 };
 use crate::study::place::Place;
+use crate::study::{Look, TheoryReference};
 use serde::Serialize;
 
 /// The findings that a sentence reports.
@@ -32,6 +32,9 @@ pub(super) struct Findings<'a> {
     pub(super) at_least: [usize; 2],
     pub(super) verdict: Verdict,
     pub(super) needed: Option<Needed>,
+    pub(super) look: Look,
+    /// The level of the claim, for all looks together.
+    pub(super) level: f64,
 }
 
 /// A unit that is judged by itself, such as a cell, with one of the outputs that the claim lists.
@@ -94,19 +97,28 @@ impl Findings<'_> {
         if self.left_out > 0 && !self.units.is_empty() {
             let given = self
                 .given
-                .map(|test| format!("{} is certainly {}", noun(test, None), must(test)));
-            sentence.push_str(&format!(
-                " Judged where {}; {} other {} left out.",
-                given.unwrap_or_default(),
-                self.left_out,
-                if self.left_out == 1 {
-                    "cell is"
-                } else {
-                    "cells are"
-                }
-            ));
+                .map(|test| format!("{} is certainly not {}", noun(test, None), must(test)));
+            let cells = match self.left_out {
+                1 => "one cell".to_owned(),
+                count => format!("{count} cells"),
+            };
+            let given = given.unwrap_or_default();
+            sentence.push_str(&format!(" Left out: {cells}, where {given}."));
         }
+        sentence.push_str(&self.look_words());
         sentence
+    }
+
+    /// Returns which look at the results this is, if it is not the first, and the level that is left for it.
+    fn look_words(&self) -> String {
+        match self.look.number {
+            0 | 1 => String::new(),
+            number => format!(
+                " Look {number} at this study, at {} % a side; all looks together keep {} %.",
+                short(100.0 * self.level * self.look.share),
+                short(100.0 * self.level)
+            ),
+        }
     }
 
     /// Orders cells by how far their numbers are inside the limit: by values if all belong to one test, otherwise by
@@ -301,7 +313,7 @@ impl Findings<'_> {
             return ": the results have no cell to which it applies.".to_owned();
         }
         if self.units.is_empty() {
-            return ": its condition is certain in no cell.".to_owned();
+            return ": its condition is certainly not met in any cell.".to_owned();
         }
         let m = self.units.len();
         let mut reasons: Vec<String> = Vec::new();
@@ -321,15 +333,14 @@ impl Findings<'_> {
         };
         let trials = match self.needed {
             _ if silent == m => String::new(),
-            Some(Needed::Trials(trials)) => {
-                format!("; some {} trials would decide it", grouped(trials))
-            }
             _ if self.cases.iter().flatten().any(ClaimTest::is_timed) => {
                 "; more trials do not make times more precise".to_owned()
             }
-            Some(Needed::MoreThan(most)) => {
-                format!("; more than {} trials would be needed", grouped(most))
+            Some(_) if self.look.next <= 0.0 => {
+                "; its looks are used up, and a run with another seed in another folder can decide it"
+                    .to_owned()
             }
+            Some(needed) => format!("; {needed}"),
             None => String::new(),
         };
         let why = if reasons.is_empty() {
@@ -345,6 +356,11 @@ impl Findings<'_> {
         };
         format!(": {open}{why}{trials}.")
     }
+}
+
+/// Formats a number with two significant digits: "0.13".
+fn short(x: f64) -> String {
+    format!("{x:.1e}").parse::<f64>().unwrap_or(x).to_string()
 }
 
 /// Returns "iv(4)", or "each of iv(4) and ls".
@@ -370,23 +386,6 @@ pub(super) fn of_and_to(test: &ClaimTest) -> String {
         }
         None => test.output.clone(),
     }
-}
-
-/// Formats a number of trials, rounded up to two digits, with commas: "41,000".
-fn grouped(trials: u64) -> String {
-    let mut unit = 1;
-    while trials / unit >= 100 {
-        unit *= 10;
-    }
-    let digits = (trials.div_ceil(unit) * unit).to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 /// The scale on which the numbers of a test are compared.

@@ -5,7 +5,8 @@
 
 use super::known::{Freedom, Known};
 use crate::metric::{
-    Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, Share, SlopeOf, Statistics, Worse,
+    Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, SKETCH_ERROR, Share, SlopeOf,
+    Statistics, Worse, Z,
 };
 use crate::study::file::{
     BoundTable, ClaimStatistic, ClaimTest, Outcome, SlopeTable, TestKind, ValueOf,
@@ -495,9 +496,10 @@ fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
     ranks(0.5, all, (value, pair.median_ratio.mcse), points, true)
 }
 
-/// Returns the ratio of two medians. Outputs on the same trials are treated as independent. They nearly always rise and
-/// fall together, so the error is then too large rather than too small. A median among lost trials makes the ratio
-/// infinite or 0.
+/// Returns the ratio of two medians on the same trials. With the relative errors a and b of the medians and their
+/// correlation rho, the square of its own is `a^2 + b^2 - 2 rho a b`, but not below what the bins of the sketch leave.
+/// Without a stored correlation, as in folders of older versions, the medians are treated as independent. A median among
+/// failed trials makes the ratio infinite or 0.
 fn ratio_of_medians(cell: &CellSummary, medians: [(&str, Measure); 2]) -> Result<Known, Missing> {
     let mut found = Vec::with_capacity(2);
     for (label, measure) in medians {
@@ -518,9 +520,19 @@ fn ratio_of_medians(cell: &CellSummary, medians: [(&str, Measure); 2]) -> Result
         (false, true) => return Ok(by_lost(0.0, (0.0, second.undefined))),
         (false, false) => {}
     }
+    let [(of, measure), (to, measure_of_to)] = medians;
+    let mut pairs = cell.medians.iter();
+    let pair = pairs.find(|pair| {
+        let table = &pair.table;
+        (table.output.as_str(), table.measure) == (of, measure)
+            && (table.to.as_str(), table.measure_of_to) == (to, measure_of_to)
+    });
+    let correlation = pair.map_or(0.0, |pair| pair.correlation);
     let (first, second) = (first.q50, second.q50);
     let ratio = first.value / second.value;
-    let relative = (first.mcse / first.value).hypot(second.mcse / second.value);
+    let (a, b) = (first.mcse / first.value, second.mcse / second.value);
+    let square = a * a + b * b - 2.0 * correlation * a * b;
+    let relative = square.max(2.0 * (SKETCH_ERROR / Z).powi(2)).sqrt();
     let error = if cell.deterministic {
         0.0
     } else {
@@ -594,8 +606,9 @@ fn coverages(
     Ok(shares)
 }
 
-/// Returns the mean signed error over its standard deviation, delta = m / s, for one coefficient or for all. Var delta
-/// is nearly Var m / s^2 + delta^2 Var s / s^2. The covariance of m and s is neglected; it is 0 for symmetric errors.
+/// Returns the mean signed error over its standard deviation, delta = m / s, for one coefficient or for all. By the
+/// delta method Var delta is `(Var m + delta^2 Var s - 2 delta Cov(m, s)) / s^2` with `Cov(m, s) = s^2 g / (2 M)`, where
+/// g is the skewness of the errors.
 fn biases(
     cell: &CellSummary,
     output: &OutputSummary,
@@ -617,7 +630,12 @@ fn biases(
             }
             let (mean, sd) = (errors.mean, errors.sd);
             let delta = mean.value / sd.value;
-            let error = (mean.mcse / sd.value).hypot(delta * sd.mcse / sd.value);
+            let m = errors.count as f64;
+            // Older versions did not store the skewness.
+            let skewness = Some(errors.skewness).filter(|g| g.is_finite()).unwrap_or(0.0);
+            let [of_mean, of_sd] = [mean.mcse / sd.value, delta * sd.mcse / sd.value];
+            let square = of_mean * of_mean + of_sd * of_sd - delta * skewness / m;
+            let error = square.max(0.0).sqrt();
             Ok(Number {
                 name: Some(parameter.clone()),
                 kept: kept(errors.count, cell.trials),

@@ -47,7 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         partial: arguments.partial,
         mix_instructions: arguments.mix_instructions,
     };
-    let is_decided = |summary: &Summary| claim::decides(&experiment.file, summary);
+    let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
     let merged = merge(
         (&plan, &experiment),
         found,

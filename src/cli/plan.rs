@@ -183,6 +183,7 @@ fn wanted(
         note(line);
     }
     let stop = progress::stop_flag()?;
-    let is_decided = |summary: &crate::study::Summary| claim::decides(&experiment.file, summary);
+    let is_decided =
+        |summary: &crate::study::Summary, look| claim::decides(&experiment.file, summary, look);
     next_targets(experiment, rule, &found, (threads(None), &stop), is_decided).map_err(refused)
 }

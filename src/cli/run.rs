@@ -349,7 +349,7 @@ pub(super) fn execute(
     }
     let stop = progress::stop_flag()?;
     let mut display = progress::Display::new(experiment.cells.len());
-    let is_decided = |summary: &Summary| claim::decides(&experiment.file, summary);
+    let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
     let outcome = campaign.run(
         &stop,
         |event: Event| display.show(&event),

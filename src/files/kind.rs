@@ -23,6 +23,8 @@ pub enum Kind {
     States,
     /// `manifest.json`.
     Manifest,
+    /// `looks.json`.
+    Looks,
     /// `blocks/design.json`.
     Design,
     /// A block of trials.
@@ -72,6 +74,7 @@ impl Kind {
             Self::Signal => 256 * MIB,
             Self::Record
             | Self::Manifest
+            | Self::Looks
             | Self::Design
             | Self::Block
             | Self::Times
@@ -97,6 +100,7 @@ impl Kind {
             Self::Record => "record",
             Self::States => "states",
             Self::Manifest => "manifest",
+            Self::Looks => "looks",
             Self::Design => "design",
             Self::Block => "block",
             Self::Summary => "summary",
@@ -119,6 +123,7 @@ impl Kind {
         matches!(
             self,
             Self::Manifest
+                | Self::Looks
                 | Self::Design
                 | Self::Block
                 | Self::Summary
@@ -141,6 +146,7 @@ impl Kind {
         // JSON with another layout is still the program's own.
         let json: String = match self {
             Self::Manifest
+            | Self::Looks
             | Self::Design
             | Self::Summary
             | Self::Times
@@ -153,6 +159,7 @@ impl Kind {
             Self::Plan => json.starts_with("{\"plan\":\"asobench\","),
             Self::Run => json.starts_with("{\"run\":\"asobench\","),
             Self::Manifest => json.starts_with("{\"program\":\"asobench\","),
+            Self::Looks => json.starts_with("{\"looks_of\":\"asobench\","),
             Self::Design => {
                 json.starts_with("{\"version\":\"") && json.contains("\",\"experiment\":{")
             }
@@ -241,6 +248,7 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
         let kinds = [
             Kind::Manifest,
+            Kind::Looks,
             Kind::Design,
             Kind::Summary,
             Kind::Times,

@@ -46,7 +46,7 @@ pub use fit::{Fit, FitModel, fit};
 pub use moments::Sample;
 pub use paired::{Paired, PairedStatistics};
 pub use prediction::prediction_errors;
-pub use quantile::{Quantile, Worse, quantile};
+pub use quantile::{Quantile, Worse, correlation_of_medians, quantile};
 pub use response::{Response, System};
 pub use share::{BoundVerdict, Share, verdict};
 pub use sketch::{SKETCH_ERROR, Sketch, expected_bins};

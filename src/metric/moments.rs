@@ -318,6 +318,24 @@ impl Sample {
         not_negative(sum.over(m).value())
     }
 
+    /// The skewness `mean (x - mean)^3 / s^3`; NaN if undefined.
+    pub fn skewness(&self) -> f64 {
+        let m = Dd::from(self.count as f64);
+        let s1 = Dd::from(self.sum.value_dd());
+        let s2 = Dd::from(self.squares.value_dd());
+        let s3 = Dd::from(self.cubes.value_dd());
+        let c = s1.over(m);
+        // s3 - 3 c s2 + 2 c^2 s1
+        let sum = s3 - c * (Dd::from(3.0) * s2 - c * (Dd::from(2.0) * s1));
+        let variance = self.variance();
+        let skewness = sum.over(m).value() / (variance * variance.sqrt());
+        self.with_fourths(if skewness.is_finite() {
+            skewness
+        } else {
+            f64::NAN
+        })
+    }
+
     /// The mean square; its MCSE is the standard deviation of `x^2` over `sqrt M`.
     pub fn mse(&self) -> Estimate {
         let m = self.count as f64;
@@ -384,6 +402,7 @@ impl Sample {
             overflowed: self.overflowed,
             mean: self.mean(),
             sd: self.sd(),
+            skewness: self.skewness(),
             mse: self.mse(),
             rmse: self.rmse(),
             trimmed: self.sketch.trimmed_mean(TRIM),

@@ -72,6 +72,37 @@ impl Default for Quantile {
     }
 }
 
+/// The correlation of the medians of two columns over the same trials, `4 p - 1`, where p is the share of trials in the
+/// lower half of both. In the limit a median moves with the share of values below it, and two such shares have this
+/// correlation. NaN ranks at the worse end. `None` unless both have the same number of trials, at least one.
+pub fn correlation_of_medians(first: (&[f64], Worse), second: (&[f64], Worse)) -> Option<f64> {
+    let [a, b] = [first, second].map(|(values, worse)| is_in_lower_half(values, worse));
+    if a.len() != b.len() || a.is_empty() {
+        return None;
+    }
+    let [of_a, of_b] = [&a, &b].map(|half| half.iter().filter(|is| **is).count() as f64);
+    let both = a.iter().zip(&b).filter(|(a, b)| **a && **b).count() as f64;
+    let m = a.len() as f64;
+    let spread = (of_a * (m - of_a) * of_b * (m - of_b)).sqrt();
+    (spread > 0.0).then(|| ((both * m - of_a * of_b) / spread).clamp(-1.0, 1.0))
+}
+
+/// Whether each value is at most the median, or among the lowest half where that is more.
+fn is_in_lower_half(values: &[f64], worse: Worse) -> Vec<bool> {
+    let last = match worse {
+        Worse::Larger => f64::INFINITY,
+        Worse::Smaller => f64::NEG_INFINITY,
+    };
+    let ranked = |x: &f64| if x.is_nan() { last } else { *x };
+    let mut sorted: Vec<f64> = values.iter().map(ranked).collect();
+    let Some(middle) = sorted.len().checked_sub(1).map(|most| most / 2) else {
+        return Vec::new();
+    };
+    let (_, median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+    let median = *median;
+    values.iter().map(|x| ranked(x) <= median).collect()
+}
+
 /// The positions between the order statistics 0 ... M-1 at the ends of the 95 % interval of the q-quantile of M values.
 /// `None` if one of them is outside the sample.
 pub(super) fn interval_ends(count: u64, q: f64) -> Option<[f64; 2]> {
@@ -145,6 +176,27 @@ mod tests {
             assert!(quantile(&[1.0; 1000], q).mcse.is_nan(), "no ranks beyond");
         }
         assert_eq!(quantile(&[2.0; 6], 0.5).mcse, 0.0);
+    }
+
+    /// By hand: of 1, 2, 3, 4 the lower half is 1, 2. Equal columns have 1, reversed ones -1, and one whose lower half
+    /// shares one of two has 0. NaN ranks last, or first where small values are worse.
+    #[test]
+    fn correlations_of_medians_by_hand() {
+        use Worse::{Larger, Smaller};
+        let x = [1.0, 2.0, 3.0, 4.0];
+        let of = |y: [f64; 4]| correlation_of_medians((&x, Larger), (&y, Larger));
+        assert_eq!(of([5.0, 6.0, 7.0, 8.0]), Some(1.0));
+        assert_eq!(of([8.0, 7.0, 6.0, 5.0]), Some(-1.0));
+        assert_eq!(of([1.0, 3.0, 2.0, 4.0]), Some(0.0));
+        assert_eq!(of([1.0, 2.0, f64::NAN, f64::NAN]), Some(1.0));
+        let nan_first =
+            correlation_of_medians((&x, Larger), (&[f64::NAN, f64::NAN, 1.0, 2.0], Smaller));
+        assert_eq!(nan_first, Some(1.0));
+        assert_eq!(
+            correlation_of_medians((&x, Larger), (&x[..2], Larger)),
+            None
+        );
+        assert_eq!(correlation_of_medians((&[], Larger), (&[], Larger)), None);
     }
 
     /// For uniform numbers, the q-quantile of M has standard deviation sqrt(q (1 - q) / M).

@@ -55,6 +55,9 @@ pub struct Statistics {
     pub mean: Estimate,
     /// Standard deviation, divisor M - 1.
     pub sd: Estimate,
+    /// Skewness: the third central moment over the cube of the standard deviation.
+    #[serde(with = "nan_is_null", default = "nan")]
+    pub skewness: f64,
     /// Mean square about 0: the mean square error if the measure is an error.
     pub mse: Estimate,
     /// Root mean square.
@@ -86,6 +89,11 @@ pub struct Statistics {
     /// The largest `x^2` over the sum of `x^2`.
     #[serde(with = "nan_is_null")]
     pub largest_share: f64,
+}
+
+/// What older versions did not store.
+fn nan() -> f64 {
+    f64::NAN
 }
 
 impl Statistics {

@@ -9,7 +9,7 @@
 use super::{Study, report};
 use crate::study::file::ExperimentFile;
 use crate::study::{
-    BlockFolder, Campaign, CellSummary, CellTally, Content, Experiment, RunOptions,
+    BlockFolder, Campaign, CellSummary, CellTally, Content, Experiment, Looks, RunOptions,
     SlopeStatistics, Span, Summary, parse_manifest,
 };
 use rand::{RngExt, SeedableRng};
@@ -85,7 +85,7 @@ impl Original {
         let campaign = Campaign::open(folder.path(), &experiment, rule, options).unwrap();
         let stop = AtomicBool::new(false);
         campaign
-            .run(&stop, |_| {}, |_| true, |_| Vec::new())
+            .run(&stop, |_| {}, |_, _| true, |_| Vec::new())
             .unwrap();
         let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
         let json = |name: &str| serde_json::from_str(&read(name)).unwrap();
@@ -161,6 +161,7 @@ impl Original {
             &manifest,
             summary.to_string().as_bytes(),
             None,
+            &Looks::default(),
         ) {
             Ok(study) => {
                 let files = report(&[study], &mut |_| {});

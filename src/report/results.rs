@@ -8,7 +8,8 @@ pub use crate::study::MethodTime as Time;
 use crate::study::file::{ClaimTable, ExperimentFile, FileError, Key};
 pub use crate::study::place::{axis_label, value_name, words};
 use crate::study::{
-    CellSummary, Experiment, Measure, OutputSummary, Summary, TheoryReference, read_manifest,
+    CellSummary, Experiment, Look, Looks, Measure, OutputSummary, Summary, TheoryReference,
+    read_manifest,
 };
 use crate::text::shell_word;
 use serde::Deserialize;
@@ -70,6 +71,8 @@ pub struct Study {
     pub times: Vec<Time>,
     /// The processor on which they were measured.
     pub(super) machine: Option<String>,
+    /// Which look at these results this is, and what it may spend of the claims' level.
+    pub(super) look: Look,
     /// The verdicts on the claims of the experiment file.
     pub judged: Vec<Judged>,
     /// The look-ups in the summary.
@@ -94,7 +97,8 @@ impl Study {
             Some(timing) => files::read_own(&timing.join("times.json"), Kind::Times)?,
             None => None,
         };
-        Self::decode(folder, &manifest, &summary, times.as_deref())
+        let looks = Looks::read(folder)?;
+        Self::decode(folder, &manifest, &summary, times.as_deref(), &looks)
     }
 
     /// Judges other claims with these results. Claims that were not part of the run are marked.
@@ -113,7 +117,8 @@ impl Study {
         }
         file.check_filters()?;
         let file = Experiment::new(file)?.file;
-        self.judged = judged(&file, &self.summary, &self.times, self.machine.as_deref());
+        let timed = (&self.times[..], self.machine.as_deref());
+        self.judged = judged(&file, &self.summary, timed, self.look);
         self.file.claims = file.claims;
         Ok(())
     }
@@ -128,6 +133,7 @@ impl Study {
         manifest: &Value,
         summary: &[u8],
         times: Option<&[u8]>,
+        looks: &Looks,
     ) -> Result<Self, ResultsError> {
         let wrong = |name: &str, reason: String| ResultsError::File {
             path: folder.join(name),
@@ -155,8 +161,10 @@ impl Study {
             return Err(wrong("timing/times.json", reason.to_owned()));
         }
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
-        let judged = judged(&file, &summary, &times, machine.as_deref());
+        let look = looks.at(summary.trials(), &file, &file.trials);
+        let judged = judged(&file, &summary, (&times, machine.as_deref()), look);
         Ok(Self {
+            look,
             machine,
             name: name(folder),
             folder: folder.to_owned(),
@@ -277,7 +285,7 @@ impl Study {
 
     /// The total number of trials.
     pub fn trials(&self) -> u64 {
-        self.summary.cells.iter().map(|cell| cell.trials).sum()
+        self.summary.trials()
     }
 
     /// The command that repeats the study, and the folder for its results.
@@ -302,10 +310,10 @@ impl Study {
 fn judged(
     file: &ExperimentFile,
     summary: &Summary,
-    times: &[Time],
-    machine: Option<&str>,
+    (times, machine): (&[Time], Option<&str>),
+    look: Look,
 ) -> Vec<Judged> {
-    let mut judged = judge(file, summary, times);
+    let mut judged = judge(file, summary, times, look);
     if let Some(machine) = machine {
         for claim in judged.iter_mut().filter(|claim| claim.timed) {
             let whose = format!(" Measured on {machine}, one thread.");

@@ -5,7 +5,8 @@ use super::compute::Work;
 use super::engine::Engine;
 use super::experiment::Experiment;
 use super::file::{FileError, Store, TrialRule};
-use super::folder::{FolderError, ResultsFolder};
+use super::folder::{FolderError, ResultsFolder, stored_design};
+use super::looks::{Look, Looks};
 use super::rounds::Rounds;
 use super::rows::Rows;
 use super::runner::{RunError, Span, pool};
@@ -113,6 +114,8 @@ pub struct Campaign<'e> {
     pub(super) stored: Vec<Vec<StoredBlock>>,
     /// The origin that the results state.
     pub(super) origin: Origin,
+    /// The looks at the folder's results before this run.
+    looks: Looks,
 }
 
 /// Where results come from.
@@ -140,7 +143,9 @@ impl<'e> Campaign<'e> {
         }
         let folder = ResultsFolder::open(path)?;
         if options.replace {
-            folder.clear(options.figures)?;
+            // Looks at the same trials go on counting.
+            let same = stored_design(path).is_some_and(|stored| stored == experiment.design());
+            folder.clear(options.figures, same)?;
         }
         if options.fresh {
             folder.check_blocks()?;
@@ -173,7 +178,9 @@ impl<'e> Campaign<'e> {
         for block in found {
             stored[block.span.cell].push(block);
         }
+        let looks = Looks::read(path)?;
         let campaign = Self {
+            looks,
             experiment,
             rule,
             options,
@@ -226,13 +233,13 @@ impl<'e> Campaign<'e> {
         mut self,
         stop: &AtomicBool,
         mut on_event: impl FnMut(Event),
-        is_decided: impl Fn(&Summary) -> bool,
+        is_decided: impl Fn(&Summary, Look) -> bool,
         figures: impl Fn(&Summary) -> Vec<(String, String)>,
     ) -> Result<Summary, CampaignError> {
         let mut targets = self.rounds().first_targets();
         loop {
             self.compute(&targets, stop, &mut on_event)?;
-            let decided = || Ok(is_decided(&self.summary(stop)?));
+            let decided = || self.is_decided(stop, &is_decided);
             let raised = self.rounds().raise(&mut targets, stop, decided)?;
             if !raised {
                 break;
@@ -242,6 +249,19 @@ impl<'e> Campaign<'e> {
         let summary = self.conclude(&targets, stop, figures)?;
         on_event(Event::Concluded(watch.lap() * threads as u32));
         Ok(summary)
+    }
+
+    /// Whether the stored blocks decide the claim of the rule, by a function of their summary and the look at them.
+    pub(super) fn is_decided(
+        &self,
+        stop: &AtomicBool,
+        is_decided: &impl Fn(&Summary, Look) -> bool,
+    ) -> Result<bool, CampaignError> {
+        let summary = self.summary(stop)?;
+        let look = self
+            .looks
+            .at(summary.trials(), &self.experiment.file, &self.rule);
+        Ok(is_decided(&summary, look))
     }
 
     /// Returns the summary of the stored blocks.
@@ -324,6 +344,9 @@ impl<'e> Campaign<'e> {
         self.folder
             .write_manifest(&manifest(experiment, targets, &self.origin))?;
         go_on(stop)?;
+        // A look counts from when its results can be read.
+        self.looks.add(summary.trials(), &self.rule);
+        self.looks.write(self.folder.path())?;
         self.folder.publish()?;
         Ok(summary)
     }
@@ -556,7 +579,7 @@ mod tests {
                     stop.store(true, Ordering::Relaxed);
                 }
             };
-            campaign.run(&stop, on_event, |_| true, |_| Vec::new())
+            campaign.run(&stop, on_event, |_, _| true, |_| Vec::new())
         };
         let error = run(true).unwrap_err();
         assert!(matches!(error, CampaignError::Stopped), "{error}");

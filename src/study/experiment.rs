@@ -594,14 +594,18 @@ impl Experiment {
         Ok((output, self.measure("trials.until", until.until)?))
     }
 
-    /// Returns what a cell keeps trial by trial, so that claims can compare it with other cells: the index of an
-    /// output, and a measure.
+    /// Returns what a cell keeps trial by trial, so that claims can compare it with other cells, or two medians in it:
+    /// the index of an output, and a measure.
     pub fn series_of(&self, cell: &Cell) -> impl Iterator<Item = (usize, Measure)> {
         let tables = self.file.needed.iter().flat_map(|needed| &needed.series);
         let value = |key| cell.settings.get(key);
         let kept = tables.filter(|of| [Some(&of.from), Some(&of.to)].contains(&value(&of.axis)));
+        let kept = kept.map(|of| (&of.output, of.measure));
+        let medians = self.file.needed.iter().flat_map(|needed| &needed.medians);
+        let medians = medians.flat_map(|of| [(&of.output, of.measure), (&of.to, of.measure_of_to)]);
         let found: BTreeSet<(usize, Measure)> = kept
-            .filter_map(|of| Some((self.output("output", &of.output).ok()?, of.measure)))
+            .chain(medians)
+            .filter_map(|(label, measure)| Some((self.output("output", label).ok()?, measure)))
             .collect();
         found.into_iter()
     }
@@ -644,13 +648,14 @@ fn each_once(measures: impl Iterator<Item = Measure>) -> Vec<Measure> {
 
 /// Returns the part of a resolved file that fixes the results bit for bit.
 pub(crate) fn design_of(file: &Value) -> Value {
-    const WORDS: [&str; 8] = [
+    const WORDS: [&str; 9] = [
         "title",
         "question",
         "hypothesis",
         "claims",
         "expected_time",
         "trials",
+        "looks",
         "timing",
         "quick",
     ];

@@ -1,6 +1,7 @@
 //! A folder of results, which are written completely or not at all.
 
 use super::experiment::design_of;
+use super::looks::LOOKS;
 use crate::files::{self, Kind, PathError, Staged};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -17,6 +18,14 @@ pub enum FolderError {
     /// The manifest cannot be read.
     #[error("{}: not a manifest of this program ({reason})", .path.display())]
     Manifest {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
+    /// The list of looks cannot be read.
+    #[error("{}: not a list of looks of this program ({reason})", .path.display())]
+    Looks {
         /// The file.
         path: PathBuf,
         /// The reason.
@@ -178,7 +187,13 @@ impl ResultsFolder {
     /// If the folder cannot be made or written to, or another run uses it.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
         /// The kinds of files that a run writes at the top of the folder.
-        const OWN: [Kind; 4] = [Kind::Manifest, Kind::Summary, Kind::Parquet, Kind::Figure];
+        const OWN: [Kind; 5] = [
+            Kind::Manifest,
+            Kind::Looks,
+            Kind::Summary,
+            Kind::Parquet,
+            Kind::Figure,
+        ];
         files::make_folder(path)?;
         let lock_path = path.join(LOCK);
         let lock = files::open_lock(&lock_path)?;
@@ -266,7 +281,8 @@ impl ResultsFolder {
     /// Checks that results can be written: every existing file with the name of a result, or of one of `figures`, was
     /// written by this program.
     fn check_targets(&self, figures: &[&str]) -> Result<(), FolderError> {
-        for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
+        let others = [(MANIFEST, Kind::Manifest), (LOOKS, Kind::Looks)];
+        for (name, kind) in others.into_iter().chain(RESULTS) {
             files::replaceable(&self.path.join(name), kind)?;
         }
         for name in figures {
@@ -276,13 +292,16 @@ impl ResultsFolder {
     }
 
     /// Removes the blocks and results in the folder, so that results of any design, with `figures`, can be written
-    /// there.
+    /// there. The list of looks stays if `keep_looks`.
     ///
     /// # Errors
     /// If a foreign file is in the way (nothing is removed then), or a file cannot be removed.
-    pub fn clear(&self, figures: &[&str]) -> Result<(), FolderError> {
+    pub fn clear(&self, figures: &[&str], keep_looks: bool) -> Result<(), FolderError> {
         self.check_targets(figures)?;
         self.check_blocks()?;
+        if !keep_looks {
+            files::remove(&self.path.join(LOOKS), Kind::Looks)?;
+        }
         for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
             files::remove(&self.path.join(name), kind)?;
         }
@@ -508,7 +527,7 @@ mod tests {
         results.remove_blocks().unwrap();
         assert!(kept.exists() && !block.exists());
         results.claim_design(&design(1, 2), &[]).unwrap();
-        results.clear(&[]).unwrap();
+        results.clear(&[], false).unwrap();
         assert!(!path.join(BLOCKS).exists() && !path.join("summary.json").exists());
         results.remove_blocks().unwrap();
     }
@@ -528,12 +547,12 @@ mod tests {
             "blocks/c00001-0000000000-0000000001.block",
         ] {
             fs::write(path.join(foreign), b"thesis").unwrap();
-            let error = results.clear(&[]).unwrap_err().to_string();
+            let error = results.clear(&[], false).unwrap_err().to_string();
             assert!(error.contains(foreign), "{error}");
             assert!(path.join(foreign).exists() && path.join("summary.json").exists());
             fs::remove_file(path.join(foreign)).unwrap();
         }
-        results.clear(&[]).unwrap();
+        results.clear(&[], false).unwrap();
     }
 
     #[test]

@@ -17,6 +17,7 @@ pub mod file;
 mod folder;
 #[cfg(feature = "bench")]
 pub mod kernels;
+mod looks;
 pub mod measure;
 mod names;
 mod need;
@@ -57,6 +58,7 @@ pub(crate) use folder::MANIFEST;
 #[cfg(test)]
 pub(crate) use folder::parse_manifest;
 pub use folder::{FolderError, ResultsFolder, read_manifest, stored_design};
+pub use looks::{Look, Looks};
 pub use measure::{Better, Measure};
 pub use need::{Disk, disk_of, memory_of, row_of};
 pub use pack::PackTrial;

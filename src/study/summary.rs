@@ -6,7 +6,7 @@ use super::continuous_time::Traces;
 use super::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use super::experiment::Experiment;
 use super::file::{
-    BoundTable, Key, Scalar, SeriesTable, Settings, SlopeTable, TRIAL_LIMIT, partners,
+    BoundTable, Key, MediansTable, Scalar, SeriesTable, Settings, SlopeTable, TRIAL_LIMIT, partners,
 };
 use super::measure::Measure;
 use super::tally::{CellTally, Outcomes, OutputTally};
@@ -14,7 +14,7 @@ use super::theory::{TheorySummary, beside, smooth};
 use crate::estimator::Output;
 use crate::metric::{
     BoundVerdict, Coverage, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share,
-    Slope, Statistics, slope_of_statistics, verdict,
+    Slope, Statistics, correlation_of_medians, slope_of_statistics, verdict,
 };
 use crate::plant::ORDER_LIMIT;
 use serde::{Deserialize, Serialize, Serializer};
@@ -100,6 +100,43 @@ pub struct ComparisonSummary {
     pub measures: BTreeMap<Measure, PairedStatistics>,
 }
 
+/// Two medians over the same trials.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MedianPair {
+    /// Which medians.
+    #[serde(rename = "of")]
+    pub table: MediansTable,
+    /// Their correlation over repetitions of the study: [`crate::metric::correlation_of_medians`].
+    pub correlation: f64,
+}
+
+impl MedianPair {
+    /// Returns the pairs of a cell whose series are there.
+    fn of_cell(experiment: &Experiment, index: usize, tally: &CellTally) -> Vec<Self> {
+        let kept: Vec<(usize, Measure)> = experiment.series_of(&experiment.cells[index]).collect();
+        let series = tally.whole_series();
+        let ranked = |label: &str, measure: Measure| {
+            let output = experiment.output("output", label).ok()?;
+            let place = kept.iter().position(|kept| *kept == (output, measure))?;
+            Some((&series.get(place)?[..], measure.worse()))
+        };
+        let tables = experiment
+            .file
+            .needed
+            .iter()
+            .flat_map(|needed| &needed.medians);
+        let pair = |table: &MediansTable| {
+            let first = ranked(&table.output, table.measure)?;
+            let second = ranked(&table.to, table.measure_of_to)?;
+            Some(Self {
+                table: table.clone(),
+                correlation: correlation_of_medians(first, second)?,
+            })
+        };
+        tables.filter_map(pair).collect()
+    }
+}
+
 /// How often one output meets a bound.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct OutputShare {
@@ -156,6 +193,9 @@ pub struct CellSummary {
     /// The comparisons that the file asks for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<ComparisonSummary>,
+    /// The dependence of medians whose ratio a claim looks at.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub medians: Vec<MedianPair>,
     /// The bounds of this cell.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bounds: Vec<BoundSummary>,
@@ -212,6 +252,7 @@ impl CellSummary {
                         .collect(),
                 })
                 .collect(),
+            medians: MedianPair::of_cell(experiment, index, tally),
             bounds: bounds(experiment, &cell.claim, &labels, tally),
             curves: tally
                 .curves
@@ -256,6 +297,9 @@ impl CellSummary {
                     .values()
                     .all(|statistics| statistics.are_of(trials))
         };
+        let medians = |pair: &MedianPair| {
+            pair.correlation.abs() <= 1.0 && labels.contains(&pair.table.output)
+        };
         let share = |share: &OutputShare| labels.contains(&share.output) && share.met.is_of(trials);
         let bound = |bound: &BoundSummary| bound.outputs.iter().all(share);
         let curves =
@@ -274,6 +318,7 @@ impl CellSummary {
             (!labels.is_empty() && self.labels() == labels, "the outputs"),
             (self.outputs.iter().all(output), "an output"),
             (self.comparisons.iter().all(pair), "a comparison"),
+            (self.medians.iter().all(medians), "a pair of medians"),
             (self.bounds.iter().all(bound), "a bound"),
             (self.curves.as_ref().is_none_or(curves), "the curves"),
             (self.traces.as_ref().is_none_or(traces), "the course"),
@@ -473,6 +518,11 @@ impl Summary {
             cell_pairs: cell_pairs(experiment, series),
             cells,
         }
+    }
+
+    /// The total number of trials.
+    pub fn trials(&self) -> u64 {
+        self.cells.iter().map(|cell| cell.trials).sum()
     }
 
     /// Reads a summary from JSON, and checks that a run could have written it.

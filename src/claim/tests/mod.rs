@@ -6,8 +6,17 @@ mod words;
 use super::statistics::{Members, Results};
 use crate::metric::{Estimate, Paired, Quantile, Sample, Share, Statistics, Worse};
 use crate::study::file::{ClaimTest, Key, Scalar, TestTable};
-use crate::study::{CellSummary, ComparisonSummary, Measure, Outcomes, OutputSummary, Summary};
+use crate::study::{
+    CellSummary, ComparisonSummary, Look, Measure, Outcomes, OutputSummary, Summary,
+};
 use std::collections::BTreeMap;
+
+/// A look with the whole level, and as much for the next one.
+const LOOK: Look = Look {
+    number: 1,
+    share: 1.0,
+    next: 1.0,
+};
 
 /// Parses a test from a line of TOML.
 fn test(toml: &str) -> ClaimTest {
@@ -62,6 +71,7 @@ fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
             second: "old".to_owned(),
             measures: BTreeMap::from([(Measure::Ea, pair)]),
         }],
+        medians: Vec::new(),
         bounds: Vec::new(),
         curves: None,
         traces: None,

@@ -8,7 +8,7 @@
 use super::*;
 use crate::claim::decision::{Cells, PValues, Verdict, decide};
 use crate::claim::evidence::Evidence;
-use crate::claim::power::{Needed, Undecided};
+use crate::claim::power::{Open, Undecided};
 use crate::signal::normal::fill_standard_normal;
 use crate::signal::{Purpose, stream};
 use crate::study::file::Holds;
@@ -277,17 +277,19 @@ fn asked_for(law: &dyn Law, draw: impl Fn(&mut CellSummary), holds: Holds, m: us
         times: &[],
     };
     let evidence = Evidence::new(results, &[law.test()], &Members::Cell(0));
-    let cells = vec![(&evidence, law.trials()); m];
+    let open = Open {
+        evidence: &evidence,
+        given: None,
+        trials: law.trials(),
+    };
+    let cells = vec![open; m];
     let undecided = Undecided {
         cells: &cells,
         among: m,
         holds,
         level: LEVEL,
     };
-    match undecided.trials() {
-        Needed::Trials(trials) => trials,
-        Needed::MoreThan(most) => panic!("more than {most}"),
-    }
+    undecided.trials(0.0).expect("a number")
 }
 
 /// A planted effect that few trials leave open. With the number of trials that the engine asks for, 80 % of studies

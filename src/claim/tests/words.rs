@@ -39,7 +39,7 @@ const RATIO: &str =
 
 /// Returns the only verdict. Checks that its line begins with id and verdict and has at most two numbers with errors.
 fn judged(file: &ExperimentFile, summary: &Summary) -> Judged {
-    let mut all = judge(file, summary, &[]);
+    let mut all = judge(file, summary, &[], LOOK);
     assert_eq!(all.len(), 1);
     let judged = all.remove(0);
     let begin = format!("W1  {}", judged.verdict);
@@ -84,11 +84,21 @@ fn each_verdict_is_a_sentence_with_the_decisive_number() {
          holds with eta = 10 % and eta = 30 %."
     );
     let open = judged(&everywhere, &three([0.5, 0.99, 0.7], [0; 3]));
-    // (1.96 + 0.84)^2 / 1^2 times 1,000 trials.
-    assert!(matches!(open.needed, Some(Needed::Trials(trials)) if (7750..7800).contains(&trials)));
+    // The effect is 1.005 errors. At the far end of its interval it is 1.28 more: (1.96 + 0.84)^2 / 2.287^2 times 1,000
+    // trials. The near end is on the other side of the limit.
+    let needed = open.needed.unwrap();
+    assert!(needed.from.is_some_and(|from| (1499..1505).contains(&from)) && needed.to.is_none());
     assert_eq!(
         open.line,
-        "W1  undecided: 1 of 3 cells is undecided; some 7,800 trials would decide it."
+        "W1  undecided: 1 of 3 cells is undecided; 1,500 trials or more would decide it, if any number does."
+    );
+    // 1.7 errors: (2.8 / 2.98)^2 is below 1, (2.8 / 0.42)^2 times 1,000.
+    let near = judged(&everywhere, &three([0.5, 0.983, 0.7], [0; 3]));
+    let needed = near.needed.unwrap();
+    assert!(needed.from.is_some_and(|from| from <= 1001), "{needed:?}");
+    assert!(
+        needed.to.is_some_and(|to| (40_000..48_000).contains(&to)),
+        "{needed:?}"
     );
     let says: Vec<&str> = open.cells.iter().map(|cell| cell.says).collect();
     assert_eq!(says, ["pass", "open", "pass"]);
@@ -140,12 +150,15 @@ fn lists_conditions_and_what_is_missing() {
     );
     assert_eq!(found.verdict, Verdict::Holds);
     assert!(
-        found.line.contains("in all 2 cells") && found.line.contains("1 other cell is left out")
+        found.line.contains("in all 2 cells") && found.line.contains(" Left out: one cell, where ")
     );
     let says: Vec<&str> = found.cells.iter().map(|cell| cell.says).collect();
     assert_eq!(says, ["pass", "left out", "pass"]);
     let found = line(&claim("everywhere", &given), &three([0.5; 3], [500; 3]));
-    assert_eq!(found, "W1  undecided: its condition is certain in no cell.");
+    assert_eq!(
+        found,
+        "W1  undecided: its condition is certainly not met in any cell."
+    );
     // A statistic that the run did not keep, and cells that the summary does not have.
     let other = RATIO
         .replace("to = 'old'", "to = 'new'")
@@ -390,6 +403,7 @@ fn times_are_judged_by_their_quartiles() {
             &file,
             &results,
             &[time("a", 1.0, spread), time("b", 1.5, spread)],
+            LOOK,
         )
         .remove(0)
     };
@@ -403,10 +417,13 @@ fn times_are_judged_by_their_quartiles() {
         (open.verdict, open.needed),
         (
             Verdict::Undecided,
-            Some(Needed::MoreThan(crate::study::file::TRIAL_LIMIT))
+            Some(Needed {
+                from: None,
+                to: None
+            })
         )
     );
-    let none = judge(&file, &results, &[]).remove(0);
+    let none = judge(&file, &results, &[], LOOK).remove(0);
     assert!(
         none.line
             .contains("no times of 'a' were measured; they need timing = true"),

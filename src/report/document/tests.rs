@@ -50,6 +50,7 @@ pub(in crate::report) fn study(toml: &str) -> Study {
     let cells = (0..experiment.cells.len()).map(summary_of).collect();
     let summary = Summary::new(&experiment, cells, &[], &[]);
     Study {
+        look: crate::study::Look::ONLY,
         machine: None,
         judged: Vec::new(),
         name: "many".to_owned(),

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::report::document::tests::study;
+use crate::study::Look;
 use std::collections::BTreeSet;
 
 fn settings(cells: usize) -> String {
@@ -211,7 +212,7 @@ fn verdicts_hang_from_their_ids() {
         "[[claims]]\nid = 'W1'\ntest = { value = 'e_a', of = 'nobody', below = 1 }\n",
     )
     .unwrap();
-    study.judged = crate::claim::judge(&file, &study.summary, &[]);
+    study.judged = crate::claim::judge(&file, &study.summary, &[], Look::ONLY);
     let text = verdicts(&study);
     assert!(text.starts_with("W1  undecided: "), "{text}");
     let mut lines = text.lines();

@@ -9,7 +9,7 @@ use crate::study::campaign::{Campaign, CampaignError, Origin, RunOptions, go_on}
 use crate::study::file::{Store, TrialRule};
 use crate::study::rounds::Rounds;
 use crate::study::runner::pool;
-use crate::study::{Engine, Experiment, Span, Summary};
+use crate::study::{Engine, Experiment, Look, Looks, Span, Summary};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ pub fn merge(
     out: &Path,
     options: MergeOptions,
     stop: &AtomicBool,
-    is_decided: impl Fn(&Summary) -> bool,
+    is_decided: impl Fn(&Summary, Look) -> bool,
 ) -> Result<(Merged, Vec<String>, Verified), ClusterError> {
     let verified = pool(options.threads)?.install(|| found.verify(experiment))?;
     let notes = std::mem::take(&mut found.refused);
@@ -80,7 +80,7 @@ pub fn merge(
         let trials = |blocks: &Vec<StoredBlock>| blocks.iter().map(|block| block.span.len()).sum();
         targets = campaign.stored.iter().map(trials).collect();
     } else {
-        let decided = || Ok(is_decided(&campaign.summary(stop)?));
+        let decided = || campaign.is_decided(stop, &is_decided);
         if campaign.rounds().raise(&mut targets, stop, decided)? {
             let raised = targets.iter().zip(&plan.trials).filter(|(a, b)| a > b);
             let raised = raised.count();
@@ -181,7 +181,7 @@ pub fn next_targets(
     rule: &TrialRule,
     found: &Collection,
     (threads, stop): (usize, &AtomicBool),
-    is_decided: impl Fn(&Summary) -> bool,
+    is_decided: impl Fn(&Summary, Look) -> bool,
 ) -> Result<(Vec<u64>, Vec<Span>), ClusterError> {
     if let TrialRule::Until(until) = rule {
         experiment.target(until)?;
@@ -198,7 +198,8 @@ pub fn next_targets(
     let mut targets = rounds.first_targets();
     let decided = || {
         let summary = Campaign::summary_of(experiment, &blocks, &stored, threads, stop)?;
-        Ok::<bool, CampaignError>(is_decided(&summary))
+        let look = Looks::default().at(summary.trials(), &experiment.file, rule);
+        Ok::<bool, CampaignError>(is_decided(&summary, look))
     };
     rounds.raise(&mut targets, stop, decided)?;
     let cells = 0..targets.len();

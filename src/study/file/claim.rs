@@ -322,6 +322,20 @@ pub struct SeriesTable {
     pub to: Scalar,
 }
 
+/// Two medians of a cell whose ratio a claim looks at.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MediansTable {
+    /// The output in the numerator.
+    pub output: String,
+    /// Its measure.
+    pub measure: Measure,
+    /// The output in the denominator.
+    pub to: String,
+    /// Its measure.
+    pub measure_of_to: Measure,
+}
+
 /// What claims need of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -347,6 +361,9 @@ pub struct Needs {
     /// Pairs of cells.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub series: Vec<SeriesTable>,
+    /// Ratios of two medians.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub medians: Vec<MediansTable>,
     /// Times of the methods.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub timing: bool,
@@ -400,7 +417,15 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.measures, &file.measures, *measure_of_to);
                 let of_theory = TheoryReference::named(to).is_some();
-                if *statistic != ClaimStatistic::Median && !of_theory {
+                if *statistic == ClaimStatistic::Median && !of_theory {
+                    let medians = MediansTable {
+                        output: output(),
+                        measure: *measure,
+                        to: to.clone(),
+                        measure_of_to: *measure_of_to,
+                    };
+                    push(&mut self.medians, &[], medians);
+                } else if !of_theory {
                     push(&mut self.compare, &file.compare, [output(), to.clone()]);
                 }
             }

@@ -15,7 +15,8 @@ mod tables;
 
 pub use axis::{Axis, Scalar};
 pub use claim::{
-    CLAIM_LEVEL, ClaimStatistic, ClaimTable, Holds, Needs, SeriesTable, TestTable, TimeOf,
+    CLAIM_LEVEL, ClaimStatistic, ClaimTable, Holds, MediansTable, Needs, SeriesTable, TestTable,
+    TimeOf,
 };
 pub use claim_test::{ClaimTest, Limit, Outcome, TestKind, TestUnit, ValueOf};
 pub use continuous_tables::{
@@ -73,6 +74,10 @@ pub struct ExperimentFile {
     /// Trials in each cell: a number, or a rule such as { until = "e_a", output = "iv(4)", relative_mcse = 0.01,
     /// minimum = 1000, maximum = 100000 }.
     pub trials: TrialRule,
+    /// How many times the claims are to be judged, each time with more trials: their level is divided by it, and nothing
+    /// is left for further looks. Without it there may be any number, and the first spends nine tenths of the level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub looks: Option<u32>,
     /// What computes the trials: "auto", "lanes" or "faer".
     pub engine: Engine,
     /// What is kept: "summaries" or "trials".
@@ -139,6 +144,7 @@ impl Default for ExperimentFile {
             expected_time: String::new(),
             seed: 2023,
             trials: TrialRule::Fixed(1000),
+            looks: None,
             engine: Engine::default(),
             store: Store::default(),
             measures: vec![

@@ -57,17 +57,6 @@ impl UntilDecided {
     pub fn next(&self, trials: u64) -> u64 {
         trials.saturating_mul(2).min(self.maximum)
     }
-
-    /// Returns how many numbers of trials the rule tries, from the fewest to the most.
-    pub fn looks(&self) -> u32 {
-        let mut trials = self.minimum.max(1);
-        let mut looks = 1;
-        while trials < self.maximum {
-            trials = self.next(trials);
-            looks += 1;
-        }
-        looks
-    }
 }
 
 /// How many trials each cell has.
@@ -131,6 +120,18 @@ impl TrialRule {
             Self::Until(until) => (until.minimum, until.maximum),
             Self::Decided(until) => (until.minimum, until.maximum),
         }
+    }
+
+    /// Returns at how many numbers of trials the rule may stop.
+    pub fn looks(&self) -> u32 {
+        let (minimum, maximum) = self.extent();
+        let mut trials = minimum.max(1);
+        let mut looks = 1;
+        while trials < maximum {
+            trials = trials.saturating_mul(2).min(maximum);
+            looks += 1;
+        }
+        looks
     }
 
     /// Returns what is wrong with the rule, if anything.
