@@ -24,6 +24,8 @@ pub(super) struct Evidence {
     pub(super) parts: Vec<Part>,
     /// Why other tests have none.
     pub(super) missing: Vec<String>,
+    /// Why numbers cannot be judged on one side or on both.
+    pub(super) cautions: Vec<String>,
 }
 
 impl Evidence {
@@ -34,6 +36,10 @@ impl Evidence {
             match results.numbers(test, cells) {
                 Ok(numbers) => {
                     let range = Range::for_test(test);
+                    let cautions = numbers
+                        .iter()
+                        .filter_map(|number: &Number| number.caution.clone());
+                    evidence.cautions.extend(cautions);
                     let part = |number| Part {
                         test: index,
                         number,

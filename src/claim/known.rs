@@ -1,9 +1,10 @@
 //! What trials say about a number, and how certainly the number lies within limits.
 
-use crate::metric::Z;
 use crate::metric::tails::{
     binomial_at_most, normal_above, normal_point, student_above, student_point,
 };
+use crate::metric::{Estimate, Z};
+use crate::study::file::CLAIM_LEVEL;
 
 /// The numbers that meet a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +85,17 @@ pub(super) enum Known {
         /// Whether the logarithm is nearly normal instead of the value: for ratios of positive numbers.
         logarithmic: bool,
     },
+    /// A moment, whose sides are tested each in its own way.
+    Moment {
+        /// The estimate.
+        value: f64,
+        /// Its standard error.
+        error: f64,
+        /// The degrees of freedom of the error.
+        freedom: Freedom,
+        /// How it is certainly below a limit, and how above.
+        sides: Box<[SidedTest; 2]>,
+    },
     /// A share of trials.
     Count {
         /// Trials that count.
@@ -105,9 +117,89 @@ pub(super) enum Known {
     },
 }
 
+/// The scale on which an estimate is compared with a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Line {
+    /// x.
+    Value,
+    /// x^2.
+    Square,
+    /// ln x.
+    Logarithm,
+}
+
+impl Line {
+    fn at(self, x: f64) -> f64 {
+        match self {
+            Self::Value => x,
+            Self::Square => x * x.abs(),
+            Self::Logarithm => x.max(0.0).ln(),
+        }
+    }
+
+    /// Returns the standard error on this scale, by the delta method.
+    fn error(self, value: f64, error: f64) -> f64 {
+        match self {
+            Self::Value => error,
+            Self::Square => 2.0 * value * error,
+            Self::Logarithm => error / value,
+        }
+    }
+}
+
+/// What unseen trials may add to an estimate: see [`super::moment`].
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Allowance {
+    /// Pairs (a, w) of terms `a ln(1 + c w)`.
+    pub(super) logs: Vec<(f64, f64)>,
+    /// The factor of c in a term.
+    pub(super) linear: f64,
+    /// The factor of c in the variance.
+    pub(super) square: f64,
+}
+
+/// How a moment is tested on one side of a limit.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SidedTest {
+    /// The scale.
+    pub(super) line: Line,
+    /// The factor by which trials must grow before there is a test; 1 if there is one.
+    pub(super) from: f64,
+    /// The allowance for unseen trials.
+    pub(super) allowance: Allowance,
+}
+
+impl SidedTest {
+    /// Student's test.
+    pub(super) const PLAIN: Self = Self {
+        line: Line::Value,
+        from: 1.0,
+        allowance: Allowance {
+            logs: Vec::new(),
+            linear: 0.0,
+            square: 0.0,
+        },
+    };
+
+    /// Returns how many errors an estimate is beyond a limit, `distance` away with this error, with `factor` times the
+    /// trials at a level. A share w of the largest trial falls with their number.
+    fn t(&self, (distance, error): (f64, f64), factor: f64, level: f64) -> f64 {
+        let c = -level.ln();
+        let Allowance {
+            logs,
+            linear,
+            square,
+        } = &self.allowance;
+        let of_logs = logs.iter().map(|(a, w)| a * (c * w / factor).ln_1p());
+        let shift = of_logs.sum::<f64>() + c * linear / factor;
+        let variance = error * error / factor + c * square / (factor * factor);
+        (distance - shift) / variance.sqrt()
+    }
+}
+
 /// The side of a limit on which a number is claimed to lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
+pub(super) enum Side {
     Below,
     Above,
 }
@@ -124,18 +216,28 @@ pub(super) struct More {
 
 /// The test of "certainly on this side of the limit".
 #[derive(Clone, Copy, Debug)]
-enum OneSided {
+enum OneSided<'a> {
     /// The answer is certain; no test is needed.
     Sure(bool),
     /// The estimate is t standard errors from the limit, positive on the right side.
     Student(f64, Freedom),
+    /// A moment's test, the distance to the right side of the limit with its error, and the degrees of freedom.
+    Moment(&'a SidedTest, (f64, f64), Freedom),
     /// (count, total, chance): few successes among the trials, if each has this chance at the limit.
     Few(u64, u64, f64),
 }
 
-impl OneSided {
+impl OneSided<'_> {
     fn p(self) -> f64 {
         match self {
+            Self::Moment(test, distance, freedom) => {
+                if test.from > 1.0 {
+                    return 1.0;
+                }
+                let is_certain =
+                    |level: f64| student_above(test.t(distance, 1.0, level), freedom.now) <= level;
+                least_level(is_certain)
+            }
             Self::Sure(is) => f64::from(u8::from(!is)),
             Self::Student(t, freedom) => student_above(t, freedom.now),
             Self::Few(count, total, chance) => binomial_at_most(count, total, chance),
@@ -154,6 +256,11 @@ impl OneSided {
                     grows: Some(power),
                 },
             ) => beyond((t + shift) * factor.sqrt(), now * factor.powf(power), level),
+            Self::Moment(test, _, _) if factor < test.from => 0.0,
+            Self::Moment(test, (distance, error), Freedom { now, grows }) => {
+                let t = test.t((distance + shift * error, error), factor, level);
+                beyond(t, now * factor.powf(grows.unwrap_or(0.0)), level)
+            }
             Self::Few(count, total, chance) => {
                 let n = total as f64;
                 let share = count as f64 / n;
@@ -164,6 +271,24 @@ impl OneSided {
             }
         }
     }
+}
+
+/// Returns the least level at which something is certain that is certain at every higher one; 1 if it is at none below
+/// one half.
+fn least_level(is_certain: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (-700.0_f64, 0.5_f64.ln());
+    if !is_certain(high.exp()) {
+        return 1.0;
+    }
+    for _ in 0..50 {
+        let middle = f64::midpoint(low, high);
+        if is_certain(middle.exp()) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high.exp()
 }
 
 /// Returns P(T' > t). T' is noncentral t with this noncentrality and nu degrees of freedom; t is the point that
@@ -201,11 +326,47 @@ fn few(trials: u64, share: f64, chance: f64, level: f64) -> f64 {
 }
 
 impl Known {
+    /// Makes a moment that is tested in one way below and in another above a limit.
+    pub(super) fn moment(
+        Estimate { value, mcse }: Estimate,
+        freedom: Freedom,
+        below: SidedTest,
+        above: SidedTest,
+    ) -> Self {
+        Self::Moment {
+            value,
+            error: mcse,
+            freedom,
+            sides: Box::new([below, above]),
+        }
+    }
+
+    /// Returns a moment over a number without error, such as that of theory.
+    pub(super) fn over(self, by: f64) -> Self {
+        match self {
+            Self::Moment {
+                value,
+                error,
+                freedom,
+                sides,
+            } => Self::Moment {
+                value: value / by,
+                error: error / by,
+                freedom,
+                sides,
+            },
+            Self::Exact(value) => Self::Exact(value / by),
+            other => other,
+        }
+    }
+
     /// Returns the value with its standard error; NaN if it has none.
     pub(super) fn shown(&self) -> (f64, f64) {
         match self {
             Self::Exact(value) | Self::Ranks { value, .. } => (*value, f64::NAN),
-            Self::Estimate { value, error, .. } => (*value, *error),
+            Self::Estimate { value, error, .. } | Self::Moment { value, error, .. } => {
+                (*value, *error)
+            }
             Self::Count { count, total } => {
                 let share = *count as f64 / *total as f64;
                 (share, (share * (1.0 - share) / *total as f64).sqrt())
@@ -245,13 +406,12 @@ impl Known {
 
     /// Returns how far inside a range the value lies, on its scale of comparison; negative outside.
     pub(super) fn depth(&self, range: Range) -> f64 {
-        let logarithmic = matches!(
-            self,
-            Self::Estimate {
-                logarithmic: true,
-                ..
-            }
-        );
+        let logarithmic = match self {
+            Self::Estimate { logarithmic, .. } => *logarithmic,
+            // Both sides only of ratios.
+            Self::Moment { sides, .. } => sides.iter().all(|test| test.line == Line::Logarithm),
+            _ => false,
+        };
         let scaled = |x: f64| if logarithmic { x.max(0.0).ln() } else { x };
         let value = scaled(self.shown().0);
         let [low, high] = range.ends().map(|end| end.map(scaled));
@@ -271,6 +431,7 @@ impl Known {
                 }
             }
             OneSided::Student(t, _) => t,
+            OneSided::Moment(test, distance, _) => test.t(distance, 1.0, CLAIM_LEVEL),
             OneSided::Few(count, total, chance) => {
                 let (n, k) = (total as f64, count as f64);
                 (n * chance - k) / (n * chance * (1.0 - chance)).sqrt().max(1e-300)
@@ -282,7 +443,7 @@ impl Known {
     }
 
     /// Returns the test of lying on one side of a limit. `closed`: the limit itself counts as that side.
-    fn one_sided(&self, side: Side, limit: f64, closed: bool) -> OneSided {
+    fn one_sided(&self, side: Side, limit: f64, closed: bool) -> OneSided<'_> {
         match self {
             Self::Exact(value) => OneSided::Sure(match side {
                 _ if *value == limit => closed,
@@ -294,6 +455,21 @@ impl Known {
                 (Some((t, freedom)), Side::Below) => OneSided::Student(-t, freedom),
                 (None, _) => OneSided::Sure(false),
             },
+            Self::Moment {
+                value,
+                error,
+                freedom,
+                sides,
+            } => {
+                let [below, above] = &**sides;
+                let (test, sign) = match side {
+                    Side::Below => (below, -1.0),
+                    Side::Above => (above, 1.0),
+                };
+                let line = test.line;
+                let distance = sign * (line.at(*value) - line.at(limit));
+                OneSided::Moment(test, (distance, line.error(*value, *error)), *freedom)
+            }
             Self::Count { count, total } => match side {
                 Side::Below => OneSided::Few(*count, *total, limit),
                 Side::Above => OneSided::Few(total - count, *total, 1.0 - limit),
@@ -321,7 +497,7 @@ impl Known {
 
     /// Returns the tests that the number is inside the range. All must be significant (two one-sided tests if the range
     /// has two ends, Schuirmann 1987).
-    fn tests_inside(&self, range: Range) -> impl Iterator<Item = OneSided> {
+    fn tests_inside(&self, range: Range) -> impl Iterator<Item = OneSided<'_>> {
         let [low, high] = range.ends();
         let low = low.map(|low| self.one_sided(Side::Above, low, !range.open));
         let high = high.map(|high| self.one_sided(Side::Below, high, !range.open));
@@ -329,7 +505,7 @@ impl Known {
     }
 
     /// Returns the tests that the number is outside the range. One must be significant.
-    fn tests_outside(&self, range: Range) -> impl Iterator<Item = OneSided> {
+    fn tests_outside(&self, range: Range) -> impl Iterator<Item = OneSided<'_>> {
         let [low, high] = range.ends();
         let low = low.map(|low| self.one_sided(Side::Below, low, range.open));
         let high = high.map(|high| self.one_sided(Side::Above, high, range.open));

@@ -9,6 +9,7 @@ mod condition;
 mod decision;
 mod evidence;
 mod known;
+mod moment;
 mod power;
 mod sentence;
 mod statistics;

@@ -51,7 +51,7 @@ impl UnitFindings<'_> {
     }
 }
 
-impl Findings<'_> {
+impl<'a> Findings<'a> {
     fn places(&self) -> Vec<Place> {
         self.units.iter().map(|unit| unit.place.clone()).collect()
     }
@@ -317,12 +317,18 @@ impl Findings<'_> {
         }
         let m = self.units.len();
         let mut reasons: Vec<String> = Vec::new();
-        for why in self.units.iter().flat_map(|unit| &unit.evidence.missing) {
+        let of_unit = |unit: &UnitFindings<'a>| {
+            let evidence = unit.evidence;
+            evidence.missing.iter().chain(&evidence.cautions)
+        };
+        for why in self.units.iter().flat_map(of_unit) {
             if !reasons.contains(why) {
                 reasons.push(why.clone());
             }
         }
-        let is_silent = |unit: &&UnitFindings| !unit.evidence.missing.is_empty();
+        let is_silent = |unit: &&UnitFindings| {
+            !(unit.evidence.missing.is_empty() && unit.evidence.cautions.is_empty())
+        };
         let silent = self.units.iter().filter(is_silent).count();
         let open = m - self.passing.len() - self.failing.len();
         let open = match self.words(0).filter(|_| m == 1) {
@@ -332,7 +338,9 @@ impl Findings<'_> {
             None => format!("{open} of {m} {} are undecided", self.cells()),
         };
         let trials = match self.needed {
-            _ if silent == m => String::new(),
+            _ if silent == m && self.units.iter().all(|unit| unit.evidence.parts.is_empty()) => {
+                String::new()
+            }
             _ if self.cases.iter().flatten().any(ClaimTest::is_timed) => {
                 "; more trials do not make times more precise".to_owned()
             }
@@ -340,6 +348,7 @@ impl Findings<'_> {
                 "; its looks are used up, and a run with another seed in another folder can decide it"
                     .to_owned()
             }
+            Some(Needed { from: None, .. }) if !reasons.is_empty() => String::new(),
             Some(needed) => format!("; {needed}"),
             None => String::new(),
         };

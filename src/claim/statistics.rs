@@ -4,6 +4,8 @@
 //! squares and biases are over the trials that have the measure; [`Number::kept`] tells their share.
 
 use super::known::{Freedom, Known};
+use super::moment::{self, Caution, Sum};
+use crate::metric::slope_weights;
 use crate::metric::{
     Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, SKETCH_ERROR, Share, SlopeOf,
     Statistics, Worse, Z,
@@ -22,6 +24,8 @@ pub(super) struct Number {
     pub(super) known: Known,
     /// The share of trials that it covers, if not all of them.
     pub(super) kept: Option<f64>,
+    /// Why it cannot be certain on one side of a limit or on both, in words.
+    pub(super) caution: Option<String>,
 }
 
 impl From<Known> for Number {
@@ -30,7 +34,28 @@ impl From<Known> for Number {
             name: None,
             known,
             kept: None,
+            caution: None,
         }
+    }
+}
+
+impl Number {
+    /// Makes a number of a moment; without error it is exact.
+    fn of_moment((known, caution): (Known, Caution)) -> Result<Self, Missing> {
+        let (value, error) = known.shown();
+        if !value.is_finite() {
+            return Err("the number is undefined".to_owned());
+        }
+        if error == 0.0 {
+            return Ok(Known::Exact(value).into());
+        }
+        if !(error > 0.0 && error.is_finite()) {
+            return Err("there are too few trials for a standard error".to_owned());
+        }
+        Ok(Self {
+            caution,
+            ..known.into()
+        })
     }
 }
 
@@ -125,15 +150,42 @@ impl Results<'_> {
             )
         };
         let slope = found.slope.ok_or_else(undefined)?;
-        let estimate = (slope.value, slope.mcse);
         let freedom = Freedom::constant((JACKKNIFE_GROUPS - 1) as f64);
+        if table.statistic == SlopeOf::Median {
+            return Ok(known((slope.value, slope.mcse), freedom, false)?.into());
+        }
+        let estimate = Estimate {
+            value: slope.value,
+            mcse: slope.mcse,
+        };
+        let sums = self
+            .sums_of_squares(table, output, cells)
+            .ok_or_else(|| not_kept(&what()))?;
         Ok(Number {
-            kept: match table.statistic {
-                SlopeOf::Rmse => self.least_kept(cells, output, table.measure),
-                SlopeOf::Median => None,
-            },
-            ..known(estimate, freedom, false)?.into()
+            kept: self.least_kept(cells, output, table.measure),
+            ..Number::of_moment(moment::slope(estimate, freedom, &sums))?
         })
+    }
+
+    /// Returns the weight in a slope, and the sum of squares, of every cell.
+    fn sums_of_squares(
+        self,
+        table: &SlopeTable,
+        output: &str,
+        cells: &[usize],
+    ) -> Option<Vec<(f64, Sum)>> {
+        let cells = cells.iter().map(|cell| self.summary.cells.get(*cell));
+        let cells: Vec<&CellSummary> = cells.collect::<Option<_>>()?;
+        let x = cells
+            .iter()
+            .map(|cell| cell.setting(table.over).parse::<f64>());
+        let x: Vec<f64> = x.collect::<Result<_, _>>().ok()?;
+        let sum = |cell: &&CellSummary| {
+            let statistics = cell.output(output)?.measures.get(&table.measure)?;
+            Some(Sum::of_powers(statistics, 2, table.measure))
+        };
+        let sums: Vec<Sum> = cells.iter().map(sum).collect::<Option<_>>()?;
+        Some(slope_weights(&x)?.into_iter().zip(sums).collect())
     }
 
     /// Returns the smallest share of trials that have a measure, over some cells.
@@ -179,20 +231,21 @@ fn not_kept(what: &str) -> Missing {
 fn exact(mut numbers: Vec<Number>) -> Vec<Number> {
     for number in &mut numbers {
         number.known = Known::Exact(number.known.shown().0);
+        number.caution = None;
     }
     numbers
 }
 
-/// Returns an estimate's value and error; the error is 0 if nothing is random.
-fn estimated(cell: &CellSummary, estimate: Estimate) -> (f64, f64) {
-    (
-        estimate.value,
-        if cell.deterministic {
+/// Returns an estimate; its error is 0 if nothing is random.
+fn estimated(cell: &CellSummary, estimate: Estimate) -> Estimate {
+    Estimate {
+        mcse: if cell.deterministic {
             0.0
         } else {
             estimate.mcse
         },
-    )
+        ..estimate
+    }
 }
 
 fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
@@ -352,8 +405,8 @@ fn value(
     let statistics = statistics(output, measure)?;
     let quantile = |q: f64, of_q: Quantile| Ok(quantile(statistics, q, of_q, measure).into());
     match statistic {
-        ClaimStatistic::Mean => moment(cell, statistics, statistics.mean, measure),
-        ClaimStatistic::Rms => moment(cell, statistics, statistics.rmse, measure),
+        ClaimStatistic::Mean => moment(cell, statistics, 1, measure),
+        ClaimStatistic::Rms => moment(cell, statistics, 2, measure),
         ClaimStatistic::Q05 => quantile(0.05, statistics.q05),
         ClaimStatistic::Q25 => quantile(0.25, statistics.q25),
         ClaimStatistic::Q75 => quantile(0.75, statistics.q75),
@@ -362,23 +415,30 @@ fn value(
     }
 }
 
-/// Returns a mean or root mean square over the trials that have the measure.
+/// Returns a mean (power 1) or root mean square (power 2) over the trials that have the measure.
 fn moment(
     cell: &CellSummary,
     statistics: &Statistics,
-    estimate: Estimate,
+    power: u8,
     measure: Measure,
 ) -> Result<Number, Missing> {
-    if statistics.dominated && !cell.deterministic {
-        return Err(format!(
-            "a single trial makes up more than a tenth of the mean square of {measure}, so means say nothing; \
-            quantiles do"
-        ));
-    }
+    let count = statistics.count;
+    let estimate = if power == 1 {
+        statistics.mean
+    } else {
+        statistics.rmse
+    };
     let estimate = estimated(cell, estimate);
+    let found = if power == 1 && statistics.min < 0.0 {
+        let sum = Sum::about_mean(statistics, measure.name());
+        moment::signed(estimate, statistics.sd.value, count, sum)
+    } else {
+        let sum = Sum::of_powers(statistics, power, measure);
+        moment::not_negative(estimate, count, power, sum)
+    };
     Ok(Number {
-        kept: kept(statistics.count, cell.trials),
-        ..known(estimate, Freedom::of_mean(statistics.count), false)?.into()
+        kept: kept(count, cell.trials),
+        ..Number::of_moment(found)?
     })
 }
 
@@ -455,15 +515,16 @@ fn ratio(
     if statistic != ClaimStatistic::Rms {
         return Ok(paired_median(pair, measure).into());
     }
-    if pair.dominated && !cell.deterministic {
-        return Err(format!(
-            "a single trial makes up more than a tenth of the mean square of {measure}; medians can be compared"
-        ));
-    }
+    let sum = |label: &str| {
+        let output = cell.output(label);
+        let output = output.ok_or_else(|| format!("the results have no output '{label}'"))?;
+        Ok::<_, Missing>(Sum::of_powers(statistics(output, measure)?, 2, measure))
+    };
+    let sums = [sum(output)?, sum(to)?];
     let ratio = estimated(cell, pair.rmse_ratio);
     Ok(Number {
         kept: kept(pair.both, pair.trials()),
-        ..known(ratio, Freedom::of_mean(pair.both), true)?.into()
+        ..Number::of_moment(moment::ratio(ratio, pair.both, sums))?
     })
 }
 
@@ -557,11 +618,9 @@ fn over_theory(
     })?;
     let statistics = statistics(output, measure)?;
     if statistic == ClaimStatistic::Rms {
-        let number = moment(cell, statistics, statistics.rmse, measure)?;
-        let estimate = estimated(cell, statistics.rmse);
-        let ratio = (estimate.0 / theory.rms, estimate.1 / theory.rms);
-        let known = known(ratio, Freedom::of_mean(statistics.count), true)?;
-        return Ok(Number { known, ..number });
+        let mut number = moment(cell, statistics, 2, measure)?;
+        number.known = number.known.over(theory.rms);
+        return Ok(number);
     }
     let median = statistics.q50;
     if median.lost {
@@ -592,7 +651,7 @@ fn coverages(
             Ok(Number {
                 name: Some(parameter.clone()),
                 kept: kept(total, cell.trials),
-                known: count_of(count, total)?,
+                ..count_of(count, total)?.into()
             })
         })
         .collect();
@@ -623,23 +682,25 @@ fn biases(
     });
     let biases: Result<Vec<Number>, Missing> = wanted
         .map(|(parameter, errors)| {
-            if errors.dominated {
-                return Err(format!(
-                    "a single trial makes up more than a tenth of the mean square of the error of {parameter}"
-                ));
-            }
             let (mean, sd) = (errors.mean, errors.sd);
             let delta = mean.value / sd.value;
             let m = errors.count as f64;
             // Older versions did not store the skewness.
-            let skewness = Some(errors.skewness).filter(|g| g.is_finite()).unwrap_or(0.0);
+            let skewness = Some(errors.skewness)
+                .filter(|g| g.is_finite())
+                .unwrap_or(0.0);
             let [of_mean, of_sd] = [mean.mcse / sd.value, delta * sd.mcse / sd.value];
             let square = of_mean * of_mean + of_sd * of_sd - delta * skewness / m;
             let error = square.max(0.0).sqrt();
+            let estimate = Estimate {
+                value: delta,
+                mcse: error,
+            };
+            let sum = Sum::about_mean(errors, &format!("the error of {parameter}"));
             Ok(Number {
                 name: Some(parameter.clone()),
                 kept: kept(errors.count, cell.trials),
-                known: known((delta, error), Freedom::of_mean(errors.count), false)?,
+                ..Number::of_moment(moment::bias(estimate, errors.count, sum))?
             })
         })
         .collect();

@@ -50,5 +50,6 @@ pub use quantile::{Quantile, Worse, correlation_of_medians, quantile};
 pub use response::{Response, System};
 pub use share::{BoundVerdict, Share, verdict};
 pub use sketch::{SKETCH_ERROR, Sketch, expected_bins};
+pub(crate) use slope::slope_weights;
 pub use slope::{JACKKNIFE_GROUPS, Jackknife, NoSlope, Slope, SlopeOf, slope, slope_of_statistics};
 pub use statistics::{DOMINANT_SHARE, Quantiles, Statistics, TRIM};

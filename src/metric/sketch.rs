@@ -258,6 +258,45 @@ impl Sketch {
         kept
     }
 
+    /// `mean ln(d_i / d_(k+1))` over the k largest distances d from a center, to the resolution of the bins. NaN if
+    /// there are not more than k values, infinite if the next distance is 0.
+    pub(super) fn mean_log_excess(&self, center: f64, k: u64) -> f64 {
+        let mut largest = self.distances(center).take(k as usize + 1);
+        let logs: Vec<f64> = largest.by_ref().map(f64::ln).collect();
+        let Some((next, logs)) = logs.split_last().filter(|(_, logs)| logs.len() as u64 == k)
+        else {
+            return f64::NAN;
+        };
+        let sum: f64 = logs.iter().map(|log| log - next).sum();
+        sum / k as f64
+    }
+
+    /// The distances of the values from a center, the largest first.
+    fn distances(&self, center: f64) -> impl Iterator<Item = f64> {
+        let inside_all = |&(bin, count): &(i32, u64)| {
+            (0..count).map(move |j| inside(bin, (j as f64 + 0.5) / count as f64))
+        };
+        let mut below = self.bins.iter().flat_map(inside_all).peekable();
+        let from_above = |&(bin, count): &(i32, u64)| {
+            (0..count)
+                .rev()
+                .map(move |j| inside(bin, (j as f64 + 0.5) / count as f64))
+        };
+        let mut above = self.bins.iter().rev().flat_map(from_above).peekable();
+        let mut left = self.count();
+        std::iter::from_fn(move || {
+            left = left.checked_sub(1)?;
+            let (low, high) = (center - *below.peek()?, *above.peek()? - center);
+            if low > high {
+                below.next();
+                Some(low)
+            } else {
+                above.next();
+                Some(high)
+            }
+        })
+    }
+
     /// The share of values below x. Of the values in x's own bin, those count that the sketch places below x. So the
     /// share is exact if x begins a bin, that is for x >= 0 with at most 11 significant bits.
     pub fn share_below(&self, x: f64) -> Share {

@@ -107,7 +107,7 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
     if x.len() != cells.len() || x.len() < 2 {
         return Err(NoSlope::TooFewPoints);
     }
-    let weights = weights(x).ok_or(NoSlope::Abscissa)?;
+    let weights = slope_weights(x).ok_or(NoSlope::Abscissa)?;
     let (mut whole, mut deleted) = (0.0, [0.0; JACKKNIFE_GROUPS]);
     let mut has_error = true;
     for (cell, (statistics, weight)) in cells.iter().zip(weights).enumerate() {
@@ -155,7 +155,7 @@ impl Jackknife {
 }
 
 /// The weights w in the slope `sum_i w_i log(statistic_i)`: `w_i = (l_i - mean l) / sum (l - mean l)^2` with l = log x.
-fn weights(x: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn slope_weights(x: &[f64]) -> Option<Vec<f64>> {
     if !x.iter().all(|x| *x > 0.0 && x.is_finite()) || x.iter().all(|other| *other == x[0]) {
         return None;
     }
