@@ -61,13 +61,13 @@ impl Outcomes {
             && self.failures.keys().all(known)
     }
 
-    /// Whether the failed trials can be listed as they are: for each failure the first of these trials, as many as there
-    /// are up to [`LISTED`].
+    /// Whether the failed trials can be listed as they are: for each failure some of these trials in ascending order, as
+    /// many as there are up to [`LISTED`]. Nothing relies on their being different.
     pub(super) fn lists_trials_of(&self, trials: &Range<u64>) -> bool {
         let fits = |(kind, count): (&String, &u64)| {
             self.failed_trials.get(kind).is_some_and(|listed| {
                 listed.len() as u64 == (*count).min(LISTED as u64)
-                    && listed.is_sorted_by(|a, b| a < b)
+                    && listed.is_sorted()
                     && listed.iter().all(|trial| trials.contains(trial))
             })
         };
