@@ -54,7 +54,7 @@ def check_summary(frame: pd.DataFrame, summary: dict) -> None:
             for figure, of in [*output["figures"].items(), *parameters]:
                 row = next(rows)
                 place = (cell["cell"], output["estimator"], output["pass"], figure)
-                assert (row["cell"], row["estimator"], row["pass"], row["figure"]) == place, (row, place)
+                assert (row["cell"], row["estimator"], row["pass"], row["measure"]) == place, (row, place)
                 outcomes = output["outcomes"]
                 assert row["trials"] == cell["trials"] == outcomes["trials"], place
                 assert row["unstable"] == outcomes["unstable"], place

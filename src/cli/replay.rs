@@ -15,8 +15,8 @@ use crate::files::{self, Kind};
 use crate::observer::Observer;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
-    Cell, Experiment, Measure, ObserverStart, Row, Source, Trial, TrialRecord, Trials, Worker,
-    design_of, read_manifest, stored_alike,
+    Cell, Experiment, Measure, ObserverStart, Row, Rows, Source, Trial, TrialRecord, Trials,
+    Worker, design_of, read_manifest, stored_alike,
 };
 use crate::text::{folded, number, shell_word, visible};
 use crate::worker::ask_once;
@@ -208,7 +208,7 @@ pub(super) fn show(
         rows: &rows,
         ..record
     };
-    let stored = stored(options.folder, experiment, index, record.rows);
+    let stored = stored(options.folder, experiment, index, &trials.rows);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
     replay.stored = stored;
     replay.may_differ = programs::not_deterministic(experiment)?;
@@ -259,7 +259,7 @@ fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
 }
 
 /// Whether the stored rows equal these bit for bit; `None` if the folder does not hold this trial of this experiment.
-fn stored(folder: &Path, experiment: &Experiment, cell: usize, rows: &[Row]) -> Option<bool> {
+fn stored(folder: &Path, experiment: &Experiment, cell: usize, rows: &Rows) -> Option<bool> {
     // Other contents of the folder do not matter to a replay.
     let manifest = read_manifest(folder).ok()??;
     let partial = manifest["partial"] == Value::Bool(true);

@@ -197,18 +197,24 @@ impl Kind {
 const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" \
     xmlns=\"http://www.w3.org/2000/svg\">\n";
 
-/// The header of a report's table contains at least one of these texts.
-const TABLES: [&str; 10] = [
+/// The header of a report's table contains at least one of these texts. Builds before the columns `measure` called them
+/// `figure`.
+const TABLES: [&str; 15] = [
+    "output,measure,trials,failed,unstable,",
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
+    "measure,statistic,over,output,slope,",
     "figure,statistic,over,output,slope,",
     "bound,output,met in (%),",
     "output,coefficient,covered (%),",
+    "first,second,measure,median ratio,",
     "first,second,figure,median ratio,",
     "method,median (\u{b5}s),",
     "output,failure,trials,share (%)",
+    "output,failure,trials,first failed trials,",
     "claim,number,value,MCSE",
     "value,verdict,p (pass),p (fail)",
+    "value (%),verdict,p (pass),p (fail)",
 ];
 
 /// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.

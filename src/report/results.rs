@@ -292,17 +292,25 @@ impl Study {
     pub fn command(&self) -> (String, String) {
         let manifest = shell_word(self.folder.join("manifest.json").display());
         let to = shell_word(format!("results/{}-again", self.name));
-        let starts_programs = self
-            .file
-            .methods
-            .iter()
-            .any(|method| method.program().is_some());
-        let consent = if starts_programs {
+        let consent = self.consent();
+        (format!("asobench run {manifest} --out {to}{consent}"), to)
+    }
+
+    /// The command that computes one trial of a cell again and prints every stage.
+    pub fn replay_command(&self, cell: usize, trial: u64) -> String {
+        let folder = shell_word(self.folder.display());
+        let consent = self.consent();
+        format!("asobench replay {folder} cell={cell}:{trial}{consent}")
+    }
+
+    /// The flag that lets a command start the study's programs, if it has some.
+    fn consent(&self) -> &'static str {
+        let mut methods = self.file.methods.iter();
+        if methods.any(|method| method.program().is_some()) {
             " --allow-commands"
         } else {
             ""
-        };
-        (format!("asobench run {manifest} --out {to}{consent}"), to)
+        }
     }
 }
 

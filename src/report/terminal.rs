@@ -31,7 +31,8 @@ pub fn overview(study: &Study) -> String {
         text.push_str(&wrap(&line, WIDTH, "  "));
     }
     text.push_str("Medians; in parentheses the standard error of the last digit:\n\n");
-    let worst = wrap(&worst(study), WIDTH, "  ");
+    let mut worst = wrap(&worst(study), WIDTH, "  ");
+    worst.extend(first_failed(study));
     // Besides the table there are two lines above it and the last line.
     let sheet = Sheet::new(study, LINES.saturating_sub(3 + worst.lines().count()));
     text.push_str(&sheet.text());
@@ -113,6 +114,19 @@ fn worst(study: &Study) -> String {
         }
         _ => "No trial was lost.".to_owned(),
     }
+}
+
+/// The command that replays the first failed trial of the cell and output with the largest share of failed trials, as
+/// one line.
+fn first_failed(study: &Study) -> Option<String> {
+    let cells = study.summary.cells.iter();
+    let all = cells.flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)));
+    let listed = all.filter(|(_, output)| !output.outcomes.failed_trials.is_empty());
+    let (cell, output) = listed.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share))?;
+    let trials = output.outcomes.failed_trials.values();
+    let first = trials.flatten().min()?;
+    let command = study.replay_command(cell.cell, *first);
+    Some(visible(format!("To see a failed trial: {command}")) + "\n")
 }
 
 /// The content of a group of columns.

@@ -9,7 +9,7 @@
 //! All numbers are little-endian. The checksum is XXH3 of everything before it. A block file may hold any range of
 //! trials: ranges within others are ignored, gaps are computed.
 
-use super::experiment::Experiment;
+use super::experiment::{Cell, Experiment};
 use super::file::{Store, TRIAL_LIMIT};
 use super::folder::{BLOCKS, DESIGN, span_of};
 use super::rows::{self, Rows};
@@ -23,7 +23,7 @@ use xxhash_rust::xxh3::xxh3_128;
 
 const MAGIC: &[u8; 8] = b"asobench";
 /// The format of block files.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 const HEAD: usize = 8 + 4 + 16 + 4 + 8 + 8;
 const CHECKSUM: usize = 16;
 
@@ -47,6 +47,18 @@ pub enum BlockError {
         .path.display()
     )]
     Newer {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        format: u32,
+    },
+    /// An older build wrote the file.
+    #[error(
+        "{}: written by an older build of asobench (block format {format}; this one writes {FORMAT}); its results can \
+        be reported, but not extended; --fresh computes all trials again",
+        .path.display()
+    )]
+    Older {
         /// The file.
         path: PathBuf,
         /// Its format.
@@ -99,12 +111,17 @@ pub struct Content {
 
 impl Content {
     /// Appends the content to a block file.
-    pub(super) fn encode(&self, experiment: &Experiment, to: &mut Vec<u8>) -> postcard::Result<()> {
+    pub(super) fn encode(
+        &self,
+        experiment: &Experiment,
+        cell: &Cell,
+        to: &mut Vec<u8>,
+    ) -> postcard::Result<()> {
         let tally = postcard::to_stdvec(&self.tally)?;
         to.extend((tally.len() as u64).to_le_bytes());
         to.extend(tally);
         match &self.rows {
-            Some(rows) => rows::stored::encode(rows, experiment, to),
+            Some(rows) => rows::stored::encode(rows, experiment, cell, to),
             None => Ok(()),
         }
     }
@@ -136,9 +153,9 @@ impl Content {
                 Err("rows, although the study stores none")
             };
         }
-        let rows = rows::stored::decode(bytes, experiment, &span.trials)?;
+        let rows = rows::stored::decode(bytes, experiment, cell, &span.trials)?;
         let mut outputs = rows.outputs().iter().zip(&tally.outputs);
-        if outputs.all(|(rows, tally)| outcomes(rows) == tally.outcomes) {
+        if outputs.all(|(rows, tally)| outcomes(rows, span.trials.start) == tally.outcomes) {
             let rows = Some(rows);
             Ok(Self { tally, rows })
         } else {
@@ -188,7 +205,8 @@ impl<'e> BlockFolder<'e> {
         bytes.extend((span.cell as u32).to_le_bytes());
         bytes.extend(span.trials.start.to_le_bytes());
         bytes.extend(span.trials.end.to_le_bytes());
-        let encoded = content.encode(self.experiment, &mut bytes);
+        let cell = &self.experiment.cells[span.cell];
+        let encoded = content.encode(self.experiment, cell, &mut bytes);
         encoded.map_err(|error| PathError::io(&path)(io::Error::other(error)))?;
         bytes.extend(xxh3_128(&bytes).to_le_bytes());
         let stored = StoredBlock { span, path };
@@ -199,7 +217,7 @@ impl<'e> BlockFolder<'e> {
     /// files whose trials overlap with those of an earlier one. Ignores files whose name is not a block's.
     ///
     /// # Errors
-    /// If a file is of another design or a newer version, or the folder cannot be read.
+    /// If a file is of another design, a newer version or an older build, or the folder cannot be read.
     pub fn list(&self) -> Result<(Vec<StoredBlock>, Vec<BlockError>), BlockError> {
         let (mut found, mut damaged) = (Vec::new(), Vec::new());
         for path in files::list(&self.path)? {
@@ -275,6 +293,10 @@ impl<'e> BlockFolder<'e> {
         if u128::from_le_bytes(field(&bytes, 12)) != self.fingerprint {
             let path = path.to_owned();
             return Err(BlockError::OtherDesign { path });
+        }
+        if format < FORMAT {
+            let path = path.to_owned();
+            return Err(BlockError::Older { path, format });
         }
         let span = Span {
             cell: u32::from_le_bytes(field(&bytes, 28)) as usize,

@@ -2,6 +2,7 @@
 //! `a_1 ... a_n, h_1 ... h_n`. With `coverage = true` there are also columns for the standard errors and for both ends
 //! of the 95 % intervals of the error.
 
+use super::Cell;
 use super::file::ExperimentFile;
 use super::tally::OutputTally;
 use crate::data::Realisation;
@@ -14,6 +15,53 @@ pub(super) fn columns(file: &ExperimentFile, order: usize) -> usize {
         (true, _) => 8 * order,
         (false, true) => 2 * order,
         (false, false) => 0,
+    }
+}
+
+/// Returns how many of these columns are kept with the rows: errors and standard errors. The ends of the intervals
+/// follow from them.
+pub(super) fn kept(file: &ExperimentFile, order: usize) -> usize {
+    if file.coverage {
+        4 * order
+    } else {
+        columns(file, order)
+    }
+}
+
+/// The columns of trials.parquet for the coefficients of cells of any order: `error_a_1 ... error_h_n`, and with
+/// `coverage = true` `se_a_1 ... se_h_n`, for the largest order n.
+pub(super) struct Kept {
+    /// The largest order.
+    order: usize,
+    /// The number of columns.
+    pub(super) width: usize,
+}
+
+impl Kept {
+    /// Makes the columns of a study with these cells.
+    pub(super) fn new(file: &ExperimentFile, cells: &[Cell]) -> Self {
+        let order = cells.iter().map(|cell| cell.order).max().unwrap_or(0);
+        Self {
+            order,
+            width: kept(file, order),
+        }
+    }
+
+    /// Returns the names of the columns.
+    pub(super) fn names(&self) -> Vec<String> {
+        let coefficients = 2 * self.order;
+        let of_column = |column: usize| {
+            let kind = ["error", "se"][column / coefficients];
+            format!("{kind}_{}", name(column % coefficients, self.order))
+        };
+        (0..self.width).map(of_column).collect()
+    }
+
+    /// Returns the place of a column among the values of an output of a cell of this order; `None` if the cell has no
+    /// such coefficient.
+    pub(super) fn place(&self, column: usize, order: usize) -> Option<usize> {
+        let (part, index) = (column / self.order, column % self.order);
+        (index < order).then_some(part * order + index)
     }
 }
 

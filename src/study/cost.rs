@@ -242,7 +242,7 @@ fn time_cell(
     };
     let (encode, encoded) = clocked(|| {
         let mut bytes = Vec::new();
-        let encoded = content.encode(experiment, &mut bytes);
+        let encoded = content.encode(experiment, cell, &mut bytes);
         (
             xxh3_128(&bytes),
             encoded.map_or_else(|_| Vec::new(), |()| bytes),

@@ -3,6 +3,7 @@
 //! Every term is a count from the design times a size: that of a type, or of its stored form. Sizes that no type gives
 //! are measured; they are the constants here.
 
+use super::coefficients::Kept;
 use super::curves::Curves;
 use super::file::Store;
 use super::{Cell, Engine, Experiment, block_size, coefficients};
@@ -30,7 +31,7 @@ const PAIRED_STORED: f64 = 420.0;
 const ROW_STORED: f64 = 1.2;
 /// Bytes of a row in trials.parquet in addition to its values.
 const ROW_AT_MOST: f64 = 2.0;
-/// For a group of trials.parquet: bytes of a row in addition to its measures; rows; copies in memory.
+/// For a group of trials.parquet: bytes of a row in addition to its numbers; rows; copies in memory.
 const LABELS: f64 = 60.0;
 const GROUP: f64 = 65_536.0;
 const COPIES: f64 = 3.0;
@@ -145,11 +146,12 @@ impl<'e> Counts<'e> {
         trials * self.outputs * row
     }
 
-    /// Returns the bytes of rows of trials in block files, if they are kept.
-    fn rows_stored(&self, trials: f64) -> f64 {
-        let values = size_of::<f64>() * self.experiment.file.measures.len();
+    /// Returns the bytes of rows of trials of a cell in block files, if they are kept.
+    fn rows_stored(&self, cell: &Cell, trials: f64) -> f64 {
+        let file = &self.experiment.file;
+        let values = file.measures.len() + coefficients::kept(file, cell.order);
         if self.kept {
-            trials * self.outputs * (values as f64 + ROW_STORED)
+            trials * self.outputs * ((size_of::<f64>() * values) as f64 + ROW_STORED)
         } else {
             0.0
         }
@@ -215,7 +217,7 @@ pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
         let trials = counts.block(index);
         let [tally, stored] = counts.tally(cell, trials);
         let rows = counts.rows(cell, trials);
-        let encoded = stored + counts.rows_stored(trials);
+        let encoded = stored + counts.rows_stored(cell, trials);
         let thread = counts.record(index) + rows + tally + 2.0 * encoded;
         computing = computing.max(threads as f64 * thread + encoded);
         let [merged, _] = counts.tally(cell, counts.trials);
@@ -225,7 +227,7 @@ pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
     }
     if counts.kept {
         let rows = experiment.cells.len() as f64 * counts.trials * counts.outputs;
-        let row = size_of::<f64>() as f64 * experiment.file.measures.len() as f64 + LABELS;
+        let row = numbers_of(experiment) + LABELS;
         merging += COPIES * (threads + 2) as f64 * rows.min(GROUP) * row;
     }
     PROGRAM + cells + computing.max(merging)
@@ -233,7 +235,14 @@ pub fn memory_of(experiment: &Experiment, trials: u64, threads: usize) -> f64 {
 
 /// Returns the largest size in bytes of a row of trials.parquet; equal numbers are stored once.
 pub fn row_of(experiment: &Experiment) -> f64 {
-    ROW_AT_MOST + (size_of::<f64>() * experiment.file.measures.len()) as f64
+    ROW_AT_MOST + numbers_of(experiment)
+}
+
+/// Returns the bytes of the measures and coefficients of such a row.
+fn numbers_of(experiment: &Experiment) -> f64 {
+    let file = &experiment.file;
+    let coefficients = Kept::new(file, &experiment.cells).width;
+    (size_of::<f64>() * (file.measures.len() + coefficients)) as f64
 }
 
 /// Returns the bytes on disk of a run with so many trials of each cell, if a row of trials.parquet takes `row` bytes.
@@ -252,7 +261,8 @@ pub fn disk_of(experiment: &Experiment, trials: u64, row: f64) -> Disk {
             trials
         };
         let [_, stored] = counts.tally(cell, block);
-        disk.blocks += (trials / block).ceil() * (stored + CLUSTER) + counts.rows_stored(trials);
+        disk.blocks += (trials / block).ceil() * (stored + CLUSTER);
+        disk.blocks += counts.rows_stored(cell, trials);
         if counts.kept {
             disk.trials += trials * counts.outputs * row;
         }

@@ -279,24 +279,31 @@ impl Rows {
     }
 }
 
-/// The bytes of rows in a block file: the failures of all outputs, then for each output its flags and the measures of
-/// the file.
+/// The bytes of rows in a block file: the failures of all outputs, then for each output its flags, the measures of the
+/// file, and the errors and standard errors of the coefficients.
 ///
 /// ```text
 /// length of failures u64 | failures (postcard) | for each output: flags u8 ... |
-/// for each measure: f64 ...
+/// for each measure: f64 ... | for each error and standard error: f64 ...
 /// ```
 pub(super) mod stored {
     use super::{
-        Deserialize, Experiment, Failure, Flags, Measure, OutputRows, Range, Rows, Serialize,
+        Cell, Deserialize, Experiment, Failure, Flags, Measure, OutputRows, Range, Rows, Serialize,
+        coefficients,
     };
 
     /// The failures of each output, each with the index of its trial.
     #[derive(Serialize, Deserialize)]
     struct Failures(Vec<Vec<(u32, Failure)>>);
 
-    /// Appends the rows with the measures of the experiment's file.
-    pub fn encode(rows: &Rows, experiment: &Experiment, to: &mut Vec<u8>) -> postcard::Result<()> {
+    /// Appends the rows of a cell with the measures of the experiment's file.
+    pub fn encode(
+        rows: &Rows,
+        experiment: &Experiment,
+        cell: &Cell,
+        to: &mut Vec<u8>,
+    ) -> postcard::Result<()> {
+        let kept = coefficients::kept(&experiment.file, cell.order);
         let places = |output: &OutputRows| -> Vec<(u32, Failure)> {
             output
                 .failures
@@ -314,6 +321,9 @@ pub(super) mod stored {
                 let column = at.map(|at| &output.values[at]);
                 append(to, column.map_or(&[], |column| column));
             }
+            for column in output.parameters.iter().take(kept) {
+                append(to, column);
+            }
         }
         Ok(())
     }
@@ -326,10 +336,11 @@ pub(super) mod stored {
         }
     }
 
-    /// Decodes the rows of these trials. The error says what is wrong.
+    /// Decodes the rows of these trials of a cell. The error says what is wrong.
     pub fn decode(
         mut bytes: &[u8],
         experiment: &Experiment,
+        cell: &Cell,
         trials: &Range<u64>,
     ) -> Result<Rows, &'static str> {
         const SHORT: &str = "rows that end too early";
@@ -345,6 +356,7 @@ pub(super) mod stored {
             return Err("failures for a wrong number of outputs");
         }
         let measures: Vec<Measure> = experiment.file.measures.clone();
+        let kept = coefficients::kept(&experiment.file, cell.order);
         let mut rows = Rows {
             first: trials.start,
             measures,
@@ -357,11 +369,12 @@ pub(super) mod stored {
                 return Err("failures of other trials");
             }
             let flags = take(count)?.iter().map(|byte| Flags(*byte)).collect();
-            let mut values = Vec::with_capacity(rows.measures.len());
-            for _ in &rows.measures {
-                let column = take(width)?.as_chunks::<8>().0.iter();
-                values.push(column.map(|bytes| f64::from_le_bytes(*bytes)).collect());
-            }
+            let mut columns = |count: usize| -> Result<Vec<Vec<f64>>, &'static str> {
+                let column = |_| Ok(numbers(take(width)?));
+                (0..count).map(column).collect()
+            };
+            let values = columns(rows.measures.len())?;
+            let parameters = columns(kept)?;
             rows.outputs.push(OutputRows {
                 flags,
                 failures: failures
@@ -369,7 +382,7 @@ pub(super) mod stored {
                     .map(|(place, failure)| (place as usize, failure))
                     .collect(),
                 values,
-                parameters: Vec::new(),
+                parameters,
             });
         }
         if bytes.is_empty() {
@@ -377,5 +390,10 @@ pub(super) mod stored {
         } else {
             Err("data after its rows")
         }
+    }
+
+    fn numbers(bytes: &[u8]) -> Vec<f64> {
+        let numbers = bytes.as_chunks::<8>().0.iter();
+        numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect()
     }
 }

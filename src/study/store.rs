@@ -1,8 +1,8 @@
 //! Parquet files: writes the summary as a table, and reads stored trials again.
 
+use super::coefficients::Kept;
 use super::experiment::{Cell, Experiment};
 use super::file::{Key, Scalar};
-use super::row::Row;
 use super::rows::Rows;
 use super::summary::{CellSummary, OutputSummary, Summary};
 use super::trial_table::{GROUP_ROWS, TrialTable};
@@ -160,7 +160,7 @@ fn summary_frame(
         column(rows, "trials", |row| row.1.outcomes.trials),
         column(rows, "failed", |row| row.1.outcomes.failed()),
         column(rows, "unstable", |row| row.1.outcomes.unstable),
-        column(rows, "figure", |row| row.2.as_str()),
+        column(rows, "measure", |row| row.2.as_str()),
         column(rows, "count", |row| row.3.count),
     ]);
     let estimates: [Named<Estimate>; 5] = [
@@ -220,7 +220,8 @@ fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, Store
 }
 
 /// Whether a stored file contains `rows`, all outputs of one trial of a cell, bit for bit. `trials` is the number of
-/// trials of each of its cells. `None` if the file does not have this trial.
+/// trials of each of its cells. `None` if the file does not have this trial. Files of older builds have no coefficients,
+/// and are compared without them.
 ///
 /// # Errors
 /// If the file cannot be read.
@@ -229,20 +230,25 @@ pub fn stored_alike(
     experiment: &Experiment,
     cell: usize,
     trials: &[u64],
-    rows: &[Row],
+    rows: &Rows,
 ) -> Result<Option<bool>, StoreError> {
     let Some(first) = first_row(cell, trials, rows) else {
         return Ok(None);
     };
     let stored = read_rows(path, first, rows.len())?;
-    let mut replayed = Rows::new(experiment, &experiment.cells[cell]);
-    for row in rows {
-        replayed.push(row, &[]);
-    }
     let replayed = TrialTable::new(experiment)
-        .and_then(|table| table.file_of(cell, replayed))
+        .and_then(|table| table.file_of(cell, rows.clone()))
         .and_then(|bytes| ParquetReader::new(Cursor::new(bytes)).finish());
-    let alike = replayed.and_then(|replayed| same_bits(&replayed, &stored));
+    let alike = replayed.and_then(|replayed| {
+        let coefficients = Kept::new(&experiment.file, &experiment.cells).names();
+        let is_older = coefficients.iter().all(|name| stored.column(name).is_err());
+        let comparable = if is_older {
+            replayed.drop_many(coefficients)
+        } else {
+            replayed
+        };
+        same_bits(&comparable, &stored)
+    });
     alike.map(Some).map_err(|source| StoreError::Parquet {
         path: path.to_owned(),
         source,
@@ -251,9 +257,9 @@ pub fn stored_alike(
 
 /// Returns the index of the first row of a trial in a file whose cells have these numbers of trials; `None` if it does
 /// not have the trial.
-fn first_row(cell: usize, trials: &[u64], rows: &[Row]) -> Option<usize> {
+fn first_row(cell: usize, trials: &[u64], rows: &Rows) -> Option<usize> {
     let (before, of_cell) = (trials.get(..cell)?, trials.get(cell)?);
-    let trial = rows.first()?.trial;
+    let trial = rows.trials().next()?;
     if trial >= *of_cell {
         return None;
     }

@@ -35,7 +35,7 @@ pub struct OutputSummary {
     /// The share of trials with an unstable A-hat.
     pub unstable: Share,
     /// Statistics of every measure.
-    #[serde(rename = "figures")]
+    #[serde(rename = "figures", alias = "measures")]
     pub measures: BTreeMap<Measure, Statistics>,
     /// Statistics of the signed errors of a_1 ... a_n, h_1 ... h_n: bias (mean), SD, RMSE.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -96,7 +96,7 @@ pub struct ComparisonSummary {
     /// The second output's label.
     pub second: String,
     /// Differences and ratios of every measure.
-    #[serde(rename = "figures")]
+    #[serde(rename = "figures", alias = "measures")]
     pub measures: BTreeMap<Measure, PairedStatistics>,
 }
 
@@ -272,7 +272,10 @@ impl CellSummary {
         let (trials, n) = (self.trials, self.order);
         let output = |output: &OutputSummary| {
             let parameters = output.parameters.iter().map(|(_, statistics)| statistics);
+            let listed = &output.outcomes.failed_trials;
             output.outcomes.are_of(trials)
+                // Partial results may have trials of any number.
+                && (listed.is_empty() || output.outcomes.lists_trials_of(&(0..TRIAL_LIMIT)))
                 && output.failed.is_of(trials)
                 && output.failed.count == output.outcomes.failed()
                 && output.unstable.is_of(trials)

@@ -16,6 +16,9 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+/// The most failed trials of a kind that a tally lists by number.
+pub(super) const LISTED: usize = 10;
+
 /// Counts of an output.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcomes {
@@ -23,6 +26,10 @@ pub struct Outcomes {
     pub trials: u64,
     /// Trials by failure.
     pub failures: BTreeMap<String, u64>,
+    /// The numbers of the first trials with each failure, ascending: all of them, or [`LISTED`]. Summaries of older
+    /// builds have none.
+    #[serde(default)]
+    pub failed_trials: BTreeMap<String, Vec<u64>>,
     /// Trials with an unstable A-hat.
     pub unstable: u64,
     /// Trials in which this or an earlier pass had an unstable A-hat, reported or not.
@@ -54,7 +61,42 @@ impl Outcomes {
             && self.failures.keys().all(known)
     }
 
+    /// Whether the failed trials can be listed as they are: for each failure some of these trials in ascending order, as
+    /// many as there are up to [`LISTED`]. Nothing relies on their being different.
+    pub(super) fn lists_trials_of(&self, trials: &Range<u64>) -> bool {
+        let fits = |(kind, count): (&String, &u64)| {
+            self.failed_trials.get(kind).is_some_and(|listed| {
+                listed.len() as u64 == (*count).min(LISTED as u64)
+                    && listed.is_sorted()
+                    && listed.iter().all(|trial| trials.contains(trial))
+            })
+        };
+        self.failed_trials.len() == self.failures.len() && self.failures.iter().all(fits)
+    }
+
+    /// Counts a failed trial. Trials come in ascending order.
+    fn add_failure(&mut self, kind: &str, trial: u64) {
+        if let (Some(count), Some(listed)) = (
+            self.failures.get_mut(kind),
+            self.failed_trials.get_mut(kind),
+        ) {
+            *count += 1;
+            if listed.len() < LISTED {
+                listed.push(trial);
+            }
+        } else {
+            self.failures.insert(kind.to_owned(), 1);
+            self.failed_trials.insert(kind.to_owned(), vec![trial]);
+        }
+    }
+
     fn merge(&mut self, other: &Self) {
+        for (kind, trials) in &other.failed_trials {
+            let listed = self.failed_trials.entry(kind.clone()).or_default();
+            listed.extend(trials);
+            listed.sort_unstable();
+            listed.truncate(LISTED);
+        }
         self.trials += other.trials;
         self.unstable += other.unstable;
         self.unstable_so_far += other.unstable_so_far;
@@ -187,7 +229,7 @@ impl CellTally {
         };
         let outputs = rows.outputs().iter().zip(&columns);
         let outputs = outputs.map(|(output, columns)| OutputTally {
-            outcomes: outcomes(output),
+            outcomes: outcomes(output, rows.trials().start),
             samples: columns.iter().map(|column| sample(column)).collect(),
             parameters: output
                 .parameters()
@@ -265,6 +307,7 @@ impl CellTally {
         };
         let output = |output: &OutputTally| {
             output.outcomes.are_of(count)
+                && output.outcomes.lists_trials_of(trials)
                 && all(&output.samples, measures)
                 && all(&output.parameters, parameters)
                 && output.met.len() == file.bounds.len()
@@ -381,7 +424,8 @@ fn sample(column: &[f64]) -> Sample {
     Sample::from_values(column.iter().copied())
 }
 
-pub(super) fn outcomes(rows: &OutputRows) -> Outcomes {
+/// Counts the outcomes of trials from `first` on.
+pub(super) fn outcomes(rows: &OutputRows, first: u64) -> Outcomes {
     let count =
         |is: &dyn Fn(&Flags) -> bool| rows.flags().iter().filter(|flags| is(flags)).count() as u64;
     let is_unstable = |flags: &Flags| flags.unstable() == Some(true);
@@ -392,11 +436,11 @@ pub(super) fn outcomes(rows: &OutputRows) -> Outcomes {
         unstable_so_far: count(&|flags| flags.unstable_so_far()),
         lost: unstable,
         failures: BTreeMap::new(),
+        failed_trials: BTreeMap::new(),
     };
     for (place, failure) in rows.failures() {
         outcomes.lost += u64::from(!is_unstable(&rows.flags()[*place]));
-        let of_kind = outcomes.failures.entry(failure.kind.to_string());
-        *of_kind.or_default() += 1;
+        outcomes.add_failure(failure.kind.name(), first + *place as u64);
     }
     outcomes
 }

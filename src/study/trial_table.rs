@@ -1,5 +1,6 @@
 //! trials.parquet: groups of rows, encoded on any thread and written in order.
 
+use super::coefficients::Kept;
 use super::experiment::Experiment;
 use super::file::{Key, Scalar};
 use super::measure::Measure;
@@ -18,6 +19,7 @@ use polars_parquet::write::{
     fallible_streaming_iterator, to_parquet_schema,
 };
 use rayon::Scope;
+use std::borrow::Cow;
 use std::collections::{BTreeSet, VecDeque};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -35,13 +37,14 @@ const ZSTD_LEVEL: i32 = 1;
 /// The columns of trials.parquet for an experiment.
 ///
 /// `cell, claim, eta, window`, every other setting that varies,
-/// `trial, estimator, pass, status, failed_pass, failed_stage, unstable, unstable_so_far`, then every measure. eta is
-/// in per cent; undefined values are null.
+/// `trial, estimator, pass, status, failed_pass, failed_stage, unstable, unstable_so_far`, then every measure, then what
+/// is kept of the coefficients ([`Kept`]). eta is in per cent; undefined values are null.
 pub(super) struct TrialTable<'e> {
     experiment: &'e Experiment,
     /// The settings that vary, each with whether all its values are numbers.
     settings: Vec<(Key, bool)>,
     outputs: Vec<Output>,
+    coefficients: Kept,
     schema: ArrowSchema,
     types: Vec<ParquetType>,
     options: WriteOptions,
@@ -92,6 +95,9 @@ impl<'e> TrialTable<'e> {
         ]);
         let measures = experiment.file.measures.iter();
         fields.extend(measures.map(|measure| (measure.name(), Float64)));
+        let coefficients = Kept::new(&experiment.file, &experiment.cells);
+        let names = coefficients.names();
+        fields.extend(names.iter().map(|name| (name.as_str(), Float64)));
         let fields = fields.into_iter().map(|(name, dtype)| {
             let name = PlSmallStr::from(name);
             (name.clone(), Field::new(name, dtype, true))
@@ -102,6 +108,7 @@ impl<'e> TrialTable<'e> {
             experiment,
             settings,
             outputs: experiment.outputs(),
+            coefficients,
             schema,
             types,
             options: WriteOptions {
@@ -138,7 +145,7 @@ impl<'e> TrialTable<'e> {
         let columns = self.columns(group)?;
         let columns = columns.iter().zip(&self.types);
         let columns = columns.map(|((array, encoding), type_)| {
-            // Ranges of measures help no reader, and take time.
+            // Ranges of numbers help no reader, and take time.
             let ranges = !matches!(array.dtype(), ArrowDataType::Float64);
             let mut options = self.options;
             options.statistics.min_value = ranges;
@@ -217,6 +224,8 @@ impl<'e> TrialTable<'e> {
         ]);
         let measures = self.experiment.file.measures.iter();
         columns.extend(measures.map(|measure| self.measure(group, *measure)));
+        let coefficients = 0..self.coefficients.width;
+        columns.extend(coefficients.map(|column| self.coefficient(group, column)));
         Ok(columns)
     }
 
@@ -305,14 +314,38 @@ impl<'e> TrialTable<'e> {
 
     /// Returns the column of a measure of the file, null where undefined.
     fn measure(&self, group: &[Part], measure: Measure) -> Column {
+        self.numbers(group, |part, output| {
+            let mut measures = part.rows.measures().iter();
+            let at = measures.position(|other| *other == measure)?;
+            Some(Cow::Borrowed(&output.values().get(at)?[..]))
+        })
+    }
+
+    /// Returns a column of [`Self::coefficients`], null where undefined and for failed trials.
+    fn coefficient(&self, group: &[Part], column: usize) -> Column {
+        self.numbers(group, |part, output| {
+            let order = self.experiment.cells[part.cell].order;
+            let place = self.coefficients.place(column, order)?;
+            Some(output.counted(output.parameters().get(place)?))
+        })
+    }
+
+    /// Returns a column of numbers: NaN, and what an output does not have, is null.
+    fn numbers(
+        &self,
+        group: &[Part],
+        of_output: impl for<'a> Fn(&Part, &'a OutputRows) -> Option<Cow<'a, [f64]>>,
+    ) -> Column {
         let mut values = Vec::with_capacity(self.row_count(group));
-        for Part { rows, places, .. } in group {
-            let at = rows.measures().iter().position(|other| *other == measure);
-            let columns = rows.outputs().iter();
-            let columns = columns.filter_map(|output| Some(&output.values()[at?][places.clone()]));
-            let columns: Vec<&[f64]> = columns.collect();
-            for place in 0..places.len() {
-                values.extend(columns.iter().map(|column| column[place]));
+        for part in group {
+            let outputs = part.rows.outputs().iter();
+            let columns: Vec<_> = outputs.map(|output| of_output(part, output)).collect();
+            for place in part.places.clone() {
+                values.extend(
+                    columns
+                        .iter()
+                        .map(|column| column.as_ref().map_or(f64::NAN, |column| column[place])),
+                );
             }
         }
         let defined = |x: &f64| !x.is_nan();

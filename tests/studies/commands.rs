@@ -493,7 +493,7 @@ fn tables_have_the_columns_they_had() {
             "trials",
             "failed",
             "unstable",
-            "figure",
+            "measure",
             "count",
         ]
     );

@@ -244,6 +244,11 @@ fn newer_versions_and_other_designs_are_left_alone() {
     for more in [&[][..], &["--repair"]] {
         refuses(more, &[&name, "newer version of asobench"]);
     }
+    let older = with_checksum(&whole, |bytes| bytes[8] -= 1);
+    std::fs::write(&victim, older).expect("written");
+    for more in [&[][..], &["--repair"]] {
+        refuses(more, &[&name, "older build of asobench", "--fresh"]);
+    }
     let foreign = with_checksum(&whole, |bytes| bytes[12] ^= 1);
     std::fs::write(&victim, foreign).expect("written");
     for more in [&[][..], &["--repair"]] {

@@ -15,6 +15,7 @@ mod kills;
 mod meaning;
 mod needs;
 mod own_case;
+mod recompute;
 mod verdicts;
 
 use common::{PROGRAM, copy, stderr};

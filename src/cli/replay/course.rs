@@ -31,7 +31,7 @@ pub(super) fn show(
         index,
         trial,
         seed: experiment.file.seed,
-        stored: stored(options.folder, experiment, index, &rows),
+        stored: stored(options.folder, experiment, index, &trials.rows),
         may_differ: None,
         stages: trials
             .traces

@@ -4,6 +4,7 @@ mod picture;
 
 use super::extremes::LongTable;
 use super::figures::Drawn;
+use super::tables::tidy;
 use super::{Files, grouped};
 use crate::claim::{Judged, JudgedCell, JudgedNumber};
 use crate::report::html::{CellText, Column, Section, Table, markdown_text};
@@ -60,7 +61,7 @@ pub(super) fn markdown(studies: &[Study]) -> String {
     text
 }
 
-/// All numbers behind the verdicts, as CSV.
+/// All numbers behind the verdicts, as CSV. Shares, such as coverages, are in per cent.
 pub(super) fn csv(studies: &[Study]) -> String {
     let mut columns = ["claim", "number"].map(Column::text).to_vec();
     columns.extend(["value", "MCSE"].map(|name| Column::number(name, "")));
@@ -150,7 +151,8 @@ fn sentence(claim: &Judged) -> String {
     first.into_iter().flatten().chain(letters).collect()
 }
 
-/// The table of cells: the number, its condition, the verdict of the cell, and two p-values.
+/// The table of cells: the number, its condition, the verdict of the cell, and two p-values. Shares, such as coverages,
+/// are in per cent.
 fn cells(claim: &Judged) -> LongTable {
     let more = |cell: &JudgedCell| {
         cell.numbers.len() > 1 || cell.case.is_some() || !cell.missing.is_empty()
@@ -169,7 +171,9 @@ fn cells(claim: &Judged) -> LongTable {
     if several {
         columns.extend(["number", "must be"].map(Column::text));
     }
-    columns.extend([Column::number("value", ""), Column::text("verdict")]);
+    let are_shares = claim.tests.iter().all(picture::is_share);
+    let unit = if are_shares { "%" } else { "" };
+    columns.extend([Column::number("value", unit), Column::text("verdict")]);
     columns.extend(["p (pass)", "p (fail)"].map(|name| Column::number(name, "")));
     let mut table = LongTable::new(&caption, columns, "value");
     for cell in &claim.cells {
@@ -204,7 +208,8 @@ fn row(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber, several: bool) 
     let kept = number
         .kept
         .map_or_else(String::new, |kept| format!(" of {:.1} %", 100.0 * kept));
-    let value = CellText::number(format!("{}{kept}", number.text), number.value);
+    let unit = claim.tests.get(number.test).map_or(1.0, picture::unit);
+    let value = CellText::number(format!("{}{kept}", number.text), tidy(unit * number.value));
     row.extend([
         value,
         CellText::text(cell.says),

@@ -283,6 +283,11 @@ fn numbers(
         ),
         ("times", "Times", tables::times(study)),
         ("failures", "Failures by kind", tables::failures(study)),
+        (
+            "failed-trials",
+            "Failed trials",
+            tables::failed_trials(study),
+        ),
     ];
     for (name, title, table) in shown {
         let Some(mut table) = table else {

@@ -109,12 +109,12 @@ pub(super) fn overview(study: &Study) -> LongTable {
 pub(super) fn everything(study: &Study) -> LongTable {
     let keys = study.varying();
     let mut all = columns(study, &keys);
-    let texts = ["output", "figure"].map(Column::text);
+    let texts = ["output", "measure"].map(Column::text);
     const NUMBERS: [&str; 23] = [
         "trials",
         "failed",
         "unstable",
-        "with figure",
+        "with measure",
         "median",
         "median MCSE",
         "q05",
@@ -197,7 +197,7 @@ fn numbers(output: &OutputSummary, statistics: &Statistics) -> Vec<f64> {
 }
 
 /// Removes the rounding error of a multiplication by 100.
-fn tidy(x: f64) -> f64 {
+pub(super) fn tidy(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
 }
 
@@ -255,7 +255,7 @@ pub(super) fn coverage(study: &Study) -> Option<LongTable> {
 pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
     let mut all = columns(study, &keys);
-    all.extend(["first", "second", "figure"].map(Column::text));
+    all.extend(["first", "second", "measure"].map(Column::text));
     for (name, unit) in [
         ("median ratio", ""),
         ("5 % of ratios", ""),
@@ -329,7 +329,7 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
         .filter(|key| slopes.iter().any(|s| s.settings.contains_key(key)))
         .collect();
     let mut all = columns(study, &keys);
-    all.extend(["figure", "statistic", "over", "output"].map(Column::text));
+    all.extend(["measure", "statistic", "over", "output"].map(Column::text));
     for name in ["slope", "95 % from", "95 % to", "cells"] {
         all.push(Column::number(name, ""));
     }
@@ -474,6 +474,47 @@ pub(super) fn failures(study: &Study) -> Option<LongTable> {
             );
             row.extend(most.map(|(_, output)| percent(share(output))));
             table.row(row);
+        }
+    }
+    table.unless_empty()
+}
+
+/// The first failed trials of every cell, output and kind, with the command that replays the first of them. Empty for
+/// results of older builds, which do not list them.
+pub(super) fn failed_trials(study: &Study) -> Option<LongTable> {
+    let keys = study.varying();
+    let mut all = columns(study, &keys);
+    all.extend(["output", "failure"].map(Column::text));
+    all.push(Column::number("trials", ""));
+    all.extend(["first failed trials", "to see the first"].map(Column::text));
+    let mut table = LongTable::new(
+        "The numbers of the first failed trials of each kind, at most ten, and the command that computes the first of \
+        them again and prints every stage.",
+        all,
+        "trials",
+    );
+    for cell in &study.summary.cells {
+        let settings = settings(cell, &keys);
+        for output in &cell.outputs {
+            for (kind, trials) in &output.outcomes.failed_trials {
+                let Some(first) = trials.first() else {
+                    continue;
+                };
+                let failed = output.outcomes.failures.get(kind).copied().unwrap_or(0);
+                let listed: Vec<String> = trials.iter().map(u64::to_string).collect();
+                let more = if failed > listed.len() as u64 {
+                    ", ..."
+                } else {
+                    ""
+                };
+                let mut row = settings.clone();
+                row.extend([output.label(), kind.replace(['_', '-'], " ")].map(CellText::text));
+                row.push(count(failed));
+                let listed = format!("{}{more}", listed.join(", "));
+                let command = study.replay_command(cell.cell, *first);
+                row.extend([listed, command].map(CellText::text));
+                table.row(row);
+            }
         }
     }
     table.unless_empty()

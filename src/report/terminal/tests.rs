@@ -156,8 +156,13 @@ fn lost_trials_are_told() {
     let names = ["one".to_owned(), "two".to_owned()];
     let mut study = known(&file(3, &names), 0.0);
     for output in &mut study.summary.cells[1].outputs[1..] {
-        output.outcomes.failures.insert("singular".to_owned(), 3);
-        output.outcomes.lost = 3;
+        let outcomes = &mut output.outcomes;
+        outcomes.failures.insert("singular".to_owned(), 3);
+        outcomes
+            .failed_trials
+            .insert("singular".to_owned(), vec![0, 1, 2]);
+        outcomes.lost = 3;
+        output.failed = Share::new(3, 3);
         let none = crate::metric::Sample::from_values([f64::NAN; 3])
             .statistics(crate::metric::Worse::Larger);
         output
@@ -172,6 +177,8 @@ fn lost_trials_are_told() {
         joined(&text).contains("100.0 %, of two at eta = 10.5 %."),
         "{text}"
     );
+    let command = "To see a failed trial: asobench replay many cell=1:0";
+    assert!(text.lines().any(|line| line == command), "{text}");
     let row = text.lines().find(|line| line.starts_with("10.5"));
     let cells: Vec<&str> = row.unwrap().split_whitespace().collect();
     assert_eq!(

@@ -52,13 +52,14 @@ pub(super) fn heading(what: &str) -> String {
     first.into_iter().flatten().chain(letters).collect()
 }
 
-/// The factor for the numbers of a test: shares are drawn in per cent.
+/// Whether the numbers of a test are shares of trials.
+pub(super) fn is_share(test: &JudgedTest) -> bool {
+    test.scale == Compared::Share
+}
+
+/// The factor for the numbers of a test: shares are drawn, and written to tables, in per cent.
 pub(super) fn unit(test: &JudgedTest) -> f64 {
-    if test.scale == Compared::Share {
-        100.0
-    } else {
-        1.0
-    }
+    if is_share(test) { 100.0 } else { 1.0 }
 }
 
 struct Picture<'a> {
