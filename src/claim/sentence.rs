@@ -161,7 +161,7 @@ impl Findings<'_> {
         let mut value = value(test, part);
         if let Some(kept) = part.number.kept {
             value.push_str(&format!(
-                " (of the {:.1} % of trials that are not lost)",
+                " (of the {:.1} % of trials with a value)",
                 100.0 * kept
             ));
         }
