@@ -10,10 +10,10 @@ pub fn uncertain(value: f64, error: f64) -> String {
     rounded(value, error, 17)
 }
 
-/// Formats a quantile with its standard error; `lost` if it falls among lost trials.
+/// Formats a quantile with its standard error; `none` if it falls among trials without the measure.
 pub fn quantile(quantile: Quantile) -> String {
     if quantile.lost {
-        "lost".to_owned()
+        "none".to_owned()
     } else {
         uncertain(quantile.value, quantile.mcse)
     }

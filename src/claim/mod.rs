@@ -8,6 +8,7 @@
 mod condition;
 mod decision;
 mod evidence;
+mod interval;
 mod known;
 mod moment;
 mod power;
@@ -26,7 +27,8 @@ use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, Holds, TrialRule
 use crate::study::place::{Place, varying};
 use crate::study::{Look, MethodTime, Summary};
 use decision::{Cells, PValues, certain_count, decide};
-use evidence::Evidence;
+use evidence::{Evidence, Part};
+use interval::{FAIL, LEFT_OUT, Levels, PASS};
 use known::worst;
 use power::{Open, Undecided};
 use sentence::{Findings, UnitFindings};
@@ -92,6 +94,10 @@ pub struct JudgedCell {
     pub p_pass: f64,
     /// The p-value of "the tests do not fail"; small if they certainly fail.
     pub p_fail: f64,
+    /// The level at which `says` was decided: that of the claim after Holm's correction over its cells. A cell passes if
+    /// `p_pass` is at most this, fails if `p_fail` is, and is open if neither is. None if the cell is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<f64>,
     /// Every number that was looked at.
     pub numbers: Vec<JudgedNumber>,
     /// Why numbers are missing.
@@ -108,10 +114,13 @@ pub struct JudgedNumber {
     pub what: String,
     /// The number with its error: "0.0879(5)"; a share in per cent.
     pub text: String,
-    /// The value; infinite if it is that of a lost trial.
+    /// The value; infinite if it is that of a trial without a measure.
     pub value: f64,
     /// Its standard error; NaN if it has none.
     pub error: f64,
+    /// Its interval at the level of its cell; that of the claim if the cell is left out. The limit is beyond an end
+    /// exactly if this number is certain. An end is infinite if the trials do not tell it.
+    pub interval: [f64; 2],
     /// The share of trials that it covers, if not all of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kept: Option<f64>,
@@ -377,12 +386,28 @@ impl<'a> Judge<'a> {
         let places: Vec<Place> = found.iter().map(|found| found.unit.place.clone()).collect();
         let keys = varying(&places);
         let mut judged = 0;
+        let kept = found.iter().filter(|found| found.judged).count();
+        let certain = [passing.len(), failing.len()];
+        let whole = self.level(self.look.share);
+        let levels = Levels::new(self.claim.holds, certain, kept, found.len(), whole);
         let cell = |found: &Found| {
             let index = judged;
             judged += usize::from(found.judged);
             let parts = found.evidence.parts.iter();
             let case = found.tests.first().filter(|_| self.cases.len() > 1);
             let case = case.map(sentence::of_and_to);
+            let says = match found.judged {
+                false => LEFT_OUT,
+                true if passing.contains(&index) => PASS,
+                true if failing.contains(&index) => FAIL,
+                true => "open",
+            };
+            let level = levels.of(says);
+            let count = found.evidence.parts.len() + found.evidence.missing.len();
+            let number = |part| {
+                let interval = Part::interval(part, says, level.unwrap_or(whole), count);
+                number(found.tests, part, interval)
+            };
             JudgedCell {
                 cells: found.unit.members.cells(),
                 place: {
@@ -391,15 +416,11 @@ impl<'a> Judge<'a> {
                     parts.collect::<Vec<String>>().join(", ")
                 },
                 case,
-                says: match found.judged {
-                    false => "left out",
-                    true if passing.contains(&index) => "pass",
-                    true if failing.contains(&index) => "fail",
-                    true => "open",
-                },
+                says,
                 p_pass: found.p_values.pass,
                 p_fail: found.p_values.fail,
-                numbers: parts.map(|part| number(found.tests, part)).collect(),
+                level,
+                numbers: parts.map(number).collect(),
                 missing: found.evidence.missing.clone(),
             }
         };
@@ -407,7 +428,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-fn number(tests: &[ClaimTest], part: &evidence::Part) -> JudgedNumber {
+fn number(tests: &[ClaimTest], part: &Part, interval: [f64; 2]) -> JudgedNumber {
     let test = &tests[part.test];
     let (value, error) = part.number.known.shown();
     JudgedNumber {
@@ -416,6 +437,7 @@ fn number(tests: &[ClaimTest], part: &evidence::Part) -> JudgedNumber {
         text: sentence::value(test, part),
         value,
         error,
+        interval,
         kept: part.number.kept,
     }
 }

@@ -173,7 +173,7 @@ impl<'a> Findings<'a> {
         let mut value = value(test, part);
         if let Some(kept) = part.number.kept {
             value.push_str(&format!(
-                " (of the {:.1} % of trials that are not lost)",
+                " (of the {:.1} % of trials with a value)",
                 100.0 * kept
             ));
         }

@@ -576,7 +576,7 @@ fn ratio_of_medians(cell: &CellSummary, medians: [(&str, Measure); 2]) -> Result
         points: vec![point],
     };
     match (first.q50.lost, second.q50.lost) {
-        (true, true) => return Err("both medians are those of lost trials".to_owned()),
+        (true, true) => return Err("both medians are those of failed trials".to_owned()),
         (true, false) => return Ok(by_lost(f64::INFINITY, (f64::INFINITY, first.count))),
         (false, true) => return Ok(by_lost(0.0, (0.0, second.undefined))),
         (false, false) => {}

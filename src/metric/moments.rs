@@ -188,7 +188,7 @@ impl Sample {
     }
 
     /// Places the trials without a measure at the worse end of the order.
-    fn lost(&self, worse: Worse) -> Others {
+    fn without_value(&self, worse: Worse) -> Others {
         let mut others = Others::default();
         match worse {
             Worse::Larger => others.above = self.undefined,
@@ -208,7 +208,7 @@ impl Sample {
     /// The q-quantile over all trials from the sketch, clamped to the smallest and largest value. Trials without a
     /// measure stand at the worse end.
     pub fn quantile(&self, q: f64, worse: Worse) -> Quantile {
-        self.quantile_among(q, self.lost(worse))
+        self.quantile_among(q, self.without_value(worse))
     }
 
     /// The reported quantiles, with the trials without a measure given by `others` (none: over trials with a measure
@@ -235,7 +235,10 @@ impl Sample {
 
     /// The value of the median over all trials; infinite if it falls among trials without a measure.
     pub(super) fn median_value(&self, worse: Worse) -> f64 {
-        let median = self.sketch.among(self.lost(worse)).quantile_value(0.5);
+        let median = self
+            .sketch
+            .among(self.without_value(worse))
+            .quantile_value(0.5);
         if median.is_finite() {
             self.clamp(median)
         } else {
@@ -417,7 +420,7 @@ impl Sample {
             mse: self.mse(),
             rmse: self.rmse(),
             trimmed: self.sketch.trimmed_mean(TRIM),
-            quantiles: self.quantiles(self.lost(worse)),
+            quantiles: self.quantiles(self.without_value(worse)),
             conditional: (self.undefined > 0).then(|| self.quantiles(Others::default())),
             min,
             max,
@@ -600,10 +603,10 @@ mod tests {
     }
 
     /// Of 101 trials, those with the values 0 ... 60 have a measure. The median is the 51st of all, 50; the upper
-    /// quartile, the 76th, is lost. If larger is better, the 40 lost trials are the smallest: the lower quartile, the
-    /// 26th, is lost, and the median is the 11th of the others, 10.
+    /// quartile, the 76th, has none. If larger is better, the 40 others are the smallest: the lower quartile, the
+    /// 26th, has none, and the median is the 11th of the others, 10.
     #[test]
-    fn quantiles_are_over_all_trials_with_lost_ones_at_the_worse_end() {
+    fn quantiles_are_over_all_trials_with_failed_ones_at_the_worse_end() {
         let values = (0..101).map(|i| if i <= 60 { f64::from(i) } else { f64::NAN });
         let sample = Sample::from_values(values);
         let found = sample.statistics(Worse::Larger);

@@ -183,7 +183,7 @@ impl Paired {
         &self.ratio
     }
 
-    /// The trials whose ratio is in no bin: ties, and trials that one method lost.
+    /// The trials whose ratio is in no bin: ties, and trials in which a method has no measure.
     fn others(&self, worse: Worse) -> Others {
         let (below, above) = match worse {
             Worse::Larger => (self.only_first, self.only_second),
@@ -266,8 +266,8 @@ pub struct PairedStatistics {
     pub mean_difference: Estimate,
     /// Median of first - second.
     pub median_difference: Quantile,
-    /// Median of first / second over all trials. A trial that one method lost has the ratio 0 or infinity; one that
-    /// both lost has 1. A median among lost trials is null, with `lost` set.
+    /// Median of first / second over all trials. A trial in which one method has no measure has the ratio 0 or
+    /// infinity; one in which neither has has 1. A median among the former is null, with `lost` set.
     pub median_ratio: Quantile,
     /// 5 % quantile of the ratio.
     pub ratio_q05: Quantile,
@@ -277,10 +277,10 @@ pub struct PairedStatistics {
     pub ratio_q75: Quantile,
     /// 95 % quantile of the ratio.
     pub ratio_q95: Quantile,
-    /// Share of trials with first < second, with Wilson's interval; a lost trial stands at the worse end. Ties are left
+    /// Share of trials with first < second, with Wilson's interval; no measure stands at the worse end. Ties are left
     /// out, as in the sign test, and counted in `ties`. For two equal methods this share is undefined, not 0.
     pub share_smaller: Share,
-    /// Trials with first = second, and trials that both methods lost.
+    /// Trials with first = second, and trials in which neither method has the measure.
     pub ties: u64,
     /// RMSE of first over RMSE of second.
     pub rmse_ratio: Estimate,
@@ -401,10 +401,10 @@ mod tests {
         }
     }
 
-    /// Ratios: 1/2 (30 trials), exactly 1 (25 equal and 6 that both lost), 2 (20), 0 (10 that only the second lost),
-    /// infinity (10 that only the first lost). Of 101 trials the median is the 51st, a tie.
+    /// Ratios: 1/2 (30 trials), exactly 1 (25 equal and 6 in which both fail), 2 (20), 0 (10 in which only the second fails),
+    /// infinity (10 in which only the first fails). Of 101 trials the median is the 51st, a tie.
     #[test]
-    fn lost_trials_lose_and_ties_are_exactly_one() {
+    fn failed_trials_lose_and_ties_are_exactly_one() {
         let some = |x: f64, y: f64| (Some(x), Some(y));
         let mut all = vec![some(1.0, 2.0); 30];
         all.extend([some(0.7, 0.7); 25]);
@@ -428,7 +428,7 @@ mod tests {
         );
         assert_eq!(found.ties, 31);
         assert!(found.are_of(101));
-        // If larger is better, a lost trial counts as the smaller one.
+        // If larger is better, a failed trial counts as the smaller one.
         let fit = pair.statistics(Worse::Smaller).share_smaller;
         assert_eq!((fit.count, fit.total), (40, 70));
     }
@@ -453,7 +453,7 @@ mod tests {
         ];
         assert_eq!(counts, [4, 1, 1, 1]);
         assert_eq!(found.ties, 3);
-        // 1/2 and 2, one loss of each method; two ties and one trial that both lost.
+        // 1/2 and 2, one loss of each method; two ties and one trial in which both fail.
         assert_eq!(
             (found.share_smaller.count, found.share_smaller.total),
             (2, 4)

@@ -14,7 +14,8 @@ pub struct Quantile {
     /// median, 16 for the quartiles, 92 for 5 and 95 %.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
-    /// Whether the quantile falls among trials without a finite value; its value is then NaN.
+    /// Whether the quantile falls among trials without a finite value, such as failed ones; its value is then NaN. The
+    /// name is that of the key in files. Trials with an unstable model have a value, so they do not count here.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub lost: bool,
 }
@@ -37,7 +38,7 @@ impl Quantile {
         lost: false,
     };
 
-    /// Turns a quantile over all trials that is infinite, so that of a trial without a value, into a lost one.
+    /// Turns a quantile over all trials that is infinite, so that of a trial without a value, into one that says so.
     pub(super) fn ranked(self) -> Self {
         if self.value.is_infinite() {
             return Self {

@@ -33,6 +33,10 @@ pub fn overview(study: &Study) -> String {
     text.push_str("Medians; in parentheses the standard error of the last digit:\n\n");
     let mut worst = wrap(&worst(study), WIDTH, "  ");
     worst.extend(first_failed(study));
+    if is_none_there(study) {
+        let none = "none: half of the trials or more have no such measure (they failed).";
+        worst.insert_str(0, &format!("{none}\n"));
+    }
     // Besides the table there are two lines above it and the last line.
     let sheet = Sheet::new(study, LINES.saturating_sub(3 + worst.lines().count()));
     text.push_str(&sheet.text());
@@ -86,8 +90,23 @@ fn outputs(study: &Study) -> Vec<String> {
     outputs
 }
 
+/// Whether the median of a measure falls among trials without it.
+fn is_none_there(study: &Study) -> bool {
+    let measures = measures(study);
+    let shown = measures.iter().take(MEASURES);
+    let cells = study.summary.cells.iter();
+    let mut outputs = cells.flat_map(|cell| &cell.outputs);
+    let shown: Vec<&Measure> = shown.collect();
+    outputs.any(|output| {
+        let mut found = shown
+            .iter()
+            .filter_map(|measure| output.measures.get(*measure));
+        found.any(|statistics| statistics.q50.lost)
+    })
+}
+
 fn lost(outcomes: &Outcomes) -> Share {
-    Share::new(outcomes.lost, outcomes.trials)
+    Share::new(outcomes.lost_trials().0, outcomes.trials)
 }
 
 fn per_cent(share: Share) -> String {

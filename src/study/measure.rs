@@ -27,7 +27,7 @@ struct Entry {
 pub enum Better {
     /// The smaller one.
     Smaller,
-    /// The larger one; lost trials then rank as the smallest.
+    /// The larger one; failed trials then rank as the smallest.
     Larger,
     /// Neither: the measure describes the trial.
     Neither,
@@ -249,7 +249,7 @@ impl Measure {
         self.entry().better
     }
 
-    /// Returns the worse end of the order, where lost trials rank.
+    /// Returns the worse end of the order, where failed trials rank.
     pub const fn worse(self) -> Worse {
         match self.better() {
             Better::Larger => Worse::Smaller,

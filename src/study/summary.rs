@@ -64,7 +64,7 @@ impl OutputSummary {
                 .zip(&tally.samples)
                 .map(|(measure, sample)| {
                     let mut statistics = sample.statistics(measure.worse());
-                    // A measure that this output never has does not count as lost.
+                    // A measure that this output never has does not count as failed.
                     if statistics.count == 0 && tally.outcomes.failed() == 0 {
                         statistics.quantiles = Quantiles::UNDEFINED;
                         statistics.conditional = None;

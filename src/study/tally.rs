@@ -30,12 +30,13 @@ pub struct Outcomes {
     /// builds have none.
     #[serde(default)]
     pub failed_trials: BTreeMap<String, Vec<u64>>,
-    /// Trials with an unstable A-hat.
+    /// Trials with an unstable A-hat, failed or not.
     pub unstable: u64,
     /// Trials in which this or an earlier pass had an unstable A-hat, reported or not.
     #[serde(default)]
     pub unstable_so_far: u64,
-    /// Trials with a failure or an unstable A-hat.
+    /// Trials with a failure or an unstable A-hat: for shares only, since a trial with an unstable A-hat and no failure
+    /// keeps its measures. Older summaries are without it: [`Self::lost_trials`].
     #[serde(default)]
     pub lost: u64,
 }
@@ -44,6 +45,15 @@ impl Outcomes {
     /// Returns the number of trials with a failure.
     pub fn failed(&self) -> u64 {
         self.failures.values().sum()
+    }
+
+    /// Returns the number of lost trials (failed or unstable), and whether it is exact. Summaries of older versions are
+    /// without it. Then it is the number of failed and of unstable trials, in which a trial that is both counts twice.
+    pub fn lost_trials(&self) -> (u64, bool) {
+        if self.lost >= self.failed().max(self.unstable) {
+            return (self.lost, true);
+        }
+        ((self.failed() + self.unstable).min(self.trials), false)
     }
 
     /// Whether these can be the counts of so many trials.
@@ -133,7 +143,7 @@ pub struct CellTally {
     pub pairs: Vec<Vec<Paired>>,
     /// The jackknife's groups, for every measure with a slope and every output.
     pub groups: Vec<Vec<Vec<Sample>>>,
-    /// For every series that the cell keeps, runs of the measure trial by trial, keyed by their first trial. A lost
+    /// For every series that the cell keeps, runs of the measure trial by trial, keyed by their first trial. A failed
     /// trial is NaN.
     pub series: Vec<BTreeMap<u64, Vec<f64>>>,
     /// e_x(k) over k for the first and the last output.
@@ -469,3 +479,6 @@ fn met(experiment: &Experiment, cell: &Cell, measures: &[Measure], rows: &Output
     };
     experiment.file.bounds.iter().map(of_bound).collect()
 }
+
+#[cfg(test)]
+mod tests;

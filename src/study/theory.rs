@@ -132,7 +132,7 @@ pub struct TheorySummary {
     pub theory: Option<LimitError>,
     /// The theory of an efficient estimate.
     pub bound: OfBounds<LimitError>,
-    /// The square of the ratio of the median under the bound to the median of all trials, lost ones ranked last. Null
+    /// The square of the ratio of the median under the bound to the median of all trials, failed ones ranked last. Null
     /// if the output is biased.
     pub efficiency: OfBounds<f64>,
 }

@@ -81,7 +81,7 @@ fn the_page(place: &Place) {
     }
     let table = std::fs::read_to_string(place.path("own/tables/own-claim-W2.csv")).unwrap();
     assert!(
-        table.starts_with("cell,value,verdict,p (pass),p (fail)"),
+        table.starts_with("cell,value,verdict,p (pass),p (fail),level"),
         "{table}"
     );
     assert_eq!(

@@ -222,7 +222,7 @@ fn populations_are_named() {
         ),
         (
             "value = 'e_a', statistic = 'mean', below = 3",
-            "2.0(1) (of the 80.0 % of trials that are not lost)",
+            "2.0(1) (of the 80.0 % of trials with a value)",
         ),
     ] {
         let found = line(

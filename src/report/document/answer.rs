@@ -18,7 +18,7 @@ pub(super) fn in_numbers(study: &Study) -> String {
     let mut text = format!("In numbers: {}", extremes(study, measure, &output));
     text.push_str(&best(study, measure, &output));
     text.push_str(&paired(study, measure));
-    text.push_str(&lost(study));
+    text.push_str(&failures(study));
     text
 }
 
@@ -136,8 +136,8 @@ fn paired(study: &Study, measure: Measure) -> String {
     text
 }
 
-/// The cell with the most lost trials.
-fn lost(study: &Study) -> String {
+/// The cell with the most failed trials.
+fn failures(study: &Study) -> String {
     let keys = study.varying();
     let outputs = study
         .summary

@@ -65,7 +65,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
 pub(super) fn quantile_note(study: &Study) -> String {
     let percent = 100.0 * study.summary.quantile_relative_error;
     format!(
-        "Quantiles are over all trials, lost ones counted as worst; they come from bins with a relative error below \
+        "Quantiles are over all trials, failed ones counted as worst and unstable models as estimated; they come from bins with a relative error below \
         {percent:.2} %."
     )
 }
@@ -400,7 +400,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
         name: format!("ratio-{}", measure.name()),
         svg,
         caption: format!(
-            "{what} A trial that one output lost counts as its loss, and one that both lost as a tie. Pairs of which \
+            "{what} A trial in which one output failed counts as its loss, and one in which both failed as a tie. Pairs of which \
              one output fails in more than half of the trials are left out.{note}{}",
             layout.held_text()
         ),

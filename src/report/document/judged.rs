@@ -66,7 +66,7 @@ pub(super) fn csv(studies: &[Study]) -> String {
     let mut columns = ["claim", "number"].map(Column::text).to_vec();
     columns.extend(["value", "MCSE"].map(|name| Column::number(name, "")));
     columns.extend(["must be", "experiment", "where", "says"].map(Column::text));
-    columns.extend(["p (pass)", "p (fail)"].map(|name| Column::number(name, "")));
+    columns.extend(["p (pass)", "p (fail)", "level"].map(|name| Column::number(name, "")));
     let mut table = Table::new("", columns);
     let number = |x: f64| CellText::number("", x);
     for (study, claim) in all(studies) {
@@ -79,7 +79,8 @@ pub(super) fn csv(studies: &[Study]) -> String {
                 row.extend([unit * judged.value, unit * judged.error].map(number));
                 row.extend([must(claim, judged), &study.name, &cell.place].map(CellText::text));
                 row.push(CellText::text(cell.says));
-                row.extend([cell.p_pass, cell.p_fail].map(number));
+                let level = cell.level.unwrap_or(f64::NAN);
+                row.extend([cell.p_pass, cell.p_fail, level].map(number));
                 table.row(row);
             }
         }
@@ -163,9 +164,9 @@ fn cells(claim: &Judged) -> LongTable {
         _ => "All tests must pass in a cell. ".to_owned(),
     };
     caption.push_str(&format!(
-        "A cell passes or fails if that is certain at the {} per cent level. p (pass) is the p-value of the \
-         hypothesis \"the cell does not pass\", p (fail) that of \"the cell passes\".",
-        crate::text::number(100.0 * claim.level)
+        "p (pass) is the p-value of the hypothesis \"the cell does not pass\", p (fail) that of \"the cell passes\". A \
+         cell passes or fails if that p-value is at most the level of the cell: {}.",
+        levels(claim)
     ));
     let mut columns = vec![Column::text("cell")];
     if several {
@@ -174,7 +175,7 @@ fn cells(claim: &Judged) -> LongTable {
     let are_shares = claim.tests.iter().all(picture::is_share);
     let unit = if are_shares { "%" } else { "" };
     columns.extend([Column::number("value", unit), Column::text("verdict")]);
-    columns.extend(["p (pass)", "p (fail)"].map(|name| Column::number(name, "")));
+    columns.extend(["p (pass)", "p (fail)", "level"].map(|name| Column::number(name, "")));
     let mut table = LongTable::new(&caption, columns, "value");
     for cell in &claim.cells {
         for number in &cell.numbers {
@@ -215,8 +216,59 @@ fn row(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber, several: bool) 
         CellText::text(cell.says),
         p(cell.p_pass),
         p(cell.p_fail),
+        level(cell),
     ]);
     row
+}
+
+/// The level of a cell.
+fn level(cell: &JudgedCell) -> CellText {
+    let text = |level: f64| match level {
+        level if level < 0.01 => format!("{level:.1e}"),
+        level => format!("{level:.3}"),
+    };
+    cell.level.map_or_else(CellText::default, |level| {
+        CellText::number(text(level), level)
+    })
+}
+
+/// The levels at which the cells of a claim are compared, in words: "2.5 % / 24 (Holm's correction for 24 cells)".
+fn levels(claim: &Judged) -> String {
+    let whole = format!("{} %", crate::text::number(100.0 * claim.level));
+    // Every level is that of the claim over a whole number.
+    let parts = |level: f64| (claim.level / level).round() as usize;
+    let of = |says: &str| {
+        let mut cells = claim.cells.iter().filter(|cell| cell.says == says);
+        cells.find_map(|cell| cell.level).map(parts)
+    };
+    let over = |parts: usize| match parts {
+        1 => whole.clone(),
+        parts => format!("{whole} / {parts}"),
+    };
+    let names = [
+        ("pass", "where a cell passes"),
+        ("fail", "where it fails"),
+        ("open", "where it is open"),
+    ];
+    let found: Vec<(&str, usize)> = names
+        .iter()
+        .filter_map(|(says, words)| Some((*words, of(says)?)))
+        .collect();
+    let count = claim.cells.len();
+    let text = match found.as_slice() {
+        [] => return whole,
+        _ if count == 1 => return whole,
+        // Certain in all cells: each by itself, or the last step of Holm's procedure.
+        [(_, 1)] => return format!("{whole} (all cells are certain, so none is corrected)"),
+        [(_, first), rest @ ..] if rest.iter().all(|(_, parts)| parts == first) => over(*first),
+        all => {
+            let all = all
+                .iter()
+                .map(|(words, parts)| format!("{} {words}", over(*parts)));
+            all.collect::<Vec<String>>().join(", ")
+        }
+    };
+    format!("{text} (Holm's correction for {count} cells)")
 }
 
 /// The condition on a number.

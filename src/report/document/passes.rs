@@ -113,11 +113,8 @@ const LEAST: f64 = 0.5;
 pub(super) fn lost(study: &Study) -> Option<Drawn> {
     let axis = PlotAxis::linear("failed or unstable, % of trials");
     let lost = |at: f64, output: &OutputSummary| {
-        let (trials, count) = (
-            output.outcomes.trials,
-            output.outcomes.failed() + output.outcomes.unstable,
-        );
-        let share = crate::metric::Share::new(count.min(trials), trials);
+        let (trials, (count, _)) = (output.outcomes.trials, output.outcomes.lost_trials());
+        let share = crate::metric::Share::new(count, trials);
         let percent = 100.0 * share.share;
         // One trial, as of a cell without random numbers, is no sample.
         if trials == 1 {
@@ -161,8 +158,16 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
     if !drawn.any(|point| point.y >= LEAST) {
         return None;
     }
-    let what = "Trials whose estimate fails, or whose model has a pole on or outside the unit \
+    let what = "Lost trials: the estimate fails, or the model has a pole on or outside the unit \
         circle, with Wilson's 95 % intervals.";
+    let cells = study.summary.cells.iter();
+    let mut outputs = cells.flat_map(|cell| &cell.outputs);
+    let twice = if outputs.all(|output| output.outcomes.lost_trials().1) {
+        ""
+    } else {
+        " These results are of a version that did not count lost trials: a trial that failed and is \
+        unstable counts twice here."
+    };
     let (svg, note) = sheet(
         &format!("{}: failed or unstable", study.title()),
         what,
@@ -171,6 +176,9 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
     Some(Drawn {
         name: "lost".to_owned(),
         svg,
-        caption: format!("{what}{note}{}", layout.held_text()),
+        caption: format!("{what}{twice}{note}{}", layout.held_text()),
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -78,7 +78,7 @@ pub(super) fn overview(study: &Study) -> LongTable {
     let mut table = LongTable::new(
         "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one \
         trial has more than a tenth of the sum of squares, so the RMSE means nothing; read the \
-        median.",
+        median. \"none\": the median falls among trials without the measure.",
         all,
         &format!("median {}", first.unwrap_or_default()),
     );
@@ -270,7 +270,7 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         all.push(Column::number(name, unit));
     }
     let mut table = LongTable::new(
-        "Ratio of the first to the second output on the same trials; an output that lost a trial loses the comparison \
+        "Ratio of the first to the second output on the same trials; an output that failed in a trial loses the comparison \
          there. \"tail\": one trial dominates.",
         all,
         "median ratio",
@@ -456,10 +456,10 @@ pub(super) fn failures(study: &Study) -> Option<LongTable> {
             .map(|(_, output)| output.outcomes.trials)
             .sum();
         for kind in kinds {
-            let lost =
+            let failed =
                 |output: &OutputSummary| output.outcomes.failures.get(kind).copied().unwrap_or(0);
-            let total: u64 = outputs.iter().map(|(_, output)| lost(output)).sum();
-            let share = |output: &OutputSummary| Share::new(lost(output), output.outcomes.trials);
+            let total: u64 = outputs.iter().map(|(_, output)| failed(output)).sum();
+            let share = |output: &OutputSummary| Share::new(failed(output), output.outcomes.trials);
             let most = outputs
                 .iter()
                 .max_by(|a, b| share(a.1).share.total_cmp(&share(b.1).share));

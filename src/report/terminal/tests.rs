@@ -173,6 +173,7 @@ fn lost_trials_are_told() {
     let text = overview(&study);
     fits(&text);
     assert!(text.contains("lost, %"), "{text}");
+    assert!(joined(&text).contains("none: half of the trials"), "{text}");
     assert!(
         joined(&text).contains("100.0 %, of two at eta = 10.5 %."),
         "{text}"
@@ -183,7 +184,7 @@ fn lost_trials_are_told() {
     let cells: Vec<&str> = row.unwrap().split_whitespace().collect();
     assert_eq!(
         cells[..5],
-        ["10.5", "2.000", "lost", "0", "100.0"],
+        ["10.5", "2.000", "none", "0", "100.0"],
         "{text}"
     );
 }

@@ -1,8 +1,7 @@
 //! The figure for a verdict: the number of every cell with its error, and the condition on it.
 
-use super::place;
+use super::{levels, place};
 use crate::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compared};
-use crate::metric::Z;
 use crate::report::document::figures::Drawn;
 use crate::report::document::layout::{Choice, Layout, panel_title, sheet};
 use crate::report::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
@@ -33,8 +32,12 @@ struct Mark<'a> {
     cell: &'a JudgedCell,
     number: &'a JudgedNumber,
     value: f64,
+    /// At the level of the cell, so that it excludes the limit where the cell is certain. Ends may be infinite.
     interval: [f64; 2],
 }
+
+/// Beyond every axis, but a number that it can place: a bar to it ends at the edge, without a cap.
+const BEYOND: f64 = 1e305;
 
 /// A figure for each test of a claim, at most `PICTURES`.
 pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
@@ -91,7 +94,7 @@ impl<'a> Picture<'a> {
                 cell,
                 number,
                 value: unit * number.value,
-                interval: interval(number, test.scale, log).map(|end| unit * end),
+                interval: number.interval.map(|end| unit * end),
             })
             .collect();
         let seen = |cell: &&JudgedCell| !marks.iter().any(|mark| std::ptr::eq(mark.cell, *cell));
@@ -114,14 +117,41 @@ impl<'a> Picture<'a> {
         limits.map(|limit| unit * limit).collect()
     }
 
-    /// The smallest and the largest number drawn.
+    /// The smallest and the largest of the values and limits.
+    fn core(&self) -> (f64, f64) {
+        let values = self.marks.iter().map(|mark| mark.value);
+        span(values.chain(self.limits()))
+    }
+
+    /// The smallest and the largest number drawn. The levels of many cells are so small that bars can be very long: a
+    /// bar is cut where it is farther from the values and limits than these are from each other.
     fn ends(&self) -> (f64, f64) {
-        let marks = self.marks.iter();
-        let drawn = marks.flat_map(|mark| [mark.value, mark.interval[0], mark.interval[1]]);
-        let all = drawn.chain(self.limits()).filter(|x| x.is_finite());
-        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
-        })
+        let place = |x: f64| if self.log { x.ln() } else { x };
+        let back = |x: f64| if self.log { x.exp() } else { x };
+        let (low, high) = self.core();
+        let room = place(high) - place(low);
+        let (least, most) = span(self.marks.iter().flat_map(|mark| mark.interval));
+        if room > 0.0 && self.test.scale != Compared::Share {
+            let edges = [place(low) - room, place(high) + room].map(back);
+            (least.clamp(edges[0], low), most.clamp(high, edges[1]))
+        } else {
+            let kept = |x: f64, other: f64| if x.is_finite() { x } else { other };
+            (kept(least, low).min(low), kept(most, high).max(high))
+        }
+    }
+
+    /// Whether a bar goes on beyond the picture.
+    fn is_cut(&self) -> bool {
+        let (low, high) = self.ends();
+        let mut marks = self.marks.iter();
+        marks.any(|mark| mark.interval[0] < low || mark.interval[1] > high)
+    }
+
+    /// A bar for the picture: ends that no axis can place run off its edge.
+    fn bar(&self, mark: &Mark<'_>) -> [f64; 2] {
+        let [low, high] = mark.interval;
+        let least = if self.log { 1.0 / BEYOND } else { -BEYOND };
+        [low.max(least), high.min(BEYOND)]
     }
 
     /// Whether the numbers are so close together that a logarithmic axis would have no ticks.
@@ -132,8 +162,14 @@ impl<'a> Picture<'a> {
 
     fn axis(&self) -> PlotAxis {
         let what = heading(self.test.what.trim_start_matches("the "));
+        let (low, high) = self.ends();
         if self.log {
-            return PlotAxis::log(what);
+            let axis = PlotAxis::log(what);
+            return if self.is_cut() {
+                axis.range(low, high)
+            } else {
+                axis
+            };
         }
         let percent = if self.test.scale == Compared::Share {
             ", %"
@@ -141,9 +177,8 @@ impl<'a> Picture<'a> {
             ""
         };
         let axis = PlotAxis::linear(format!("{what}{percent}"));
-        let (low, high) = self.ends();
-        if self.test.scale == Compared::Ratio && self.is_narrow() {
-            let room = 0.06 * (high - low).max(1e-3 * high);
+        if self.test.scale == Compared::Ratio && self.is_narrow() || self.is_cut() {
+            let room = 0.06 * (high - low).max(1e-3 * high.abs());
             return axis.range(low - room, high + room);
         }
         axis
@@ -199,15 +234,18 @@ impl<'a> Picture<'a> {
             self.sorted()
         };
         let what = format!(
-            "{how} with its 95 % interval. Numbers in the shaded range pass: {}.{}{}",
+            "{how} with the interval by which it is judged. Each end is wrong with a chance of at most {}. \
+            Numbers in the shaded range pass: {}.{}{}",
+            levels(self.claim),
             self.test.must,
             if self.is_part() {
-                " The colour is the verdict of the cell over all its numbers."
+                " The colour is the verdict of the cell over all its numbers. Where it fails or is open, the chance is \
+                divided by their number."
             } else {
                 ""
             },
-            if self.marks.iter().any(|mark| !mark.interval[1].is_finite()) {
-                " A mark without a bar has too few trials for an interval."
+            if self.is_cut() {
+                " A bar to the edge of the picture goes on beyond it."
             } else {
                 ""
             },
@@ -252,7 +290,7 @@ impl<'a> Picture<'a> {
         let names: Vec<String> = self.marks.iter().map(name).collect();
         let plot = Plot::new("", self.axis(), PlotAxis::categories("", &names));
         self.series(plot, &self.marks, |i, mark| {
-            let [low, high] = mark.interval;
+            let [low, high] = self.bar(mark);
             Point::interval(mark.value, i as f64, low, high)
         })
     }
@@ -313,7 +351,7 @@ impl<'a> Picture<'a> {
             let title: Vec<String> = title.into_iter().filter(|part| !part.is_empty()).collect();
             let plot = Plot::new(title.join(", "), layout.axis(study), self.axis());
             self.series(plot, &marks, |i, mark| {
-                let [low, high] = mark.interval;
+                let [low, high] = self.bar(mark);
                 Point::interval(layout.at(study, here[i]), mark.value, low, high)
             })
         };
@@ -339,7 +377,7 @@ impl<'a> Picture<'a> {
             self.axis(),
         );
         let plot = self.series(plot, &marks, |i, mark| {
-            let [low, high] = mark.interval;
+            let [low, high] = self.bar(mark);
             Point::interval((i + 1) as f64, mark.value, low, high)
         });
         (vec![plot], how)
@@ -364,15 +402,9 @@ pub(super) fn different(text: &str, all: &[&str]) -> String {
     mine[first..end].join(" ")
 }
 
-/// The 95 % interval of a number: of its logarithm on a logarithmic axis; within 0 to 1 for a share.
-fn interval(number: &JudgedNumber, scale: Compared, log: bool) -> [f64; 2] {
-    let (value, half) = (number.value, Z * number.error);
-    match scale {
-        Compared::Ratio if log => {
-            let factor = (half / value).exp();
-            [value / factor, value * factor]
-        }
-        Compared::Share => [value - half, value + half].map(|end| end.clamp(0.0, 1.0)),
-        _ => [value - half, value + half],
-    }
+/// The smallest and the largest of some numbers.
+fn span(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    })
 }

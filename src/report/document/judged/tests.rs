@@ -16,12 +16,14 @@ fn claim(study: &Study) -> Judged {
             says,
             p_pass: 0.5,
             p_fail: 0.5,
+            level: Some(0.025),
             numbers: vec![JudgedNumber {
                 test: 0,
                 what: "the ratio of one to another".to_owned(),
                 text: format!("{value}"),
                 value,
                 error: 0.01,
+                interval: [value - 0.02, value + 0.02],
                 kept: None,
             }],
             missing: Vec::new(),
@@ -167,6 +169,58 @@ fn a_part_tells_one_claim() {
             "tables/many-claim-..--W1-.csv"
         ]
     );
+}
+
+/// The caption says at which levels the bars are drawn: those of the cells' marks. Of three cells one passes and one
+/// fails, so Holm's correction ended at half the level both ways.
+#[test]
+fn a_caption_has_the_levels_of_the_marks() {
+    let study = grid("window = [58, 98, 218]");
+    let mut claim = claim(&study);
+    let at = |claim: &mut Judged, levels: [f64; 3]| {
+        for (cell, level) in claim.cells.iter_mut().zip(levels) {
+            cell.level = Some(level);
+        }
+    };
+    at(&mut claim, [0.0125; 3]);
+    let text = picture(&study, &claim).caption;
+    assert!(
+        text.contains("at most 2.5 % / 2 (Holm's correction for 3 cells)."),
+        "{text}"
+    );
+    at(&mut claim, [0.0125, 0.0125, 0.025]);
+    let text = picture(&study, &claim).caption;
+    let parts = "2.5 % / 2 where a cell passes, 2.5 % where it fails, 2.5 % / 2 where it is open \
+                 (Holm's correction for 3 cells).";
+    assert!(text.contains(parts), "{text}");
+    let table = cells(&claim).take_csv();
+    assert!(
+        table
+            .lines()
+            .any(|line| line.ends_with(",fail,0.5,0.5,0.025")),
+        "{table}"
+    );
+    for cell in &mut claim.cells {
+        (cell.says, cell.level) = ("pass", Some(0.025));
+    }
+    let text = picture(&study, &claim).caption;
+    assert!(
+        text.contains("2.5 % (all cells are certain, so none is corrected)."),
+        "{text}"
+    );
+}
+
+/// A bar without an end runs off the picture, and does not widen it.
+#[test]
+fn a_bar_without_an_end_is_cut() {
+    let study = grid("window = [58, 98, 218]");
+    let mut claim = claim(&study);
+    assert!(!picture(&study, &claim).caption.contains("edge"));
+    claim.cells[1].numbers[0].interval = [0.0, f64::INFINITY];
+    let Drawn { svg, caption, .. } = picture(&study, &claim);
+    assert!(caption.contains("A bar to the edge"), "{caption}");
+    assert!(!svg.contains("inf") && !svg.contains("NaN"));
+    assert_eq!(marks(&svg, "s2"), 1);
 }
 
 /// Words that all texts begin or end with are left away.
