@@ -8,9 +8,12 @@
 mod condition;
 mod decision;
 mod evidence;
+mod family;
 mod known;
+mod needed;
 mod power;
 mod sentence;
+mod standing;
 mod statistics;
 #[cfg(test)]
 mod tests;
@@ -20,12 +23,14 @@ pub use condition::condition;
 pub use decision::Verdict;
 pub use power::Needed;
 pub use sentence::Scale;
+pub use standing::{Standing, tested};
 
 use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, TrialRule};
 use crate::study::place::{Place, varying};
 use crate::study::{MethodTime, Summary};
 use decision::{Cells, PValues, certain_count, decide};
 use evidence::Evidence;
+use family::Family;
 use power::Undecided;
 use sentence::{Findings, UnitFindings};
 use serde::Serialize;
@@ -50,6 +55,8 @@ pub struct Judged {
     /// The number of trials in every cell that would decide it, if it is undecided and more trials help.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed: Option<Needed>,
+    /// Whether it was planned, exploratory, added after the run, or judged by the trials of a confirmation.
+    pub standing: Standing,
     /// Whether the claim was written after the results were made.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub added_after_run: bool,
@@ -118,9 +125,16 @@ pub struct JudgedNumber {
 /// Judges every claim of a resolved file that has a test by the results of the study.
 pub fn judge(file: &ExperimentFile, summary: &Summary, times: &[MethodTime]) -> Vec<Judged> {
     let claims = file.claims.iter().filter(|claim| !claim.test.is_empty());
-    claims
-        .map(|claim| judge_at(claim, level_of(claim, file), file, summary, times))
-        .collect()
+    let claims: Vec<&ClaimTable> = claims.collect();
+    let alone = |claim: &ClaimTable| judge_at(claim, level_of(claim, file), file, summary, times);
+    let mut judged: Vec<Judged> = match Family::of(file) {
+        Some(family) => family.judge(&claims, alone),
+        None => claims.iter().map(|claim| alone(claim)).collect(),
+    };
+    for (claim, judged) in claims.into_iter().zip(&mut judged) {
+        standing::mark(judged, claim, file);
+    }
+    judged
 }
 
 /// Returns the level of each verdict on a claim. A rule that looks at the claim several times divides its level by the
@@ -141,6 +155,7 @@ pub fn decides(file: &ExperimentFile, summary: &Summary) -> bool {
     };
     let claim = file.claims.iter().find(|claim| claim.id == until.claim);
     claim.is_none_or(|claim| {
+        let claim = &family::strictest(claim, file);
         let judged = judge_at(claim, level_of(claim, file), file, summary, &[]);
         judged.verdict != Verdict::Undecided
     })
@@ -188,6 +203,7 @@ fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
         level,
         line: format!("{}  {verdict}: {why}.{}", claim.id, added(claim)),
         needed: None,
+        standing: Standing::default(),
         added_after_run: claim.added_after_run,
         timed: false,
         tests: Vec::new(),

@@ -373,7 +373,7 @@ pub(super) fn of_and_to(test: &ClaimTest) -> String {
 }
 
 /// Formats a number of trials, rounded up to two digits, with commas: "41,000".
-fn grouped(trials: u64) -> String {
+pub(super) fn grouped(trials: u64) -> String {
     let mut unit = 1;
     while trials / unit >= 100 {
         unit *= 10;
