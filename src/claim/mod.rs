@@ -8,11 +8,14 @@
 mod condition;
 mod decision;
 mod evidence;
+mod family;
 mod interval;
 mod known;
 mod moment;
+mod needed;
 mod power;
 mod sentence;
+mod standing;
 mod statistics;
 #[cfg(test)]
 mod tests;
@@ -20,14 +23,16 @@ mod units;
 
 pub use condition::condition;
 pub use decision::Verdict;
-pub use power::Needed;
+pub use needed::Needed;
 pub use sentence::Scale;
+pub use standing::{Standing, tested};
 
 use crate::study::file::{ClaimTable, ClaimTest, ExperimentFile, Holds, TrialRule};
 use crate::study::place::{Place, varying};
 use crate::study::{Look, MethodTime, Summary};
 use decision::{Cells, PValues, certain_count, decide};
 use evidence::{Evidence, Part};
+use family::Family;
 use interval::{FAIL, LEFT_OUT, Levels, PASS};
 use known::worst;
 use power::{Open, Undecided};
@@ -54,6 +59,8 @@ pub struct Judged {
     /// The number of trials in every cell that would decide it, if it is undecided and more trials help.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed: Option<Needed>,
+    /// Whether it was planned, exploratory, added after the run, or judged by the trials of a confirmation.
+    pub standing: Standing,
     /// Whether the claim was written after the results were made.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub added_after_run: bool,
@@ -135,9 +142,16 @@ pub fn judge(
     look: Look,
 ) -> Vec<Judged> {
     let claims = file.claims.iter().filter(|claim| !claim.test.is_empty());
-    claims
-        .map(|claim| judge_at(claim, look, file, summary, times))
-        .collect()
+    let claims: Vec<&ClaimTable> = claims.collect();
+    let alone = |claim: &ClaimTable| judge_at(claim, look, file, summary, times);
+    let mut judged: Vec<Judged> = match Family::of(file) {
+        Some(family) => family.judge(&claims, alone),
+        None => claims.iter().map(|claim| alone(claim)).collect(),
+    };
+    for (claim, judged) in claims.into_iter().zip(&mut judged) {
+        standing::mark(judged, claim, file);
+    }
+    judged
 }
 
 /// Whether results decide the claim until which the trials of a file continue.
@@ -147,6 +161,7 @@ pub fn decides(file: &ExperimentFile, summary: &Summary, look: Look) -> bool {
     };
     let claim = file.claims.iter().find(|claim| claim.id == until.claim);
     claim.is_none_or(|claim| {
+        let claim = &family::strictest(claim, file);
         let judged = judge_at(claim, look, file, summary, &[]);
         judged.verdict != Verdict::Undecided
     })
@@ -195,6 +210,7 @@ fn undecided(claim: &ClaimTable, level: f64, why: &str) -> Judged {
         level,
         line: format!("{}  {verdict}: {why}.{}", claim.id, added(claim)),
         needed: None,
+        standing: Standing::default(),
         added_after_run: claim.added_after_run,
         timed: false,
         tests: Vec::new(),

@@ -3,10 +3,9 @@
 use super::decision::level_of_each;
 use super::evidence::Evidence;
 use super::known::More;
+use super::needed::Needed;
 use crate::metric::tails::normal_above;
 use crate::study::file::{Holds, TRIAL_LIMIT};
-use serde::Serialize;
-use std::fmt;
 
 /// The required chance of a decision.
 const POWER: f64 = 0.8;
@@ -16,62 +15,6 @@ const EXACT_CELLS: usize = 400;
 
 /// Half the width of the interval of an effect from which a range of trials follows, in standard errors: 80 %.
 const EFFECT_POINT: f64 = 1.281_551_565_544_600_4;
-
-/// The number of trials in every cell that would decide a claim with 80 % power. It depends on the square of an effect
-/// that is known to its standard error only, so it is a range: from the number for the far end of the effect's 80 %
-/// interval to that for the near end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Needed {
-    /// The fewest; `None` if they are more than a study can have.
-    pub from: Option<u64>,
-    /// The most; `None` if the effect may be too small for any number.
-    pub to: Option<u64>,
-}
-
-impl Needed {
-    /// No number of trials decides the claim.
-    const NEVER: Self = Self {
-        from: None,
-        to: None,
-    };
-}
-
-impl fmt::Display for Needed {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.from.map(grouped), self.to.map(grouped)) {
-            (Some(from), Some(to)) if from == to => write!(f, "some {to} trials would decide it"),
-            (Some(from), Some(to)) => write!(f, "some {from} to {to} trials would decide it"),
-            (Some(from), None) => {
-                write!(
-                    f,
-                    "{from} trials or more would decide it, if any number does"
-                )
-            }
-            (None, _) => write!(
-                f,
-                "more than {} trials would be needed",
-                grouped(TRIAL_LIMIT)
-            ),
-        }
-    }
-}
-
-/// Formats a number of trials, rounded up to two digits, with commas: "41,000".
-fn grouped(trials: u64) -> String {
-    let mut unit = 1;
-    while trials / unit >= 100 {
-        unit *= 10;
-    }
-    let digits = (trials.div_ceil(unit) * unit).to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
 
 /// A cell of an undecided claim.
 #[derive(Clone, Copy)]

@@ -5,7 +5,7 @@
 use super::condition::condition;
 use super::decision::Verdict;
 use super::evidence::{Evidence, Part};
-use super::power::Needed;
+use super::needed::Needed;
 use crate::metric::SlopeOf;
 use crate::number::{listed, uncertain};
 use crate::study::file::{
@@ -349,7 +349,7 @@ impl<'a> Findings<'a> {
                     .to_owned()
             }
             Some(Needed { from: None, .. }) if !reasons.is_empty() => String::new(),
-            Some(needed) => format!("; {needed}"),
+            Some(needed) => format!("; {}", needed.sentence()),
             None => String::new(),
         };
         let why = if reasons.is_empty() {

@@ -3,7 +3,7 @@
 use super::error::{Error, failed};
 use super::need::{Need, Room, amount, duration};
 use super::run::{StudyArguments, threads};
-use super::{memory, print, timing};
+use super::{memory, print, progress, timing};
 use crate::model::Orders;
 use crate::study::file::{Axis, Key, TrialRule};
 use crate::study::{Cost, Disk, Experiment, disk_of, done, memory_of};
@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
+mod pilot;
 mod plants;
 
 /// Check an experiment file; print the grid's size, and time, memory and room on disk, estimated from a few trials.
@@ -24,6 +25,9 @@ pub(super) struct Arguments {
     /// Folder of the results: trials found there are not counted again [default: results/NAME of NAME.toml]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Simulate M trials of every cell, and print what they say of the claims and how many trials would decide them
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pilot: Option<u64>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -31,6 +35,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = arguments.study.folder(arguments.out.as_deref());
     let (experiment, rule) = arguments.study.experiment(&folder)?;
     let setup = begin.elapsed().as_secs_f64();
+    if let Some(trials) = arguments.pilot {
+        pilot::check(&experiment, &rule, trials)?;
+        // From here on Ctrl-C ends the pilot, not the program at once.
+        progress::stop_flag()?;
+    }
     // Print the size first: the estimate takes some seconds if trials are long.
     print(&size(arguments, &experiment, &rule))?;
     print(&plants::plants(&experiment))?;
@@ -49,6 +58,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return Ok(ExitCode::SUCCESS);
     }
     print(&estimates(&experiment, &rule, &folder, setup)?)?;
+    if let Some(trials) = arguments.pilot {
+        pilot::print_pilot(&experiment, trials, threads(None))?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -10,6 +10,7 @@ mod check;
 mod cluster;
 mod colour;
 mod completions;
+mod confirm;
 mod equation;
 mod error;
 mod estimate;

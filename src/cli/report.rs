@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         let mut study = Study::read(folder).map_err(|error| Error::Input(error.to_string()))?;
         if let Some(file) = &others {
             let wrong = |error| Error::Input(format!("{}: {error}", folder.display()));
-            study.judge_others(&file.claims).map_err(wrong)?;
+            study.judge_others(file).map_err(wrong)?;
         }
         let name = study.name.clone();
         // File names must differ even where case is ignored.

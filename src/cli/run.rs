@@ -1,5 +1,6 @@
 //! `asobench run`: runs a study from an experiment file in a folder, where it can be resumed.
 
+use super::confirm::Confirmation;
 use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::programs::{self, Consent};
@@ -35,6 +36,8 @@ pub(super) struct Arguments {
     /// Folder of the results [default: results/NAME of NAME.toml]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    confirmation: Confirmation,
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -177,7 +180,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ..study.clone()
     });
     let studies: Vec<StudyArguments> = iter::once(study.clone()).chain(more).collect();
-    let folders: Vec<PathBuf> = studies.iter().map(|study| study.folder(None)).collect();
+    let files: Result<Vec<ExperimentFile>, Error> =
+        studies.iter().map(|study| file(arguments, study)).collect();
+    let files = files?;
+    let folder = |(study, file)| arguments.confirmation.folder(study, file, None);
+    let folders: Vec<PathBuf> = studies.iter().zip(&files).map(folder).collect();
     let names: Vec<String> = folders
         .iter()
         .map(|folder| folder.display().to_string())
@@ -188,8 +195,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return Err(Error::Input(message));
     }
     // All files are checked before the first one runs.
-    for (study, folder) in studies.iter().zip(&folders) {
-        study.experiment(folder)?;
+    for ((study, folder), file) in studies.iter().zip(&folders).zip(files) {
+        study.of_file(file, folder)?;
     }
     for study in &studies {
         note(&format!("{}:", study.file.display()));
@@ -198,15 +205,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Returns one of the files, with another seed if its claims are confirmed.
+fn file(arguments: &Arguments, study: &StudyArguments) -> Result<ExperimentFile, Error> {
+    let sets_seed = |set: &String| {
+        set.split('=')
+            .next()
+            .is_some_and(|key| key.trim() == "seed")
+    };
+    if arguments.confirmation.is_asked() && study.set.iter().any(sets_seed) {
+        let message = "--set seed: --confirm sets the seed; expected --confirm SEED alone";
+        return Err(Error::Input(message.to_owned()));
+    }
+    arguments.confirmation.of(study.read()?, &study.file)
+}
+
 /// Runs one of the files.
 fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Error> {
     if arguments.out.is_none() && study.name() == "-" {
         let message = "--out: expected a folder, because the experiment comes from standard input";
         return Err(Error::Input(message.to_owned()));
     }
-    let path = study.folder(arguments.out.as_deref());
-    let consent = arguments.consent;
-    let (file, introduced) = programs::introduced(study.read()?, &study.file, consent)?;
+    let file = file(arguments, study)?;
+    let out = arguments.out.as_deref();
+    let path = arguments.confirmation.folder(study, &file, out);
+    let (file, introduced) = programs::introduced(file, &study.file, arguments.consent)?;
     let (mut experiment, rule) = study.of_file(file, &path)?;
     programs::take_over(&experiment, introduced.as_ref());
     programs::same_versions(&experiment, &path)?;

@@ -1,7 +1,7 @@
 //! A results folder as a report sees it: the experiment and its results.
 
 use super::index::Index;
-use crate::claim::{Judged, judge};
+use crate::claim::{Judged, judge, tested};
 use crate::files::{self, Kind, PathError};
 use crate::metric::Statistics;
 pub use crate::study::MethodTime as Time;
@@ -101,13 +101,14 @@ impl Study {
         Self::decode(folder, &manifest, &summary, times.as_deref(), &looks)
     }
 
-    /// Judges other claims with these results. Claims that were not part of the run are marked.
+    /// Judges the claims of another file with these results. Claims that were not part of the run are marked.
     ///
     /// # Errors
     /// If a claim is invalid, or refers to something that the study does not have.
-    pub fn judge_others(&mut self, claims: &[ClaimTable]) -> Result<(), FileError> {
+    pub fn judge_others(&mut self, of: &ExperimentFile) -> Result<(), FileError> {
         let mut file = ExperimentFile {
-            claims: claims.to_vec(),
+            claims: of.claims.clone(),
+            family: of.family,
             needed: Some(self.file.needed.clone().unwrap_or_default()),
             ..self.file.clone()
         };
@@ -120,6 +121,7 @@ impl Study {
         let timed = (&self.times[..], self.machine.as_deref());
         self.judged = judged(&file, &self.summary, timed, self.look);
         self.file.claims = file.claims;
+        self.file.family = file.family;
         Ok(())
     }
 
@@ -196,6 +198,11 @@ impl Study {
                 are missing."
             )
         })
+    }
+
+    /// How many claims were tested and at what rate; `None` if no claim was.
+    pub fn tested(&self) -> Option<String> {
+        tested(&self.file, &self.judged)
     }
 
     /// The label of every output, in order.

@@ -55,10 +55,12 @@ pub fn overview(study: &Study) -> String {
     text
 }
 
-/// The verdict on every claim, in one or more lines that begin with its id and verdict.
+/// The verdict on every claim, in one or more lines that begin with its id and verdict, and how many were tested.
 pub fn verdicts(study: &Study) -> String {
     let lines = study.judged.iter().map(|claim| visible(&claim.line));
-    lines.map(|line| wrap(&line, WIDTH, "    ")).collect()
+    let lines = lines.map(|line| wrap(&line, WIDTH, "    "));
+    let tested = study.tested().map(|line| wrap(&line, WIDTH, ""));
+    lines.chain(tested).collect()
 }
 
 /// The measures of the study, beginning with those that its claims use.

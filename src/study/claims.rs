@@ -40,6 +40,22 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), FileError> {
         }
         check_tests(experiment, claim, &place)?;
     }
+    check_kind(&experiment.file)
+}
+
+/// Checks the keys that say what the verdicts of a file are worth.
+fn check_kind(file: &ExperimentFile) -> Result<(), FileError> {
+    if file.family && file.claims.iter().all(|claim| claim.test.is_empty()) {
+        let message = "there is no claim with a test to correct over; expected [[claims]]";
+        return Err(FileError::key("family", message));
+    }
+    if file.confirms == Some(file.seed) {
+        let message = format!(
+            "{} is the seed itself; expected the seed of other trials, which this study confirms",
+            file.seed
+        );
+        return Err(FileError::key("confirms", message));
+    }
     Ok(())
 }
 
@@ -54,6 +70,11 @@ pub(super) fn check_target(file: &ExperimentFile, id: &str) -> Result<(), FileEr
     };
     if claim.test.is_empty() {
         return wrong(format!("the claim '{id}' has no test"));
+    }
+    if claim.exploratory && file.confirms.is_none() {
+        return wrong(format!(
+            "the claim '{id}' is exploratory, so no error rate ends its trials; expected another claim, or run --confirm"
+        ));
     }
     if claim.cases()?.iter().flatten().any(ClaimTest::is_timed) {
         return wrong(format!(

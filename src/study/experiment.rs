@@ -648,11 +648,12 @@ fn each_once(measures: impl Iterator<Item = Measure>) -> Vec<Measure> {
 
 /// Returns the part of a resolved file that fixes the results bit for bit.
 pub(crate) fn design_of(file: &Value) -> Value {
-    const WORDS: [&str; 9] = [
+    const WORDS: [&str; 10] = [
         "title",
         "question",
         "hypothesis",
         "claims",
+        "family",
         "expected_time",
         "trials",
         "looks",

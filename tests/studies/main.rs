@@ -4,6 +4,7 @@ mod claims;
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;
+mod confirm;
 mod continuous;
 mod damage;
 mod engines;
@@ -15,6 +16,7 @@ mod kills;
 mod meaning;
 mod needs;
 mod own_case;
+mod pilot;
 mod recompute;
 mod verdicts;
 

@@ -6,7 +6,7 @@ use super::extremes::LongTable;
 use super::figures::Drawn;
 use super::tables::tidy;
 use super::{Files, grouped};
-use crate::claim::{Judged, JudgedCell, JudgedNumber};
+use crate::claim::{Judged, JudgedCell, JudgedNumber, Standing};
 use crate::report::html::{CellText, Column, Section, Table, markdown_text};
 use crate::report::results::Study;
 use picture::pictures;
@@ -26,17 +26,43 @@ pub(super) fn are_there(studies: &[Study]) -> bool {
 /// A table of the claims of all studies, with links to them.
 pub(super) fn overview(section: &mut Section, studies: &[Study]) {
     let columns = ["claim", "verdict", "what it says", "source", "experiment"].map(Column::text);
-    let mut table = Table::new("The claims of the experiment files.", columns.to_vec());
+    let mut columns = columns.to_vec();
+    let with_standing = all(studies).any(|(_, claim)| claim.standing != Standing::Planned);
+    if with_standing {
+        columns.push(Column::text("standing"));
+    }
+    let mut table = Table::new("The claims of the experiment files.", columns);
     for (study, claim) in all(studies) {
-        table.row([
+        let mut row = vec![
             CellText::text(&claim.id).link(format!("#{}:{}", study.name, claim.id)),
             CellText::verdict(claim.verdict),
             CellText::text(&claim.text),
             CellText::text(&claim.source),
             CellText::text(study.title()).link(format!("#{}", study.name)),
-        ]);
+        ];
+        if with_standing {
+            row.push(CellText::text(claim.standing.name()));
+        }
+        table.row(row);
     }
     section.table(&table);
+    for study in studies {
+        let Some(tested) = study.tested() else {
+            continue;
+        };
+        match studies {
+            [_] => section.paragraph(&tested),
+            _ => section.paragraph(&format!("{}: {tested}", study.title())),
+        }
+    }
+}
+
+/// The verdict on a claim, with its standing if the claim was not planned.
+fn verdict(claim: &Judged) -> String {
+    match claim.standing {
+        Standing::Planned => claim.verdict.name().to_owned(),
+        standing => format!("{} ({standing})", claim.verdict),
+    }
 }
 
 /// The table of verdicts and the line of each claim, as Markdown.
@@ -47,7 +73,7 @@ pub(super) fn markdown(studies: &[Study]) -> String {
         table.row([
             CellText::text(&claim.id),
             CellText::text(&claim.text),
-            CellText::text(claim.verdict.name()),
+            CellText::text(verdict(claim)),
             CellText::text(&study.name),
         ]);
     }
@@ -56,6 +82,9 @@ pub(super) fn markdown(studies: &[Study]) -> String {
         text.push_str(&format!("\n## {}\n", markdown_text(study.title())));
         for claim in &study.judged {
             text.push_str(&format!("\n{}\n", markdown_text(&claim.line)));
+        }
+        if let Some(tested) = study.tested() {
+            text.push_str(&format!("\n{}\n", markdown_text(&tested)));
         }
     }
     text
@@ -67,6 +96,7 @@ pub(super) fn csv(studies: &[Study]) -> String {
     columns.extend(["value", "MCSE"].map(|name| Column::number(name, "")));
     columns.extend(["must be", "experiment", "where", "says"].map(Column::text));
     columns.extend(["p (pass)", "p (fail)", "level"].map(|name| Column::number(name, "")));
+    columns.push(Column::text("standing"));
     let mut table = Table::new("", columns);
     let number = |x: f64| CellText::number("", x);
     for (study, claim) in all(studies) {
@@ -81,6 +111,7 @@ pub(super) fn csv(studies: &[Study]) -> String {
                 row.push(CellText::text(cell.says));
                 let level = cell.level.unwrap_or(f64::NAN);
                 row.extend([cell.p_pass, cell.p_fail, level].map(number));
+                row.push(CellText::text(claim.standing.name()));
                 table.row(row);
             }
         }

@@ -81,6 +81,10 @@ pub struct ClaimTable {
     /// The one-sided error rate of either verdict, above 0 and below 0.5.
     #[serde(default = "level")]
     pub level: f64,
+    /// Whether it was written after results of the same kind were seen. Its error rates then mean nothing, and its
+    /// verdict says so; `run --confirm` judges it by fresh trials.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub exploratory: bool,
     /// The cells to which it applies: those with one of the given values of every given setting; all
     /// cells if absent.
     #[serde(default, rename = "where", skip_serializing_if = "BTreeMap::is_empty")]
@@ -99,12 +103,13 @@ pub struct ClaimTable {
 }
 
 impl ClaimTable {
-    /// Whether two claims test the same, whatever their names and words.
+    /// Whether two claims test the same, whatever their names, words and marks.
     pub fn judges_as(&self, other: &Self) -> bool {
         let worded = Self {
             id: other.id.clone(),
             text: other.text.clone(),
             source: other.source.clone(),
+            exploratory: other.exploratory,
             added_after_run: other.added_after_run,
             ..self.clone()
         };
@@ -119,6 +124,7 @@ impl ClaimTable {
             source: own(),
             holds: Holds::default(),
             level: CLAIM_LEVEL,
+            exploratory: false,
             cells: BTreeMap::new(),
             given: None,
             test: Vec::new(),

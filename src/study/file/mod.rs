@@ -64,6 +64,10 @@ pub struct ExperimentFile {
     #[serde(with = "claim::list")]
     #[schemars(schema_with = "claim::list::schema")]
     pub claims: Vec<ClaimTable>,
+    /// Whether the verdicts are corrected over all claims of the file (Holm), so that the smallest `level` of a claim is
+    /// the error rate of all of them together, a side.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub family: bool,
     /// In a resolved file: what the claims have added to the lists of measures, comparisons, bounds and slopes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed: Option<Needs>,
@@ -71,6 +75,9 @@ pub struct ExperimentFile {
     pub expected_time: String,
     /// The seed from which all random numbers follow.
     pub seed: u64,
+    /// In a resolved file of `run --confirm`: the seed of the file whose claims it confirms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub confirms: Option<u64>,
     /// Trials in each cell: a number, or a rule such as { until = "e_a", output = "iv(4)", relative_mcse = 0.01,
     /// minimum = 1000, maximum = 100000 }.
     pub trials: TrialRule,
@@ -140,9 +147,11 @@ impl Default for ExperimentFile {
             question: String::new(),
             hypothesis: String::new(),
             claims: Vec::new(),
+            family: false,
             needed: None,
             expected_time: String::new(),
             seed: 2023,
+            confirms: None,
             trials: TrialRule::Fixed(1000),
             looks: None,
             engine: Engine::default(),

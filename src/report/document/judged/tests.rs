@@ -30,6 +30,7 @@ fn claim(study: &Study) -> Judged {
         }
     };
     Judged {
+        standing: crate::claim::Standing::Planned,
         added_after_run: false,
         id: "W1".to_owned(),
         text: "One is better than another.".to_owned(),
