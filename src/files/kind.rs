@@ -41,6 +41,10 @@ pub enum Kind {
     Verdicts,
     /// A CSV table of a report.
     Table,
+    /// A LaTeX table of a report.
+    Latex,
+    /// `simulated.md`.
+    Simulated,
     /// The plan of a study in shards.
     Plan,
     /// `run.json` of a process that computed blocks of a shard.
@@ -56,9 +60,13 @@ pub enum Kind {
 impl Kind {
     /// Returns the kind of a file of a report or a figure by its name.
     pub(crate) fn of_report(name: &str) -> Option<Self> {
+        if name == crate::report::SIMULATED {
+            return Some(Self::Simulated);
+        }
         match name.rsplit_once('.')?.1 {
             "svg" => Some(Self::Figure),
             "csv" => Some(Self::Table),
+            "tex" => Some(Self::Latex),
             "html" => Some(Self::Page),
             "md" => Some(Self::Verdicts),
             _ => None,
@@ -85,7 +93,9 @@ impl Kind {
             | Self::Figure
             | Self::Page
             | Self::Verdicts
-            | Self::Table => u64::MAX,
+            | Self::Table
+            | Self::Latex
+            | Self::Simulated => u64::MAX,
         }
     }
 
@@ -106,6 +116,8 @@ impl Kind {
             Self::Page => "page",
             Self::Verdicts => "verdicts",
             Self::Table => "table",
+            Self::Latex => "latex",
+            Self::Simulated => "simulated",
             Self::Plan => "plan",
             Self::Run => "run",
             Self::Script => "script",
@@ -177,6 +189,8 @@ impl Kind {
             Self::Table => text
                 .split_once("\r\n")
                 .is_some_and(|(header, _)| TABLES.iter().any(|line| header.contains(line))),
+            Self::Latex => text.starts_with(crate::report::html::LATEX_TITLE),
+            Self::Simulated => text.starts_with(crate::report::SIMULATED_TITLE),
             Self::Record => text.starts_with("# asobench re") && text.contains("\n# order: "),
             Self::States => {
                 let (first, rest) = text.split_once('\n').unwrap_or_default();
@@ -191,7 +205,7 @@ const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\
     xmlns=\"http://www.w3.org/2000/svg\">\n";
 
 /// The header of a report's table contains at least one of these texts.
-const TABLES: [&str; 10] = [
+const TABLES: [&str; 11] = [
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
     "figure,statistic,over,output,slope,",
@@ -202,6 +216,7 @@ const TABLES: [&str; 10] = [
     "output,failure,trials,share (%)",
     "claim,number,value,MCSE",
     "value,verdict,p (pass),p (fail)",
+    "claim,verdict,what it says,source,experiment",
 ];
 
 /// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.
@@ -250,6 +265,8 @@ mod tests {
             Kind::Page,
             Kind::Verdicts,
             Kind::Table,
+            Kind::Latex,
+            Kind::Simulated,
             Kind::Record,
             Kind::States,
         ];

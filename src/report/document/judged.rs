@@ -4,7 +4,7 @@ mod picture;
 
 use super::extremes::LongTable;
 use super::figures::Drawn;
-use super::{Files, grouped};
+use super::{Files, grouped, paper};
 use crate::claim::{Judged, JudgedCell, JudgedNumber};
 use crate::report::html::{CellText, Column, Section, Table, markdown_text};
 use crate::report::results::Study;
@@ -24,6 +24,19 @@ pub(super) fn are_there(studies: &[Study]) -> bool {
 
 /// A table of the claims of all studies, with links to them.
 pub(super) fn overview(section: &mut Section, studies: &[Study]) {
+    section.table(&claims(studies));
+}
+
+/// The same table for a paper, if it is short enough for one.
+pub(super) fn for_paper(studies: &[Study]) -> Files {
+    let table = claims(studies);
+    if table.rows.len() > paper::ROWS {
+        return Files::new();
+    }
+    paper::files("verdicts", "Verdicts", &table)
+}
+
+fn claims(studies: &[Study]) -> Table {
     let columns = ["claim", "verdict", "what it says", "source", "experiment"].map(Column::text);
     let mut table = Table::new("The claims of the experiment files.", columns.to_vec());
     for (study, claim) in all(studies) {
@@ -35,7 +48,7 @@ pub(super) fn overview(section: &mut Section, studies: &[Study]) {
             CellText::text(study.title()).link(format!("#{}", study.name)),
         ]);
     }
-    section.table(&table);
+    table
 }
 
 /// The table of verdicts and the line of each claim, as Markdown.
@@ -116,10 +129,20 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
                 return;
             }
             let mut table = cells(claim);
-            let path = format!("tables/{name}.csv");
+            let mut all = vec![(format!("tables/{name}.csv"), table.take_csv())];
+            if let Some(table) = table.for_paper() {
+                all.extend(paper::files(
+                    &name,
+                    &format!("{}: {}", claim.id, claim.text),
+                    table,
+                ));
+            }
             let label = format!("claim-{}.csv", claim.id);
-            files.push((path.clone(), table.take_csv()));
-            links.push((label.clone(), path));
+            links.extend(
+                all.iter()
+                    .map(|(path, _)| (paper::label(path, &study.name), path.clone())),
+            );
+            files.extend(all);
             let cells = grouped(claim.cells.len() as u64);
             let summary = format!("The cells behind the verdict: {cells}");
             section.details(&summary, |section| {
