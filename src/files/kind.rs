@@ -216,7 +216,7 @@ const TABLES: [&str; 11] = [
     "output,failure,trials,share (%)",
     "claim,number,value,MCSE",
     "value,verdict,p (pass),p (fail)",
-    "claim,verdict,what it says,source,experiment",
+    "claim,what it says,verdict,experiment",
 ];
 
 /// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.

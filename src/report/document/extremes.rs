@@ -75,11 +75,10 @@ impl LongTable {
         std::mem::take(&mut self.csv)
     }
 
-    /// The table if it is short enough for a paper, and not empty.
+    /// The table if it fits a page of a paper, and is not empty.
     pub(super) fn for_paper(&self) -> Option<&Table> {
-        (1..=paper::ROWS)
-            .contains(&self.count)
-            .then_some(&self.table)
+        let whole = self.count == self.table.rows.len() && self.count > 0;
+        (whole && paper::fits(&self.table)).then_some(&self.table)
     }
 
     /// The table for the page, with a note if it is not complete.

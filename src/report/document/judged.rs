@@ -24,19 +24,6 @@ pub(super) fn are_there(studies: &[Study]) -> bool {
 
 /// A table of the claims of all studies, with links to them.
 pub(super) fn overview(section: &mut Section, studies: &[Study]) {
-    section.table(&claims(studies));
-}
-
-/// The same table for a paper, if it is short enough for one.
-pub(super) fn for_paper(studies: &[Study]) -> Files {
-    let table = claims(studies);
-    if table.rows.len() > paper::ROWS {
-        return Files::new();
-    }
-    paper::files("verdicts", "Verdicts", &table)
-}
-
-fn claims(studies: &[Study]) -> Table {
     let columns = ["claim", "verdict", "what it says", "source", "experiment"].map(Column::text);
     let mut table = Table::new("The claims of the experiment files.", columns.to_vec());
     for (study, claim) in all(studies) {
@@ -48,11 +35,11 @@ fn claims(studies: &[Study]) -> Table {
             CellText::text(study.title()).link(format!("#{}", study.name)),
         ]);
     }
-    table
+    section.table(&table);
 }
 
-/// The table of verdicts and the line of each claim, as Markdown.
-pub(super) fn markdown(studies: &[Study]) -> String {
+/// Each claim with its verdict, in few columns.
+fn short(studies: &[Study]) -> Table {
     let columns = ["claim", "what it says", "verdict", "experiment"].map(Column::text);
     let mut table = Table::new("", columns.to_vec());
     for (study, claim) in all(studies) {
@@ -63,7 +50,22 @@ pub(super) fn markdown(studies: &[Study]) -> String {
             CellText::text(&study.name),
         ]);
     }
-    let mut text = format!("# Verdicts\n\n{}", table.markdown());
+    table
+}
+
+/// The table of verdicts for a paper, if it fits a page of one.
+pub(super) fn for_paper(studies: &[Study]) -> Files {
+    let table = short(studies);
+    if paper::fits(&table) {
+        paper::files("verdicts", "Verdicts", &table)
+    } else {
+        Files::new()
+    }
+}
+
+/// The table of verdicts and the line of each claim, as Markdown.
+pub(super) fn markdown(studies: &[Study]) -> String {
+    let mut text = format!("# Verdicts\n\n{}", short(studies).markdown());
     for study in studies.iter().filter(|study| !study.judged.is_empty()) {
         text.push_str(&format!("\n## {}\n", markdown_text(study.title())));
         for claim in &study.judged {

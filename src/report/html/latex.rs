@@ -11,7 +11,10 @@ pub(crate) const TITLE: &str =
 const LONG: usize = 30;
 
 /// What the columns that wrap share of a line.
-const PROSE: f64 = 0.6;
+const PROSE: f64 = 0.45;
+
+/// A table of more columns is set smaller and closer.
+const WIDE: usize = 7;
 
 /// Characters that are commands in LaTeX, or that its fonts have elsewhere, or that could be read as the argument of the
 /// `\\` before them.
@@ -151,9 +154,10 @@ impl Table {
         };
         let headings = line(self.columns.iter().map(heading));
         let mut latex = format!(
-            "{TITLE}\\begin{{table}}[htbp]\n\\centering\n\\caption{{{caption}}}\n\\label{{tab:{}}}\n\\small\n\
+            "{TITLE}\\begin{{table}}[htbp]\n\\centering\n\\caption{{{caption}}}\n\\label{{tab:{}}}\n{}\n\
              \\begin{{tabular}}{{{}}}\n\\toprule\n{headings}\\midrule\n",
             label(name),
+            self.size(),
             self.alignment(),
         );
         for row in &self.rows {
@@ -161,6 +165,14 @@ impl Table {
         }
         latex.push_str("\\bottomrule\n\\end{tabular}\n\\end{table}\n");
         latex
+    }
+
+    fn size(&self) -> &'static str {
+        if self.columns.len() > WIDE {
+            "\\footnotesize\\setlength{\\tabcolsep}{3pt}"
+        } else {
+            "\\small"
+        }
     }
 
     /// The columns of the tabular: numbers to the right, long texts wrapped.
@@ -182,19 +194,15 @@ impl Table {
     }
 }
 
-/// A heading; one of several words stands on two lines.
+/// A heading; above numbers, the words of a long one stand below each other.
 fn heading(column: &Column) -> String {
-    let (text, side) = (column.heading(), if column.numeric { 'r' } else { 'l' });
-    let middle = text.len() / 2;
-    let blanks = text.match_indices(' ').map(|(at, _)| at);
-    match blanks.min_by_key(|at| at.abs_diff(middle)) {
-        Some(at) if text.chars().count() > 8 => format!(
-            "\\begin{{tabular}}[b]{{@{{}}{side}@{{}}}}{}\\\\{}\\end{{tabular}}",
-            escaped(&text[..at]),
-            escaped(&text[at + 1..])
-        ),
-        _ => escaped(&text),
+    let text = column.heading();
+    let words: Vec<String> = text.split_whitespace().map(escaped).collect();
+    if !column.numeric || words.len() < 2 || text.chars().count() <= 8 {
+        return escaped(&text);
     }
+    let lines = words.join("\\\\");
+    format!("\\begin{{tabular}}[b]{{@{{}}r@{{}}}}{lines}\\end{{tabular}}")
 }
 
 #[cfg(test)]
@@ -253,8 +261,8 @@ mod tests {
         let expected = "% Table of an asobench report; in the preamble: \\usepackage{booktabs}\n\
             \\begin{table}[htbp]\n\\centering\n\
             \\caption{100 \\%. Errors in units of the last digit.}\n\\label{tab:a-b-c}\n\\small\n\
-            \\begin{tabular}{p{0.60\\linewidth}r}\n\\toprule\n\
-            output & \\begin{tabular}[b]{@{}r@{}}median\\\\e\\_a (\\%)\\end{tabular} \\\\\n\\midrule\n\
+            \\begin{tabular}{p{0.45\\linewidth}r}\n\\toprule\n\
+            output & \\begin{tabular}[b]{@{}r@{}}median\\\\e\\_a\\\\(\\%)\\end{tabular} \\\\\n\\midrule\n\
             {[}iv] & $0.0879(5)$ \\\\\na text that is longer than thirty characters &  \\\\\n\
             \\bottomrule\n\\end{tabular}\n\\end{table}\n";
         assert_eq!(table.latex("a%b_c", "100 %."), expected);

@@ -1,7 +1,9 @@
 use super::*;
+use crate::metric::SlopeOf;
 use crate::report::document::report;
 use crate::report::document::tests::study;
-use crate::study::file::Key;
+use crate::study::Measure;
+use crate::study::file::{Key, SlopeTable};
 
 /// A file with something of each kind, each value told apart from all others.
 const DISCRETE: &str = r#"
@@ -35,10 +37,6 @@ numerator = [0.0625]
 name = "mine"
 solver = "qr"
 report = [4]
-[[slopes]]
-measure = "e_a"
-over = "amplitude"
-from = 6.125
 [[bounds]]
 measure = "e_a"
 below = 0.0375
@@ -52,6 +50,18 @@ where = { eta = 3.5 }
 given = { share = "failed", of = "ls", below = 0.0222 }
 test = { ratio = "e_a", of = "mine(4)", to = "ls", below = 0.9125 }
 "#;
+
+/// The study of that file, and a slope: made-up results have none to compute it of.
+fn discrete() -> Study {
+    let mut study = study(DISCRETE);
+    study.file.slopes.push(SlopeTable {
+        measure: Measure::Ea,
+        over: Key::Amplitude,
+        statistic: SlopeOf::default(),
+        from: 6.125,
+    });
+    study
+}
 
 /// The rows of a part: those that are shown, and the defaults.
 fn rows<'a>(parts: &'a [Part], heading: &str) -> [Vec<&'a str>; 2] {
@@ -70,7 +80,7 @@ fn value<'a>(parts: &'a [Part], wanted: &str) -> &'a str {
 
 #[test]
 fn nothing_that_the_file_says_is_missing() {
-    let parts = parts(&study(DISCRETE));
+    let parts = parts(&discrete());
     for (term, texts) in [
         ("title", &["A | title"][..]),
         ("question", &["Is it?"]),
@@ -80,7 +90,7 @@ fn nothing_that_the_file_says_is_missing() {
         (
             "plant nikolov2023",
             &[
-                "-0.00009, 0.002835, -0.035525, 0.2275, -0.7875, 1.4",
+                "[-9e-5, 0.002835, -0.035525, 0.2275, -0.7875, 1.4",
                 "0.6, 0.2, 0.1",
             ],
         ),
@@ -134,7 +144,7 @@ fn nothing_that_the_file_says_is_missing() {
 
 #[test]
 fn a_claim_has_its_words_test_and_level() {
-    let parts = parts(&study(DISCRETE));
+    let parts = parts(&discrete());
     let claims = |part: &Part| {
         let claims = part.rows.iter().filter(|(term, _)| term == "claim W7");
         claims.map(|(_, value)| value.clone()).collect::<Vec<_>>()
@@ -151,7 +161,7 @@ fn a_claim_has_its_words_test_and_level() {
 
 #[test]
 fn every_setting_is_there_once_and_defaults_come_last() {
-    let parts = parts(&study(DISCRETE));
+    let parts = parts(&discrete());
     for key in Key::ALL.iter().filter(|key| key.is_of(false)) {
         let all = parts
             .iter()
@@ -196,7 +206,7 @@ fn a_study_in_continuous_time_has_its_own() {
 /// The page and simulated.md have the five parts in order, and the texts of others as texts.
 #[test]
 fn the_page_and_the_file_have_the_same_order() {
-    let files = report(&[study(DISCRETE)], &mut |_| ());
+    let files = report(&[discrete()], &mut |_| ());
     for (name, title) in [("report.html", "A | title"), (SIMULATED, "A \\| title")] {
         let (_, text) = files.iter().find(|(of, _)| of == name).unwrap();
         let start = text.rfind("What was simulated").unwrap();
