@@ -198,8 +198,8 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
         tables.partition(|name| name.ends_with(".tex"));
     csv.iter().for_each(|name| check_csv(name, &text(name)));
     latex.iter().for_each(|name| check_latex(name, &text(name)));
-    // Of each study the overview, and of one slopes and bounds, of the other two claims; the verdicts.
-    assert_eq!(latex.len(), 2 + 2 + 2 + 1, "{latex:?}");
+    // Of each study overview and bounds, of one slopes, of the other two claims; the verdicts.
+    assert_eq!(latex.len(), 2 + 2 + 1 + 2 + 1, "{latex:?}");
     compile(
         folder.path(),
         &latex.iter().map(|name| text(name)).collect::<Vec<_>>(),
@@ -243,6 +243,19 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     // Nothing but the report; the same again, bit for bit.
     done(&["report", &results[0], &results[1], "--out", &out]);
     assert_eq!(files(Path::new(&out)), first);
+    // What somebody else put there is not replaced.
+    for name in ["tables/my-study-overview.tex", "simulated.md"] {
+        let place = Path::new(&out).join(name);
+        fs::write(&place, "% mine").expect("a file");
+        let output = asobench(&["report", &results[0], &results[1], "--out", &out]);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.code() == Some(2) && message.contains(name),
+            "{message}"
+        );
+        assert_eq!(fs::read_to_string(&place).expect("a file"), "% mine");
+        fs::write(&place, &first[&place.display().to_string()]).expect("a file");
+    }
     // A single folder is where its report goes.
     done(&["report", &results[1]]);
     assert!(Path::new(&results[1]).join("report.html").exists());
