@@ -197,12 +197,16 @@ fn continuous(file: &ExperimentFile) -> Vec<Row> {
 /// The number of cells and how they come about.
 fn grid(study: &Study) -> Vec<Row> {
     let file = &study.file;
-    let axes: Vec<String> = Key::ALL
-        .iter()
-        .filter_map(|key| Some((key, file.settings.get(key)?.values(key.is_count()).len())))
-        .filter(|(_, count)| *count > 1)
-        .map(|(key, count)| format!("{key} {count}"))
-        .collect();
+    let axis = |key: &Key| {
+        let count = file.settings.get(key)?.values(key.is_count()).len();
+        // Settings that move together are one axis, told at the first of them.
+        let group = file.zip.iter().find(|group| group.contains(key));
+        let group = group.map_or(std::slice::from_ref(key), Vec::as_slice);
+        let names: Vec<&str> = group.iter().map(|key| key.name()).collect();
+        let first = group.iter().min() == Some(key) && count > 1;
+        first.then(|| format!("{} {count}", names.join(" + ")))
+    };
+    let axes: Vec<String> = Key::ALL.iter().filter_map(axis).collect();
     let cells = grouped(study.summary.cells.len() as u64);
     let product = match axes.as_slice() {
         [] => String::new(),

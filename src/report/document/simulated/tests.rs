@@ -105,7 +105,10 @@ fn nothing_that_the_file_says_is_missing() {
         ("window", &["131 \u{b7} 137"]),
         ("pole_radius", &["0.4321"]),
         // 3 plants x 2 noises x 2 amplitudes x 2 windows, less 3 x 2 with white noise of 7.25.
-        ("cells", &["18: plant 3 \u{d7} noise 2 \u{d7} amplitude 2"]),
+        (
+            "cells",
+            &["18: plant 3 \u{d7} amplitude 2 \u{d7} noise 2 \u{d7} eta + window 2"],
+        ),
         ("zip", &["eta, window"]),
         ("exclude", &["amplitude 7.25, noise white"]),
         (
