@@ -131,7 +131,7 @@ fn nothing_that_the_file_says_is_missing() {
             &["estimator iv; defaults: solver partitioned, iterations 4"],
         ),
         ("mine", &["solver qr", "report [4]; defaults: iterations 4"]),
-        ("order", &["auto: 2 \u{b7} 6"]),
+        ("order", &["auto: 1 \u{b7} 2 \u{b7} 6"]),
         ("fit_fresh", &["Larger is better."]),
         ("parameters", &["true"]),
         ("compare", &["mine(4) over ls"]),
