@@ -85,6 +85,78 @@ fn check_csv(name: &str, text: &str) {
     );
 }
 
+/// A row of a tabular: its cells, split at `&` outside of braces; the rest of the text must be escaped.
+fn latex_cells(row: &str) -> usize {
+    let (mut depth, mut cells) = (0, 1);
+    let mut letters = row.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '\\' => drop(letters.next()),
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            '&' => cells += usize::from(depth == 0),
+            '%' | '#' | '<' | '>' | '~' | '|' | '"' => panic!("'{letter}' in {row}"),
+            _ => {}
+        }
+        assert!(depth >= 0, "{row}");
+    }
+    assert_eq!(depth, 0, "{row}");
+    cells
+}
+
+/// A table of booktabs, all rows of one length, with nothing that is a command by accident.
+fn check_latex(name: &str, text: &str) {
+    let body = text
+        .lines()
+        .skip(1)
+        .filter(|line| !line.starts_with("\\begin{tabular}"));
+    body.for_each(|line| drop(latex_cells(line)));
+    let rows = |from: &str, to: &str| -> Vec<usize> {
+        let start = text.find(from).expect("a rule") + from.len();
+        let rows = text[start..].split(to).next().unwrap_or_default();
+        rows.trim().lines().map(latex_cells).collect()
+    };
+    let head = rows("\\toprule\n", "\\midrule");
+    let all = rows("\\midrule\n", "\\bottomrule");
+    assert_eq!(head.len(), 1, "{name}");
+    assert!(
+        !all.is_empty() && all.iter().all(|cells| *cells == head[0]),
+        "{name}: {all:?}"
+    );
+    assert!(
+        text.contains("\\caption{") && text.ends_with("\\end{table}\n"),
+        "{name}"
+    );
+    assert!(all.len() <= 50, "{name}");
+}
+
+/// A document with all tables compiles with no package but booktabs.
+fn compile(folder: &Path, tables: &[String]) {
+    let tables: Vec<String> = tables
+        .iter()
+        .map(|table| format!("{table}\\clearpage\n"))
+        .collect();
+    let text = format!(
+        "\\documentclass{{article}}\n\\usepackage{{booktabs}}\n\\begin{{document}}\n{}\\end{{document}}\n",
+        tables.concat()
+    );
+    fs::write(folder.join("all.tex"), text).expect("a file");
+    let arguments = ["-interaction=nonstopmode", "-halt-on-error", "all.tex"];
+    let Ok(output) = Command::new("pdflatex")
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+    else {
+        println!("skipped: no pdflatex");
+        return;
+    };
+    let log = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success() && folder.join("all.pdf").exists(),
+        "{log}"
+    );
+}
+
 #[test]
 fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -120,12 +192,32 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
         let command = format!("asobench run {folder}/manifest.json --out");
         assert!(html.contains(&command), "{command}");
     }
-    for name in first.keys().filter(|name| name.contains("/tables/")) {
-        check_csv(
-            name,
-            &String::from_utf8(first[name].clone()).expect("UTF-8"),
-        );
+    let text = |name: &String| String::from_utf8(first[name].clone()).expect("UTF-8");
+    let tables = first.keys().filter(|name| name.contains("/tables/"));
+    let (latex, csv): (Vec<&String>, Vec<&String>) =
+        tables.partition(|name| name.ends_with(".tex"));
+    csv.iter().for_each(|name| check_csv(name, &text(name)));
+    latex.iter().for_each(|name| check_latex(name, &text(name)));
+    // Of each study overview and bounds, of one slopes, of the other two claims; the verdicts.
+    assert_eq!(latex.len(), 2 + 2 + 1 + 2 + 1, "{latex:?}");
+    compile(
+        folder.path(),
+        &latex.iter().map(|name| text(name)).collect::<Vec<_>>(),
+    );
+    for name in latex {
+        let name = name.rsplit('/').next().unwrap_or_default();
+        assert!(html.contains(&format!("href=\"tables/{name}\"")), "{name}");
     }
+    // The number in parentheses is that of the paper's CSV and of the LaTeX table.
+    let of_paper = page("tables/my-study-overview-paper.csv");
+    let median = of_paper
+        .lines()
+        .nth(1)
+        .and_then(|row| row.split(',').nth(2))
+        .expect("a median");
+    assert!(median.ends_with(')'), "{median}");
+    assert!(page("tables/my-study-overview.tex").contains(&format!("${median}$")));
+    assert!(page("simulated.md").starts_with("# What was simulated\n"));
     for part in [
         "figures/my-study-curves.svg",
         "figures/my-study-e_a.svg",
@@ -151,6 +243,19 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     // Nothing but the report; the same again, bit for bit.
     done(&["report", &results[0], &results[1], "--out", &out]);
     assert_eq!(files(Path::new(&out)), first);
+    // What somebody else put there is not replaced.
+    for name in ["tables/my-study-overview.tex", "simulated.md"] {
+        let place = Path::new(&out).join(name);
+        fs::write(&place, "% mine").expect("a file");
+        let output = asobench(&["report", &results[0], &results[1], "--out", &out]);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.code() == Some(2) && message.contains(name),
+            "{message}"
+        );
+        assert_eq!(fs::read_to_string(&place).expect("a file"), "% mine");
+        fs::write(&place, &first[&place.display().to_string()]).expect("a file");
+    }
     // A single folder is where its report goes.
     done(&["report", &results[1]]);
     assert!(Path::new(&results[1]).join("report.html").exists());

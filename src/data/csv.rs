@@ -372,6 +372,8 @@ pub enum Cell<'a> {
     Text(&'a str),
     /// A number, written with all digits.
     Number(f64),
+    /// The digits of a number, perhaps with its standard error in parentheses; never a formula.
+    Rounded(&'a str),
 }
 
 /// Returns a comment line without its line end.
@@ -386,6 +388,7 @@ pub fn comment(text: &str) -> String {
 pub fn line<'a>(cells: impl IntoIterator<Item = Cell<'a>>) -> String {
     let text = |cell: Cell<'_>| match cell {
         Cell::Number(value) => number(value),
+        Cell::Rounded(digits) => digits.to_owned(),
         Cell::Text(text) => quoted(&no_formula(text)),
     };
     let cells: Vec<String> = cells.into_iter().map(text).collect();

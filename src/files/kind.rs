@@ -43,6 +43,10 @@ pub enum Kind {
     Verdicts,
     /// A CSV table of a report.
     Table,
+    /// A LaTeX table of a report.
+    Latex,
+    /// `simulated.md`.
+    Simulated,
     /// The plan of a study in shards.
     Plan,
     /// `run.json` of a process that computed blocks of a shard.
@@ -58,9 +62,13 @@ pub enum Kind {
 impl Kind {
     /// Returns the kind of a file of a report or a figure by its name.
     pub(crate) fn of_report(name: &str) -> Option<Self> {
+        if name == crate::report::SIMULATED {
+            return Some(Self::Simulated);
+        }
         match name.rsplit_once('.')?.1 {
             "svg" => Some(Self::Figure),
             "csv" => Some(Self::Table),
+            "tex" => Some(Self::Latex),
             "html" => Some(Self::Page),
             "md" => Some(Self::Verdicts),
             _ => None,
@@ -88,7 +96,9 @@ impl Kind {
             | Self::Figure
             | Self::Page
             | Self::Verdicts
-            | Self::Table => u64::MAX,
+            | Self::Table
+            | Self::Latex
+            | Self::Simulated => u64::MAX,
         }
     }
 
@@ -110,6 +120,8 @@ impl Kind {
             Self::Page => "page",
             Self::Verdicts => "verdicts",
             Self::Table => "table",
+            Self::Latex => "latex",
+            Self::Simulated => "simulated",
             Self::Plan => "plan",
             Self::Run => "run",
             Self::Script => "script",
@@ -184,6 +196,8 @@ impl Kind {
             Self::Table => text
                 .split_once("\r\n")
                 .is_some_and(|(header, _)| TABLES.iter().any(|line| header.contains(line))),
+            Self::Latex => text.starts_with(crate::report::html::LATEX_TITLE),
+            Self::Simulated => text.starts_with(crate::report::SIMULATED_TITLE),
             Self::Record => text.starts_with("# asobench re") && text.contains("\n# order: "),
             Self::States => {
                 let (first, rest) = text.split_once('\n').unwrap_or_default();
@@ -199,7 +213,7 @@ const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\
 
 /// The header of a report's table contains at least one of these texts. Builds before the columns `measure` called them
 /// `figure`.
-const TABLES: [&str; 15] = [
+const TABLES: [&str; 16] = [
     "output,measure,trials,failed,unstable,",
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
@@ -215,6 +229,7 @@ const TABLES: [&str; 15] = [
     "claim,number,value,MCSE",
     "value,verdict,p (pass),p (fail)",
     "value (%),verdict,p (pass),p (fail)",
+    "claim,what it says,verdict,experiment",
 ];
 
 /// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.
@@ -264,6 +279,8 @@ mod tests {
             Kind::Page,
             Kind::Verdicts,
             Kind::Table,
+            Kind::Latex,
+            Kind::Simulated,
             Kind::Record,
             Kind::States,
         ];

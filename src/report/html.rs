@@ -2,9 +2,11 @@
 //!
 //! All text is escaped; words between backticks become code.
 
+mod latex;
 mod table;
 mod verdict;
 
+pub(crate) use latex::TITLE as LATEX_TITLE;
 pub use table::{CellText, Column, Table, markdown_text};
 pub use verdict::Verdict;
 
@@ -163,6 +165,11 @@ impl Section {
     /// Adds a heading inside the section.
     pub fn heading(&mut self, text: &str) {
         self.add(&["<h3>", &inline(text), "</h3>\n"]);
+    }
+
+    /// Adds a heading below [`Self::heading`].
+    pub fn subheading(&mut self, text: &str) {
+        self.add(&["<h4>", &inline(text), "</h4>\n"]);
     }
 
     /// Adds a list of short texts; nothing if it is empty.

@@ -21,6 +21,7 @@ pub mod terminal;
 use crate::number;
 pub use crate::number::uncertain;
 pub use document::{Files, course_figures, report};
+pub(crate) use document::{SIMULATED, SIMULATED_TITLE};
 pub use figures::draw;
 pub use folder::{prepare as prepare_report, write as write_report};
 pub use gpebo_table::{ends, example_table};

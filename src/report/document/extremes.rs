@@ -1,5 +1,6 @@
 //! The extremes of a study that is too large for a page. The CSV table has the rest.
 
+use super::paper;
 use crate::report::html::{CellText, Column, Table};
 use crate::report::plot::{Plot, Point, Scale, Style};
 
@@ -72,6 +73,12 @@ impl LongTable {
     /// Takes the complete table as CSV.
     pub(super) fn take_csv(&mut self) -> String {
         std::mem::take(&mut self.csv)
+    }
+
+    /// The table if it fits a page of a paper, and is not empty.
+    pub(super) fn for_paper(&self) -> Option<&Table> {
+        let whole = self.count == self.table.rows.len() && self.count > 0;
+        (whole && paper::fits(&self.table)).then_some(&self.table)
     }
 
     /// The table for the page, with a note if it is not complete.

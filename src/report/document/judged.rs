@@ -5,7 +5,7 @@ mod picture;
 use super::extremes::LongTable;
 use super::figures::Drawn;
 use super::tables::tidy;
-use super::{Files, grouped};
+use super::{Files, grouped, paper};
 use crate::claim::{Judged, JudgedCell, JudgedNumber, Standing};
 use crate::report::html::{CellText, Column, Section, Table, markdown_text};
 use crate::report::results::Study;
@@ -65,8 +65,8 @@ fn verdict(claim: &Judged) -> String {
     }
 }
 
-/// The table of verdicts and the line of each claim, as Markdown.
-pub(super) fn markdown(studies: &[Study]) -> String {
+/// Each claim with its verdict, in few columns.
+fn short(studies: &[Study]) -> Table {
     let columns = ["claim", "what it says", "verdict", "experiment"].map(Column::text);
     let mut table = Table::new("", columns.to_vec());
     for (study, claim) in all(studies) {
@@ -77,7 +77,22 @@ pub(super) fn markdown(studies: &[Study]) -> String {
             CellText::text(&study.name),
         ]);
     }
-    let mut text = format!("# Verdicts\n\n{}", table.markdown());
+    table
+}
+
+/// The table of verdicts for a paper, if it fits a page of one.
+pub(super) fn for_paper(studies: &[Study]) -> Files {
+    let table = short(studies);
+    if paper::fits(&table) {
+        paper::files("verdicts", "Verdicts", &table)
+    } else {
+        Files::new()
+    }
+}
+
+/// The table of verdicts and the line of each claim, as Markdown.
+pub(super) fn markdown(studies: &[Study]) -> String {
+    let mut text = format!("# Verdicts\n\n{}", short(studies).markdown());
     for study in studies.iter().filter(|study| !study.judged.is_empty()) {
         text.push_str(&format!("\n## {}\n", markdown_text(study.title())));
         for claim in &study.judged {
@@ -149,10 +164,20 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
                 return;
             }
             let mut table = cells(claim);
-            let path = format!("tables/{name}.csv");
+            let mut all = vec![(format!("tables/{name}.csv"), table.take_csv())];
+            if let Some(table) = table.for_paper() {
+                all.extend(paper::files(
+                    &name,
+                    &format!("{}: {}", claim.id, claim.text),
+                    table,
+                ));
+            }
             let label = format!("claim-{}.csv", claim.id);
-            files.push((path.clone(), table.take_csv()));
-            links.push((label.clone(), path));
+            links.extend(
+                all.iter()
+                    .map(|(path, _)| (paper::label(path, &study.name), path.clone())),
+            );
+            files.extend(all);
             let cells = grouped(claim.cells.len() as u64);
             let summary = format!("The cells behind the verdict: {cells}");
             section.details(&summary, |section| {

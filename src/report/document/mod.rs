@@ -11,7 +11,9 @@ mod figures;
 mod judged;
 mod layout;
 mod method_times;
+mod paper;
 mod passes;
+mod simulated;
 mod state_error;
 mod tables;
 #[cfg(test)]
@@ -20,10 +22,10 @@ pub(super) mod tests;
 use super::html::{Page, Section};
 use super::results::Study;
 use crate::study::Measure;
-use crate::study::file::Key;
 pub use courses::course_figures;
 use extremes::LongTable;
 use figures::Drawn;
+pub(crate) use simulated::{SIMULATED, SIMULATED_TITLE};
 use std::collections::HashMap;
 
 /// The files of a report: name relative to its folder, content.
@@ -124,7 +126,15 @@ pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
         page.section("verdicts", "Verdicts", |section| {
             judged::overview(section, studies);
             let what = "claims.csv: every number behind a verdict";
-            section.files(&[(lines, lines), (what, numbers)]);
+            let mut links = vec![
+                (lines.to_owned(), lines.to_owned()),
+                (what.to_owned(), numbers.to_owned()),
+            ];
+            for (path, content) in judged::for_paper(studies) {
+                links.push((paper::label(&path, ""), path.clone()));
+                files.push((path, content));
+            }
+            section.files(&links);
         });
     }
     for study in studies {
@@ -132,6 +142,7 @@ pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
             experiment(section, study, &mut files, on_step);
         });
     }
+    files.push((SIMULATED.to_owned(), simulated::markdown(studies)));
     files.push(("report.html".to_owned(), page.html()));
     files
 }
@@ -223,7 +234,7 @@ fn experiment(
             measures(section, study, files, on_step);
         });
     }
-    settings(section, study);
+    simulated::section(section, study);
     section.heading("To run it again");
     let (command, folder) = study.command();
     section.code(&format!("{command}\nasobench report {folder}"));
@@ -257,12 +268,23 @@ fn numbers(
     files: &mut Files,
     links: &mut Vec<(String, String)>,
 ) {
-    let mut file = |name: &str, table: &mut LongTable| {
-        let path = format!("tables/{}-{name}.csv", study.name);
-        files.push((path.clone(), table.take_csv()));
-        links.push((format!("{name}.csv"), path));
+    let mut file = |name: &str, title: &str, table: &mut LongTable| {
+        let stem = format!("{}-{name}", study.name);
+        let mut all = vec![(format!("tables/{stem}.csv"), table.take_csv())];
+        if let Some(table) = table.for_paper().filter(|_| paper::NAMES.contains(&name)) {
+            all.extend(paper::files(
+                &stem,
+                &format!("{}: {title}", study.title()),
+                table,
+            ));
+        }
+        links.extend(
+            all.iter()
+                .map(|(path, _)| (paper::label(path, &study.name), path.clone())),
+        );
+        files.extend(all);
     };
-    file("results", &mut tables::everything(study));
+    file("results", "Results", &mut tables::everything(study));
     let shown = [
         (
             "overview",
@@ -296,7 +318,7 @@ fn numbers(
             }
             continue;
         };
-        file(name, &mut table);
+        file(name, title, &mut table);
         let count = table.count();
         let (table, note) = table.shown(&format!("{name}.csv below"));
         if count <= ROWS {
@@ -311,87 +333,4 @@ fn numbers(
             });
         }
     }
-}
-
-/// Largest number of values of a setting, or of methods, that a page lists.
-const MOST: usize = 40;
-
-fn settings(section: &mut Section, study: &Study) {
-    let varying = study.varying();
-    section.details("Settings and methods", |section| {
-        let mut pairs: Vec<(String, String)> = Vec::new();
-        for key in Key::ALL.iter().filter(|key| **key != Key::L) {
-            let values = study.values(*key);
-            let text = listed(values);
-            if !text.is_empty() && (varying.contains(key) || values.len() == 1) {
-                pairs.push((key.name().replace('_', " "), text));
-            }
-        }
-        let trials: Vec<u64> = study.summary.cells.iter().map(|cell| cell.trials).collect();
-        let [least, most] =
-            [trials.iter().min(), trials.iter().max()].map(|x| grouped(x.copied().unwrap_or(0)));
-        let trials = if least == most {
-            least
-        } else {
-            format!("{least} to {most}")
-        };
-        pairs.extend([
-            ("cells".to_owned(), study.summary.cells.len().to_string()),
-            ("trials in a cell".to_owned(), trials),
-            ("seed".to_owned(), study.summary.seed.to_string()),
-            ("version".to_owned(), study.version.clone()),
-        ]);
-        section.settings(&pairs);
-        let methods = study
-            .file
-            .methods
-            .iter()
-            .map(|table| method(&table.output_name(1), table));
-        let observers = study
-            .file
-            .observers
-            .iter()
-            .map(|table| method(&table.label(), table));
-        let mut all: Vec<String> = methods.chain(observers).collect();
-        if all.len() > MOST {
-            let left = all.len() - MOST;
-            all.truncate(MOST);
-            all.push(format!("{left} more, in manifest.json"));
-        }
-        section.list(&all);
-    });
-}
-
-/// The values separated by dots; if there are many, only the first and the last.
-fn listed(values: &[String]) -> String {
-    const DOT: &str = " \u{b7} ";
-    if values.len() <= MOST {
-        return values.join(DOT);
-    }
-    let (first, last) = (&values[..MOST / 2], &values[values.len() - MOST / 2..]);
-    format!(
-        "{}{DOT}...{DOT}{} ({} values)",
-        first.join(DOT),
-        last.join(DOT),
-        values.len()
-    )
-}
-
-/// A method or an observer with its options.
-fn method(name: &str, table: &impl serde::Serialize) -> String {
-    let mut text = format!("`{name}`");
-    if let Ok(serde_json::Value::Object(options)) = serde_json::to_value(table) {
-        let shown = options
-            .iter()
-            .filter(|(key, _)| *key != "name" && *key != "report");
-        let words = shown.map(|(key, value)| {
-            let value = value
-                .as_str()
-                .map_or_else(|| value.to_string(), str::to_owned);
-            format!("{} {value}", key.replace('_', " "))
-        });
-        let words: Vec<String> = words.collect();
-        text.push_str(&format!(": {}", words.join(", ")));
-    }
-    text
 }

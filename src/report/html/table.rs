@@ -1,4 +1,5 @@
-//! One table in three forms: for a page, as CSV, and as Markdown.
+//! One table in all its forms: for a page, as CSV with all digits or as a paper has them, as Markdown, and as LaTeX
+//! (`latex.rs`).
 
 use super::verdict::Verdict;
 use crate::data::csv;
@@ -36,7 +37,7 @@ impl Column {
     }
 
     /// Title and unit in one text.
-    fn heading(&self) -> String {
+    pub(super) fn heading(&self) -> String {
         if self.unit.is_empty() {
             self.title.clone()
         } else {
@@ -112,7 +113,7 @@ impl CellText {
 }
 
 /// Whether the page's script can read the number from its text: `0.0879(5)`, `3.21(4)e-13`.
-fn reads_as_number(text: &str) -> bool {
+pub(super) fn reads_as_number(text: &str) -> bool {
     let plain = match (text.find('('), text.find(')')) {
         (Some(open), Some(close)) if open < close => [&text[..open], &text[close + 1..]].concat(),
         _ => text.to_owned(),
@@ -147,7 +148,7 @@ impl Table {
     }
 
     /// Pairs each column with its cell of a row.
-    fn cells<'a>(
+    pub(super) fn cells<'a>(
         &'a self,
         row: &'a [CellText],
     ) -> impl Iterator<Item = (&'a Column, Option<&'a CellText>)> {
@@ -181,11 +182,29 @@ impl Table {
     /// The table as CSV (RFC 4180, with CRLF). A numeric cell is its sort value with all digits, any other cell its
     /// text.
     pub fn csv(&self) -> String {
+        self.csv_of(|row| self.csv_row(row))
+    }
+
+    /// The table as CSV with every cell as on the page: numbers with their standard errors in parentheses.
+    pub fn csv_as_shown(&self) -> String {
+        self.csv_of(|row| {
+            let cells = self.cells(row).map(|(column, cell)| {
+                let text = cell.map_or("", |cell| cell.text.as_str());
+                if column.numeric && reads_as_number(text) {
+                    csv::Cell::Rounded(text)
+                } else {
+                    csv::Cell::Text(text)
+                }
+            });
+            csv::line(cells) + "\r\n"
+        })
+    }
+
+    /// The headings, then each row as a line of `row`.
+    fn csv_of(&self, row: impl Fn(&[CellText]) -> String) -> String {
         let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
         let mut table = csv::line(headings.iter().map(|heading| csv::Cell::Text(heading))) + "\r\n";
-        for row in &self.rows {
-            table.push_str(&self.csv_row(row));
-        }
+        table.extend(self.rows.iter().map(|cells| row(cells)));
         table
     }
 
@@ -292,6 +311,23 @@ mod tests {
                         a|b *c* `d` e_a <b>,-,\r\n\
                         ,3.2e-13,\r\n";
         assert_eq!(table().csv(), expected);
+    }
+
+    #[test]
+    fn csv_as_shown_has_errors_in_parentheses_and_no_formula() {
+        let mut table = table();
+        table.row([
+            CellText::text("-1"),
+            CellText::number("-3.21(4)e-13", -3.21e-13),
+        ]);
+        table.row([CellText::text(""), CellText::number("=1(2)", 1.0)]);
+        let expected = "estimator,\"median, e_a (%)\",verdict\r\n\
+                        \"LS, \"\"plain\"\"\nsolve\",0.0879(5),does not hold\r\n\
+                        a|b *c* `d` e_a <b>,-,\r\n\
+                        ,3.2e-13,\r\n\
+                        '-1,-3.21(4)e-13,\r\n\
+                        ,'=1(2),\r\n";
+        assert_eq!(table.csv_as_shown(), expected);
     }
 
     #[test]

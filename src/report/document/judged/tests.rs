@@ -167,7 +167,9 @@ fn a_part_tells_one_claim() {
         names,
         [
             "figures/many-claim-..--W1-.svg",
-            "tables/many-claim-..--W1-.csv"
+            "tables/many-claim-..--W1-.csv",
+            "tables/many-claim-..--W1-.tex",
+            "tables/many-claim-..--W1--paper.csv"
         ]
     );
 }
