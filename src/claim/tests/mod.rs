@@ -48,6 +48,9 @@ fn ones(trials: u64) -> Statistics {
     let mut statistics = Sample::from_values([1.0]).statistics(Worse::Larger);
     statistics.count = trials;
     statistics.dominated = false;
+    // No trial is larger than the others, so there is no allowance for unseen ones.
+    statistics.largest_share = 0.0;
+    statistics.tail = 0.01;
     statistics
 }
 

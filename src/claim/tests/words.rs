@@ -90,7 +90,7 @@ fn each_verdict_is_a_sentence_with_the_decisive_number() {
     assert!(needed.from.is_some_and(|from| (1499..1505).contains(&from)) && needed.to.is_none());
     assert_eq!(
         open.line,
-        "W1  undecided: 1 of 3 cells is undecided; at least 1,500 trials, perhaps far more, would be needed."
+        "W1  undecided: 1 of 3 cells is undecided; at least 1,600 trials, perhaps far more, would be needed."
     );
     // 1.7 errors: (2.8 / 2.98)^2 is below 1, (2.8 / 0.42)^2 times 1,000.
     let near = judged(&everywhere, &three([0.5, 0.983, 0.7], [0; 3]));
@@ -221,7 +221,7 @@ fn populations_are_named() {
             "lost trials (failed or unstable) of new is below 1 %; nearest to the limit: 0 %",
         ),
         (
-            "value = 'e_a', statistic = 'mean', below = 3",
+            "value = 'e_a', statistic = 'mean', above = 1",
             "2.0(1) (of the 80.0 % of trials with a value)",
         ),
     ] {
