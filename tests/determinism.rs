@@ -55,7 +55,7 @@ fn bytes(
     };
     let folder = path.parent().expect("a folder");
     Campaign::open(folder, experiment, TrialRule::Fixed(trials), options)
-        .and_then(|campaign| campaign.run(&stop, |_| (), |_| true, |_| Vec::new()))
+        .and_then(|campaign| campaign.run(&stop, |_| (), |_, _| true, |_| Vec::new()))
         .expect("a run");
     let mut tallies = vec![CellTally::default(); experiment.cells.len()];
     run(experiment, trials, threads, &stop, |block| {

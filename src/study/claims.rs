@@ -2,7 +2,7 @@
 
 use super::file::{
     Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Settings, TestKind, TestUnit,
-    ValueOf, conditions, matches,
+    TrialRule, ValueOf, conditions, matches,
 };
 use super::theory::smooth;
 use super::{Experiment, TheoryReference};
@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// # Errors
 /// The first fault.
 pub(super) fn check(experiment: &Experiment) -> Result<(), FileError> {
+    check_looks(&experiment.file)?;
     let claims = &experiment.file.claims;
     for (i, claim) in claims.iter().enumerate() {
         let place = format!("claims[{i}]");
@@ -57,6 +58,18 @@ fn check_kind(file: &ExperimentFile) -> Result<(), FileError> {
         return Err(FileError::key("confirms", message));
     }
     Ok(())
+}
+
+/// Checks that the planned number of looks means something.
+fn check_looks(file: &ExperimentFile) -> Result<(), FileError> {
+    let wrong = |message: &str| Err(FileError::key("looks", message.to_owned()));
+    match (file.looks, &file.trials) {
+        (Some(0), _) => wrong("0; expected at least 1"),
+        (Some(_), TrialRule::Until(_) | TrialRule::Decided(_)) => wrong(
+            "means nothing with a rule 'until', which plans its looks itself; expected a number of trials",
+        ),
+        _ => Ok(()),
+    }
 }
 
 /// Checks that the claim that ends the trials is one that their results can decide.
@@ -322,6 +335,21 @@ mod tests {
 
     fn claim(test: &str) -> String {
         format!("[[claims]]\nid = 'W1'\ntest = {test}")
+    }
+
+    #[test]
+    fn a_plan_of_looks_needs_a_number_of_trials() {
+        let refused = |text: &str| {
+            let error = checked(&claim("{ share = 'lost', of = 'ls', below = 0.01 }"), text);
+            error
+                .err()
+                .map(|error| error.to_string())
+                .unwrap_or_default()
+        };
+        assert!(refused("looks = 0\n").contains("expected at least 1"));
+        let until = "looks = 2\ntrials = { until = 'W1', minimum = 10, maximum = 40 }\n";
+        assert!(refused(until).contains("which plans its looks itself"));
+        assert_eq!(refused("looks = 2\n"), "");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::study::{cut, mean, run};
 use asobench::claim::judge;
 use asobench::data::PlantSource;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{Cell, CellSummary, Experiment, Measure, Summary};
+use asobench::study::{Cell, CellSummary, Experiment, Look, Measure, Summary};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -138,7 +138,7 @@ fn summaries_and_claims_know_the_bounds() {
         [white.efficiency.shared, white.efficiency.separate],
         [None; 2]
     );
-    for judged in judge(&experiment.file, &summary, &[]) {
+    for judged in judge(&experiment.file, &summary, &[], Look::ONLY) {
         assert!(judged.line.contains("holds"), "{}", judged.line);
     }
     let stored = serde_json::to_vec(&summary).unwrap();
