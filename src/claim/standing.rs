@@ -75,9 +75,12 @@ pub fn tested(file: &ExperimentFile, judged: &[Judged]) -> Option<String> {
         1 => text.push_str(
             " No error rate holds for 1 of them, which is exploratory or newer than the results.",
         ),
-        some => text.push_str(&format!(
-            " No error rate holds for {some} of them, which are exploratory or newer than the results."
-        )),
+        some => {
+            let loose = format!(
+                " No error rate holds for {some} of them, which are exploratory or newer than the results."
+            );
+            text.push_str(&loose);
+        }
     }
     Some(text)
 }
@@ -96,17 +99,16 @@ fn rate(file: &ExperimentFile, judged: &[Judged]) -> String {
     let levels: Vec<f64> = claims.map(|claim| claim.level).collect();
     let least = levels.iter().copied().fold(f64::INFINITY, f64::min);
     let most = levels.iter().copied().fold(0.0, f64::max);
-    let mut text = match levels.len() {
+    let text = match levels.len() {
         1 => return format!(", at {} % a side.", per_cent(most)),
         _ if least < most => format!(", at {} to {} % a side", per_cent(least), per_cent(most)),
         _ => format!(", each at {} % a side", per_cent(most)),
     };
     // At its limit a claim is wrongly decided at the level either way.
     let expected = rounded(2.0 * levels.iter().sum::<f64>(), 2);
-    text.push_str(&format!(
-        "; if all were at their limits, up to {expected} wrong verdicts would be expected."
-    ));
-    text
+    format!(
+        "{text}; if all were at their limits, up to {expected} wrong verdicts would be expected."
+    )
 }
 
 #[cfg(test)]

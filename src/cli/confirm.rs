@@ -14,6 +14,7 @@ const STEP: u64 = 1_000_000_000;
 pub(super) struct Confirmation {
     /// Judge the claims by fresh trials: those of another seed, in a folder of their own [default: the file's seed plus
     /// 1000000000; results/NAME-confirm-SEED]
+    #[expect(clippy::option_option, reason = "absent, without a seed, or with one")]
     #[arg(long, value_name = "SEED", num_args = 0..=1, allow_negative_numbers = true)]
     confirm: Option<Option<u64>>,
     /// With --confirm: the claims that are judged, by their ids [default: all]

@@ -587,7 +587,11 @@ mod tests {
         // All trials are stored; only the results are missing.
         stop.store(false, Ordering::Relaxed);
         assert_eq!(run(false).unwrap().cells.len(), 2);
-        assert_eq!(files(), 2 + 4);
+        assert_eq!(
+            files(),
+            2 + 5,
+            "the manifest, two summaries, trials and looks"
+        );
     }
 
     #[test]

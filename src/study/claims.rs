@@ -323,7 +323,7 @@ fn check_unit(
 mod tests {
     use super::*;
     use crate::study::Measure;
-    use crate::study::file::{Needs, SlopeTable};
+    use crate::study::file::{MediansTable, Needs, SlopeTable};
 
     const GRID: &str = "[settings]\nnoise = ['ar', 'white']\nwindow = [98, 218]\n";
 
@@ -405,7 +405,15 @@ mod tests {
             ),
             (
                 format!("{{ ratio = 'e_a', {iv}, statistic = 'median', below = 1 }}"),
-                Needs::default(),
+                Needs {
+                    medians: vec![MediansTable {
+                        output: "iv(4)".to_owned(),
+                        measure: Measure::Ea,
+                        to: "ls".to_owned(),
+                        measure_of_to: Measure::Ea,
+                    }],
+                    ..Needs::default()
+                },
             ),
             (
                 format!("{{ slope = 'e_a', {ls}, over = 'window', between = [-0.6, -0.4] }}"),

@@ -30,10 +30,11 @@ fn file(family: bool, claims: usize, more: &str) -> ExperimentFile {
         values.join(", ")
     );
     for i in 1..=claims {
-        text += &format!(
+        let claim = format!(
             "[[claims]]\nid = 'W{i}'\nwhere = {{ eta = {i} }}\n{more}\
              test = {{ value = 'e_a', of = 'new', below = 5 }}\n"
         );
+        text.push_str(&claim);
     }
     ExperimentFile::parse(&text).unwrap()
 }

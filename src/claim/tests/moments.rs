@@ -158,12 +158,12 @@ impl Of {
                 let statistics = sample(errors).statistics(Worse::Larger);
                 results.cells[0].outputs[0].parameters = vec![("a_1".to_owned(), statistics)];
             }
-            Self::Slope => return self.slope(law, number, trials),
+            Self::Slope => return Self::slope(law, number, trials),
         }
         (results, Members::Cell(0))
     }
 
-    fn slope(self, law: Law, number: u64, trials: usize) -> (Summary, Members) {
+    fn slope(law: Law, number: u64, trials: usize) -> (Summary, Members) {
         let windows = [10, 100, 1000];
         let mut cells = Vec::new();
         let mut groups = Vec::new();

@@ -71,7 +71,7 @@ pub(super) fn print_pilot(
         next: share,
     };
     for claim in judge(file, &pilot.summary, &[], look) {
-        text.push_str(&wrap(&visible(&said(&claim)), WIDTH, "    "));
+        text.push_str(&wrap(&visible(said(&claim)), WIDTH, "    "));
         let more = format!("    {}", foretold(&claim, &pilot, trials, threads));
         text.push_str(&wrap(&more, WIDTH, "    "));
     }
