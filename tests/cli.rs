@@ -1161,6 +1161,7 @@ fn reproduce_writes_whole_folders() {
         "fig1.svg",
         "fig2.svg",
         "fig3.svg",
+        "looks.json",
         "manifest.json",
         "summary.json",
         "summary.parquet",

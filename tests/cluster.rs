@@ -145,7 +145,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
             .expect("a name")
             .to_string_lossy()
             .into_owned();
-        if path.is_file() && name != ".lock" {
+        if path.is_file() && ![".lock", "looks.json"].contains(&name.as_str()) {
             found.insert(name, std::fs::read(&path).expect("a file"));
         }
     }

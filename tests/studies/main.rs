@@ -13,6 +13,7 @@ mod files;
 mod hostile;
 mod identity;
 mod kills;
+mod looks;
 mod meaning;
 mod needs;
 mod own_case;
@@ -140,7 +141,8 @@ impl Place {
     }
 }
 
-/// The files at the top of a folder by name, without the lock.
+/// The files at the top of a folder by name, without the lock and the list of looks, which tells the history of the
+/// folder.
 type Contents = BTreeMap<String, Vec<u8>>;
 
 fn contents(folder: &Path) -> Contents {
@@ -148,7 +150,8 @@ fn contents(folder: &Path) -> Contents {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let entry = entry.expect("an entry");
         let name = entry.file_name().into_string().expect("UTF-8");
-        if name != ".lock" && entry.file_type().expect("a type").is_file() {
+        let is_result = name != ".lock" && name != "looks.json";
+        if is_result && entry.file_type().expect("a type").is_file() {
             contents.insert(name, std::fs::read(entry.path()).expect("a file"));
         }
     }
