@@ -1,5 +1,6 @@
 //! Tests of the engine on summaries of invented studies.
 
+mod chains;
 mod families;
 mod moments;
 mod rates;
