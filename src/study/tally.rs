@@ -26,7 +26,7 @@ pub struct Outcomes {
     pub trials: u64,
     /// Trials by failure.
     pub failures: BTreeMap<String, u64>,
-    /// The numbers of the first trials with each failure, ascending: all of them, or [`LISTED`]. Summaries of older
+    /// The numbers of the first trials with each failure, ascending: all of them, or ten. Summaries of older
     /// builds have none.
     #[serde(default)]
     pub failed_trials: BTreeMap<String, Vec<u64>>,
