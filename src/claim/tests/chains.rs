@@ -69,10 +69,12 @@ fn chain(number: u64, next: Next, shared: bool) -> (Verdict, usize) {
             holds: Holds::Everywhere,
             level: later,
         };
-        let advised = undecided.needed().from.unwrap_or(EXTENT[1]);
         wanted = match next {
             Next::Doubled => 2 * trials,
-            Next::Advised => advised.next_multiple_of(64),
+            Next::Advised => {
+                let advised = undecided.needed().from.unwrap_or(EXTENT[1]);
+                advised.next_multiple_of(64)
+            }
         }
         .min(EXTENT[1]);
     }
