@@ -367,9 +367,9 @@ impl<'a> Findings<'a> {
     }
 }
 
-/// Formats a number with two significant digits: "0.13".
+/// Formats a number with three significant digits: "0.125".
 fn short(x: f64) -> String {
-    format!("{x:.1e}").parse::<f64>().unwrap_or(x).to_string()
+    format!("{x:.2e}").parse::<f64>().unwrap_or(x).to_string()
 }
 
 /// Returns "iv(4)", or "each of iv(4) and ls".

@@ -42,7 +42,7 @@ fn extensions_are_further_looks_and_repetitions_are_none() {
     run(&place, "out", &["--trials", "100"]);
     assert_eq!(shares(&place, "out"), [0.9]);
     let second = run(&place, "out", &["--trials", "200"]);
-    let words = "Look 2 at this study, at 0.13 % a side; all looks together keep 2.5 %.";
+    let words = "Look 2 at this study, at 0.125 % a side; all looks together keep 2.5 %.";
     assert!(second.contains(words), "{second}");
     run(&place, "out", &["--trials", "400"]);
     let spent: f64 = shares(&place, "out").iter().sum();
@@ -66,7 +66,7 @@ fn a_rule_leaves_little_for_what_follows() {
         "{found:?}"
     );
     let more = run(&place, "out", &["--trials", "800"]);
-    assert!(more.contains("Look 2 at this study, at 0.13 %"), "{more}");
+    assert!(more.contains("Look 2 at this study, at 0.125 %"), "{more}");
 }
 
 /// A single planned look has the whole level, and a later one none: what is not exact stays undecided.
