@@ -593,7 +593,9 @@ fn ratio_of_medians(cell: &CellSummary, medians: [(&str, Measure); 2]) -> Result
     let ratio = first.value / second.value;
     let (a, b) = (first.mcse / first.value, second.mcse / second.value);
     let square = a * a + b * b - 2.0 * correlation * a * b;
-    let relative = square.max(2.0 * (SKETCH_ERROR / Z).powi(2)).sqrt();
+    let of_bins = 2.0 * (SKETCH_ERROR / Z).powi(2);
+    // Not a number if there are too few trials for the error of a median.
+    let relative = if square < of_bins { of_bins } else { square }.sqrt();
     let error = if cell.deterministic {
         0.0
     } else {
@@ -691,7 +693,8 @@ fn biases(
                 .unwrap_or(0.0);
             let [of_mean, of_sd] = [mean.mcse / sd.value, delta * sd.mcse / sd.value];
             let square = of_mean * of_mean + of_sd * of_sd - delta * skewness / m;
-            let error = square.max(0.0).sqrt();
+            // Not a number if there are too few trials for the error of the standard deviation.
+            let error = square.sqrt();
             let estimate = Estimate {
                 value: delta,
                 mcse: error,

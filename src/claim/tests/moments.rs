@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use std::f64::consts::{E, PI};
 
 const LEVEL: f64 = 0.025;
-const SIZES: [usize; 5] = [40, 100, 400, 1000, 4000];
+const SIZES: [usize; 8] = [3, 8, 20, 40, 100, 400, 1000, 4000];
 
 /// A law of an error that is never negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
