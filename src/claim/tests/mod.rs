@@ -1,6 +1,7 @@
 //! Tests of the engine on summaries of invented studies.
 
 mod chains;
+mod conditions;
 mod families;
 mod moments;
 mod rates;
