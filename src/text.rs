@@ -180,6 +180,19 @@ pub(crate) fn number(x: f64) -> String {
     }
 }
 
+/// Returns a whole number with a comma between groups of three digits: "12,000".
+pub(crate) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 /// A number with at most `digits` significant digits, without trailing zeros.
 pub fn rounded(value: f64, digits: usize) -> String {
     let text = format!("{value:.*e}", digits.saturating_sub(1));

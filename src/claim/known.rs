@@ -103,10 +103,10 @@ pub(super) enum Known {
         /// All trials.
         total: u64,
     },
-    /// A quantile without a usable standard error, because lost trials or equal values surround it. Known are only the
+    /// A quantile without a usable standard error, because failed trials or equal values surround it. Known are only the
     /// numbers of trials on either side of a limit.
     Ranks {
-        /// The quantile as far as it is known; infinite, of either sign, if it is lost.
+        /// The quantile as far as it is known; infinite, of either sign, if it is that of a failed trial.
         value: f64,
         /// The probability q of the quantile.
         q: f64,

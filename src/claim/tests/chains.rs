@@ -7,7 +7,7 @@ use super::*;
 use crate::claim::decision::{Cells, Verdict, decide};
 use crate::claim::evidence::Evidence;
 use crate::claim::power::{Open, Undecided};
-use crate::claim::{decides, judge};
+use crate::claim::{decides, verdict_at};
 use crate::signal::{Purpose, stream};
 use crate::study::Looks;
 use crate::study::file::{ExperimentFile, Holds, TrialRule};
@@ -145,17 +145,20 @@ fn beside(file: &ExperimentFile, number: u64, alike: bool) -> Verdict {
             trials += 64;
         }
         let look = looks.at(trials, file, rule);
-        looks.add(trials, rule);
         let mut results = summary(vec![cell(0, 10.0, trials)]);
         for (output, count) in results.cells[0].outputs.iter_mut().zip(counts) {
-            output.outcomes.failures.insert("singular".to_owned(), count);
+            output
+                .outcomes
+                .failures
+                .insert("singular".to_owned(), count);
         }
         let first_rule = trials <= until.maximum;
         if first_rule && trials < until.maximum && !decides(file, &results, look) {
             wanted = 2 * trials;
             continue;
         }
-        let verdict = judge(file, &results, &[], look)[1].verdict;
+        looks.add(trials, rule);
+        let verdict = verdict_at(&file.claims[1], look, file, &results);
         if verdict != Verdict::Undecided || !first_rule {
             return verdict;
         }
@@ -177,9 +180,6 @@ fn a_claim_beside_the_one_that_stops_keeps_its_level() {
         }
         let found = counts.map(|count| count as f64 / CHAINS as f64);
         println!("beside, alike {alike}: {found:?}");
-        assert!(
-            found.iter().all(|rate| *rate <= most),
-            "{alike}: {found:?}"
-        );
+        assert!(found.iter().all(|rate| *rate <= most), "{alike}: {found:?}");
     }
 }

@@ -4,8 +4,7 @@
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
 use super::*;
-use crate::claim::judge;
-use crate::claim::{Verdict, decision};
+use crate::claim::{Verdict, verdict_at};
 use crate::signal::{Purpose, stream};
 use crate::study::file::ExperimentFile;
 use rand::RngExt;
@@ -46,19 +45,22 @@ fn rate(holds: &str, cells: &[Truth], wrong: Verdict) -> f64 {
             for (output, share) in cell.outputs.iter_mut().zip(truth) {
                 let fails = (0..TRIALS).filter(|_| random.random_bool(*share));
                 let count = fails.count() as u64;
-                output.outcomes.failures.insert("singular".to_owned(), count);
+                output
+                    .outcomes
+                    .failures
+                    .insert("singular".to_owned(), count);
             }
             cell
         });
         let results = summary(cells.collect());
-        u64::from(judge(&file, &results, &[], LOOK)[0].verdict == wrong)
+        u64::from(verdict_at(&file.claims[0], LOOK, &file, &results) == wrong)
     };
     (0..REPETITIONS).map(one).sum::<u64>() as f64 / REPETITIONS as f64
 }
 
 #[test]
 fn conditions_keep_the_level() {
-    use decision::Verdict::{DoesNotHold, Holds};
+    use Verdict::{DoesNotHold, Holds};
     let most = LEVEL + 3.0 * (LEVEL * (1.0 - LEVEL) / REPETITIONS as f64).sqrt();
     let cases: [(&str, &[Truth], Verdict); 8] = [
         // Not all cells inside pass.
@@ -66,7 +68,11 @@ fn conditions_keep_the_level() {
         ("everywhere", &[PASSES, PASSES, AT_LIMIT], Holds),
         // All cells inside pass.
         ("everywhere", &[PASSES, PASSES, FAILS_OUTSIDE], DoesNotHold),
-        ("everywhere", &[PASSES, AT_LIMIT, FAILS_OUTSIDE], DoesNotHold),
+        (
+            "everywhere",
+            &[PASSES, AT_LIMIT, FAILS_OUTSIDE],
+            DoesNotHold,
+        ),
         // No cell inside passes, and one does.
         ("somewhere", &[FAILS, FAILS, PASSES_OUTSIDE], Holds),
         ("somewhere", &[FAILS, FAILS, PASSES_INSIDE], DoesNotHold),
