@@ -3,8 +3,10 @@
 use super::kalman::{GainSequence, Kalman};
 use super::luenberger::ObservedModel;
 use super::riccati::RiccatiError;
+use super::steady::SteadyGain;
 use super::stochastic_model::{MeasurementNoise, StochasticModel};
 use crate::estimator::FailureKind;
+use crate::plant::observe;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
@@ -74,17 +76,20 @@ impl Kalman {
             squares += e * e / variance;
             logs += variance.ln();
         })?;
-        let samples = y.len() as f64;
+        Likelihood::new(y.len(), squares, logs).ok_or(FailureKind::NonFinite)
+    }
+}
+
+impl Likelihood {
+    /// Returns the likelihood of K samples from `sum e^2 / v` and `sum log v`; `None` if it is not finite.
+    fn new(samples: usize, squares: f64, logs: f64) -> Option<Self> {
+        let samples = samples as f64;
         let sigma2 = squares / samples;
         let minus_two_log = samples * ((std::f64::consts::TAU * sigma2).ln() + 1.0) + logs;
-        if minus_two_log.is_finite() {
-            Ok(Likelihood {
-                sigma2,
-                minus_two_log,
-            })
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        minus_two_log.is_finite().then_some(Self {
+            sigma2,
+            minus_two_log,
+        })
     }
 }
 
@@ -129,9 +134,17 @@ pub fn maximum_likelihood_ratio(
     if u.is_empty() || u.len() != y.len() || model.x0.len() != model.a.len() {
         return Err(RatioError::Record);
     }
+    let mut steady = SteadyLikelihood::new(model, u, y);
     let mut search = Search {
         best: Err(RatioError::NonFinite),
-        evaluate: |rho| likelihood(model, u, y, process.covariance(model.b, rho).as_ref(), p0),
+        evaluate: |rho| {
+            let q = process.covariance(model.b, rho);
+            // Only with a positive definite Q is the solution that doubling finds known to be the stabilising one.
+            if p0.is_none() && process == ProcessNoise::States && rho > 0.0 {
+                return steady.at(q.as_ref());
+            }
+            likelihood(model, u, y, q.as_ref(), p0)
+        },
     };
     search.at(0.0);
     let (low, high) = RANGE;
@@ -144,6 +157,62 @@ pub fn maximum_likelihood_ratio(
     let best = costs.iter().position(|cost| *cost == smallest).unwrap_or(0);
     search.golden_section(grid(best.saturating_sub(1)), grid((best + 1).min(GRID)));
     search.best
+}
+
+/// The likelihood of a record in the steady state of filters of one plant.
+struct SteadyLikelihood<'a> {
+    model: ObservedModel<'a>,
+    u: &'a [f64],
+    y: &'a [f64],
+    steady: SteadyGain,
+    /// Q by columns.
+    q: Vec<f64>,
+    x: Vec<f64>,
+}
+
+impl<'a> SteadyLikelihood<'a> {
+    fn new(model: ObservedModel<'a>, u: &'a [f64], y: &'a [f64]) -> Self {
+        let n = model.a.len();
+        Self {
+            model,
+            u,
+            y,
+            steady: SteadyGain::new(n),
+            q: vec![0.0; n * n],
+            x: vec![0.0; n],
+        }
+    }
+
+    /// Returns the likelihood for one positive definite Q.
+    fn at(&mut self, q: MatRef<'_, f64>) -> Result<Likelihood, RatioError> {
+        let ObservedModel { a, b, x0 } = self.model;
+        for (k, to) in self.q.iter_mut().enumerate() {
+            *to = q[(k % a.len(), k / a.len())];
+        }
+        let Some((gain, innovation)) = self.steady.solve(a, &self.q) else {
+            return Err(RiccatiError::NoConvergence {
+                residual: f64::INFINITY,
+            }
+            .into());
+        };
+        self.x.copy_from_slice(x0);
+        let (y, mut squares) = (self.y, 0.0);
+        observe(
+            a,
+            b,
+            gain,
+            &mut self.x,
+            self.u,
+            y,
+            #[inline(always)]
+            |k, x| {
+                let e = y[k] - x[0];
+                squares += e * e;
+            },
+        );
+        let logs = y.len() as f64 * innovation.ln();
+        Likelihood::new(y.len(), squares / innovation, logs).ok_or(RatioError::NonFinite)
+    }
 }
 
 /// Returns the likelihood for one Q.
@@ -170,7 +239,7 @@ struct Search<E> {
     evaluate: E,
 }
 
-impl<E: Fn(f64) -> Result<Likelihood, RatioError>> Search<E> {
+impl<E: FnMut(f64) -> Result<Likelihood, RatioError>> Search<E> {
     /// Returns `-2 log L` at rho; infinite if there is none.
     fn at(&mut self, rho: f64) -> f64 {
         match (self.evaluate)(rho) {
