@@ -111,7 +111,7 @@ const GRID: usize = 24;
 const WIDTH: f64 = 1e-5;
 
 /// Returns the rho >= 0 that maximises the likelihood of the record for the plant `model`. The process noise has the
-/// covariance rho I or rho b b', the white measurement noise variance 1. Both are times a common sigma^2, which is
+/// covariance rho I or rho b b', and the measurement noise is `noise`. Both are times a common sigma^2, which is
 /// concentrated out.
 ///
 /// With `p0` (n x n, relative to the measurement noise variance) the filter starts with that covariance of x(0) about
@@ -129,6 +129,7 @@ pub fn maximum_likelihood_ratio(
     u: &[f64],
     y: &[f64],
     process: ProcessNoise,
+    noise: MeasurementNoise<'_>,
     p0: Option<MatRef<'_, f64>>,
 ) -> Result<VarianceRatio, RatioError> {
     if u.is_empty() || u.len() != y.len() || model.x0.len() != model.a.len() {
@@ -140,10 +141,11 @@ pub fn maximum_likelihood_ratio(
         evaluate: |rho| {
             let q = process.covariance(model.b, rho);
             // Only with a positive definite Q is the solution that doubling finds known to be the stabilising one.
-            if p0.is_none() && process == ProcessNoise::States && rho > 0.0 {
+            let white = noise == MeasurementNoise::white(1.0);
+            if p0.is_none() && process == ProcessNoise::States && white && rho > 0.0 {
                 return steady.at(q.as_ref());
             }
-            likelihood(model, u, y, q.as_ref(), p0)
+            likelihood(model, u, y, q.as_ref(), noise, p0)
         },
     };
     search.at(0.0);
@@ -221,9 +223,10 @@ fn likelihood(
     u: &[f64],
     y: &[f64],
     q: MatRef<'_, f64>,
+    noise: MeasurementNoise<'_>,
     p0: Option<MatRef<'_, f64>>,
 ) -> Result<Likelihood, RatioError> {
-    let stochastic = StochasticModel::new(model.a, model.b, q, MeasurementNoise::white(1.0))?;
+    let stochastic = StochasticModel::new(model.a, model.b, q, noise)?;
     let gains = match p0 {
         None => GainSequence::steady(&stochastic)?,
         Some(p0) => GainSequence::time_varying(&stochastic, p0, y.len())?,

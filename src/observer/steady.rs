@@ -206,7 +206,7 @@ mod tests {
         for poles in cases {
             let n = poles.len();
             let phi = polynomial_from_poles(&poles);
-            let a: Vec<f64> = (0..n).map(|i| -phi[n - i].re).collect();
+            let a: Vec<f64> = (0..n).map(|i| -phi[n - 1 - i].re).collect();
             let mut steady = SteadyGain::new(n);
             for exponent in -7..=4 {
                 let rho = 10_f64.powi(exponent);

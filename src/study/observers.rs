@@ -3,6 +3,7 @@
 use super::Cell;
 use super::experiment::ObserverStart;
 use crate::estimator::{FailureKind, Method, Pass, SetupError};
+use crate::model::polynomial::multiply;
 use crate::observer::{
     GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind, ProcessNoise,
     RiccatiError, StochasticModel, VarianceRatio, maximum_likelihood_ratio,
@@ -19,7 +20,11 @@ pub(super) enum CellObserver {
     Known(Result<Box<Filter>, FailureKind>),
     /// The steady-state Kalman filter of an identified model, with the most likely ratio of the noises in the first
     /// `window` samples.
-    Identified { window: usize },
+    Identified {
+        window: usize,
+        /// Whether the measurement noise has the identified colour; else it is white.
+        coloured: bool,
+    },
 }
 
 /// A Kalman filter and the model that it is of.
@@ -44,9 +49,10 @@ impl CellObserver {
             None => &cell.gain,
             Some(ObserverKind::Luenberger(gain)) => gain,
             Some(kind) if known => return Ok(Self::Known(known_filter(cell, kind)?)),
-            Some(_) => {
+            Some(kind) => {
                 return Ok(Self::Identified {
                     window: cell.window,
+                    coloured: *kind == ObserverKind::KalmanColoured,
                 });
             }
         };
@@ -56,7 +62,8 @@ impl CellObserver {
         Ok(Self::Luenberger(observer))
     }
 
-    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1.
+    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1. `model` is that of the pass, with the
+    /// state to start from.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] if the state overflows, [`FailureKind::NoFilter`] if there is no filter. The states
@@ -64,6 +71,7 @@ impl CellObserver {
     #[inline(always)]
     pub(super) fn run(
         &mut self,
+        pass: &Pass,
         model: ObservedModel<'_>,
         u: &[f64],
         y: &[f64],
@@ -73,8 +81,9 @@ impl CellObserver {
             Self::Luenberger(observer) => observer.run(model, u, y, visit),
             Self::Known(Ok(filter)) => filter.kalman.run(u, y, model.x0, visit),
             Self::Known(Err(kind)) => Err(*kind),
-            Self::Identified { window } => {
-                let filter = identified_filter(model, &u[..*window], &y[..*window]);
+            Self::Identified { window, coloured } => {
+                let pass = coloured.then_some(pass);
+                let filter = identified_filter(pass, model, &u[..*window], &y[..*window]);
                 filter?.kalman.run(u, y, model.x0, visit)
             }
         }
@@ -107,8 +116,9 @@ pub fn stage_twelve(
             vec![("g", observer.g().to_vec())]
         }
         CellObserver::Known(filter) => filter.ok()?.replay(model, u, y, visit)?,
-        CellObserver::Identified { window } => {
-            let filter = identified_filter(model, &u[..window], &y[..window]);
+        CellObserver::Identified { window, coloured } => {
+            let pass = coloured.then_some(pass);
+            let filter = identified_filter(pass, model, &u[..window], &y[..window]);
             filter.ok()?.replay(model, u, y, visit)?
         }
     };
@@ -146,7 +156,7 @@ impl Filter {
         used.push(("r", vec![model.r * scale]));
         used.push(("Q", by_columns(model.q.as_ref(), scale)));
         if model.states < model.order() {
-            used.push(("E[w v]", model.s.clone()));
+            used.push(("E[w v]", model.s.iter().map(|s| s * scale).collect()));
             used.push(("F", by_columns(model.f.as_ref(), 1.0)));
             used.push(("b", model.g.clone()));
             used.push(("h", model.h.clone()));
@@ -217,19 +227,31 @@ fn known_filter(
     }
 }
 
-/// Makes the steady-state Kalman filter of a model with process noise of covariance `rho I` and white measurement noise
-/// of variance 1. rho >= 0 maximises the likelihood in a window.
+/// Makes the steady-state Kalman filter of a model with process noise of covariance `rho I` and measurement noise driven
+/// by white noise of variance 1: white, or `C / (A D) e` of the model `A y = B/F u + C/D e` of a pass. rho >= 0 maximises
+/// the likelihood in a window.
 fn identified_filter(
+    coloured: Option<&Pass>,
     model: ObservedModel<'_>,
     u: &[f64],
     y: &[f64],
 ) -> Result<Filter, FailureKind> {
     let states = ProcessNoise::States;
-    let ratio = maximum_likelihood_ratio(model, u, y, states, None);
+    let denominator;
+    let noise = if let Some(pass) = coloured {
+        denominator = multiply(&pass.model.a, &pass.model.d);
+        MeasurementNoise {
+            numerator: &pass.model.c,
+            denominator: &denominator,
+            deviation: 1.0,
+        }
+    } else {
+        MeasurementNoise::white(1.0)
+    };
+    let ratio = maximum_likelihood_ratio(model, u, y, states, noise, None);
     let ratio = ratio.map_err(|_| FailureKind::NoFilter)?;
     let process = states.covariance(model.b, ratio.rho);
-    let white = MeasurementNoise::white(1.0);
-    let stochastic = StochasticModel::new(model.a, model.b, process.as_ref(), white);
+    let stochastic = StochasticModel::new(model.a, model.b, process.as_ref(), noise);
     let filter = stochastic.and_then(|model| {
         Ok(Filter {
             kalman: Kalman::steady(&model)?,
