@@ -392,7 +392,7 @@ impl Process {
 
     /// Fills `u` with the input-measurement noise. By default it is zero and nothing is drawn.
     fn draw_input_noise(&self, (seed, trial): (u64, u64), u: &mut [f64]) {
-        let deviation = self.settings.input_noise / 100.0 * self.settings.input.amplitude();
+        let deviation = self.input_deviation();
         if deviation == 0.0 {
             u.fill(0.0);
         } else {
@@ -407,19 +407,24 @@ impl Process {
         }
     }
 
-    /// Returns the same as [`Self::open_loop`] if only the inputs and the initial state drive the plant.
+    /// Returns the standard deviation of the input-measurement noise.
+    pub fn input_deviation(&self) -> f64 {
+        self.settings.input_noise / 100.0 * self.settings.input.amplitude()
+    }
+
+    /// Returns the same as [`Self::open_loop`] if only the measured input and the initial state drive the plant.
     pub(crate) fn undisturbed(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let ProcessSettings {
             process_noise,
             x0_deviation,
+            input_noise,
             ..
         } = self.settings;
         self.open_loop()
-            .filter(|_| process_noise == 0.0 && x0_deviation == 0.0)
+            .filter(|_| [process_noise, x0_deviation, input_noise] == [0.0; 3])
     }
 
-    /// Returns plant, noise filter and variances if they are the same in every trial, the loop is open, and the
-    /// measured input is the true one.
+    /// Returns plant, noise filter and variances if they are the same in every trial and the loop is open.
     pub fn open_loop(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let open = matches!(self.settings.feedback, Feedback::None);
         let Plants::Fixed(resolved) = &self.plants else {
@@ -430,7 +435,7 @@ impl Process {
             noise,
             variances,
         } = resolved;
-        (open && self.settings.input_noise == 0.0).then_some((plant, noise, *variances))
+        open.then_some((plant, noise, *variances))
     }
 
     /// Returns every setting, for a manifest.

@@ -211,7 +211,7 @@ pub enum SetupError {
     /// The estimator `known` is used where no true plant is known.
     #[error(
         "the true plant (estimator 'known', starts = \"truth\") is available only in studies with one plant for \
-         all trials, of the setting's order, in open loop with an exactly measured input"
+         all trials, of the setting's order, in open loop"
     )]
     NoKnownPlant,
     /// The true plant, from which a search is to start, is not a model of these orders.
@@ -222,8 +222,8 @@ pub enum SetupError {
     },
     /// A Kalman filter with known noise, but the variance of the noise is 0 or differs between trials.
     #[error(
-        "observer '{0}' with the known plant needs the variance of the measurement noise: eta above 0 and eta_over = \
-         \"nominal\""
+        "observer '{0}' with the known plant needs the variance of the measurement noise, the same in every trial: eta = 0, \
+         or eta_over = \"nominal\" or \"absolute\""
     )]
     NoKnownNoise(ObserverKind),
     /// The Kalman filter does not exist for these coefficients.

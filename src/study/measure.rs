@@ -187,8 +187,8 @@ named_table! {
             better: Better::Neither,
             ..CONTINUOUS
         },
-        /// Continuous time: relative error by step halving of xhat, of theta_hat and of the
-        /// measures of their errors, the largest.
+        /// Continuous time: relative error of the integration, estimated by step halving, of xhat, of theta_hat and of
+        /// the reported measures of their errors, the largest.
         StepError = "step_error": Entry { label: "error by step halving", ..CONTINUOUS },
         /// Continuous time: observed order of the integration of xhat.
         StepOrder = "step_order": Entry {

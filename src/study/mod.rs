@@ -62,6 +62,7 @@ pub use folder::{FolderError, ResultsFolder, read_manifest, stored_design};
 pub use looks::{Look, Looks};
 pub use measure::{Better, Measure};
 pub use need::{Disk, disk_of, memory_of, row_of};
+pub use observers::{Used, stage_twelve};
 pub use pack::PackTrial;
 pub use peak::fma_peak;
 pub use pilot::{Pilot, pilot_seed};

@@ -189,7 +189,7 @@ impl Scorer {
         if self.start == ObserverStart::Zero {
             model.x0 = &zero;
         }
-        if let Err(kind) = self.observe(method, model, record, row) {
+        if let Err(kind) = self.observe(method, (pass, model), record, row) {
             self.curve.fill(f64::NAN);
             row.failure = Some(Failure {
                 kind,
@@ -204,13 +204,14 @@ impl Scorer {
     fn observe(
         &mut self,
         method: usize,
-        model: ObservedModel<'_>,
+        (pass, model): (&Pass, ObservedModel<'_>),
         record: &Realisation,
         row: &mut Row,
     ) -> Result<(), FailureKind> {
         let mut errors = StateError::default();
         let (from, curve, states) = (self.from, &mut self.curve, &record.states);
         self.observers[method].run(
+            pass,
             model,
             &record.u,
             &record.y,

@@ -7,3 +7,4 @@ mod kalman_bucy;
 mod linear;
 mod measures;
 mod outcomes;
+mod step_error;

@@ -1,6 +1,7 @@
 //! The run: plant, first mixing and all observers on one time grid.
 
-use super::estimators::{Estimator, MixedNodes};
+use super::estimators::{At, Estimator, MixedNodes};
+use super::filter::{half_simpson, simpson};
 use super::grid::Grid;
 use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
@@ -89,7 +90,7 @@ impl Cascade {
         let estimates = self.specs.iter().map(|spec| ObserverEstimate {
             x: vec![0.0; n],
             theta: match spec {
-                ObserverSpec::Luenberger { .. } => vec![],
+                ObserverSpec::Luenberger { .. } | ObserverSpec::Filter { .. } => vec![],
                 _ => vec![0.0; n],
             },
         });
@@ -102,8 +103,10 @@ impl Cascade {
             taken: 0,
             t: 0.0,
             linear: self.system.initial(),
+            middle: self.system.initial(),
             estimators: Estimator::all(&self.specs, n),
             information: LeastSquaresIntegrals::new(n),
+            information_middle: LeastSquaresIntegrals::new(n),
             mixing: Mixing::new(n),
             estimates: estimates.collect(),
             scores: vec![],
@@ -115,8 +118,8 @@ impl Cascade {
         self.system.start_step(&mut run.linear, 0.0, h / 2.0);
         run.mixing.observe(self, &run.linear, 2);
         run.finish_step(0.0);
-        for at in 0..run.estimates.len() {
-            run.note_squares(at);
+        for number in 0..run.estimates.len() {
+            run.note_squares(At::End, number);
             run.scores.push(Score::new(refine, &run.squares));
         }
         run
@@ -191,8 +194,12 @@ pub struct Run<'a> {
     taken: usize,
     t: f64,
     linear: LinearState,
+    /// The linear state in the middle of the last step.
+    middle: LinearState,
     estimators: Vec<Estimator>,
     information: LeastSquaresIntegrals,
+    /// The integrals up to the middle of the last step.
+    information_middle: LeastSquaresIntegrals,
     mixing: Mixing,
     estimates: Vec<ObserverEstimate>,
     /// One for each estimate.
@@ -219,9 +226,11 @@ impl Run<'_> {
             let first = self.done == 0 && k == 1;
             let t = start + (k - 1) as f64 * h;
             self.step(t, gap.length, first);
+            self.estimate(At::Middle);
+            self.score(At::Middle, t + h / 2.0, h);
             let t = if k == self.refine { end } else { t + h };
             self.finish_step(t);
-            self.score(t, h);
+            self.score(At::End, t, h);
         }
         self.t = end;
         self.done += 1;
@@ -244,26 +253,44 @@ impl Run<'_> {
         for node in 1..3 {
             self.linear.advance(half, n);
             self.mixing.observe(cascade, &self.linear, node);
+            if node == 1 {
+                self.middle.copy_from(&self.linear);
+            }
         }
         let nodes = &self.mixing.nodes;
-        self.information.step(*h, &nodes.phi, &nodes.z);
+        self.information_middle.copy_from(&self.information);
+        let halfway = &mut self.information_middle;
+        halfway.add(half_simpson, *h, &nodes.phi, &nodes.z);
+        self.information.add(simpson, *h, &nodes.phi, &nodes.z);
         for estimator in &mut self.estimators {
             estimator.step(*h, nodes);
         }
         self.taken += 1;
     }
 
-    /// Computes the estimates at t and notes whether they are finite.
+    /// Computes the estimates at a place in the last step.
+    fn estimate(&mut self, at: At) {
+        let (linear, information) = match at {
+            At::Middle => (&self.middle, &self.information_middle),
+            At::End => (&self.linear, &self.information),
+        };
+        for (estimator, estimate) in self.estimators.iter_mut().zip(&mut self.estimates) {
+            estimator.estimate(at, linear, information, estimate);
+        }
+    }
+
+    /// Computes the estimates at t, the end of a step, and notes whether they are finite.
     fn finish_step(&mut self, t: f64) {
+        self.estimate(At::End);
         let plant = self.linear.x(self.cascade.n).iter().all(|x| x.is_finite());
         self.outcome.note(plant, t);
         let all = self
             .estimators
             .iter_mut()
-            .zip(&mut self.estimates)
+            .zip(&self.estimates)
             .zip(&mut self.outcomes);
         for ((estimator, estimate), outcome) in all {
-            estimator.estimate(t, &self.linear, &self.information, estimate);
+            estimator.record(t);
             let finite = estimate
                 .x
                 .iter()
@@ -273,18 +300,22 @@ impl Run<'_> {
         }
     }
 
-    /// Scores the estimates at t, h seconds after the previous ones.
-    fn score(&mut self, t: f64, h: f64) {
+    /// Scores the estimates at t, in the middle or at the end of a step of length h.
+    fn score(&mut self, at: At, t: f64, h: f64) {
         for i in 0..self.scores.len() {
-            self.note_squares(i);
+            self.note_squares(at, i);
             self.scores[i].add(t, h, self.cascade.scored_from, &self.squares);
         }
     }
 
     /// Computes the squared errors of an estimate into the buffer.
-    fn note_squares(&mut self, at: usize) {
-        let x = self.linear.x(self.cascade.n);
-        let estimate = &self.estimates[at];
+    fn note_squares(&mut self, at: At, number: usize) {
+        let linear = match at {
+            At::Middle => &self.middle,
+            At::End => &self.linear,
+        };
+        let x = linear.x(self.cascade.n);
+        let estimate = &self.estimates[number];
         squares(
             &mut self.squares,
             x,

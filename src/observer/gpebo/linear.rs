@@ -8,6 +8,7 @@
 use faer::Mat;
 
 use super::matrices::{fill_plant, fill_signals, observer_matrix, regressor_matrix};
+use super::riccati_filter::{FilterState, FilterSystem};
 use super::scenario::{GpeboOptions, ObserverSpec, Scenario};
 use crate::plant::{ContinuousPlant, exponential};
 use crate::signal::{Signal, Wave};
@@ -37,6 +38,7 @@ pub struct LinearSystem {
     /// `[base 0; coupling, A - L C']` for each full-order observer.
     observers: Vec<Mat<f64>>,
     luenberger: Vec<Luenberger>,
+    filters: Vec<FilterSystem>,
     /// The matrix of `[Phi; filtered phi]`, (2n - 1) x (2n - 1).
     regressor: Mat<f64>,
 }
@@ -46,6 +48,7 @@ pub struct LinearSystem {
 pub struct Propagator {
     base: Vec<f64>,
     observers: Vec<Vec<f64>>,
+    filters: Vec<Vec<f64>>,
     regressor: Vec<f64>,
 }
 
@@ -55,6 +58,8 @@ pub struct LinearState {
     base: Vec<f64>,
     /// n numbers for each full-order observer.
     observers: Vec<f64>,
+    /// The time-varying filters.
+    pub(super) filters: Vec<FilterState>,
     /// `[Phi; filtered phi]`, (2n - 1) x n, column-major.
     regressor: Vec<f64>,
     scratch: Vec<f64>,
@@ -92,6 +97,10 @@ impl LinearSystem {
         fill_plant(&mut base, plant, options, &input, &disturbance);
         fill_signals(&mut base, lines, oscillators, &signals);
         let luenberger: Vec<Luenberger> = observers.iter().filter_map(luenberger).collect();
+        let filters = observers
+            .iter()
+            .filter_map(|spec| FilterSystem::new(spec, &base, plant, &input, &disturbance))
+            .collect();
         let observers = luenberger
             .iter()
             .map(|observer| observer_matrix(&base, plant, &observer.gain, &input, &disturbance))
@@ -108,6 +117,7 @@ impl LinearSystem {
             base,
             observers,
             luenberger,
+            filters,
             regressor: regressor_matrix(plant, options),
         }
     }
@@ -126,6 +136,11 @@ impl LinearSystem {
                 .observers
                 .iter()
                 .map(|m| columns(&over(m), self.base.nrows()))
+                .collect(),
+            filters: self
+                .filters
+                .iter()
+                .map(|filter| columns(&over(&filter.matrix), self.base.nrows()))
                 .collect(),
             regressor: columns(&over(&self.regressor), 0),
         }
@@ -149,6 +164,7 @@ impl LinearSystem {
                 .iter()
                 .flat_map(|l| l.x0.iter().copied())
                 .collect(),
+            filters: self.filters.iter().map(FilterSystem::initial).collect(),
             regressor,
         }
     }
@@ -186,6 +202,16 @@ impl LinearSystem {
 }
 
 impl LinearState {
+    /// Takes over the state of the same systems.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.base.copy_from_slice(&other.base);
+        self.observers.copy_from_slice(&other.observers);
+        for (to, from) in self.filters.iter_mut().zip(&other.filters) {
+            to.copy_from(from);
+        }
+        self.regressor.copy_from_slice(&other.regressor);
+    }
+
     /// Advances the state by one propagation. Allocates nothing.
     pub fn advance(&mut self, by: &Propagator, n: usize) {
         let rows = 2 * n - 1;
@@ -197,6 +223,9 @@ impl LinearState {
             multiply_add(from_base, &self.base, next);
             multiply_add(own, xhat, next);
             xhat.copy_from_slice(next);
+        }
+        for (filter, by) in self.filters.iter_mut().zip(&by.filters) {
+            filter.advance(by, &self.base);
         }
         let next = &mut self.scratch[..self.base.len()];
         next.fill(0.0);
@@ -238,7 +267,7 @@ impl LinearState {
 
 /// Adds P v to `out`, P column-major.
 #[inline]
-fn multiply_add(p: &[f64], v: &[f64], out: &mut [f64]) {
+pub(super) fn multiply_add(p: &[f64], v: &[f64], out: &mut [f64]) {
     for (column, v) in p.chunks_exact(out.len()).zip(v) {
         for (out, p) in out.iter_mut().zip(column) {
             *out += p * v;

@@ -32,6 +32,7 @@ mod matrices;
 mod mixing;
 mod proposed;
 mod recursive;
+mod riccati_filter;
 mod scalar;
 mod scenario;
 mod score;

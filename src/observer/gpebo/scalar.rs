@@ -18,6 +18,8 @@ use super::filter::{Nodes, simpson};
 pub struct ScalarEstimator {
     gain: f64,
     theta: f64,
+    /// theta in the middle of the last step.
+    middle: f64,
     integral: f64,
     window: Window,
 }
@@ -49,6 +51,7 @@ impl ScalarEstimator {
         Self {
             gain,
             theta: 0.0,
+            middle: 0.0,
             integral: 0.0,
             window: Window::new(),
         }
@@ -60,6 +63,9 @@ impl ScalarEstimator {
         let (delta, mixed) = (Parabola::through(delta), Parabola::through(mixed));
         let part = h / f64::from(PARTS);
         for i in 0..PARTS {
+            if i == PARTS / 2 {
+                self.middle = self.theta;
+            }
             let nodes = |parabola: &Parabola| {
                 [0.0, 0.5, 1.0].map(|s| parabola.at((f64::from(i) + s) / f64::from(PARTS)))
             };
@@ -88,6 +94,11 @@ impl ScalarEstimator {
     /// Returns the estimate.
     pub fn theta(&self) -> f64 {
         self.theta
+    }
+
+    /// Returns the estimate in the middle of the last step.
+    pub fn middle(&self) -> f64 {
+        self.middle
     }
 
     /// Returns `int Delta^2 dt` so far.

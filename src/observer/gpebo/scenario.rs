@@ -59,6 +59,17 @@ pub enum ObserverSpec {
         /// The treatment of `g = e^m`.
         factor: Factor,
     },
+    /// The time-varying Kalman-Bucy filter for white noise in y and in the state.
+    Filter {
+        /// P(0) = p0 I.
+        p0: f64,
+        /// The process noise's intensity: Q = q I.
+        q: f64,
+        /// Intensity of the noise in y.
+        r: f64,
+        /// xhat(0), of length n.
+        x0: Vec<f64>,
+    },
     /// The Kalman-Bucy filter for white noise in y and none in the state: recursive least squares on Eq. (9).
     KalmanBucy {
         /// Prior variance: `theta ~ N(0, p0 I)`.
@@ -208,6 +219,12 @@ impl ObserverSpec {
                 positive("the filter k", &[*k], 1)?;
                 filters("filters of the observer", poles, *order)?;
                 positive("the gains", gains, n)
+            }
+            Self::Filter { p0, q, r, x0 } => {
+                positive("the prior variance p0", &[*p0], 1)?;
+                positive("the process noise's intensity q", &[*q], 1)?;
+                positive("the noise intensity r", &[*r], 1)?;
+                vector("the initial estimate", x0, n)
             }
             Self::KalmanBucy { p0, r } => {
                 positive("the prior variance p0", &[*p0], 1)?;

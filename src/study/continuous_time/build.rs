@@ -331,15 +331,16 @@ fn observer(
                 },
             })
         }
-        ObserverName::KalmanBucy => kalman_bucy(table, plant, with_gain),
+        ObserverName::KalmanBucy => kalman_bucy(table, plant, xi0, with_gain),
     }
 }
 
-/// Makes the Kalman-Bucy filter: the steady-state one, which is a full-order observer, or without process noise the
-/// time-varying one.
+/// Makes the Kalman-Bucy filter: with a prior the time-varying one, which without process noise is least squares on
+/// theta; else the steady-state one, which is a full-order observer.
 fn kalman_bucy(
     table: &ObserverTable,
     plant: &ContinuousPlant,
+    xi0: &[f64],
     with_gain: impl Fn(Vec<f64>) -> ObserverSpec,
 ) -> Result<ObserverSpec, String> {
     let r = table
@@ -348,9 +349,12 @@ fn kalman_bucy(
     match (table.process, table.prior) {
         (None | Some(0.0), None) => Err("expected 'process' above 0, or 'prior'".to_owned()),
         (None | Some(0.0), Some(p0)) => Ok(ObserverSpec::KalmanBucy { p0, r }),
-        (Some(_), Some(_)) => {
-            Err("'prior' together with 'process': the steady state has no prior".to_owned())
-        }
+        (Some(q), Some(p0)) => Ok(ObserverSpec::Filter {
+            p0,
+            q,
+            r,
+            x0: xi0.to_vec(),
+        }),
         (Some(q), None) => {
             let n = plant.order();
             let noise = Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 });

@@ -183,7 +183,8 @@ pub struct ObserverTable {
     /// kalman-bucy: intensity r of the measurement noise assumed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measurement: Option<f64>,
-    /// kalman-bucy without process noise: variance p0 of every component of theta, P(0) = p0 I.
+    /// kalman-bucy, for the time-varying filter: variance p0 of every component of theta, P(0) = p0 I. Without it the
+    /// filter is in its steady state, which needs process noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<f64>,
 }
