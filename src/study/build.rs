@@ -295,10 +295,11 @@ impl Build<'_> {
             denominator,
             state_gain,
             identify,
+            model,
             ..
         } = table;
         let feedback = match (numerator, state_gain, identify) {
-            (Some(numerator), None, None) => {
+            (Some(numerator), None, None) if model.is_none() => {
                 let denominator = denominator.as_deref().unwrap_or(&[1.0]);
                 let law = OutputFeedback::new(numerator, denominator);
                 Feedback::Output(law.map_err(|e| wrong(e.to_string()))?)
@@ -317,6 +318,7 @@ impl Build<'_> {
                 let law = StateFeedback {
                     k: gain.clone(),
                     pilot: *identify,
+                    model: model.unwrap_or_default(),
                     gain: self.name(Key::Gain)?,
                     solver: Solver::default(),
                 };

@@ -71,7 +71,7 @@ pub use row::Row;
 pub use rows::{OutputRows, Rows};
 pub use runner::{Block, RunError, Span, block_size, run, run_and_forget};
 pub use spent::Spent;
-pub use state_feedback::StateFeedback;
+pub use state_feedback::{LoopModel, StateFeedback};
 pub use store::{StoreError, stored_alike};
 pub use summary::{
     BoundSummary, CellSummary, ComparisonSummary, OutputShare, OutputSummary, SlopeStatistics,

@@ -32,6 +32,8 @@ pub(super) struct Scorer {
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
     wanted: Wanted,
+    /// Error of the states that the trial's controller fed back; empty without one.
+    fed_back: StateError,
     /// e_x(k), k = 0 ... K-1, of the pass measured last; NaN if undefined, empty if not wanted.
     curve: Vec<f64>,
 }
@@ -81,6 +83,7 @@ impl Scorer {
             input: process.input().clone(),
             response: Response::new(RESPONSE_SAMPLES),
             x: vec![0.0; largest],
+            fed_back: StateError::default(),
             wanted: Wanted {
                 states: comparable
                     && (experiment.file.curves || measures.iter().any(|of| of.is_of_state())),
@@ -102,8 +105,14 @@ impl Scorer {
 
     /// Prepares for scoring the passes of a trial.
     pub(super) fn begin(&mut self, seed: u64, trial: u64, record: &Realisation) {
+        self.fed_back = StateError::default();
         if record.failure.is_some() {
             return;
+        }
+        let n = record.truth.a.len();
+        let estimates = record.estimates.chunks_exact(n);
+        for (x, x_hat) in record.states.chunks_exact(n).zip(estimates) {
+            self.fed_back.add(x, x_hat);
         }
         let Truth { a, b, .. } = &record.truth;
         let (plant, x) = (System { a, b, d: 0.0 }, &mut self.x[..a.len()]);
@@ -141,6 +150,18 @@ impl Scorer {
         row.failure = pass.failure;
         let truth = &record.truth;
         row[Measure::Condition] = pass.condition;
+        row[Measure::FedBackMax] = self.fed_back.maximum();
+        row[Measure::FedBackRms] = self.fed_back.rms();
+        let fed_back = [Measure::FedBackMax, Measure::FedBackRms];
+        if fed_back.iter().any(|of| row[*of].is_infinite()) {
+            fed_back.iter().for_each(|of| row[*of] = f64::NAN);
+            row.failure.get_or_insert(Failure {
+                kind: FailureKind::NonFinite,
+                stage: Stage::Observer,
+                pass: number,
+            });
+            return;
+        }
         self.curve.fill(f64::NAN);
         if pass.progress < Progress::Parameters {
             return;

@@ -1,6 +1,6 @@
 //! Random plants and an independent integrator.
 
-use asobench::observer::gpebo::{Factor, ObserverSpec};
+use asobench::observer::gpebo::{Factor, ObserverSpec, Operator};
 use asobench::plant::ContinuousPlant;
 
 /// Uniform numbers in (-1, 1), Knuth's MMIX generator.
@@ -62,7 +62,7 @@ pub fn proposed(factor: Factor, gains: Vec<f64>) -> ObserverSpec {
     ObserverSpec::Proposed {
         k: 1.0,
         order: 2,
-        filters: vec![2.0, 6.0],
+        filters: vec![Operator::Lag(2.0), Operator::Lag(6.0)],
         gains,
         factor,
     }

@@ -2,8 +2,8 @@
 
 use crate::common::proposed;
 use asobench::observer::gpebo::{
-    Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Outcome, Scenario,
-    halve,
+    Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome,
+    Scenario, halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -43,7 +43,7 @@ fn example_of([amplitude, frequency]: [f64; 2], step: f64, observers: &[Observer
     };
     let options = GpeboOptions {
         xi0: vec![0.0; 2],
-        filters: vec![1.0],
+        filters: vec![Operator::Lag(1.0)],
     };
     Cascade::new(
         &ContinuousPlant::bobtsov2023(),
@@ -159,7 +159,7 @@ fn order_is_kept_across_switches() {
     };
     let options = GpeboOptions {
         xi0: vec![0.0; 2],
-        filters: vec![1.0],
+        filters: vec![Operator::Lag(1.0)],
     };
     let observers = [
         ObserverSpec::Gradient {
@@ -168,7 +168,7 @@ fn order_is_kept_across_switches() {
         ObserverSpec::Proposed {
             k: 1.0,
             order: 2,
-            filters: vec![2.0, 6.0],
+            filters: vec![Operator::Lag(2.0), Operator::Lag(6.0)],
             gains: vec![1e11, 1e13],
             factor: Factor::Keep,
         },

@@ -1,7 +1,7 @@
 //! The Kalman-Bucy filter.
 
 use crate::common::{Uniform, a_times, dot, gauss_legendre};
-use asobench::observer::gpebo::{Cascade, GpeboOptions, ObserverSpec, Scenario};
+use asobench::observer::gpebo::{Cascade, GpeboOptions, ObserverSpec, Operator, Scenario};
 use asobench::signal::{Signal, Wave};
 
 /// Least squares in theta, and the exact steps of the filter with process noise, against an integration of the Riccati
@@ -36,7 +36,7 @@ fn kalman_bucy_is_the_riccati_filter() {
             scored_from: 0.0,
             step: 5e-3,
         };
-        let filters = (1..n).map(|k| k as f64).collect();
+        let filters = (1..n).map(|k| Operator::Lag(k as f64)).collect();
         let options = GpeboOptions {
             xi0: uniform.vector(n),
             filters,

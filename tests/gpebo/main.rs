@@ -1,6 +1,7 @@
 //! The cascade against independent integration, closed forms and invariances, through the public interface.
 
 mod common;
+mod delays;
 mod example;
 mod invariance;
 mod kalman_bucy;

@@ -2,7 +2,7 @@
 //! says of them.
 
 use asobench::observer::gpebo::{
-    BAND, Cascade, GpeboOptions, Halving, ObserverSpec, Scenario, halve,
+    BAND, Cascade, GpeboOptions, Halving, ObserverSpec, Operator, Scenario, halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -194,7 +194,7 @@ fn every_state_has_its_root_mean_square() {
     };
     let options = GpeboOptions {
         xi0: vec![0.0; 3],
-        filters: vec![1.0, 2.0],
+        filters: vec![Operator::Lag(1.0), Operator::Lag(2.0)],
     };
     let observer = ObserverSpec::Luenberger {
         gain: vec![0.0; 3],

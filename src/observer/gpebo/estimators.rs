@@ -46,8 +46,9 @@ pub enum Estimator {
 }
 
 impl Estimator {
-    /// Returns the estimators of checked settings for order n.
-    pub fn all(specs: &[ObserverSpec], n: usize) -> Vec<Self> {
+    /// Returns the estimators of checked settings for order n; h is the first step's length, which matters to delays
+    /// only.
+    pub fn all(specs: &[ObserverSpec], n: usize, h: f64) -> Vec<Self> {
         let (mut luenberger, mut filter) = (0.., 0..);
         let build = |spec: &ObserverSpec| match spec {
             ObserverSpec::Luenberger { .. } => {
@@ -66,7 +67,7 @@ impl Estimator {
                 filters,
                 gains,
                 factor,
-            } => Self::Proposed(Proposed::new(*k, *order, filters, gains, *factor)),
+            } => Self::Proposed(Proposed::new(*k, *order, filters, gains, *factor, h)),
             ObserverSpec::KalmanBucy { p0, r } => Self::KalmanBucy(LeastSquares::new(*p0, *r, n)),
         };
         specs.iter().map(build).collect()

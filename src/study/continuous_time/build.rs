@@ -1,14 +1,14 @@
 //! Makes a cell in continuous time from its settings.
 
 use super::{ContinuousCell, Term};
-use crate::observer::gpebo::{CascadeError, Factor, GpeboOptions, ObserverSpec};
+use crate::observer::gpebo::{CascadeError, Factor, GpeboOptions, ObserverSpec, Operator};
 use crate::observer::{butterworth, care, parse_poles, place};
 use crate::plant::ContinuousPlant;
 use crate::signal::{Hold, Signal, Wave};
 use crate::study::build::{Build, unknown};
 use crate::study::file::{
-    ContinuousPlantTable, ContinuousTable, FactorName, FileError, HoldName, Key, ObserverName,
-    ObserverTable, WaveName, WaveTable,
+    ContinuousPlantTable, ContinuousTable, FactorName, FileError, FilterTable, HoldName, Key,
+    ObserverName, ObserverTable, WaveName, WaveTable,
 };
 use crate::text;
 use faer::Mat;
@@ -37,8 +37,8 @@ pub(in crate::study) fn continuous_cell(
     let (plant, x0, xi0) = plant(build)?;
     let n = plant.order();
     let filters = match &table.filters {
-        Some(filters) => filters.clone(),
-        None => (1..n).map(|i| i as f64).collect(),
+        Some(filters) => operators(filters),
+        None => (1..n).map(|i| Operator::Lag(i as f64)).collect(),
     };
     let scale = positive(build, Key::GainScale)?;
     let step = positive(build, Key::Step)?;
@@ -319,11 +319,12 @@ fn observer(
         ObserverName::Proposed => {
             let order = table.expansion.unwrap_or(2);
             // The default: the paper's filters, 2/(p + 2) and 6/(p + 6).
-            let filters = table.filters.clone();
+            let paper = [Operator::Lag(2.0), Operator::Lag(6.0)];
+            let filters = table.filters.as_deref().map(operators);
             Ok(ObserverSpec::Proposed {
                 k: table.pole.unwrap_or(1.0),
                 order,
-                filters: filters.unwrap_or_else(|| [2.0, 6.0].into_iter().take(order).collect()),
+                filters: filters.unwrap_or_else(|| paper.into_iter().take(order).collect()),
                 gains: gains(table, n, scale)?,
                 factor: match table.factor.unwrap_or_default() {
                     FactorName::Keep => Factor::Keep,
@@ -364,6 +365,14 @@ fn kalman_bucy(
                 .map_err(|error| error.to_string())
         }
     }
+}
+
+fn operators(filters: &[FilterTable]) -> Vec<Operator> {
+    let operator = |filter: &FilterTable| match filter {
+        FilterTable::Pole(pole) => Operator::Lag(*pole),
+        FilterTable::Delay(table) => Operator::Delay(table.delay),
+    };
+    filters.iter().map(operator).collect()
 }
 
 /// Returns the adaptation gains times their scale. A single gain applies to all components.

@@ -19,9 +19,10 @@ pub struct ContinuousTable {
     /// The input u: a constant from t = 0 on.
     #[serde(default = "unit")]
     pub input: f64,
-    /// The n - 1 poles a of the filters a / (p + a) that extend regression (9); 1, 2, ..., n - 1 if absent.
+    /// The n - 1 filters that extend regression (9): numbers a for lags a / (p + a), or delays such as { delay = 0.5 };
+    /// 1, 2, ..., n - 1 if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub filters: Option<Vec<f64>>,
+    pub filters: Option<Vec<FilterTable>>,
     /// A trial whose relative error by step halving is estimated above this has failed.
     #[serde(default = "error_limit")]
     pub error_limit: f64,
@@ -36,6 +37,27 @@ fn unit() -> f64 {
 
 fn error_limit() -> f64 {
     1e-4
+}
+
+/// A filter that extends a regression.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected a pole in rad/s, or { delay = SECONDS }"
+)]
+pub enum FilterTable {
+    /// The pole a of the lag a / (p + a), rad/s.
+    Pole(f64),
+    /// A delay.
+    Delay(DelayTable),
+}
+
+/// A delay: v(t - delay), and 0 before t = delay.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DelayTable {
+    /// Seconds, a whole number of steps.
+    pub delay: f64,
 }
 
 /// A plant in continuous time.
@@ -171,9 +193,9 @@ pub struct ObserverTable {
     /// proposed: order of the expansion of exp(delta), 1 or 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expansion: Option<usize>,
-    /// proposed: poles of the filters of the second mixing, as many as the expansion's order.
+    /// proposed: filters of the second mixing, poles or delays, as many as the expansion's order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub filters: Option<Vec<f64>>,
+    pub filters: Option<Vec<FilterTable>>,
     /// proposed: keep (the paper's) or drop the common factor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<FactorName>,

@@ -1,6 +1,7 @@
 //! The smaller tables of an experiment file.
 
 use super::super::measure::Measure;
+use super::super::state_feedback::LoopModel;
 use super::{Axis, ExperimentFile, Key, Scalar};
 use crate::metric::SlopeOf;
 use crate::model::{LinearModel, Orders};
@@ -190,6 +191,10 @@ pub struct FeedbackTable {
     /// State feedback: samples of the open loop from which the observer's model is identified.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identify: Option<usize>,
+    /// State feedback: "identified" (the default), or "true" for the plant itself as the observer's model, after the
+    /// same samples in open loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<LoopModel>,
     /// The reference's amplitude instead of the setting `amplitude`; 0 is r = 0, with state feedback once the
     /// loop is closed.
     #[serde(skip_serializing_if = "Option::is_none")]
