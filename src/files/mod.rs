@@ -67,6 +67,12 @@ impl PathError {
 /// The message about a file that is not the program's own.
 pub(crate) const NOT_OWN: &str = "not written by asobench; move it away or choose another place";
 
+/// Removes the folders of pipes that killed processes of this user left.
+pub(crate) fn remove_left_pipes() {
+    #[cfg(target_os = "linux")]
+    Pipes::remove_left();
+}
+
 /// Describes a folder entry that is not a regular file; `None` for a regular file.
 fn irregularity(metadata: &Metadata) -> Option<&'static str> {
     let kind = metadata.file_type();
