@@ -420,6 +420,14 @@ pub(super) fn refused(flag: &str, error: CampaignError) -> Error {
         | CampaignError::Block(BlockError::File(_))
         | CampaignError::Store(_)
         | CampaignError::Run(_) => failed(error),
+        CampaignError::Block(BlockError::Damaged { .. }) => {
+            let advice = if flag.is_empty() {
+                "--repair computes it again"
+            } else {
+                "remove this file, then its trials are taken or computed again"
+            };
+            Error::Input(format!("{flag}{error}; {advice}"))
+        }
         _ => Error::Input(format!("{flag}{error}")),
     }
 }

@@ -344,13 +344,13 @@ pub(crate) fn make_new_subfolder(path: &Path) -> Result<bool, PathError> {
     }
 }
 
-/// The content of a folder: its files, then its subfolders. Links are left out.
+/// The content of a folder: its files, its subfolders, and what is neither, such as links.
 ///
 /// # Errors
 /// If it cannot be read.
-pub(crate) fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), PathError> {
+pub(crate) fn entries(folder: &Path) -> Result<[Vec<PathBuf>; 3], PathError> {
     let io = PathError::io(folder);
-    let (mut found, mut folders) = (Vec::new(), Vec::new());
+    let (mut found, mut folders, mut others) = (Vec::new(), Vec::new(), Vec::new());
     for entry in fs::read_dir(folder).map_err(&io)? {
         let entry = entry.map_err(&io)?;
         let kind = entry.file_type().map_err(&io)?;
@@ -358,10 +358,13 @@ pub(crate) fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), Pat
             folders.push(entry.path());
         } else if kind.is_file() {
             found.push(entry.path());
+        } else {
+            others.push(entry.path());
         }
     }
     folders.sort();
-    Ok((found, folders))
+    others.sort();
+    Ok([found, folders, others])
 }
 
 /// Removes a folder if it is empty.
