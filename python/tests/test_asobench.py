@@ -61,7 +61,8 @@ class Package(unittest.TestCase):
 
     def test_trials_without_a_record_are_left_out(self):
         study = {"trials": 20, "measures": ["e_a"], "plants": {"fast": {"A": [1, -30], "B": [0, 1], "unstable": True}},
-                 "settings": {"plant": ["fast", "random"], "plant_order": 2, "window": 400, "horizon": 800, "eta": 10},
+                 "settings": {"plant": ["fast", "random"], "plant_order": 2, "window": 400, "horizon": 800,
+                              "eta": 10, "noise": "white"},
                  "methods": [{"estimator": "arx"}]}
         with self.assertRaisesRegex(ValueError, "cell 0: no record"):
             asobench.simulate(study, 0, 5)
