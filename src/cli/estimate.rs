@@ -8,7 +8,7 @@ use crate::data::{Detrend, Trend};
 use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::{
     EstimatorName, Failure, FailureKind, Method, Pass, Problem, Progress, SetupError, Shape, Stage,
-    Window,
+    Window, unit_of,
 };
 use crate::files::{self, Kind};
 use crate::metric::{Fit, FitModel, fit};
@@ -102,7 +102,10 @@ fn whole(text: &str) -> Result<usize, String> {
 /// The estimates, with all that is printed.
 struct Report {
     file: PathBuf,
+    /// The record, in a unit that [`unit_of`] chooses.
     record: Record,
+    /// The unit of u and y, a power of two; 1 for all records but those of very large or very small numbers.
+    unit: f64,
     /// Samples in the window.
     window: usize,
     /// The orders as given; with `--order` and `--delay`, those of the ARX form.
@@ -167,6 +170,17 @@ struct Samples<'a> {
 }
 
 impl Report {
+    /// Says in which unit u, y and the states are, if it is not 1.
+    fn unit_in_words(&self) -> Option<String> {
+        (self.unit != 1.0).then(|| {
+            format!(
+                "u, y, states, noise and loss are in units of 2^{} = {}",
+                self.unit.log2(),
+                rounded(self.unit, 6)
+            )
+        })
+    }
+
     /// Returns the record with u'(k) = u(k) and y'(k) = y(k + shift), whose delay is 1.
     fn shifted(&self, shift: usize) -> Samples<'_> {
         Samples {
@@ -371,6 +385,7 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
             )));
         }
     }
+    let unit = in_own_unit(&mut record, window).map_err(&bad)?;
     let mut trends = [Trend::default(); 2];
     let signals = [("u", &mut record.u), ("y", &mut record.y)];
     for ((name, values), trend) in signals.into_iter().zip(&mut trends) {
@@ -388,6 +403,7 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     Ok(Report {
         file: arguments.record.file.clone(),
         record,
+        unit,
         window,
         orders,
         detrend: arguments.record.detrend,
@@ -395,6 +411,42 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
         gain: arguments.gain.clone(),
         estimates: Vec::new(),
     })
+}
+
+/// The largest and the smallest of what the largest sample of a column may be.
+const SIZES: [f64; 2] = [1e-290, 1e300];
+/// How many times as large as that of the other column it may be.
+const RATIO: f64 = 1e100;
+
+/// Divides a record by the unit of its window, and returns the unit. So no square of a sample overflows or underflows.
+fn in_own_unit(record: &mut Record, window: usize) -> Result<f64, String> {
+    let [u, y] = [&record.u, &record.y].map(|column| {
+        let samples = column[..window].iter();
+        samples.fold(0.0_f64, |largest, sample| largest.max(sample.abs()))
+    });
+    let [least, most] = SIZES;
+    for (name, size, other) in [("u", u, y), ("y", y, u)] {
+        let known = format!(
+            "the largest sample of column {name} is {}",
+            rounded(size, 3)
+        );
+        if !(least..=most).contains(&size) {
+            return Err(format!(
+                "{known}; expected {least:e} to {most:e}: choose another unit"
+            ));
+        }
+        if size > RATIO * other {
+            return Err(format!(
+                "{known}, that of the other column {}; expected at most {RATIO:e} times as much: choose other units",
+                rounded(other, 3)
+            ));
+        }
+    }
+    let unit = unit_of(&[&record.u[..window], &record.y[..window]]);
+    for column in [&mut record.u, &mut record.y] {
+        column.iter_mut().for_each(|sample| *sample /= unit);
+    }
+    Ok(unit)
 }
 
 /// Warns of an output far from zero: models without an offset do not describe it.
@@ -410,8 +462,8 @@ fn warn_of_offset(report: &Report) {
         note(&format!(
             "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
              the means",
-            rounded(mean, 3),
-            rounded(variance.sqrt(), 3)
+            rounded(mean * report.unit, 3),
+            rounded(variance.sqrt() * report.unit, 3)
         ));
     }
 }
@@ -644,7 +696,10 @@ fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
     };
     let samples = report.shifted(estimate.shift);
     write_whole("--states", path, Kind::States, |to| {
-        let comment = format!("observer {}, gain {}", estimate.name, report.gain);
+        let unit = report
+            .unit_in_words()
+            .map_or_else(String::new, |words| format!("; {words}"));
+        let comment = format!("observer {}, gain {}{unit}", estimate.name, report.gain);
         writeln!(to, "{}", csv::comment(&comment))?;
         let states = (1..=model.a.len()).map(|i| format!("x{i}"));
         let names: Vec<String> = iter::once("k".to_owned()).chain(states).collect();

@@ -56,6 +56,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let default = || ShardPlan::default_folder(path);
     let folder = arguments.out.clone().unwrap_or_else(default);
+    // The job goes back into the queue.
+    progress::exit_with(75);
     let stop = progress::stop_flag()?;
     if let Some(limit) = arguments.time_limit {
         stop_after(limit, &stop);

@@ -11,6 +11,9 @@ use crate::signal::{
 };
 use serde_json::{Value, json};
 
+/// The sizes that signals may have.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+
 /// The settings of a process.
 #[derive(Clone, Debug)]
 pub struct ProcessSettings {
@@ -78,6 +81,11 @@ pub enum ProcessError {
     /// The amplitude is negative or not finite, or zero in open loop.
     #[error("the input's amplitude must be finite and positive (or 0 with feedback), not {0}")]
     Amplitude(f64),
+    /// A size of a signal is so large or so small that squares of samples overflow or underflow.
+    #[error(
+        "{0} of {1:e} makes signals whose squares cannot be told; expected signals of 1e-100 to 1e100"
+    )]
+    Size(&'static str, f64),
     /// The input-measurement noise is out of range.
     #[error(
         "the input-measurement noise must be a finite percentage, at least 0, of a positive amplitude, \
@@ -145,6 +153,28 @@ impl ProcessSettings {
         }
     }
 
+    /// Checks that squares of all signals, and of errors of a millionth of them, are numbers.
+    fn check_sizes(&self) -> Result<(), ProcessError> {
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let amplitude = self.input.amplitude();
+        let gain = match &self.plant {
+            PlantSource::Fixed(plant) => largest(plant.b()),
+            PlantSource::Random { .. } => 1.0,
+        };
+        for (name, size) in [
+            ("an amplitude", amplitude),
+            ("an amplitude times b", amplitude * gain),
+            ("an initial state", largest(&self.x0)),
+            ("an initial state's deviation", self.x0_deviation),
+            ("process noise", self.process_noise),
+        ] {
+            if size != 0.0 && !SIZES.contains(&size) {
+                return Err(ProcessError::Size(name, size));
+            }
+        }
+        Ok(())
+    }
+
     fn check_disturbances(&self, closed: bool) -> Result<(), ProcessError> {
         for (name, deviation) in [
             ("process_noise", self.process_noise),
@@ -201,6 +231,7 @@ impl Process {
         if !(positive || closed && amplitude == 0.0) {
             return Err(ProcessError::Amplitude(amplitude));
         }
+        settings.check_sizes()?;
         let percent = settings.input_noise;
         if !(percent == 0.0 || percent > 0.0 && percent.is_finite() && positive) {
             return Err(ProcessError::InputNoise(percent, amplitude));

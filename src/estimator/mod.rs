@@ -32,6 +32,7 @@ mod registry;
 pub mod regression;
 pub mod regressors;
 mod riv;
+mod scale;
 pub mod solver;
 mod sorted_qr;
 mod subspace;
@@ -63,6 +64,7 @@ pub(crate) use registry::inline_schema;
 pub use registry::{EstimatorName, MethodOptions, OptionEntry, option_keys};
 pub use regression::{Regression, Rows};
 pub use riv::{RefinedIv, RivOptions};
+pub use scale::unit_of;
 pub use solver::{Instruments, Solver, Stage10};
 pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
 

@@ -212,6 +212,10 @@ impl Build<'_> {
                 let table = table.ok_or_else(|| unknown(Key::Plant, &name, &known))?;
                 let place = format!("plants.{name}");
                 let wrong = |e: String| FileError::key(&place, e);
+                // Before anything is computed of them.
+                if table.order() > ORDER_LIMIT {
+                    return Err(wrong(SetupError::LargeOrder(table.order()).to_string()));
+                }
                 let plant = table.plant().map_err(wrong)?;
                 if !plant.is_stable() && !table.unstable {
                     let model = LinearModel::from(&plant);

@@ -197,7 +197,8 @@ impl<'e> TrialTable<'e> {
         let passes: Vec<u32> = outputs.map(|output| output.pass as u32).collect();
         let names = Self::statuses(group);
         let status = |output: &OutputRows, place: usize| {
-            let name = output.failure(place).map_or("ok", |of| of.kind.name());
+            let failure = output.failure(place);
+            let name = failure.as_ref().map_or("ok", |of| of.kind.name());
             names.iter().position(|known| *known == name).unwrap_or(0) as u32
         };
         let statuses = names.iter().map(|name| (*name).to_owned()).collect();
@@ -231,7 +232,7 @@ impl<'e> TrialTable<'e> {
 
     /// Returns the values of the column of statuses in a group: all failure kinds of this crate, even if none occurred,
     /// then those reported by programs.
-    fn statuses(group: &[Part]) -> Vec<&'static str> {
+    fn statuses<'a>(group: &'a [Part]) -> Vec<&'a str> {
         let own = FailureKind::ALL.iter().map(|kind| kind.name());
         let mut names: Vec<&str> = std::iter::once("ok").chain(own).collect();
         let found = group.iter().flat_map(|part| {

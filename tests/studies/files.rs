@@ -264,6 +264,23 @@ fn settings_that_cannot_be() {
         ("eta = \"ten\"", ["eta: 'ten'", "expected a number"]),
         ("amplitude = 0", ["amplitude", "positive"]),
         ("amplitude = -1", ["amplitude", "-1"]),
+        // Noise and errors would underflow, or squares overflow.
+        (
+            "amplitude = 1e-163",
+            ["amplitude of 1e-163", "1e-100 to 1e100"],
+        ),
+        (
+            "amplitude = 1e163",
+            ["amplitude of 1e163", "1e-100 to 1e100"],
+        ),
+        (
+            "x0 = 1e-163",
+            ["initial state of 1e-163", "1e-100 to 1e100"],
+        ),
+        (
+            "process_noise = 1e160",
+            ["process noise of 1e160", "1e-100 to 1e100"],
+        ),
         ("input_noise = -1", ["input-measurement noise", "-1 %"]),
         ("x0 = \"plan\"", ["x0: 'plan'", "\"plant\""]),
         ("x0 = \"plant\"", ["x0", "no x0"]),

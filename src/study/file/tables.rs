@@ -41,6 +41,21 @@ pub struct PlantTable {
 }
 
 impl PlantTable {
+    /// The largest order that the lengths of its lists can mean.
+    pub(in crate::study) fn order(&self) -> usize {
+        let longest = |lists: &[&Option<Vec<f64>>]| {
+            let lengths = lists.iter().map(|list| list.as_ref().map_or(0, Vec::len));
+            lengths.max().unwrap_or(0)
+        };
+        let polynomials = [
+            &self.output_polynomial,
+            &self.input_polynomial,
+            &self.transfer_polynomial,
+        ];
+        let rows = longest(&[&self.a, &self.b, &self.h, &self.x0]);
+        longest(&polynomials).saturating_sub(1).max(rows)
+    }
+
     /// Returns the plant, from the notation in which it is given.
     pub(in crate::study) fn plant(&self) -> Result<StateSpace, String> {
         let polynomials = [
