@@ -248,6 +248,28 @@ fn what_is_damaged_is_missing() {
     );
     assert!(!place.path("merged/manifest.json").exists());
 
+    // A block under the name of another one, and a link to one, are named.
+    let first = blocks_in(&folders[0])[0].clone();
+    let moved = folders[0].join("r/c00000-0000000000-0000000001.block");
+    std::fs::create_dir(moved.parent().expect("a folder")).expect("made");
+    std::fs::copy(&first, &moved).expect("copied");
+    let run = first.with_file_name("run.json");
+    std::fs::copy(run, moved.with_file_name("run.json")).expect("copied");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(&first, folders[0].join("link.block")).expect("a link");
+    let (_, said) = place.ends(75, &["status", plan, "--verify"]);
+    assert!(
+        said.contains(
+            "c00000-0000000000-0000000001.block: has the name of another block, not taken"
+        ),
+        "{said}"
+    );
+    #[cfg(unix)]
+    assert!(
+        said.contains("link.block: not a file or a folder but a link"),
+        "{said}"
+    );
+    std::fs::remove_dir_all(moved.parent().expect("a folder")).expect("removed");
     place.write("other.toml", &STUDY.replace("seed = 5", "seed = 6"));
     place.done(&["plan", "other.toml", "--shards", "1"]);
     place.done(&["shard", "other.plan.json", "1"]);
@@ -265,6 +287,24 @@ fn what_is_damaged_is_missing() {
     place.done(&["status", plan, "--verify"]);
     place.done(&merge);
     assert_same(&place.path("merged"), &place.path("one"), "after all");
+
+    // A damaged block in the folder of the results: `merge` has no --repair, which `run` has.
+    let block = &blocks_in(&place.path("merged"))[0];
+    let bytes = std::fs::read(block).expect("a block");
+    std::fs::write(block, &bytes[..bytes.len() - 3]).expect("written");
+    let output = place.run(&merge);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("remove this file") && !said.contains("--repair"),
+        "{said}"
+    );
+    let output = place.run(&["run", "study.toml", "--out", "merged"]);
+    assert!(
+        stderr(&output).contains("--repair computes it again"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 /// Two processes at the same shard at once.

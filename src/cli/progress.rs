@@ -208,7 +208,7 @@ pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
     let raised = Arc::clone(&flag);
     let handler = move || {
         if raised.swap(true, Ordering::Relaxed) {
-            std::process::exit(EXIT.load(Ordering::Relaxed));
+            std::process::exit(130);
         }
         // What is under way may be one long trial, or a large file.
         let waits = std::thread::Builder::new().spawn(|| {

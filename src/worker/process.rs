@@ -106,22 +106,27 @@ impl Process {
         if let Some(guard) = &of.guard {
             guard.watch(Some(group), &mark);
         }
-        let printed = [
-            out.map(|out| of.log.drain(out)),
-            err.map(|err| of.log.drain(err)),
-        ];
-        Ok(Self {
+        let mut process = Self {
             child,
             group,
             guard: of.guard.clone(),
             mark,
-            printed: printed.into_iter().flatten().collect(),
+            printed: Vec::new(),
             pipes: Some(pipes),
             requests: None,
             replies,
             incoming: Incoming::default(),
             room: vec![0; Incoming::ROOM],
-        })
+        };
+        // A process whose output nobody reads is killed when it is dropped.
+        let no_thread = |error: std::io::Error| format!("cannot start a thread: {error}");
+        if let Some(out) = out {
+            process.printed.push(of.log.drain(out).map_err(no_thread)?);
+        }
+        if let Some(err) = err {
+            process.printed.push(of.log.drain(err).map_err(no_thread)?);
+        }
+        Ok(process)
     }
 
     /// Whether nothing arrived that was not asked for.
