@@ -9,14 +9,9 @@ mod ratio;
 use super::known::{Freedom, Known};
 use super::moment::{self, Caution, Sum};
 use crate::metric::slope_weights;
-use crate::metric::{
-    Estimate, JACKKNIFE_GROUPS, PairedStatistics, Quantile, SKETCH_ERROR, Share, SlopeOf,
-    Statistics, Worse, Z,
-};
-use crate::study::file::{
-    BoundTable, ClaimStatistic, ClaimTest, Outcome, SlopeTable, TestKind, ValueOf,
-};
-use crate::study::{CellSummary, Measure, MethodTime, OutputSummary, Summary, TheoryReference};
+use crate::metric::{Estimate, JACKKNIFE_GROUPS, SlopeOf};
+use crate::study::file::{ClaimTest, SlopeTable, TestKind};
+use crate::study::{CellSummary, Measure, MethodTime, Summary};
 use cell::{in_cell, kept};
 use ratio::paired_median;
 

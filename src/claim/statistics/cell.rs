@@ -1,7 +1,12 @@
 //! Numbers of one cell: shares, moments, quantiles, coverages and biases of an output.
 
+use super::super::known::{Freedom, Known};
+use super::super::moment::{self, Sum};
 use super::ratio::{over_theory, ratio, ratio_of_medians, wins};
-use super::*;
+use super::{MOST_RELATIVE_ERROR, Missing, Number, estimated, exact, not_kept, single};
+use crate::metric::{Estimate, Quantile, Share, Statistics, Worse};
+use crate::study::file::{BoundTable, ClaimStatistic, ClaimTest, Outcome, TestKind, ValueOf};
+use crate::study::{CellSummary, Measure, OutputSummary, TheoryReference};
 
 pub(super) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
     let output = cell.output(&test.output);

@@ -1,7 +1,12 @@
 //! Ratios of two outputs of a cell on the same trials, of their medians, and to theory.
 
-use super::cell::{at_ranks, count_of, moment, ranks, statistics};
-use super::*;
+use super::super::known::{Freedom, Known};
+use super::super::moment::{self as of_moment, Sum};
+use super::cell::{at_ranks, count_of, kept, moment, ranks, statistics};
+use super::{Missing, Number, estimated, known, not_kept};
+use crate::metric::{PairedStatistics, SKETCH_ERROR, Worse, Z};
+use crate::study::file::ClaimStatistic;
+use crate::study::{CellSummary, Measure, OutputSummary, TheoryReference};
 
 pub(super) fn compared<'a>(
     cell: &'a CellSummary,
@@ -57,7 +62,7 @@ pub(super) fn ratio(
     let ratio = estimated(cell, pair.rmse_ratio);
     Ok(Number {
         kept: kept(pair.both, pair.trials()),
-        ..Number::of_moment(moment::ratio(ratio, pair.both, sums))?
+        ..Number::of_moment(of_moment::ratio(ratio, pair.both, sums))?
     })
 }
 
