@@ -99,7 +99,14 @@ fn observers() -> Vec<Exact> {
         x0: vec![0.0],
     };
     let recursive = ObserverSpec::KalmanBucy { p0: 4.0, r: 0.5 };
+    let finite = ObserverSpec::FiniteTime {
+        gains: vec![0.8],
+        share: 0.3,
+    };
+    // Delta = 1, so that the share learnt is 1 - e^(-0.8 t): above 0.3 long before the score begins.
+    let corrected = |t: f64| (THETA + filtered(0.8, t)) / (1.0 - (-0.8 * t).exp()).max(0.3) - THETA;
     vec![
+        (finite, Box::new(corrected), true),
         (full_order, Box::new(|t| filtered(3.0, t)), false),
         (gradient(0.8), Box::new(|t| filtered(0.8, t)), true),
         (gradient(3.0), Box::new(|t| filtered(3.0, t)), true),
@@ -213,4 +220,42 @@ fn every_state_has_its_root_mean_square() {
     }
     assert!((accuracy.rms_state.powi(2) / all - 1.0).abs() < 1e-9);
     assert!(accuracy.rms_theta.is_nan());
+}
+
+/// Without a disturbance the finite-time estimate is theta once the share is learnt, and the gradient's over the share
+/// before.
+#[test]
+fn the_finite_time_estimate_is_exact_without_a_disturbance() {
+    let plant = ContinuousPlant::new(&[vec![0.0]], vec![1.0], vec![1.0]).unwrap();
+    let scenario = Scenario {
+        u: Signal::default(),
+        delta: Signal::default(),
+        x0: vec![THETA],
+        horizon: HORIZON,
+        scored_from: FROM,
+        step: 0.05,
+    };
+    let options = GpeboOptions {
+        xi0: vec![0.0],
+        filters: vec![],
+    };
+    let observer = ObserverSpec::FiniteTime {
+        gains: vec![0.5],
+        share: 0.6,
+    };
+    let cascade = Cascade::new(&plant, &scenario, &options, &[observer]).unwrap();
+    let (mut before, mut after) = (0, 0);
+    cascade.run(1, |sample| {
+        let learnt = 1.0 - (-0.5 * sample.t).exp();
+        let found = sample.estimates[0].theta[0];
+        let exact = if learnt >= 0.6 {
+            after += 1;
+            THETA
+        } else {
+            before += 1;
+            THETA * learnt / 0.6
+        };
+        assert!((found - exact).abs() < 1e-12, "{} {found}", sample.t);
+    });
+    assert!(before > 10 && after > 10);
 }

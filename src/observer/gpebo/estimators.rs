@@ -39,6 +39,8 @@ pub enum Estimator {
     Filter(usize),
     /// One scalar estimator for each component of Eq. (10).
     Gradient(Vec<ScalarEstimator>),
+    /// The same with their estimates corrected: the share that must have been learnt.
+    FiniteTime(Vec<ScalarEstimator>, f64),
     /// Eqs. (11) to (17).
     Proposed(Proposed),
     /// Least squares on Eq. (9).
@@ -55,12 +57,8 @@ impl Estimator {
                 Self::Luenberger(luenberger.next().unwrap_or_default())
             }
             ObserverSpec::Filter { .. } => Self::Filter(filter.next().unwrap_or_default()),
-            ObserverSpec::Gradient { gains } => Self::Gradient(
-                gains
-                    .iter()
-                    .map(|gain| ScalarEstimator::new(*gain))
-                    .collect(),
-            ),
+            ObserverSpec::Gradient { gains } => Self::Gradient(scalars(gains)),
+            ObserverSpec::FiniteTime { gains, share } => Self::FiniteTime(scalars(gains), *share),
             ObserverSpec::Proposed {
                 k,
                 order,
@@ -78,7 +76,7 @@ impl Estimator {
     pub fn step(&mut self, h: f64, nodes: &MixedNodes) {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
-            Self::Gradient(scalars) => {
+            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
                 for (scalar, mbar) in scalars.iter_mut().zip(&nodes.mbar) {
                     scalar.step(h, &nodes.delta, mbar);
                 }
@@ -91,7 +89,9 @@ impl Estimator {
     pub fn record(&mut self, t: f64) {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
-            Self::Gradient(scalars) => scalars.iter_mut().for_each(|scalar| scalar.record(t)),
+            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
+                scalars.iter_mut().for_each(|scalar| scalar.record(t));
+            }
             Self::Proposed(proposed) => proposed.scalars_mut().for_each(|scalar| scalar.record(t)),
         }
     }
@@ -115,6 +115,12 @@ impl Estimator {
                 return;
             }
             Self::Gradient(scalars) => collect(scalars.iter(), at, &mut out.theta),
+            Self::FiniteTime(scalars, share) => {
+                for (scalar, theta) in scalars.iter().zip(&mut out.theta) {
+                    let (found, learnt) = scalar.state(at);
+                    *theta = found / (-(-learnt).exp_m1()).max(*share);
+                }
+            }
             Self::Proposed(proposed) => collect(proposed.scalars(), at, &mut out.theta),
             Self::KalmanBucy(squares) => squares.solve(information, &mut out.theta),
         }
@@ -125,18 +131,24 @@ impl Estimator {
     pub fn excitation(&self, horizon: f64) -> Excitation {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => Excitation::default(),
-            Self::Gradient(scalars) => excitation(scalars.iter(), horizon),
+            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
+                excitation(scalars.iter(), horizon)
+            }
             Self::Proposed(proposed) => excitation(proposed.scalars(), horizon),
         }
     }
 }
 
+fn scalars(gains: &[f64]) -> Vec<ScalarEstimator> {
+    gains
+        .iter()
+        .map(|gain| ScalarEstimator::new(*gain))
+        .collect()
+}
+
 fn collect<'a>(scalars: impl Iterator<Item = &'a ScalarEstimator>, at: At, theta: &mut [f64]) {
     for (scalar, theta) in scalars.zip(theta) {
-        *theta = match at {
-            At::Middle => scalar.middle(),
-            At::End => scalar.theta(),
-        };
+        *theta = scalar.state(at).0;
     }
 }
 

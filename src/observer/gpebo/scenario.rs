@@ -47,6 +47,16 @@ pub enum ObserverSpec {
         /// gamma, n positive numbers.
         gains: Vec<f64>,
     },
+    /// The same with finite convergence time: `theta_hat_i / max(1 - w_i, share)`, `w_i = exp(-gamma_i int Delta^2)`. The
+    /// gradient's estimate is `(1 - w_i) theta_i` without disturbance, so that this one is theta_i from the time on at
+    /// which `1 - w_i >= share`. Source: Ortega, Aranovskiy, Pyrkin, Astolfi, Bobtsov, IEEE Trans. Automatic Control 66
+    /// (2021) 2265.
+    FiniteTime {
+        /// gamma, n positive numbers.
+        gains: Vec<f64>,
+        /// From which share learnt on the estimate is corrected in full, above 0 and below 1.
+        share: f64,
+    },
     /// Eq. (8) with theta from Eq. (17), starting from zero.
     Proposed {
         /// Pole (1/s) of the filter of Eq. (11).
@@ -139,6 +149,9 @@ pub enum SettingError {
         /// Two of the steps, seconds.
         steps: [f64; 2],
     },
+    /// The share of a finite-time estimator is out of range.
+    #[error("share: expected a number above 0 and below 1, not {}", number(*.0))]
+    Share(f64),
     /// The order of the expansion is not supported.
     #[error("the order of the expansion must be 1 to {HIGHEST_ORDER}, not {0}")]
     Order(usize),
@@ -267,6 +280,14 @@ impl ObserverSpec {
                 vector("the initial estimate", x0, n)
             }
             Self::Gradient { gains } => positive("the gains", gains, n),
+            Self::FiniteTime { gains, share } => {
+                positive("the gains", gains, n)?;
+                if *share > 0.0 && *share < 1.0 {
+                    Ok(())
+                } else {
+                    Err(SettingError::Share(*share))
+                }
+            }
             Self::Proposed {
                 k,
                 order,

@@ -316,6 +316,10 @@ fn observer(
         ObserverName::Gradient => Ok(ObserverSpec::Gradient {
             gains: gains(table, n, scale)?,
         }),
+        ObserverName::FiniteTime => Ok(ObserverSpec::FiniteTime {
+            gains: gains(table, n, scale)?,
+            share: table.share.unwrap_or(0.5),
+        }),
         ObserverName::Proposed => {
             let order = table.expansion.unwrap_or(2);
             // The default: the paper's filters, 2/(p + 2) and 6/(p + 6).

@@ -129,7 +129,9 @@ impl<'e> ContinuousTrial<'e> {
         row[Measure::Reaching] = accuracy.reached.unwrap_or(f64::NAN);
         row[Measure::Settling] = accuracy.settled.unwrap_or(f64::NAN);
         let gains: &[f64] = match &self.cell.observers[row.output] {
-            ObserverSpec::Gradient { gains } | ObserverSpec::Proposed { gains, .. } => gains,
+            ObserverSpec::Gradient { gains }
+            | ObserverSpec::FiniteTime { gains, .. }
+            | ObserverSpec::Proposed { gains, .. } => gains,
             ObserverSpec::Luenberger { .. }
             | ObserverSpec::Filter { .. }
             | ObserverSpec::KalmanBucy { .. } => &[],

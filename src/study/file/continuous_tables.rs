@@ -149,9 +149,11 @@ named_enum! {
         Proposed = "proposed",
         /// GPEBO with the gradient estimator on Eq. (10).
         Gradient = "gradient",
+        /// GPEBO with the gradient estimator on Eq. (10), corrected so that it converges in finite time.
+        FiniteTime = "finite-time",
         /// The full-order observer, Eq. (4).
         Luenberger = "luenberger",
-        /// The Kalman-Bucy filter: the steady-state one with process noise, the time-varying one without.
+        /// The Kalman-Bucy filter: the time-varying one with a prior, else the steady-state one.
         KalmanBucy = "kalman-bucy",
     }
 }
@@ -184,9 +186,13 @@ pub struct ObserverTable {
     /// luenberger, instead of L: all n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<f64>,
-    /// gradient, proposed: adaptation gains, one for each component of theta, or one for all.
+    /// gradient, finite-time, proposed: adaptation gains, one for each component of theta, or one for all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<Vec<f64>>,
+    /// finite-time: the share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if
+    /// absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
     /// proposed: k of the filter k / (p + k), Eq. (11).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pole: Option<f64>,
@@ -221,12 +227,13 @@ impl ObserverTable {
     /// Returns the options given in the table, each with the observers that take it.
     fn given(&self) -> impl Iterator<Item = (&'static str, &'static [ObserverName])> {
         use ObserverName as O;
-        const BOTH: &[O] = &[O::Gradient, O::Proposed];
+        const ADAPTIVE: &[O] = &[O::Gradient, O::FiniteTime, O::Proposed];
         [
             ("gain", self.gain.is_some(), &[O::Luenberger][..]),
             ("poles", self.poles.is_some(), &[O::Luenberger]),
             ("bandwidth", self.bandwidth.is_some(), &[O::Luenberger]),
-            ("gains", self.gains.is_some(), BOTH),
+            ("gains", self.gains.is_some(), ADAPTIVE),
+            ("share", self.share.is_some(), &[O::FiniteTime]),
             ("pole", self.pole.is_some(), &[O::Proposed]),
             ("expansion", self.expansion.is_some(), &[O::Proposed]),
             ("filters", self.filters.is_some(), &[O::Proposed]),
