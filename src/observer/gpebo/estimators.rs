@@ -90,7 +90,9 @@ impl Estimator {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
             Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
-                scalars.iter_mut().for_each(|scalar| scalar.record(t));
+                for scalar in scalars.iter_mut() {
+                    scalar.record(t);
+                }
             }
             Self::Proposed(proposed) => proposed.scalars_mut().for_each(|scalar| scalar.record(t)),
         }
