@@ -158,7 +158,7 @@ pub enum SetupError {
     LargeOrder(usize),
     /// N - n is below 2n.
     #[error(
-        "a window of {} samples is too short for order {}: at least 3n = {} are needed",
+        "a window of {} samples is too short for order {}: expected any whole number from 3n = {} on, even or odd",
         .0.window, .0.order, 3 * .0.order
     )]
     ShortWindow(Shape),

@@ -134,7 +134,7 @@ named_table! {
             ..PLAIN
         },
         /// State feedback: the largest relative error of the state's estimate that is fed back, over the record, which
-        /// begins where the loop is closed. The same for every method.
+        /// begins where the loop is closed. The same for every method that did not fail.
         FedBackMax = "e_x_fed_back_max": Entry { label: "max e_x fed back", ..RELATIVE },
         /// State feedback: root mean square of the same error.
         FedBackRms = "e_x_fed_back_rms": Entry { label: "rms e_x fed back", ..RELATIVE },

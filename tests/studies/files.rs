@@ -211,7 +211,10 @@ fn settings_that_cannot_be() {
     for (text, parts) in [
         (
             "window = 17",
-            ["window", "too short for order 6: at least 3n = 18"],
+            [
+                "window",
+                "too short for order 6: expected any whole number from 3n = 18 on, even or odd",
+            ],
         ),
         ("window = [98, 12]", ["window", "12 samples is too short"]),
         (
