@@ -657,7 +657,7 @@ mod tests {
             (times(|k| if k == 40 { 0.112 } else { 0.1 }), "line 42,"),
             (times(|k| if k < 40 { 0.1 } else { 0.11 }), "line 42,"),
             (times(|k| if k < 40 { 0.1 } else { 0.05 }), "line 42,"),
-            (times(|k| 0.1 + 0.012 * (k as f64).sin()), "line 4,"),
+            (times(|k| 0.1 + 0.012 * (k as f64).sin()), "line 5,"),
             (times(|k| if k == 40 { 0.0 } else { 0.1 }), "line 42,"),
             (times(|k| if k == 40 { -0.1 } else { 0.1 }), "line 42,"),
         ] {
