@@ -70,7 +70,7 @@ mod tests {
         let record = csv::read(&record[..]).unwrap();
         let shape = Shape {
             order: 2,
-            window: 100,
+            window: 400,
         };
         let model = |name: EstimatorName, scale: f64| {
             let times = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v * scale).collect() };
