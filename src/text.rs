@@ -103,7 +103,7 @@ pub(crate) fn shell_word(word: impl Display) -> String {
 }
 
 /// A word of a job script: for the shell that runs it and for `sbatch`, which reads `#SBATCH` lines by rules of its own.
-/// Both take a character after a backslash as it is. A job script has no text from elsewhere but through here.
+/// Both take a character after a backslash as it is, but for `sbatch` a blank ends a word unless it is quoted. A job script has no text from elsewhere but through here.
 ///
 /// # Errors
 /// If the word has a character that could end a line, or that is not seen.
@@ -117,9 +117,10 @@ pub(crate) fn script_word(word: &str) -> Result<String, String> {
     if word.is_empty() {
         return Ok("''".to_owned());
     }
-    let escaped = word.chars().flat_map(|c| {
-        let backslash = (!is_plain(c)).then_some('\\');
-        backslash.into_iter().chain([c])
+    let escaped = word.chars().map(|c| match c {
+        ' ' => "' '".to_owned(),
+        c if is_plain(c) => c.to_string(),
+        c => format!("\\{c}"),
     });
     Ok(escaped.collect())
 }
@@ -340,8 +341,8 @@ mod tests {
     fn words_of_scripts_are_seen() {
         for (word, written) in [
             ("/a/b-1", "/a/b-1"),
-            ("a b;c", "a\\ b\\;c"),
-            ("it's \"$(x)\"", "it\\'s\\ \\\"\\$\\(x\\)\\\""),
+            ("a b;c", "a' 'b\\;c"),
+            ("it's \"$(x)\"", "it\\'s' '\\\"\\$\\(x\\)\\\""),
             ("a#b\\c", "a\\#b\\\\c"),
             ("", "''"),
         ] {

@@ -703,6 +703,12 @@ fn no_path_is_a_command_of_a_job_script() {
         );
         assert!(!place.path(work).exists());
     }
+    for work in ["a\\b", "50%"] {
+        place.refused(
+            &["slurm", "study.toml", "--work", work],
+            &["without \\ and %"],
+        );
+    }
     // The folder of the study too, which the scripts name by its absolute path.
     let folder = place.path("a\ntouch pwned\n#");
     std::fs::create_dir(&folder).expect("a folder");
@@ -711,7 +717,7 @@ fn no_path_is_a_command_of_a_job_script() {
     let output = command.current_dir(&folder).output().expect("runs");
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
 
-    let work = "it's $(touch pwned) \"b\" `touch pwned` \\ #c;touch pwned";
+    let work = "it's $(touch pwned) \"b\" `touch pwned` #c;touch pwned";
     place.done(&[
         "slurm",
         "study.toml",

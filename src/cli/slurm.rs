@@ -157,6 +157,13 @@ impl Places {
     fn new(name: &str, file: &Path, plan: &Path, out: &Path) -> Result<Self, Error> {
         let plan = std::path::absolute(plan).map_err(failed)?;
         let folder = plan.parent().unwrap_or(Path::new("/"));
+        // In the name of a log sbatch takes these for patterns.
+        if folder.to_string_lossy().contains(['\\', '%']) {
+            return Err(Error::Input(format!(
+                "slurm: '{}'; expected a path without \\ and %, in which Slurm writes logs",
+                visible(folder.display())
+            )));
+        }
         Ok(Self {
             program: path_word(&std::env::current_exe().map_err(failed)?)?,
             folder: path_word(folder)?,

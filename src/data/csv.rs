@@ -1,7 +1,7 @@
 //! CSV text. Records of u and y have a header with the columns `u`, `y` and optionally `k` or `t`, and comment lines
 //! beginning with `#`. All tables of the program are written by the one line writer here.
 
-use crate::text::{beginning, number, visible, visible_lines};
+use crate::text::{beginning, number, rounded, visible, visible_lines};
 use std::io::{BufRead, BufReader, Read, Write};
 
 /// A record of input and output samples.
@@ -97,8 +97,8 @@ pub enum RecordError {
     /// The times of the samples are not equally spaced.
     #[error(
         "line {line}, column t: a step of {}, the first one is {}; samples must be equally spaced",
-        number(*.found),
-        number(*.first)
+        rounded(*.found, 6),
+        rounded(*.first, 6)
     )]
     Spacing {
         /// The line.
@@ -657,7 +657,7 @@ mod tests {
             (times(|k| if k == 40 { 0.112 } else { 0.1 }), "line 42,"),
             (times(|k| if k < 40 { 0.1 } else { 0.11 }), "line 42,"),
             (times(|k| if k < 40 { 0.1 } else { 0.05 }), "line 42,"),
-            (times(|k| 0.1 + 0.012 * (k as f64).sin()), "line 4,"),
+            (times(|k| 0.1 + 0.012 * (k as f64).sin()), "line 5,"),
             (times(|k| if k == 40 { 0.0 } else { 0.1 }), "line 42,"),
             (times(|k| if k == 40 { -0.1 } else { 0.1 }), "line 42,"),
         ] {
