@@ -444,7 +444,9 @@ fn in_own_unit(record: &mut Record, window: usize) -> Result<f64, String> {
     }
     let unit = unit_of(&[&record.u[..window], &record.y[..window]]);
     for column in [&mut record.u, &mut record.y] {
-        column.iter_mut().for_each(|sample| *sample /= unit);
+        for sample in column {
+            *sample /= unit;
+        }
     }
     Ok(unit)
 }

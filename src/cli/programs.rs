@@ -259,10 +259,10 @@ fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error>
             shown.join("; ")
         )));
     }
-    let shown: String = shown.iter().map(|line| format!("  {line}\n")).collect();
     let question = format!(
-        "{file} starts these programs, in the folder {}:\n{shown}Is that what you want? [y/N] ",
-        judged_path(folder)
+        "{file} starts these programs, in the folder {}:\n  {}\nIs that what you want? [y/N] ",
+        judged_path(folder),
+        shown.join("\n  ")
     );
     write!(io::stderr(), "{question}").map_err(failed)?;
     let mut line = String::new();
@@ -319,8 +319,7 @@ fn command_shown(program: &Program, most: usize) -> String {
         if left < SHORTEST && judged_word(argument, SHORTEST).chars().count() > left {
             let rest = command[i..].iter().map(|argument| argument.chars().count());
             let (arguments, characters) = (command.len() - i, rest.sum::<usize>());
-            text += &format!(" ... {arguments} more arguments, {characters} characters");
-            break;
+            return format!("{text} ... {arguments} more arguments, {characters} characters");
         }
         text += " ";
         text += &judged_word(argument, left.max(SHORTEST));

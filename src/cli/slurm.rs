@@ -111,10 +111,10 @@ impl Job {
             }
             let value = script_word(&value);
             let value = value.map_err(|error| Error::Input(format!("--{name}: {error}")))?;
-            lines += &format!("#SBATCH --{name}={value}\n");
+            lines.extend(["#SBATCH --", name, "=", &value, "\n"]);
         }
         for option in &self.options {
-            lines += &format!("#SBATCH {}\n", option_word(option)?);
+            lines.extend(["#SBATCH ", &option_word(option)?, "\n"]);
         }
         Ok(Checked { lines, time })
     }

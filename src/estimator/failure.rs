@@ -147,7 +147,7 @@ impl FromStr for FailureKind {
                 return Ok(Self::External(reason));
             }
         }
-        let valid: Vec<&str> = known().map(|kind| kind.name()).collect();
+        let valid: Vec<&str> = known().map(FailureKind::name).collect();
         Err(UnknownName::new("failure", given, &valid))
     }
 }

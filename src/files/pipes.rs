@@ -199,8 +199,8 @@ impl std::fmt::Display for Mark {
         // In hexadecimal digits, since a path may have any byte, such as a line end.
         let printed: Vec<String> = self.printed.iter().map(u64::to_string).collect();
         write!(f, "{} ", printed.join(","))?;
-        let bytes = self.folder.as_os_str().as_bytes().iter();
-        bytes.map(|byte| write!(f, "{byte:02x}")).collect()
+        let mut bytes = self.folder.as_os_str().as_bytes().iter();
+        bytes.try_for_each(|byte| write!(f, "{byte:02x}"))
     }
 }
 

@@ -154,7 +154,9 @@ impl Scorer {
         row[Measure::FedBackRms] = self.fed_back.rms();
         let fed_back = [Measure::FedBackMax, Measure::FedBackRms];
         if fed_back.iter().any(|of| row[*of].is_infinite()) {
-            fed_back.iter().for_each(|of| row[*of] = f64::NAN);
+            for of in fed_back {
+                row[of] = f64::NAN;
+            }
             row.failure.get_or_insert(Failure {
                 kind: FailureKind::NonFinite,
                 stage: Stage::Observer,

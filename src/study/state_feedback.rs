@@ -57,7 +57,10 @@ impl StateFeedback {
 
 /// The model of the current trial.
 enum Model {
-    Identified { estimator: LeastSquares, pass: Pass },
+    Identified {
+        estimator: Box<LeastSquares>,
+        pass: Box<Pass>,
+    },
     True(Truth),
 }
 
@@ -88,8 +91,8 @@ impl Adaptive {
         settings.gain.check(shape.order)?;
         let model = match settings.model {
             LoopModel::Identified => Model::Identified {
-                estimator: LeastSquares::new(shape, settings.solver)?,
-                pass: Pass::new(shape.order),
+                estimator: Box::new(LeastSquares::new(shape, settings.solver)?),
+                pass: Box::new(Pass::new(shape.order)),
             },
             LoopModel::True => Model::True(Truth::default()),
         };
@@ -105,7 +108,7 @@ impl Adaptive {
     fn close(&mut self, u: &[f64], y: &[f64]) -> Result<(), DrawFailure> {
         if let Model::Identified { estimator, pass } = &mut self.model {
             let window = Window::new(u, y, u.len());
-            estimator.estimate(window, std::slice::from_mut(pass));
+            estimator.estimate(window, std::slice::from_mut(&mut **pass));
             if let Some(Failure { kind, .. }) = pass.failure {
                 return Err(kind.into());
             }

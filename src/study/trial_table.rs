@@ -232,8 +232,8 @@ impl<'e> TrialTable<'e> {
 
     /// Returns the values of the column of statuses in a group: all failure kinds of this crate, even if none occurred,
     /// then those reported by programs.
-    fn statuses<'a>(group: &'a [Part]) -> Vec<&'a str> {
-        let own = FailureKind::ALL.iter().map(|kind| kind.name());
+    fn statuses(group: &[Part]) -> Vec<&str> {
+        let own = FailureKind::ALL.iter().map(FailureKind::name);
         let mut names: Vec<&str> = std::iter::once("ok").chain(own).collect();
         let found = group.iter().flat_map(|part| {
             let outputs = part.rows.outputs().iter();

@@ -113,7 +113,9 @@ fn keep(mut child: Child, program: &Path, told: &Mutex<Told>) {
         };
         told.input = next.stdin.take();
         let lines: Vec<String> = told.watched.values().cloned().collect();
-        lines.iter().for_each(|line| told.say(line));
+        for line in &lines {
+            told.say(line);
+        }
         child = next;
         drop(told);
         // One that cannot live is not started without a pause.

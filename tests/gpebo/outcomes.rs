@@ -56,10 +56,9 @@ fn overflow_is_an_outcome() {
     assert_eq!(summary.smallest_eigenvalue, None);
 }
 
-#[test]
-fn refusals() {
-    let plant = ContinuousPlant::bobtsov2023();
-    let good = Scenario {
+/// A scenario and options that are accepted.
+fn good() -> (Scenario, GpeboOptions) {
+    let scenario = Scenario {
         u: Signal::default(),
         delta: Signal::default(),
         x0: vec![1.0, 2.0],
@@ -71,14 +70,27 @@ fn refusals() {
         xi0: vec![0.0; 2],
         filters: vec![Operator::Lag(1.0)],
     };
-    let refusal = |scenario: &Scenario, options: &GpeboOptions, observer: ObserverSpec| {
-        Cascade::new(&plant, scenario, options, &[observer])
-            .unwrap_err()
-            .to_string()
-    };
-    let gradient = || ObserverSpec::Gradient {
+    (scenario, options)
+}
+
+/// Returns why one observer of the example's plant is refused.
+fn refusal(scenario: &Scenario, options: &GpeboOptions, observer: ObserverSpec) -> String {
+    let plant = ContinuousPlant::bobtsov2023();
+    Cascade::new(&plant, scenario, options, &[observer])
+        .unwrap_err()
+        .to_string()
+}
+
+fn gradient() -> ObserverSpec {
+    ObserverSpec::Gradient {
         gains: vec![1.0; 2],
-    };
+    }
+}
+
+#[test]
+fn refusals() {
+    let plant = ContinuousPlant::bobtsov2023();
+    let (good, options) = good();
     let step = |step: f64| {
         refusal(
             &Scenario {
@@ -128,6 +140,36 @@ fn refusals() {
         refusal(&good, &options, twice),
         "observer 1: filters of the observer: expected distinct numbers, but 2 occurs twice"
     );
+    let x0 = Scenario {
+        x0: vec![1.0],
+        ..good.clone()
+    };
+    assert_eq!(
+        Cascade::new(&plant, &x0, &options, &[]).unwrap_err(),
+        CascadeError::Setting(SettingError::Length {
+            what: "the initial state",
+            expected: 2,
+            found: 1
+        })
+    );
+    let fast = Wave::Square {
+        amplitude: 1.0,
+        frequency: 1e300,
+        phase: 0.0,
+    };
+    let fast = Scenario {
+        delta: Signal::new(vec![fast]),
+        ..good
+    };
+    assert!(matches!(
+        Cascade::new(&plant, &fast, &options, &[]),
+        Err(CascadeError::Breakpoints(_))
+    ));
+}
+
+#[test]
+fn refusals_of_delays() {
+    let (good, options) = good();
     let delayed = |delays: Vec<f64>, scenario: &Scenario| {
         let filters = delays.into_iter().map(Operator::Delay).collect();
         let options = GpeboOptions {
@@ -163,29 +205,4 @@ fn refusals() {
         "observer 1: filters of the observer: a delay of 0.05 s; expected a whole number of steps of 0.1 s, from 1 \
         to 10000"
     );
-    let x0 = Scenario {
-        x0: vec![1.0],
-        ..good.clone()
-    };
-    assert_eq!(
-        Cascade::new(&plant, &x0, &options, &[]).unwrap_err(),
-        CascadeError::Setting(SettingError::Length {
-            what: "the initial state",
-            expected: 2,
-            found: 1
-        })
-    );
-    let fast = Wave::Square {
-        amplitude: 1.0,
-        frequency: 1e300,
-        phase: 0.0,
-    };
-    let fast = Scenario {
-        delta: Signal::new(vec![fast]),
-        ..good
-    };
-    assert!(matches!(
-        Cascade::new(&plant, &fast, &options, &[]),
-        Err(CascadeError::Breakpoints(_))
-    ));
 }

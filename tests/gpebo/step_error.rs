@@ -2,8 +2,8 @@
 
 use crate::common::{Uniform, proposed};
 use asobench::observer::gpebo::{
-    Accuracy, Cascade, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Outcome, REFINEMENTS,
-    Scenario, halve,
+    Accuracy, Cascade, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome,
+    REFINEMENTS, Scenario, halve,
 };
 use asobench::observer::{butterworth, place};
 use asobench::plant::ContinuousPlant;
@@ -75,7 +75,7 @@ fn cell(random: &mut Uniform) -> Cascade {
     };
     let options = GpeboOptions {
         xi0: vec![0.0; n],
-        filters,
+        filters: filters.into_iter().map(Operator::Lag).collect(),
     };
     Cascade::new(&plant, &scenario, &options, &observers).unwrap()
 }

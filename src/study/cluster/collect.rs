@@ -158,7 +158,9 @@ impl Collection {
         let mut refused = Vec::new();
         for cell in 0..self.cells.len() {
             let of_cell = std::mem::take(&mut self.cells[cell]);
-            let read: Vec<Result<(Result<Found, PathBuf>, u64), BlockError>> = of_cell
+            // A block and its size, or the path of one that is refused.
+            type Read = (Result<Found, PathBuf>, u64);
+            let read: Vec<Result<Read, BlockError>> = of_cell
                 .into_par_iter()
                 .map(|found| {
                     let block = self.block(cell, &found);

@@ -90,7 +90,9 @@ fn reasons_are_counted_up_to_a_limit() {
     let parts: Vec<Outcomes> = (0..10).map(|i| part(100 * i..100 * (i + 1))).collect();
     let merged = |order: &[usize]| {
         let mut all = Outcomes::default();
-        order.iter().for_each(|i| all.merge(&parts[*i]));
+        for i in order {
+            all.merge(&parts[*i]);
+        }
         all
     };
     let forwards = merged(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
