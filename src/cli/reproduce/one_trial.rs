@@ -7,6 +7,9 @@ use crate::observer::Observer;
 use crate::report::{OneTrial, TrialErrors};
 use crate::study::{Cell, Experiment, Trial};
 
+/// An error of a vector's estimate.
+type Reading = fn(&[f64], &[f64]) -> f64;
+
 /// Computes the errors of trial 0.
 ///
 /// # Errors
@@ -36,12 +39,12 @@ fn errors(cell: &Cell, pass: &Pass, record: &Realisation) -> [TrialErrors; 2] {
     let mut x_hat = Vec::with_capacity(record.states.len());
     let mut observer = Observer::new(cell.gain.clone(), n);
     let run = observer.run(model, &record.u, &record.y, |_, x| {
-        x_hat.extend_from_slice(x)
+        x_hat.extend_from_slice(x);
     });
     if run.is_err() {
         x_hat.clear();
     }
-    let readings: [fn(&[f64], &[f64]) -> f64; 2] = [relative_error, relative_error_as_printed];
+    let readings: [Reading; 2] = [relative_error, relative_error_as_printed];
     readings.map(|error| TrialErrors {
         e_x: record
             .states
