@@ -7,6 +7,9 @@ use crate::observer::Observer;
 use crate::report::{OneTrial, TrialErrors};
 use crate::study::{Cell, Experiment, Trial};
 
+/// An error of a vector's estimate.
+type Reading = fn(&[f64], &[f64]) -> f64;
+
 /// Computes the errors of trial 0.
 ///
 /// # Errors
@@ -41,7 +44,6 @@ fn errors(cell: &Cell, pass: &Pass, record: &Realisation) -> [TrialErrors; 2] {
     if run.is_err() {
         x_hat.clear();
     }
-    type Reading = fn(&[f64], &[f64]) -> f64;
     let readings: [Reading; 2] = [relative_error, relative_error_as_printed];
     readings.map(|error| TrialErrors {
         e_x: record
