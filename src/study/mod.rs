@@ -74,8 +74,8 @@ pub use spent::Spent;
 pub use state_feedback::{LoopModel, StateFeedback};
 pub use store::{StoreError, stored_alike};
 pub use summary::{
-    BoundSummary, CellSummary, ComparisonSummary, OutputShare, OutputSummary, SlopeStatistics,
-    SlopeSummary, Summary,
+    BoundSummary, CellSummary, ComparisonSummary, MedianPair, OutputShare, OutputSummary,
+    SlopeStatistics, SlopeSummary, Summary,
 };
 pub use tally::{CellTally, Outcomes, OutputTally, Trials};
 pub use theory::{FoundTheory, LimitError, OfBounds, TheoryReference, TheorySummary};

@@ -3,6 +3,7 @@
 mod chains;
 mod conditions;
 mod families;
+mod medians;
 mod moments;
 mod rates;
 mod words;
