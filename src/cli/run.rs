@@ -421,12 +421,7 @@ pub(super) fn refused(flag: &str, error: CampaignError) -> Error {
         | CampaignError::Store(_)
         | CampaignError::Run(_) => failed(error),
         CampaignError::Block(BlockError::Damaged { .. }) => {
-            let advice = if flag.is_empty() {
-                "--repair computes it again"
-            } else {
-                "remove this file, then its trials are taken or computed again"
-            };
-            Error::Input(format!("{flag}{error}; {advice}"))
+            Error::Input(format!("{flag}{error}; --repair computes it again"))
         }
         _ => Error::Input(format!("{flag}{error}")),
     }

@@ -171,7 +171,8 @@ impl Of {
             let scale = (window as f64).sqrt();
             let values = law.draw(index as u64 + 1, number, trials);
             let values: Vec<f64> = values.iter().map(|x| x / scale).collect();
-            let of_group = |g: usize| Sample::from_values(values.iter().skip(g).step_by(20).copied());
+            let of_group =
+                |g: usize| Sample::from_values(values.iter().skip(g).step_by(20).copied());
             let samples: Vec<Sample> = (0..20).map(of_group).collect();
             groups.push(Jackknife::from_groups(
                 &samples,
