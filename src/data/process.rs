@@ -231,12 +231,12 @@ impl Process {
         if !(positive || closed && amplitude == 0.0) {
             return Err(ProcessError::Amplitude(amplitude));
         }
-        settings.check_sizes()?;
         let percent = settings.input_noise;
         if !(percent == 0.0 || percent > 0.0 && percent.is_finite() && positive) {
             return Err(ProcessError::InputNoise(percent, amplitude));
         }
         settings.check_disturbances(closed)?;
+        settings.check_sizes()?;
         settings.check_level(closed)?;
         if let Feedback::Controlled(law) = &settings.feedback
             && law.pilot() < 2

@@ -27,7 +27,10 @@ const WITHOUT_RESULTS: [(&str, &str); 27] = [
     ("docs/conventions.md", "*"),
     ("docs/continuous-observers.md", "*"),
     ("docs/files.md", "*"),
-    ("docs/findings.md", "What moved, and what was written after results"),
+    (
+        "docs/findings.md",
+        "What moved, and what was written after results",
+    ),
     ("docs/glossary.md", "*"),
     ("docs/methods.md", "Your own estimator"),
     ("docs/methods.md", "What the papers leave open"),
