@@ -102,8 +102,9 @@ pub(crate) fn shell_word(word: impl Display) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-/// A word of a job script: for the shell that runs it and for `sbatch`, which reads `#SBATCH` lines by rules of its own.
-/// Both take a character after a backslash as it is, but for `sbatch` a blank ends a word unless it is quoted. A job script has no text from elsewhere but through here.
+/// A word of a job script: for the shell that runs it and for `sbatch`, which reads `#SBATCH` lines by rules of its
+/// own. Both take a character after a backslash as it is, but for `sbatch` a blank ends a word unless it is quoted. A
+/// job script has no text from elsewhere but through here.
 ///
 /// # Errors
 /// If the word has a character that could end a line, or that is not seen.

@@ -101,8 +101,8 @@ pub struct JudgedCell {
     pub p_pass: f64,
     /// The p-value of "the tests do not fail"; small if they certainly fail.
     pub p_fail: f64,
-    /// The level at which `says` was decided: that of the claim after Holm's correction over its cells. A cell passes if
-    /// `p_pass` is at most this, fails if `p_fail` is, and is open if neither is. None if the cell is left out.
+    /// The level at which `says` was decided: that of the claim after Holm's correction over its cells. A cell passes
+    /// if `p_pass` is at most this, fails if `p_fail` is, and is open if neither is. None if the cell is left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<f64>,
     /// Every number that was looked at.

@@ -8,7 +8,7 @@ use crate::data::{Detrend, Trend};
 use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::{
     EstimatorName, Failure, FailureKind, Method, Pass, Problem, Progress, SetupError, Shape, Stage,
-    Window, unit_of,
+    Window,
 };
 use crate::files::{self, Kind};
 use crate::metric::{Fit, FitModel, fit};
@@ -24,6 +24,7 @@ use std::io::Write as _;
 use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use unit::in_own_unit;
 
 mod flags;
 mod json;
@@ -32,6 +33,7 @@ mod pictures;
 mod scan;
 pub(super) mod study_from;
 mod text;
+mod unit;
 mod words;
 
 /// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
@@ -170,17 +172,6 @@ struct Samples<'a> {
 }
 
 impl Report {
-    /// Says in which unit u, y and the states are, if it is not 1.
-    fn unit_in_words(&self) -> Option<String> {
-        (self.unit != 1.0).then(|| {
-            format!(
-                "u, y, states, noise and loss are in units of 2^{} = {}",
-                self.unit.log2(),
-                rounded(self.unit, 6)
-            )
-        })
-    }
-
     /// Returns the record with u'(k) = u(k) and y'(k) = y(k + shift), whose delay is 1.
     fn shifted(&self, shift: usize) -> Samples<'_> {
         Samples {
@@ -411,44 +402,6 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
         gain: arguments.gain.clone(),
         estimates: Vec::new(),
     })
-}
-
-/// The largest and the smallest of what the largest sample of a column may be.
-const SIZES: [f64; 2] = [1e-290, 1e300];
-/// How many times as large as that of the other column it may be.
-const RATIO: f64 = 1e100;
-
-/// Divides a record by the unit of its window, and returns the unit. So no square of a sample overflows or underflows.
-fn in_own_unit(record: &mut Record, window: usize) -> Result<f64, String> {
-    let [u, y] = [&record.u, &record.y].map(|column| {
-        let samples = column[..window].iter();
-        samples.fold(0.0_f64, |largest, sample| largest.max(sample.abs()))
-    });
-    let [least, most] = SIZES;
-    for (name, size, other) in [("u", u, y), ("y", y, u)] {
-        let known = format!(
-            "the largest sample of column {name} is {}",
-            rounded(size, 3)
-        );
-        if !(least..=most).contains(&size) {
-            return Err(format!(
-                "{known}; expected {least:e} to {most:e}: choose another unit"
-            ));
-        }
-        if size > RATIO * other {
-            return Err(format!(
-                "{known}, that of the other column {}; expected at most {RATIO:e} times as much: choose other units",
-                rounded(other, 3)
-            ));
-        }
-    }
-    let unit = unit_of(&[&record.u[..window], &record.y[..window]]);
-    for column in [&mut record.u, &mut record.y] {
-        for sample in column {
-            *sample /= unit;
-        }
-    }
-    Ok(unit)
 }
 
 /// Warns of an output far from zero: models without an offset do not describe it.

@@ -206,8 +206,8 @@ pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     }
 }
 
-/// Returns the folder of an experiment file, in which its programs run. It is the current folder for standard input, and
-/// for the manifest of results, which does not say where its file was.
+/// Returns the folder of an experiment file, in which its programs run. It is the current folder for standard input,
+/// and for the manifest of results, which does not say where its file was.
 pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
     let folder = match path.parent() {
         Some(parent)

@@ -196,9 +196,9 @@ pub(super) fn exit_with(code: u8) {
     EXIT.store(code.into(), Ordering::Relaxed);
 }
 
-/// Returns a flag that Ctrl-C (or SIGTERM) raises. What has not stopped a moment later is ended, and a second signal ends
-/// the program at once. Files are first written whole under other names, so no file is left half-written. All studies of
-/// a program share the flag.
+/// Returns a flag that Ctrl-C (or SIGTERM) raises. What has not stopped a moment later is ended, and a second signal
+/// ends the program at once. Files are first written whole under other names, so no file is left half-written. All
+/// studies of a program share the flag.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
     static SHARED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     if let Some(flag) = SHARED.get() {

@@ -76,9 +76,9 @@ impl GainSequence {
         Ok(sequence)
     }
 
-    /// Does the same for a model with r = 0 and s = 0, whose output is measured exactly: `K = F P h / h'P h`, and 0 once
-    /// h'P h is rounding, since nothing is left to learn then. Without `horizon` it is the steady state, reached from
-    /// `p0`.
+    /// Does the same for a model with r = 0 and s = 0, whose output is measured exactly: `K = F P h / h'P h`, and 0
+    /// once h'P h is rounding, since nothing is left to learn then. Without `horizon` it is the steady state, reached
+    /// from `p0`.
     ///
     /// # Errors
     /// As for [`Self::time_varying`]. [`RiccatiError::NoConvergence`] if the steady state is not reached in 100,000

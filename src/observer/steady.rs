@@ -143,8 +143,8 @@ fn add_symmetric(n: usize, m: &[f64], to: &mut [f64]) {
     }
 }
 
-/// Replaces the columns b of each matrix by the solutions of `W x = b`, by elimination with row exchanges, which destroys
-/// W. `None` if W is exactly singular.
+/// Replaces the columns b of each matrix by the solutions of `W x = b`, by elimination with row exchanges, which
+/// destroys W. `None` if W is exactly singular.
 pub(super) fn eliminate(n: usize, w: &mut [f64], of: &mut [&mut [f64]]) -> Option<()> {
     for k in 0..n {
         let larger = |best: usize, i: usize| {
@@ -193,7 +193,8 @@ mod tests {
     use crate::plant::polynomial_from_poles;
     use faer::{Mat, c64};
 
-    /// The gains are those of the general solver, for stable, marginal and unstable plants and ratios over eleven orders.
+    /// The gains are those of the general solver, for stable, marginal and unstable plants and ratios over eleven
+    /// orders.
     #[test]
     fn the_gains_of_the_general_solver() {
         let pair = |re: f64, im: f64| [c64::new(re, im), c64::new(re, -im)];

@@ -62,8 +62,8 @@ impl CellObserver {
         Ok(Self::Luenberger(observer))
     }
 
-    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1. `model` is that of the pass, with the
-    /// state to start from.
+    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1. `model` is that of the pass, with
+    /// the state to start from.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] if the state overflows, [`FailureKind::NoFilter`] if there is no filter. The states
@@ -91,9 +91,9 @@ impl CellObserver {
 }
 
 /// Runs stage 12 of a pass on a record once more, for a replay: calls `visit(k, xhat(k))` and returns what it used. The
-/// observer `xhat(k+1) = F xhat(k) + b u(k) + g (y(k) - h'xhat(k))` is given by `g`, the gain for all k, and of a Kalman
-/// filter with more states than the plant by `F`, `b` and `h` too. A time-varying gain is `g(k), k = 0, 1, ...`, whose
-/// last one serves all later k. `None` if there is no observer, or the model is of another order than it.
+/// observer `xhat(k+1) = F xhat(k) + b u(k) + g (y(k) - h'xhat(k))` is given by `g`, the gain for all k, and of a
+/// Kalman filter with more states than the plant by `F`, `b` and `h` too. A time-varying gain is `g(k), k = 0, 1, ...`,
+/// whose last one serves all later k. `None` if there is no observer, or the model is of another order than it.
 pub fn stage_twelve(
     cell: &Cell,
     method: &Method,
@@ -166,9 +166,9 @@ impl Filter {
     }
 }
 
-/// Makes the Kalman filter that knows the plant, the process noise's covariance `q^2 I + s_u^2 b b'` with the deviation s_u
-/// of the noise on the measured input (`x(k+1) = A x + b (u - e_u) + w`), the measurement noise's colour and variance,
-/// and x(0) with covariance `d^2 I`. The inner error is that of a Riccati equation without a solution.
+/// Makes the Kalman filter that knows the plant, the process noise's covariance `q^2 I + s_u^2 b b'` with the deviation
+/// s_u of the noise on the measured input (`x(k+1) = A x + b (u - e_u) + w`), the measurement noise's colour and
+/// variance, and x(0) with covariance `d^2 I`. The inner error is that of a Riccati equation without a solution.
 fn known_filter(
     cell: &Cell,
     kind: &ObserverKind,
@@ -227,9 +227,9 @@ fn known_filter(
     }
 }
 
-/// Makes the steady-state Kalman filter of a model with process noise of covariance `rho I` and measurement noise driven
-/// by white noise of variance 1: white, or `C / (A D) e` of the model `A y = B/F u + C/D e` of a pass. rho >= 0 maximises
-/// the likelihood in a window.
+/// Makes the steady-state Kalman filter of a model with process noise of covariance `rho I` and measurement noise
+/// driven by white noise of variance 1: white, or `C / (A D) e` of the model `A y = B/F u + C/D e` of a pass. rho >= 0
+/// maximises the likelihood in a window.
 fn identified_filter(
     coloured: Option<&Pass>,
     model: ObservedModel<'_>,

@@ -17,8 +17,8 @@ named_enum! {
 }
 
 /// The settings of the state feedback. The loop is open (u = r) for k < N1. Then least squares on these N1 samples
-/// identifies (a, b, x0), or these are the plant's own, and the observer runs over the samples from x0. From k = N1 on `u(k) = -k' xhat(k) + r(k)`. The
-/// model is not updated; xhat(k) uses y up to k - 1.
+/// identifies (a, b, x0), or these are the plant's own, and the observer runs over the samples from x0. From k = N1 on
+/// `u(k) = -k' xhat(k) + r(k)`. The model is not updated; xhat(k) uses y up to k - 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateFeedback {
     /// The feedback k, n numbers; n is also the order of the model.

@@ -73,8 +73,8 @@ impl Outcomes {
             && self.failures.keys().all(known)
     }
 
-    /// Whether the failed trials can be listed as they are: for each failure some of these trials in ascending order, as
-    /// many as there are up to [`LISTED`]. Nothing relies on their being different.
+    /// Whether the failed trials can be listed as they are: for each failure some of these trials in ascending order,
+    /// as many as there are up to [`LISTED`]. Nothing relies on their being different.
     pub(super) fn lists_trials_of(&self, trials: &Range<u64>) -> bool {
         let fits = |(kind, count): (&String, &u64)| {
             self.failed_trials.get(kind).is_some_and(|listed| {

@@ -36,9 +36,9 @@ const ZSTD_LEVEL: i32 = 1;
 
 /// The columns of trials.parquet for an experiment.
 ///
-/// `cell, claim, eta, window`, every other setting that varies,
-/// `trial, estimator, pass, status, failed_pass, failed_stage, unstable, unstable_so_far`, then every measure, then what
-/// is kept of the coefficients ([`Kept`]). eta is in per cent; undefined values are null.
+/// `cell, claim, eta, window`, every other setting that varies, `trial, estimator, pass, status, failed_pass,
+/// failed_stage, unstable, unstable_so_far`, then every measure, then what is kept of the coefficients ([`Kept`]). eta
+/// is in per cent; undefined values are null.
 pub(super) struct TrialTable<'e> {
     experiment: &'e Experiment,
     /// The settings that vary, each with whether all its values are numbers.

@@ -15,8 +15,8 @@
 //! measurement noise. The covariance of such sums contains the fourth cumulants of the input and of the noise's source.
 //! In open loop, a consistent estimate has only the term `z e`: `P = G^-1 sum_t (E[z z'](t) E[v v](t)) G^-T`.
 //!
-//! Sources: Soderstrom and Stoica, System Identification, 1989, chapters 7, 8, 10; Ljung, System Identification, 2nd ed.,
-//! chapter 9; docs/theory.md.
+//! Sources: Soderstrom and Stoica, System Identification, 1989, chapters 7, 8, 10; Ljung, System Identification, 2nd
+//! ed., chapter 9; docs/theory.md.
 
 mod canonical;
 pub mod joint_state;

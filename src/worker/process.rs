@@ -30,8 +30,8 @@ const SETTLE: Duration = Duration::from_millis(200);
 /// Environment variables that set the number of threads for linear algebra: OpenMP, OpenBLAS and MKL.
 const THREADS: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
 
-/// Environment variables by which the GNU C library keeps freed memory, with bytes. By default it returns large arrays to
-/// the system after each message and fetches them page by page for the next one, which takes longer than estimating.
+/// Environment variables by which the GNU C library keeps freed memory, with bytes. By default it returns large arrays
+/// to the system after each message and fetches them page by page for the next one, which takes longer than estimating.
 const MEMORY: [(&str, &str); 2] = [
     ("MALLOC_MMAP_THRESHOLD_", "33554432"),
     ("MALLOC_TRIM_THRESHOLD_", "268435456"),

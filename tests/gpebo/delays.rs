@@ -2,38 +2,12 @@
 //! reference values are by a Runge-Kutta method of order 4 on these, whose steps are a tenth of 0.005 s and end at
 //! every kink. In it a delayed filter is a filter of delayed signals.
 
+use crate::common::example_of;
 use asobench::observer::gpebo::{
     Cascade, Factor, GpeboOptions, ObserverSpec, Operator, Scenario, halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
-
-/// The paper's example with an operator of the first mixing of its own.
-fn example(first: Operator, observer: ObserverSpec, step: f64) -> Cascade {
-    let scenario = Scenario {
-        u: Signal::new(vec![Wave::Constant { value: 1.0 }]),
-        delta: Signal::new(vec![Wave::Sine {
-            amplitude: 0.3,
-            frequency: 1.0,
-            phase: 0.0,
-        }]),
-        x0: vec![1.0, 2.0],
-        horizon: 20.0,
-        scored_from: 0.0,
-        step,
-    };
-    let options = GpeboOptions {
-        xi0: vec![0.0; 2],
-        filters: vec![first],
-    };
-    Cascade::new(
-        &ContinuousPlant::bobtsov2023(),
-        &scenario,
-        &options,
-        &[observer],
-    )
-    .unwrap()
-}
 
 fn proposed(filters: [Operator; 2], gains: [f64; 2]) -> ObserverSpec {
     ObserverSpec::Proposed {
@@ -107,13 +81,14 @@ fn delayed_estimates_agree_with_another_integration() {
     ];
     for (first, observer, reference) in cases {
         let [coarse, fine] = [0.005, 0.0025].map(|step| {
-            let cascade = example(first, observer.clone(), step);
+            let cascade = example_of([0.3, 1.0], first, step, std::slice::from_ref(&observer));
             distance(&cascade, reference)
         });
         let what = format!("{first:?} {observer:?}: {coarse:e} {fine:e}");
         // The reference has an error of 5e-9.
         assert!(coarse < 1e-5 && fine < coarse / 3.7, "{what}");
-        let order = halve(&example(first, observer, 0.005), |_| {}).observers[0].theta;
+        let order =
+            halve(&example_of([0.3, 1.0], first, 0.005, &[observer]), |_| {}).observers[0].theta;
         assert!(order.order.unwrap() > 1.9, "{what} {order:?}");
     }
 }

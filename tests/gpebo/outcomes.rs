@@ -11,17 +11,10 @@ use asobench::signal::{Signal, Wave};
 #[test]
 fn overflow_is_an_outcome() {
     let plant = ContinuousPlant::bobtsov2023();
+    let (scenario, options) = good();
     let scenario = Scenario {
-        u: Signal::default(),
-        delta: Signal::default(),
-        x0: vec![1.0, 2.0],
         horizon: 10.0,
-        scored_from: 0.0,
-        step: 0.1,
-    };
-    let options = GpeboOptions {
-        xi0: vec![0.0; 2],
-        filters: vec![Operator::Lag(1.0)],
+        ..scenario
     };
     let observers = [
         ObserverSpec::Luenberger {

@@ -240,8 +240,8 @@ fn coverages(
 }
 
 /// Returns the mean signed error over its standard deviation, delta = m / s, for one coefficient or for all. By the
-/// delta method Var delta is `(Var m + delta^2 Var s - 2 delta Cov(m, s)) / s^2` with `Cov(m, s) = s^2 g / (2 M)`, where
-/// g is the skewness of the errors.
+/// delta method Var delta is `(Var m + delta^2 Var s - 2 delta Cov(m, s)) / s^2` with `Cov(m, s) = s^2 g / (2 M)`,
+/// where g is the skewness of the errors.
 fn biases(
     cell: &CellSummary,
     output: &OutputSummary,

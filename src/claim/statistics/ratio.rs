@@ -41,7 +41,8 @@ pub(super) fn wins(
     count_of(count, smaller.total)
 }
 
-/// Returns the ratio of two outputs on the same trials. A trial in which one of them fails makes the ratio infinite or 0.
+/// Returns the ratio of two outputs on the same trials. A trial in which one of them fails makes the ratio infinite or
+/// 0.
 pub(super) fn ratio(
     cell: &CellSummary,
     output: &str,
@@ -97,8 +98,8 @@ pub(super) fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known 
 
 /// Returns the ratio of two medians on the same trials. With the relative errors a and b of the medians and their
 /// correlation rho, the square of its own is `a^2 + b^2 - 2 rho a b`, but not below what the bins of the sketch leave.
-/// Without a stored correlation, as in folders of older versions, the medians are treated as independent. A median among
-/// failed trials makes the ratio infinite or 0.
+/// Without a stored correlation, as in folders of older versions, the medians are treated as independent. A median
+/// among failed trials makes the ratio infinite or 0.
 pub(super) fn ratio_of_medians(
     cell: &CellSummary,
     medians: [(&str, Measure); 2],

@@ -1,5 +1,5 @@
-//! The ratio of the medians of two outputs on the same trials, whose truth is known: its error uses that they are of the
-//! same trials, and its verdicts keep their level.
+//! The ratio of the medians of two outputs on the same trials, whose truth is known: its error uses that they are of
+//! the same trials, and its verdicts keep their level.
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 

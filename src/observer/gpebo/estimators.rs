@@ -98,7 +98,8 @@ impl Estimator {
         }
     }
 
-    /// Computes the estimate at the end or in the middle of the last step, given the linear state and the integrals there.
+    /// Computes the estimate at the end or in the middle of the last step, given the linear state and the integrals
+    /// there.
     pub fn estimate(
         &mut self,
         at: At,

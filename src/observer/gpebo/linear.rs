@@ -1,9 +1,9 @@
 //! Integrates everything linear exactly, by matrix exponentials.
 //!
-//! The base state is `[x; xi; z through the lags; line of u; line of delta; oscillators]`. Each sine in u and delta is an
-//! oscillator with two states `(amplitude sin, amplitude cos)`. All other waves of a signal together form one straight
-//! line over a step, with two states (value, slope). These states are set anew at the start of each step, so that no
-//! phase drifts. No observer feeds back into the base state, so an observer that overflows spoils nothing else.
+//! The base state is `[x; xi; z through the lags; line of u; line of delta; oscillators]`. Each sine in u and delta is
+//! an oscillator with two states `(amplitude sin, amplitude cos)`. All other waves of a signal together form one
+//! straight line over a step, with two states (value, slope). These states are set anew at the start of each step, so
+//! that no phase drifts. No observer feeds back into the base state, so an observer that overflows spoils nothing else.
 
 use faer::Mat;
 

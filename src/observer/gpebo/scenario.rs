@@ -47,10 +47,10 @@ pub enum ObserverSpec {
         /// gamma, n positive numbers.
         gains: Vec<f64>,
     },
-    /// The same with finite convergence time: `theta_hat_i / max(1 - w_i, share)`, `w_i = exp(-gamma_i int Delta^2)`. The
-    /// gradient's estimate is `(1 - w_i) theta_i` without disturbance, so that this one is theta_i from the time on at
-    /// which `1 - w_i >= share`. Source: Ortega, Aranovskiy, Pyrkin, Astolfi, Bobtsov, IEEE Trans. Automatic Control 66
-    /// (2021) 2265.
+    /// The same with finite convergence time: `theta_hat_i / max(1 - w_i, share)`, `w_i = exp(-gamma_i int Delta^2)`.
+    /// The gradient's estimate is `(1 - w_i) theta_i` without disturbance, so that this one is theta_i from the time on
+    /// at which `1 - w_i >= share`. Source: Ortega, Aranovskiy, Pyrkin, Astolfi, Bobtsov, IEEE Trans. Automatic Control
+    /// 66 (2021) 2265.
     FiniteTime {
         /// gamma, n positive numbers.
         gains: Vec<f64>,

@@ -6,8 +6,9 @@ use crate::study::CellSummary;
 use crate::study::file::ExperimentFile;
 use crate::study::row::Row;
 
-/// Five trials of `ls`: the errors 1, 2 and 3, a failed trial, and an unstable model with the small error 0.5. The model
-/// of the failed trial is unstable too, and its row has a number, which does not count. `arx` has the error 1 always.
+/// Five trials of `ls`: the errors 1, 2 and 3, a failed trial, and an unstable model with the small error 0.5. The
+/// model of the failed trial is unstable too, and its row has a number, which does not count. `arx` has the error 1
+/// always.
 fn summary() -> CellSummary {
     let file = "trials = 5\nmeasures = ['e_a']\ncompare = [['ls', 'arx']]\n\
                 [settings]\nwindow = 98\n[[methods]]\nestimator = 'ls'\n[[methods]]\nestimator = 'arx'\n\
