@@ -207,6 +207,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut report = load(arguments, orders)?;
     if let Some((order, delay)) = ranges(arguments) {
         let scan = scan::scan(&report, order, delay)?;
+        report.tell_in_unit_of_file();
         warn_of_offset(&report);
         write_drawings(arguments, || scan.picture(), || scan.page(&report))?;
         scan.print(&report, arguments.format)?;
@@ -218,6 +219,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             report.estimates.push(estimate);
         }
     }
+    report.tell_in_unit_of_file();
     warn(&report);
     if let Some(path) = &arguments.states {
         write_states(path, &report)?;

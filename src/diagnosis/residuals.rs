@@ -174,6 +174,22 @@ impl Residuals {
         (2.0 * near.min(self.free_of_future_input.p_value)).min(1.0)
     }
 
+    /// Takes the covariances, which are of signals in this unit, a power of two, for those of the signals themselves.
+    pub fn set_unit(&mut self, unit: f64) {
+        let square = unit * unit;
+        let lists = self
+            .autocovariances
+            .iter_mut()
+            .chain(&mut self.crosscovariances);
+        let numbers = [
+            &mut self.rss,
+            &mut self.input_variance,
+            &mut self.bound_cross_99,
+        ];
+        lists.chain(numbers).for_each(|product| *product *= square);
+        self.cross_variance *= square * square;
+    }
+
     /// The largest lag.
     pub fn lags(&self) -> usize {
         self.autocovariances.len() - 1

@@ -248,7 +248,7 @@ impl Pass {
     }
 
     /// Takes the results, which are of samples in this unit, a power of two, for those of the samples themselves.
-    pub(super) fn set_unit(&mut self, unit: f64) {
+    pub(crate) fn set_unit(&mut self, unit: f64) {
         let states = self.x0.iter_mut().chain(&mut self.singular_values);
         states.for_each(|x| *x *= unit);
         for squared in [&mut self.model.noise_variance, &mut self.loss] {

@@ -40,7 +40,7 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
         report.gain
     )?;
     if let Some(unit) = report.unit_in_words() {
-        writeln!(text, "{unit}")?;
+        text.push_str(&wrap(&unit, 80, ""));
     }
     for estimate in &report.estimates {
         write_estimate(text, estimate)?;

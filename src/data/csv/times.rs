@@ -19,7 +19,7 @@ pub(super) struct Times {
     /// The smallest and the largest step for which all times so far are its multiples.
     steps: [f64; 2],
     /// The largest number of decimals of a time with so many digits before the decimal point: a program that prints six
-    /// digits leaves out others, or zeros at the end.
+    /// digits leaves out others, or zeros at the end. Smaller times have as many decimals as larger ones, or more.
     decimals: [i32; CLASSES],
 }
 
@@ -37,7 +37,9 @@ impl Times {
 
     /// Half a unit of the last digit of printed times of this size.
     fn rounding(&self, time: f64) -> f64 {
-        0.5 * 10.0_f64.powi(-self.decimals[class(time)]) + 4.0 * f64::EPSILON * time.abs()
+        let decimals = self.decimals[class(time)..].iter().max();
+        let decimals = decimals.copied().unwrap_or_default();
+        0.5 * 10.0_f64.powi(-decimals) + 4.0 * f64::EPSILON * time.abs()
     }
 
     /// Adds the time of the next sample, as it is printed.
@@ -161,5 +163,9 @@ mod tests {
                 "{line} {error}"
             );
         }
+        // One decimal might be rounded, until the others show that zeros are left out.
+        let times = (0..400).map(|k| f64::from(k) / 10.0 + if k < 20 { 0.0 } else { 0.05 });
+        let error = error(&timed(times.map(|t| t.to_string())));
+        assert!(error.contains("equally spaced"), "{error}");
     }
 }
