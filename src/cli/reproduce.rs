@@ -229,7 +229,7 @@ fn lines(studies: &[Study]) -> String {
             [_] => String::new(),
             _ => format!("{}: ", study.name),
         };
-        Some(wrapped(&format!("{name}{}", study.tested()?), "    "))
+        Some(wrapped(&format!("{name}{}", study.tested()?), ""))
     });
     claims.chain(tested).collect()
 }

@@ -88,7 +88,7 @@ impl Report {
     pub(super) fn unit_in_words(&self) -> Option<String> {
         (self.unit != 1.0).then(|| {
             format!(
-                "u, y, states, noise and loss are in units of 2^{} = {}: squares in the file's unit are beyond doubles",
+                "u, y, states, noise and loss are in units of 2^{} = {}: powers of the file's unit are beyond doubles",
                 self.unit.log2(),
                 rounded(self.unit, 6)
             )

@@ -207,8 +207,8 @@ pub fn triangular_condition(
 }
 
 /// Calls `take` with each column of R^-1 down to its diagonal, by back substitution; `scratch` has room for one. A large
-/// R is read in the order of its rows, which is slow, so that several columns share what is read. Every sum has the
-/// order and the bits of a column alone.
+/// R, which is stored by columns, is copied row by row, and several columns share what is read. Every sum has the order
+/// and the bits of a column alone.
 pub fn columns_of_inverse(r: MatRef<'_, f64>, scratch: &mut [f64], mut take: impl FnMut(&[f64])) {
     const SMALL: usize = 64;
     const TOGETHER: usize = 8;
@@ -224,13 +224,13 @@ pub fn columns_of_inverse(r: MatRef<'_, f64>, scratch: &mut [f64], mut take: imp
         }
         return;
     }
+    let rows: Vec<f64> = (0..n * n).map(|at| r[(at / n, at % n)]).collect();
     let mut block = vec![[0.0; TOGETHER]; n];
     for first in (0..n).step_by(TOGETHER) {
         let end = n.min(first + TOGETHER);
         for i in (0..end).rev() {
             let mut sums = [0.0; TOGETHER];
-            for (l, row) in block.iter().enumerate().take(end).skip(i + 1) {
-                let r = r[(i, l)];
+            for (r, row) in rows[i * n..][i + 1..end].iter().zip(&block[i + 1..]) {
                 sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += r * x);
             }
             for (j, (x, sum)) in (first..).zip(block[i].iter_mut().zip(sums)) {
