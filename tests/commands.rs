@@ -248,7 +248,7 @@ fn tells_results_in_the_unit_of_the_file(path: &Path, estimate: &dyn Fn(f64) -> 
             .expect("a variance");
         let said: f64 = said.parse().expect("a number");
         assert!((said / variance - 1.0).abs() < 1e-5, "{said} {variance}");
-        let shown = format!("{:e}", said);
+        let shown = format!("{said:e}");
         assert!(unit != 0 || page.contains(&shown), "no {shown}");
         for output in [&text, &page] {
             assert_eq!(output.contains("beyond doubles"), unit != 0, "2^{power}");
