@@ -57,7 +57,8 @@ impl std::str::FromStr for ObserverKind {
     type Err = ObserverKindError;
 
     fn from_str(text: &str) -> Result<Self, ObserverKindError> {
-        let estimators: [(&str, fn(f64) -> ThetaEstimator); 2] = [
+        type Estimator = fn(f64) -> ThetaEstimator;
+        let estimators: [(&str, Estimator); 2] = [
             (DREM, ThetaEstimator::Drem),
             (SQUARES, ThetaEstimator::Squares),
         ];
