@@ -226,10 +226,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Format::Text => print(&text::render(&report))?,
         Format::Json => print_json(&json::render(&report))?,
     }
-    let failed = report
-        .estimates
-        .iter()
-        .any(|estimate| estimate.failure().is_some());
+    let failed = report.estimates.iter().any(|estimate| {
+        estimate
+            .failure()
+            .is_some_and(|of| !of.kind.leaves_a_model())
+    });
     Ok(ExitCode::from(u8::from(failed)))
 }
 
@@ -614,6 +615,9 @@ fn warn(report: &Report) {
                 "warning: {}: A-hat has a pole on or outside the unit circle",
                 estimate.name
             ));
+        }
+        if let Some(sentence) = words::unfinished(last) {
+            note(&format!("warning: {}: {sentence}", estimate.name));
         }
         if let (Gain::Scaled(rho), Some(pole)) = (&report.gain, last.poles.first())
             && rho.abs() * pole.norm() >= 1.0

@@ -117,7 +117,10 @@ fn pass(report: &PassReport) -> Map<String, Value> {
             .map(|(theta, se)| [theta - Z_95 * se, theta + Z_95 * se])
             .collect()
     });
-    let failure = pass.failure.map(|failure| {
+    let failure = pass
+        .failure
+        .filter(|failure| !failure.kind.leaves_a_model());
+    let failure = failure.map(|failure| {
         json!({ "kind": failure.kind, "stage": failure.stage as u32, "pass": failure.pass })
     });
     let fields = [

@@ -93,7 +93,10 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
 fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
     let last = estimate.last();
     if let Some(failure) = last.pass.failure {
-        section.paragraph(&format!("Failed: {failure}."));
+        match words::unfinished(last) {
+            Some(sentence) => section.paragraph(&format!("Status {}: {sentence}.", failure.kind)),
+            None => section.paragraph(&format!("Failed: {failure}.")),
+        };
     }
     let Some(model) = last.known_model() else {
         return;

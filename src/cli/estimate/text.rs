@@ -61,7 +61,12 @@ fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
     let report = estimate.last();
     writeln!(text, "\n{}", words::heading(estimate))?;
     if let Some(failure) = report.pass.failure {
-        writeln!(text, "  FAILED: {failure}")?;
+        if let Some(sentence) = words::unfinished(report) {
+            let line = format!("  {:<18} {}: {sentence}", "status", failure.kind);
+            text.push_str(&wrap(&line, 80, &" ".repeat(21)));
+        } else {
+            writeln!(text, "  FAILED: {failure}")?;
+        }
     }
     write_pass(text, report)?;
     if let Some(fit) = &estimate.fit {

@@ -1,8 +1,11 @@
 //! Words about a model, shared by the text and the page.
 
-use super::Estimate;
+use super::{Estimate, PassReport};
 use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness};
+use crate::estimator::FailureKind;
 use crate::model::{LinearModel, Orders};
+use crate::plant::PoleFinder;
+use crate::plant::canonical::reverse_negated;
 use crate::text::rounded;
 use faer::c64;
 
@@ -42,6 +45,37 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
         (first..first + count).map(move |i| format!("{name}_{i}"))
     });
     names.collect()
+}
+
+/// Zeros outside the circle of this radius are said to be on the unit circle.
+const ON_THE_CIRCLE: f64 = 0.999;
+
+/// Returns what is known of a model that a search left without coming to a minimum, with advice; `None` for others.
+pub(super) fn unfinished(report: &PassReport) -> Option<&'static str> {
+    match report.pass.failure?.kind {
+        FailureKind::Boundary if largest_zero(&report.model.c) > ON_THE_CIRCLE => {
+            Some(if report.model.a.len() > 1 {
+                "a zero of C lies on the unit circle: lower nc, or use oe; there are no standard errors"
+            } else {
+                "a zero of C lies on the unit circle: lower nc; there are no standard errors"
+            })
+        }
+        FailureKind::Boundary => Some(
+            "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard errors",
+        ),
+        FailureKind::IterationLimit => Some(
+            "the best model so far, not at a minimum: lower the orders, or raise --starts; there are no standard errors",
+        ),
+        _ => None,
+    }
+}
+
+/// Returns the largest modulus of the zeros of `1 + d_1 q^-1 + ...`; 0 without zeros.
+fn largest_zero(polynomial: &[f64]) -> f64 {
+    let mut a = vec![0.0; polynomial.len() - 1];
+    reverse_negated(&polynomial[1..], &mut a);
+    let zeros = PoleFinder::new(a.len()).poles(&a);
+    zeros.iter().map(|zero| zero.norm()).fold(0.0, f64::max)
 }
 
 /// Why there are no residual tests.

@@ -245,7 +245,7 @@ fn gradients_with_initial_numbers() {
     for (trial, orders) in structures().into_iter().enumerate() {
         let trial = trial as u64;
         let (u, y) = record(&model(orders, trial), trial, 0.3);
-        let initial = descent::initial_numbers(orders);
+        let initial = initial_numbers(orders);
         let mut theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
         theta.extend(uniform(900 + trial, initial));
         let mut descent = Descent::new(orders, initial, N);
