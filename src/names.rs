@@ -1,9 +1,11 @@
 //! Enumerations that a user names on the command line or in a file. Each has one list of names for parsing, which
 //! suggests the nearest name, and for every output.
 
+use crate::text::{NAME_LIMIT, beginning};
+
 /// A name that is not one of the valid ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown {what} '{given}'{}; expected {}", nearest(.given, .valid), .valid.join(", "))]
+#[error("unknown {what} '{}'{}; expected {}", beginning(.given, NAME_LIMIT), nearest(.given, .valid), .valid.join(", "))]
 pub struct UnknownName {
     /// The kind of thing to be named.
     pub what: String,
@@ -26,6 +28,10 @@ impl UnknownName {
 
 /// ", did you mean 'name'?" for the nearest valid name, or nothing if none is near.
 fn nearest(given: &str, valid: &[String]) -> String {
+    // The time grows with the square of the length, and no longer text is a name.
+    if given.len() > NAME_LIMIT {
+        return String::new();
+    }
     valid
         .iter()
         .map(|name| (strsim::jaro_winkler(given, name), name))

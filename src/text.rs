@@ -88,14 +88,68 @@ pub(crate) fn beginning(text: &str, most: usize) -> String {
     }
 }
 
+/// Whether a character means itself in every shell.
+fn is_plain(c: char) -> bool {
+    c.is_alphanumeric() || "/._-+,@%:=".contains(c)
+}
+
 /// A path or another word of a command, quoted if a shell would misread it.
 pub(crate) fn shell_word(word: impl Display) -> String {
     let word = word.to_string();
-    let plain = |c: char| c.is_alphanumeric() || "/._-+,@%:=".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
+    if !word.is_empty() && word.chars().all(is_plain) {
         return word;
     }
     format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// A word of a job script: for the shell that runs it and for `sbatch`, which reads `#SBATCH` lines by rules of its
+/// own. Both take a character after a backslash as it is, but for `sbatch` a blank ends a word unless it is quoted. A
+/// job script has no text from elsewhere but through here.
+///
+/// # Errors
+/// If the word has a character that could end a line, or that is not seen.
+pub(crate) fn script_word(word: &str) -> Result<String, String> {
+    if visible(word) != word {
+        let shown = visible(beginning(word, 200));
+        return Err(format!(
+            "'{shown}'; expected a text without control characters or invisible ones, for a job script"
+        ));
+    }
+    if word.is_empty() {
+        return Ok("''".to_owned());
+    }
+    let escaped = word.chars().map(|c| match c {
+        ' ' => "' '".to_owned(),
+        c if is_plain(c) => c.to_string(),
+        c => format!("\\{c}"),
+    });
+    Ok(escaped.collect())
+}
+
+/// A word of a command for people who judge it: blanks and backslashes have a backslash before them, other white space
+/// and what is not seen is written out. Of a long word the beginning, with the number of characters that are left out.
+pub(crate) fn judged_word(word: &str, most: usize) -> String {
+    let mut shown = String::new();
+    let mut count = 0;
+    let mut left_out = 0;
+    for c in word.chars() {
+        let part = match c {
+            ' ' | '\\' => format!("\\{c}"),
+            c if c.is_whitespace() || is_unseen(c) => c.escape_default().to_string(),
+            c => c.to_string(),
+        };
+        count += part.chars().count();
+        if count > most {
+            left_out += 1;
+        } else {
+            shown.push_str(&part);
+        }
+    }
+    match left_out {
+        0 if word.is_empty() => "''".to_owned(),
+        0 => shown,
+        _ => format!("{shown}... {left_out} characters"),
+    }
 }
 
 /// The part of a name that distinguishes it: without case, number and kind of blanks, and invisible characters.
@@ -178,6 +232,19 @@ pub(crate) fn number(x: f64) -> String {
     } else {
         format!("{x:e}")
     }
+}
+
+/// Returns a whole number with a comma between groups of three digits: "12,000".
+pub(crate) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
 }
 
 /// A number with at most `digits` significant digits, without trailing zeros.
@@ -269,6 +336,43 @@ mod tests {
         assert_eq!(shell_word("a b;c"), "'a b;c'");
         assert_eq!(shell_word("it's $(x)"), "'it'\\''s $(x)'");
         assert_eq!(shell_word(""), "''");
+    }
+
+    #[test]
+    fn words_of_scripts_are_seen() {
+        for (word, written) in [
+            ("/a/b-1", "/a/b-1"),
+            ("a b;c", "a' 'b\\;c"),
+            ("it's \"$(x)\"", "it\\'s' '\\\"\\$\\(x\\)\\\""),
+            ("a#b\\c", "a\\#b\\\\c"),
+            ("", "''"),
+        ] {
+            assert_eq!(script_word(word).as_deref(), Ok(written));
+        }
+        for word in [
+            "a\nb",
+            "a\rb",
+            "a\tb",
+            "\u{1b}[2J",
+            "a\0",
+            "a\u{85}b",
+            "\u{202e}a",
+            "a\u{2028}b",
+        ] {
+            assert!(script_word(word).is_err(), "{word:?}");
+        }
+    }
+
+    #[test]
+    fn judged_words_hide_nothing() {
+        assert_eq!(judged_word("import os", 40), "import\\ os");
+        assert_eq!(
+            judged_word("a\u{3000}b\u{a0}\t", 40),
+            "a\\u{3000}b\\u{a0}\\t"
+        );
+        assert_eq!(judged_word("", 40), "''");
+        let padded = format!("rm{}-rf", " ".repeat(3144));
+        assert_eq!(judged_word(&padded, 6), "rm\\ \\ ... 3145 characters");
     }
 
     #[test]

@@ -1329,7 +1329,7 @@ fn a_trial_can_be_replayed() {
             assert_eq!(found[key], expected[key], "pass {pass}, {key}");
         }
     }
-    let observer = stage("Stage 12, iv pass 4: observer");
+    let observer = stage("Stage 12, iv pass 4: observer dead-beat");
     let found = &estimates["estimates"][1]["observer"];
     assert_eq!(found["x_last"], observer["xhat(K-1)"]);
     assert_eq!(found["x_at_window"], observer["xhat(N)"]);

@@ -12,7 +12,7 @@ use asobench::observer::Gain;
 use asobench::plant::{PoleFinder, StateSpace, TransferFunction};
 use asobench::signal::{Input, InputLaw, LevelOf, LevelOver, LevelReading, NoiseFilter, Sequence};
 use asobench::study::file::ExperimentFile;
-use asobench::study::{Experiment, StateFeedback, Trial};
+use asobench::study::{Experiment, LoopModel, Measure, StateFeedback, Trial};
 
 const SEED: u64 = 2023;
 
@@ -46,6 +46,7 @@ fn state_feedback(pilot: usize) -> Feedback {
     let law = StateFeedback {
         k: vec![0.1, 0.2],
         pilot,
+        model: LoopModel::default(),
         gain: Gain::DeadBeat,
         solver: Solver::Qr,
     };
@@ -308,6 +309,96 @@ fn state_feedback_closes_the_loop_at_the_first_sample() {
     assert_eq!((again.u, again.y), (record.u, record.y));
 }
 
+/// What the loop feeds back, by a plain simulation of the same trial: the pilot's record is that of the open loop, whose
+/// model is the plant or least squares on the pilot's samples; the dead-beat gain of order 2 is (a_2, a_1 + a_2^2).
+/// Errors of the state that is fed back are those of a trial's row.
+#[test]
+fn the_state_that_is_fed_back_is_scored() {
+    const PILOT: usize = 50;
+    let file = |model: &str, eta: f64| {
+        ExperimentFile::parse(&format!(
+            "measures = ['e_x_fed_back_max', 'e_x_fed_back_rms', 'e_x_max']
+            seed = {SEED}
+            [settings]
+            plant = 'mine'
+            noise = 'white'
+            feedback = 'state'
+            eta = {eta}
+            amplitude = 1
+            window = 100
+            horizon = 150
+            x0 = 1
+            [plants.mine]
+            a = [-0.7, 1.5]
+            b = [1.0, 2.0]
+            [feedbacks.state]
+            state_gain = [0.1, 0.2]
+            identify = {PILOT}
+            model = '{model}'"
+        ))
+    };
+    for (model, eta) in [
+        ("identified", 10.0),
+        ("true", 10.0),
+        ("identified", 0.0),
+        ("true", 0.0),
+    ] {
+        let experiment = Experiment::new(file(model, eta).unwrap()).unwrap();
+        let mut trial = Trial::new(&experiment, &experiment.cells[0]).unwrap();
+        trial.run(3).unwrap();
+        let found = trial.record();
+        let record = found.realisation;
+        let mut open = settings("white", Feedback::None);
+        open.plant = plant().into();
+        let pilot = draw(&process(open), 3, eta, PILOT);
+        let (a, b, x0) = if model == "true" {
+            (vec![-0.7, 1.5], vec![1.0, 2.0], vec![1.0; 2])
+        } else {
+            let shape = Shape {
+                order: 2,
+                window: PILOT,
+            };
+            let mut passes = vec![Pass::new(2)];
+            let mut estimator = LeastSquares::new(shape, Solver::default()).unwrap();
+            estimator.estimate(window(&pilot), &mut passes);
+            let Pass { a, b, x0, .. } = passes.remove(0);
+            (a, b, x0)
+        };
+        let gain = [a[1], a[0] + a[1] * a[1]];
+        let mut x_hat = [x0[0], x0[1]];
+        let advance = |x_hat: &mut [f64; 2], u: f64, y: f64| {
+            let error = y - x_hat[0];
+            *x_hat = [
+                x_hat[1] + b[0] * u + gain[0] * error,
+                a[0] * x_hat[0] + a[1] * x_hat[1] + b[1] * u + gain[1] * error,
+            ];
+        };
+        for (u, y) in pilot.u.iter().zip(&pilot.y) {
+            advance(&mut x_hat, *u, *y);
+        }
+        let (mut largest, mut sum) = (0.0_f64, 0.0);
+        for (k, x) in record.states.chunks(2).enumerate() {
+            let input = record.r[k] - 0.1 * x_hat[0] - 0.2 * x_hat[1];
+            assert!((record.u[k] - input).abs() < 1e-9, "{model} {eta} k = {k}");
+            let error = (x[0] - x_hat[0]).hypot(x[1] - x_hat[1]) / x[0].hypot(x[1]);
+            largest = largest.max(error);
+            sum += error * error;
+            advance(&mut x_hat, record.u[k], record.y[k]);
+        }
+        let rms = (sum / 150.0).sqrt();
+        for row in found.rows {
+            let max = row[Measure::FedBackMax];
+            assert!(
+                (max - largest).abs() < 1e-9 * largest.max(1.0),
+                "{model} {eta}: {max} {largest}"
+            );
+            let found = row[Measure::FedBackRms];
+            assert!((found - rms).abs() < 1e-9, "{model} {eta}: {found} {rms}");
+        }
+        assert_eq!(largest < 1e-9, eta == 0.0, "{model} {eta}: {largest}");
+    }
+}
+
 /// A pilot record from which nothing can be identified fails the whole trial, typed; no number is printed.
 #[test]
 fn a_failed_pilot_identification_fails_every_output() {
@@ -549,6 +640,7 @@ fn refusals() {
     let law = StateFeedback {
         k: vec![0.1; 3],
         pilot: 8,
+        model: LoopModel::default(),
         gain: Gain::DeadBeat,
         solver: Solver::Qr,
     };

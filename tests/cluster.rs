@@ -248,6 +248,28 @@ fn what_is_damaged_is_missing() {
     );
     assert!(!place.path("merged/manifest.json").exists());
 
+    // A block under the name of another one, and a link to one, are named.
+    let first = blocks_in(&folders[0])[0].clone();
+    let moved = folders[0].join("r/c00000-0000000000-0000000001.block");
+    std::fs::create_dir(moved.parent().expect("a folder")).expect("made");
+    std::fs::copy(&first, &moved).expect("copied");
+    let run = first.with_file_name("run.json");
+    std::fs::copy(run, moved.with_file_name("run.json")).expect("copied");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(&first, folders[0].join("link.block")).expect("a link");
+    let (_, said) = place.ends(75, &["status", plan, "--verify"]);
+    assert!(
+        said.contains(
+            "c00000-0000000000-0000000001.block: has the name of another block, not taken"
+        ),
+        "{said}"
+    );
+    #[cfg(unix)]
+    assert!(
+        said.contains("link.block: not a file or a folder but a link"),
+        "{said}"
+    );
+    std::fs::remove_dir_all(moved.parent().expect("a folder")).expect("removed");
     place.write("other.toml", &STUDY.replace("seed = 5", "seed = 6"));
     place.done(&["plan", "other.toml", "--shards", "1"]);
     place.done(&["shard", "other.plan.json", "1"]);
@@ -265,6 +287,24 @@ fn what_is_damaged_is_missing() {
     place.done(&["status", plan, "--verify"]);
     place.done(&merge);
     assert_same(&place.path("merged"), &place.path("one"), "after all");
+
+    // A damaged block in the folder of the results: `merge` has no --repair, which `run` has.
+    let block = &blocks_in(&place.path("merged"))[0];
+    let bytes = std::fs::read(block).expect("a block");
+    std::fs::write(block, &bytes[..bytes.len() - 3]).expect("written");
+    let output = place.run(&merge);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("remove this file") && !said.contains("--repair"),
+        "{said}"
+    );
+    let output = place.run(&["run", "study.toml", "--out", "merged"]);
+    assert!(
+        stderr(&output).contains("--repair computes it again"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 /// Two processes at the same shard at once.
@@ -619,14 +659,87 @@ fn job_scripts_are_written_and_submitted() {
         stderr(&output)
     );
     let calls = std::fs::read_to_string(place.path("calls")).expect("calls");
-    let expected = "--parsable --array=1-3%2 study-slurm/study.sbatch\n\
-                    --parsable --dependency=afterany:1 study-slurm/study-merge.sbatch\n";
+    let work = place.path("study-slurm");
+    let work = work.display();
+    let expected = format!(
+        "--parsable --array=1-3%2 {work}/study.sbatch\n\
+         --parsable --dependency=afterany:1 {work}/study-merge.sbatch\n"
+    );
     assert_eq!(calls, expected);
     for (text, part) in [
         ("colour = 1", "unknown field `colour`"),
         ("time = \"soon\"", "--time: expected a time"),
+        ("account = \"\"", "--account: expected a text"),
+        ("mem = \"1G\\ntouch pwned\"", "--mem: '1G\\ntouch pwned'"),
+        (
+            "options = [\"-C avx512\"]",
+            "options: '-C avx512'; expected an option of sbatch in one word",
+        ),
+        (
+            "options = [\"--a=1\\rtouch pwned\"]",
+            "without control characters",
+        ),
     ] {
         place.write("bad.toml", text);
         place.refused(&["slurm", "study.toml", "--config", "bad.toml"], &[part]);
     }
+}
+
+/// Nothing of a path is a command of a job script, in which a line feed would end a comment.
+#[test]
+#[cfg(unix)]
+fn no_path_is_a_command_of_a_job_script() {
+    let place = Place::new();
+    for work in ["a\ntouch pwned\n#", "a\rb", "a\u{1b}[2J", "a\u{202e}b"] {
+        let named = format!("--work={work}");
+        place.refused(
+            &["slurm", "study.toml", &named],
+            &["expected a text without control characters"],
+        );
+        let out = format!("--out={work}");
+        place.refused(
+            &["slurm", "study.toml", &out],
+            &["without control characters"],
+        );
+        assert!(!place.path(work).exists());
+    }
+    for work in ["a\\b", "50%"] {
+        place.refused(
+            &["slurm", "study.toml", "--work", work],
+            &["without \\ and %"],
+        );
+    }
+    // The folder of the study too, which the scripts name by its absolute path.
+    let folder = place.path("a\ntouch pwned\n#");
+    std::fs::create_dir(&folder).expect("a folder");
+    std::fs::copy(place.path("study.toml"), folder.join("study.toml")).expect("a copy");
+    let mut command = place.command(&["slurm", "study.toml"]);
+    let output = command.current_dir(&folder).output().expect("runs");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+
+    let work = "it's $(touch pwned) \"b\" `touch pwned` #c;touch pwned";
+    place.done(&[
+        "slurm",
+        "study.toml",
+        "--shards",
+        "2",
+        "--work",
+        work,
+        "--out",
+        "the results",
+    ]);
+    let run = |script: &str, task: &str| {
+        let output = Command::new("bash")
+            .arg(place.path(work).join(script))
+            .env("SLURM_ARRAY_TASK_ID", task)
+            .current_dir(place.folder.path())
+            .output()
+            .expect("bash");
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    };
+    run("study.sbatch", "1");
+    run("study.sbatch", "2");
+    run("study-merge.sbatch", "");
+    assert!(place.path("the results/summary.json").exists());
+    assert!(!place.path("pwned").exists() && !place.path(work).join("pwned").exists());
 }

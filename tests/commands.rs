@@ -202,3 +202,88 @@ fn a_continuous_study_begins_with_a_template() {
         "{line}"
     );
 }
+
+/// A record in any unit has the same model, standard errors and FIT; one whose squares cannot be told is refused.
+#[test]
+fn estimates_do_not_depend_on_the_unit() {
+    let place = tempfile::tempdir().expect("a folder");
+    let path = place.path();
+    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/record.csv");
+    let text = std::fs::read_to_string(record).expect("a record");
+    let lines = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+    let samples: Vec<[f64; 2]> = lines
+        .map(|line| {
+            let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            [cells[cells.len() - 2], cells[cells.len() - 1]]
+        })
+        .collect();
+    let estimate = |units: [f64; 2]| {
+        let rows = samples
+            .iter()
+            .map(|[u, y]| format!("{:e},{:e}\n", u * units[0], y * units[1]));
+        let text = "u,y\n".to_owned() + &rows.collect::<String>();
+        std::fs::write(path.join("r.csv"), text).expect("written");
+        asobench(path)
+            .args([
+                "estimate",
+                "r.csv",
+                "--order",
+                "2",
+                "--detrend",
+                "mean",
+                "--format",
+                "json",
+            ])
+            .args(["--estimator", "arx,oe,riv,bj", "--report", "r.html"])
+            .output()
+            .expect("it runs")
+    };
+    let numbers = |scale: f64| -> Vec<f64> {
+        let output = estimate([scale; 2]);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{scale:e}: {}",
+            stderr(&output)
+        );
+        let json: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+        let unit = json["unit"].as_f64().unwrap();
+        let mut found = Vec::new();
+        for estimate in json["estimates"].as_array().unwrap() {
+            for list in [
+                &estimate["model"]["A"],
+                &estimate["model"]["B"],
+                &estimate["model"]["F"],
+                &estimate["se"],
+            ] {
+                found.extend(list.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()));
+            }
+            found.push(estimate["noise_variance"].as_f64().unwrap().sqrt() * (unit / scale));
+            found.push(estimate["residuals"]["ljung_box"].as_f64().unwrap());
+        }
+        found
+    };
+    let expected = numbers(1.0);
+    for scale in [1e-150, 1e-50, 1e-19, 1e20, 1e100, 1e150] {
+        let found = numbers(scale);
+        assert_eq!(found.len(), expected.len());
+        for (a, b) in expected.iter().zip(&found) {
+            assert!(
+                (a - b).abs() <= 1e-6 * a.abs().max(1e-3),
+                "{scale:e}: {a} {b}"
+            );
+        }
+    }
+    for (units, part) in [
+        (
+            [1e-300, 1e-300],
+            "expected 1e-290 to 1e300: choose another unit",
+        ),
+        ([1.0, 1e120], "expected at most 1e100 times as much"),
+        ([1e120, 1.0], "expected at most 1e100 times as much"),
+    ] {
+        let output = estimate(units);
+        assert_eq!(output.status.code(), Some(2), "{units:?}");
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    }
+}

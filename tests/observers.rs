@@ -326,7 +326,6 @@ fn what_an_observer_cannot_serve_is_refused_in_one_line() {
             "'solver' is an option of estimator 'iv' or 'ls' only",
         ),
         (known.to_owned(), "eta_over = \"nominal\""),
-        (format!("{nominal}eta = 0\n{known}"), "eta above 0"),
         (
             format!("{nominal}plant = \"random\"\n{known}"),
             "one plant for all trials",
@@ -334,10 +333,6 @@ fn what_an_observer_cannot_serve_is_refused_in_one_line() {
         (
             format!("{nominal}order = 5\n{known}"),
             "of the setting's order",
-        ),
-        (
-            format!("{nominal}input_noise = 1\n{known}"),
-            "exactly measured input",
         ),
     ] {
         let file = ExperimentFile::parse(&text);
@@ -366,4 +361,118 @@ fn no_filter_is_a_failure_of_the_row() {
     assert_eq!(failure.stage, Stage::Observer);
     assert!(rows[0][Measure::RmsState].is_nan());
     assert!(rows[1].failure.is_none() && rows[1][Measure::RmsState] < 1.0);
+}
+
+/// The rows of a study of the known second-order plant, by output: mean squares of `rms_x` with their standard errors.
+fn mean_squares(settings: &str) -> Vec<[f64; 2]> {
+    let text = format!(
+        "seed = 31\nmeasures = [\"rms_x\"]\n[plants.second]\na = [-0.7, 1.5]\nb = [1.0, 2.0]\n\
+         [settings]\nplant = \"second\"\nwindow = 20\nhorizon = 120\namplitude = 1\nx0_deviation = 2\n{settings}\n\
+         [[methods]]\nestimator = \"known\"\n\
+         observer = [\"kalman-varying\", \"kalman\", \"dead-beat\", \"scaled:0.5\", \"scaled:1\"]"
+    );
+    let experiment = Experiment::new(ExperimentFile::parse(&text).unwrap()).unwrap();
+    let mut trial = Trial::new(&experiment, &experiment.cells[0]).unwrap();
+    let mut all = vec![vec![]; 5];
+    for number in 0..600 {
+        for (row, all) in trial.run(number).unwrap().iter().zip(&mut all) {
+            assert!(row.failure.is_none(), "{settings}");
+            all.push(row[Measure::RmsState].powi(2));
+        }
+    }
+    let summary = |values: &Vec<f64>| {
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        [mean, (variance / count).sqrt()]
+    };
+    all.iter().map(summary).collect()
+}
+
+/// The trace of the covariance of the prediction error in the steady state of the plant of [`mean_squares`], by the
+/// recursion `P+ = A (P - P c c'P / (P_11 + r)) A' + Q` written out for two states.
+fn trace(q: [[f64; 2]; 2], r: f64) -> f64 {
+    let mut p = [[1.0, 0.0], [0.0, 1.0]];
+    for _ in 0..1000 {
+        let v = p[0][0] + r;
+        let m = |i: usize, j: usize| p[i][j] - p[i][0] * p[0][j] / v;
+        // A = [0 1; -0.7 1.5]
+        let row = |j: usize| [m(1, j), -0.7 * m(0, j) + 1.5 * m(1, j)];
+        let (first, second) = (row(0), row(1));
+        let next = |i: usize| [second[i], -0.7 * first[i] + 1.5 * second[i]];
+        p = [0, 1].map(|i| [0, 1].map(|j| next(i)[j] + q[i][j]));
+    }
+    p[0][0] + p[1][1]
+}
+
+/// With an exactly measured output (eta = 0) and with a noisy input the filters that know the plant have the error that
+/// the Riccati equation says, and no other observer a smaller one.
+#[test]
+fn filters_of_exact_outputs_and_of_noisy_inputs() {
+    let states = [[0.04, 0.0], [0.0, 0.04]];
+    // 25 % of an amplitude of 1, through b = (1, 2).
+    let with_input = [[0.0625 + 0.04, 0.125], [0.125, 0.25 + 0.04]];
+    let input_alone = [[0.0625, 0.125], [0.125, 0.25]];
+    for (settings, q, r) in [
+        ("eta = 0\nprocess_noise = 0.2", states, 0.0),
+        (
+            "eta = 0\nprocess_noise = 0.2\ninput_noise = 25",
+            with_input,
+            0.0,
+        ),
+        (
+            "eta = 30\neta_over = \"absolute\"\nprocess_noise = 0.2\ninput_noise = 25\nnoise = \"white\"",
+            with_input,
+            0.09,
+        ),
+        (
+            "eta = 30\neta_over = \"absolute\"\ninput_noise = 25\nnoise = \"white\"",
+            input_alone,
+            0.09,
+        ),
+    ] {
+        let found = mean_squares(settings);
+        let exact = trace(q, r);
+        for [mean, error] in &found[..2] {
+            let z = (mean - exact) / error;
+            println!("{settings}: {mean:.5} {exact:.5} z {z:.2}");
+            assert!(z.abs() < 4.0, "{settings}: {mean} {exact} {z}");
+        }
+        for [mean, error] in &found[2..] {
+            assert!(mean + 4.0 * error > exact, "{settings}: {mean} {exact}");
+        }
+    }
+}
+
+/// Without any noise the time-varying filter knows the state after n samples; the steady one is the model alone.
+#[test]
+fn filters_without_noise() {
+    let found = mean_squares("eta = 0");
+    assert!(found[0][0] < 1e-20, "{found:?}");
+    assert!((found[1][0] / found[4][0] - 1.0).abs() < 1e-9, "{found:?}");
+}
+
+/// The true plant is no estimate: where it is unstable or marginal, its outputs are not lost.
+#[test]
+fn known_models_of_unstable_plants_are_not_lost() {
+    for a in ["[-1.0, 2.0]", "[-1.02, 2.0]"] {
+        let text = format!(
+            "measures = [\"rms_x\", \"spectral_radius\"]\n[plants.mine]\na = {a}\nb = [1.0, 0.5]\nunstable = true\n\
+             [settings]\nplant = \"mine\"\nwindow = 20\nhorizon = 40\neta = 10\neta_over = \"absolute\"\n\
+             noise = \"white\"\nprocess_noise = 0.1\n\
+             [[methods]]\nestimator = \"known\"\nobserver = [\"kalman\", \"kalman-varying\"]"
+        );
+        let experiment = Experiment::new(ExperimentFile::parse(&text).unwrap()).unwrap();
+        let cell = &experiment.cells[0];
+        let mut trials = Trials::of_all_measures(&experiment, cell);
+        Worker::new(&experiment, cell)
+            .unwrap()
+            .run_into(0..20, &mut trials)
+            .unwrap();
+        for row in trials.rows.iter() {
+            assert!(row.failure.is_none() && !row.is_lost(), "{a}");
+            assert!(row[Measure::RmsState] < 1.0, "{a}");
+            assert!(row[Measure::SpectralRadius] >= 1.0, "{a}");
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use asobench::estimator::{FailureKind, IvOptions, LsOptions, Method, Solver, Stage10};
 use asobench::metric::{Share, quantile};
+use asobench::study::file::ExperimentFile;
 use asobench::study::{Experiment, Measure, Row, run};
 use std::sync::atomic::AtomicBool;
 
@@ -122,6 +123,22 @@ fn as_printed_stage_ten_does_not_estimate() {
                 Share::new(met as u64, 3000).high < 0.01,
                 "{stage10} {claim}: {met}"
             );
+        }
+    }
+}
+
+/// E6: nothing is halved, so N - n may be odd, and any N from 3n on gives the plant without noise, with every solver but
+/// `dual`, whose matrix has rank 2n of N - n.
+#[test]
+fn any_window_from_3n_on_serves() {
+    for solver in Solver::ALL.iter().filter(|solver| **solver != Solver::Dual) {
+        for window in [29, 30, 99] {
+            let file = format!(
+                "[settings]\neta = 0\nwindow = {window}\n[[methods]]\nestimator = 'ls'\nsolver = '{solver}'"
+            );
+            let experiment = Experiment::new(ExperimentFile::parse(&file).unwrap()).unwrap();
+            let error = rows(&experiment, 1, 0, 0)[0][Measure::Ea];
+            assert!(error < 1e-6, "{solver} {window}: {error}");
         }
     }
 }

@@ -28,6 +28,39 @@ fn the_table_of_claims_is_the_committed_one() {
     assert!(findings.contains(&rows.join("\n")));
 }
 
+/// The papers' sentences have the verdicts of the committed table: "`C2` (`nikolov2023`): does not hold".
+#[test]
+fn the_verdicts_of_the_papers_sentences_are_the_committed_ones() {
+    let (page, claims) = (read("docs/reproduce.md"), read("results/report/claims.md"));
+    let verdicts: Vec<Vec<&str>> = claims
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .map(|line| {
+            line.split(" | ")
+                .map(|cell| cell.trim_matches(['|', ' ']))
+                .collect()
+        })
+        .collect();
+    let mut seen = 0;
+    for part in page.split(['|', ';']) {
+        let part = part.trim().strip_prefix('`');
+        let Some((id, rest)) = part.and_then(|part| part.split_once("` (`")) else {
+            continue;
+        };
+        let Some((study, said)) = rest.split_once("`): ") else {
+            continue;
+        };
+        let row = verdicts.iter().find(|row| row[0] == id && row[3] == study);
+        let row = row.unwrap_or_else(|| panic!("{id} of {study} is in no report"));
+        assert!(
+            said.starts_with(&format!("{} (", row[2])),
+            "{id} of {study}: {said}"
+        );
+        seen += 1;
+    }
+    assert!(seen > 30, "{seen}");
+}
+
 /// docs/methods.md shows what `asobench methods` prints.
 #[test]
 fn the_table_of_estimators_is_the_programs() {

@@ -1,4 +1,4 @@
-"""A worker that keeps the records of a cell; its arguments are a file and the cell's number."""
+"""A worker that keeps the records of the one cell of a study; its arguments are a file and the number of trials."""
 
 import sys
 
@@ -6,16 +6,16 @@ import numpy as np
 
 from ._worker import worker
 
-seen = 0
+kept = {"trial": [], "u": [], "y": [], "r": []}
 
 
 @worker(name="records", version="1", deterministic=True)
 def capture(u, y, r, setting):
-    # One batch of each cell, in their order.
-    global seen
-    if seen == int(sys.argv[2]):
-        np.save(sys.argv[1], np.stack([u, y, r]))
-    seen += 1
+    wanted = setting["trials"] < int(sys.argv[2])
+    for name, rows in {"trial": setting["trials"], "u": u, "y": y, "r": r}.items():
+        kept[name].append(rows[wanted])
+    if wanted.any():
+        np.savez(sys.argv[1], **{name: np.concatenate(parts) for name, parts in kept.items()})
     return {"A": np.zeros((len(u), setting["na"])), "B": np.zeros((len(u), setting["nb"]))}
 
 

@@ -68,12 +68,12 @@ def _polars():
 
 
 @contextlib.contextmanager
-def _file(study):
-    """The path of a study: of a dict a file in the current folder, where its programs run."""
+def _file(study, folder="."):
+    """The path of a study: of a dict a file in a folder, where its programs run and relative paths begin."""
     if isinstance(study, (str, os.PathLike)):
         yield Path(study)
         return
-    with tempfile.NamedTemporaryFile("w", prefix=".asobench-", suffix=".toml", dir=".") as file:
+    with tempfile.NamedTemporaryFile("w", prefix=".asobench-", suffix=".toml", dir=folder) as file:
         file.write(toml(study))
         file.flush()
         yield Path(file.name)
@@ -95,25 +95,41 @@ def run(study, folder=None, *, trials=None, threads=None, allow_commands=False):
 
 
 # What of a study its records follow from.
-DATA = ("seed", "settings", "zip", "exclude", "plants", "noises", "feedbacks")
+DATA = ("seed", "settings", "zip", "exclude", "plants", "noises", "feedbacks", "columns")
 
 
 def simulate(study, cell=0, trials=100):
-    """The records of a cell as methods see them: a dict of "u", "y" and "r", a row of N samples for each trial."""
+    """The records of a cell as methods see them: a dict of "trial", the numbers of the trials, and of "u", "y" and "r", a
+    row of N samples for each of these. A trial whose record cannot be drawn is not among them."""
+    folder = "."
     if not isinstance(study, dict):
+        folder = Path(study).parent
         study = tomllib.loads(Path(study).read_text())
+    data = {key: study[key] for key in DATA if key in study}
     with tempfile.TemporaryDirectory() as place:
-        records = Path(place) / "records.npy"
+        place = Path(place)
+
+        def results(data, method, trials):
+            out = place / f"results-{method['name']}"
+            with _file({**data, "measures": ["e_a"], "methods": [method]}, folder) as path:
+                return run(path, out, trials=trials, threads=1, allow_commands=True)
+
+        # The cells of the grid, as the program numbers them; then the one that is asked for, alone.
+        cells = results(data, {"name": "cells", "estimator": "ls"}, 1).summary["cells"]
+        if not 0 <= cell < len(cells):
+            raise IndexError(f"cell {cell}: expected 0 to {len(cells) - 1}")
+        known = cells[cell]["settings"]
+        settings = {key: known[key] if isinstance(value, (list, tuple, np.ndarray)) else value
+                    for key, value in data.get("settings", {}).items()}
+        alone = {key: data[key] for key in data if key not in ("zip", "exclude")} | {"settings": settings}
+        records = place / "records.npz"
         package = str(Path(__file__).parent.parent)
         start = f"import sys; sys.path.insert(0, {package!r}); import asobench._capture"
-        command = [sys.executable, "-c", start, str(records), str(cell)]
-        method = {"name": "records", "command": command, "batch": trials}
-        data = {key: study[key] for key in DATA if key in study}
-        run({**data, "measures": ["e_a"], "methods": [method]}, Path(place) / "results", trials=trials, threads=1,
-            allow_commands=True)
+        command = [sys.executable, "-c", start, str(records), str(trials)]
+        results(alone, {"name": "records", "command": command, "batch": max(1, min(trials, 65536))}, trials)
         if not records.exists():
-            raise IndexError(f"no cell {cell}")
-        return dict(zip("uyr", np.load(records)))
+            raise ValueError(f"cell {cell}: no record of its first {trials} trials can be drawn")
+        return dict(np.load(records))
 
 
 def toml(value):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import traceback
 
 import numpy as np
 
@@ -17,9 +18,13 @@ def worker(function=None, *, name=None, version="0", returns="polynomials", dete
 
     ``u``, ``y`` and ``r`` have m rows of N samples (with ``single`` one record of N samples). ``setting`` is what
     ``hello`` says, with ``trials`` and ``seeds`` of the batch (with ``single`` ``trial`` and ``seed``). It returns a dict
-    of the free coefficients "A", "B", "C", "D", "F" (m rows each, B from the delay on), "nk", "noise_variance" and
-    "covariance"; or with ``returns="matrices"`` of "A", "b", "c" and, where they are there, "d" and "x0". A ``single``
-    function may raise: ``Declined``, or any other exception, whose name is the reason.
+    of the free coefficients "A", "B", "C", "D", "F" (m rows each, B from the delay on), "nk" (one number for all),
+    "noise_variance" (m) and "covariance" (m, p, p); or with ``returns="matrices"`` of "A" (m, n, n), "b" and "c" (m, n)
+    and, where they are there, "d" (m) and "x0" (m, n). With ``single`` the first length m is left out.
+
+    A ``single`` function may raise: ``Declined``, or any other exception, whose name and message are the reason. The
+    models of a message have the same keys, orders and nk: fill up with zeros. What is returned otherwise, such as None,
+    complex numbers or another key, is an error: with ``single`` the reason of that record, else of the whole worker.
     """
     if function is None:
         return lambda function: worker(
@@ -33,6 +38,7 @@ def worker(function=None, *, name=None, version="0", returns="polynomials", dete
 
 def _serve(function, ready, single):
     """Answers until the requests end."""
+    form = _matrices if ready["returns"] == "matrices" else _polynomials
     with open(os.environ["ASOBENCH_REQUESTS"], "rb") as requests, open(os.environ["ASOBENCH_REPLIES"], "wb") as replies:
 
         def answer(header, blocks=None):
@@ -53,60 +59,115 @@ def _serve(function, ready, single):
             signals = numbers[2 * m :].reshape(3, m, n)
             status, reasons = np.zeros(m), []
             if single:
-                model = _each(function, hello, trials, seeds, signals, status, reasons)
+                header, blocks = _each(function, form, hello, trials, seeds, signals, status, reasons)
             else:
-                model = function(*signals, {**hello, "trials": trials, "seeds": seeds})
-            form = _matrices if ready["returns"] == "matrices" else _polynomials
-            header, blocks = form(model, m, hello)
+                header, blocks = form(function(*signals, {**hello, "trials": trials, "seeds": seeds}), m, hello)
             blocks = [status, np.full(m, np.nan), *blocks]
             size = 8 * sum(block.size for block in blocks)
             answer({"frame": "reply", "number": head["number"], "trials": m, "reasons": reasons, "bytes": size, **header},
                    blocks)
 
 
-def _each(function, hello, trials, seeds, signals, status, reasons):
-    """The models of a function of one record, stacked; of a record without a model they are zeros."""
-    models = []
-    for i in range(len(trials)):
-        setting = {**hello, "trial": int(trials[i]), "seed": int(seeds[i])}
+def _each(function, form, hello, trials, seeds, signals, status, reasons):
+    """The header and the blocks of a function of one record; of a record without a model the numbers are zeros."""
+    models, first = [None] * len(trials), None
+    for i, trial in enumerate(trials):
+        setting = {**hello, "trial": int(trial), "seed": int(seeds[i])}
         try:
-            models.append(function(*signals[:, i], setting))
+            model = function(*signals[:, i], setting)
+            if isinstance(model, dict):
+                model = {key: value if key == "nk" else np.asarray(value)[None] for key, value in model.items()}
+            models[i] = form(model, 1, hello)
         except Declined:
             status[i] = 1
         except Exception as error:
-            reason = type(error).__name__
+            reason = f"{type(error).__name__}: {error}".strip(" :\n").split("\n")[0][:60].strip()
             if reason not in reasons:
                 reasons.append(reason)
+                if len(reasons) <= SHOWN:
+                    traceback.print_exc()
             status[i] = 2 + reasons.index(reason)
-        if status[i]:
-            models.append(None)
-    known = next((model for model in models if model is not None), None)
-    if known is None:
-        # No model is looked at: of any form.
-        return {key: np.zeros((len(trials), 1)) for key in "ABbc"}
-    blank = {key: np.zeros_like(np.asarray(value, float)) for key, value in known.items() if key != "nk"}
-    stacked = {key: np.stack([np.asarray((model or blank)[key], float) for model in models]) for key in blank}
-    return stacked | ({"nk": known["nk"]} if "nk" in known else {})
+            continue
+        if models[i] is None:
+            continue
+        first = i if first is None else first
+        if models[i][0] != models[first][0]:
+            raise ValueError(f"the models of a message differ: {models[i][0]} for trial {trial}, {models[first][0]} for "
+                             f"trial {trials[first]}; expected the same keys, orders and nk: fill up with zeros")
+    header, blocks = form(_blank(form), 1, hello) if first is None else models[first]
+    zeros = [np.zeros_like(block) for block in blocks]
+    rows = zip(*((model or (header, zeros))[1] for model in models))
+    return header, [np.concatenate(row) for row in rows]
+
+
+# Of how many kinds of exceptions of a message the traceback is printed.
+SHOWN = 3
+
+
+def _blank(form):
+    """A model that nobody looks at."""
+    return {key: np.zeros((1, 1)) for key in ("A" if form is _polynomials else "Abc")}
+
+
+def _parts(model, names, required):
+    """What a function returned, checked."""
+    if not isinstance(model, dict):
+        raise TypeError(f"returned {type(model).__name__}; expected a dict of {', '.join(names)}")
+    for key in model:
+        if key not in names:
+            raise TypeError(f"returned the key {key!r}; expected some of {', '.join(names)}")
+    if not any(key in model for key in required):
+        raise TypeError(f"returned no {' or '.join(required)}")
+    return {key: _real(key, value) for key, value in model.items() if key != "nk"}
+
+
+def _real(key, value):
+    """Real numbers, or an error."""
+    value = np.asarray(value)
+    if value.dtype.kind not in "biuf":
+        raise TypeError(f"{key}: {value.dtype} numbers; expected real ones")
+    return value.astype(float)
+
+
+def _shaped(key, value, *shapes):
+    """A block of one of some shapes, in the first one."""
+    if value.shape not in shapes:
+        raise TypeError(f"{key}: shape {value.shape}; expected {shapes[0]}")
+    return value.reshape(shapes[0])
 
 
 def _matrices(model, m, hello):
     """The header and the blocks of a reply's models."""
-    n = np.asarray(model["b"]).reshape(m, -1).shape[1]
-    shapes = {"A": n * n, "b": n, "c": n, "d": 1, "x0": n}
+    parts = _parts(model, ("A", "b", "c", "d", "x0"), ("A",))
+    for key in "Abc":
+        if key not in parts:
+            raise TypeError(f"returned no {key}")
+    n = parts["A"].shape[-1] if parts["A"].ndim else 1
+    shapes = {"A": [(m, n, n)], "b": [(m, n), (m, n, 1)], "c": [(m, n), (m, 1, n)], "d": [(m,), (m, 1), (m, 1, 1)],
+              "x0": [(m, n), (m, n, 1)]}
     missing = {"d": 0.0, "x0": np.nan}
-    blocks = [np.asarray(model[key], float).reshape(m, width) if key in model else np.full((m, width), missing[key])
-              for key, width in shapes.items()]
+    blocks = [_shaped(key, parts[key], *of) if key in parts else np.full(of[0], missing[key])
+              for key, of in shapes.items()]
     return {"order": n}, blocks
 
 
 def _polynomials(model, m, hello):
     """The header and the blocks of a reply's models."""
-    parts = {key: np.asarray(model[key], float).reshape(m, -1) for key in PARTS if key in model}
-    header = {PARTS[key]: part.shape[1] for key, part in parts.items()}
+    parts = _parts(model, (*PARTS, "nk", "noise_variance", "covariance"), PARTS)
+    rows = {}
+    for key in PARTS:
+        if key in parts:
+            width = parts[key].shape[1] if parts[key].ndim == 2 else 1
+            rows[key] = _shaped(key, parts[key], (m, width), (m,))
+    header = {PARTS[key]: part.shape[1] for key, part in rows.items()}
     # One row of parameters for each trial.
-    blocks = [np.hstack(list(parts.values()))]
-    for key in ("noise_variance", "covariance"):
-        if key in model:
+    blocks = [np.hstack(list(rows.values()))]
+    p = blocks[0].shape[1]
+    for key, shapes in (("noise_variance", [(m,), (m, 1)]), ("covariance", [(m, p, p)])):
+        if key in parts:
             header[key] = True
-            blocks.append(np.asarray(model[key], float))
-    return {**header, "nk": int(model.get("nk", hello["nk"]))}, blocks
+            blocks.append(_shaped(key, parts[key], *shapes))
+    nk = model.get("nk", hello["nk"])
+    if not isinstance(nk, (int, np.integer)) or isinstance(nk, bool):
+        raise TypeError(f"nk: {nk!r}; expected one whole number")
+    return {**header, "nk": int(nk)}, blocks

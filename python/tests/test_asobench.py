@@ -45,6 +45,76 @@ class Package(unittest.TestCase):
         self.assertTrue(np.array_equal(records["u"], records["r"]))
         self.assertFalse(np.array_equal(records["y"][0], records["y"][1]))
 
+    def test_records_are_those_of_the_cell(self):
+        # The file is beside the study, not in the current folder.
+        (self.folder / "in.csv").write_text("u\n" + "".join(f"{(-1) ** (k // 3)}\n" for k in range(400)))
+        settings = {**STUDY["settings"], "input": "file:in.csv", "window": [60, 98]}
+        path = self.folder / "study.toml"
+        path.write_text(asobench._study.toml({**STUDY, "settings": settings}))
+        shapes = [asobench.simulate(path, cell, 3)["y"].shape for cell in range(4)]
+        self.assertEqual(sorted(shapes), [(3, 60), (3, 60), (3, 98), (3, 98)])
+        records = asobench.simulate(path, 0, 4)
+        self.assertEqual(records["trial"].tolist(), [0, 1, 2, 3])
+        self.assertEqual(records["u"][0, :4].tolist(), [1, 1, 1, -1])
+        with self.assertRaisesRegex(IndexError, "0 to 3"):
+            asobench.simulate(path, 4)
+
+    def test_rows_have_the_numbers_of_their_trials(self):
+        study = {**STUDY, "settings": {"plant": ["nikolov2023", "random"], "window": 98, "eta": 10}}
+        cells = [asobench.simulate(study, cell, 5) for cell in (0, 1)]
+        for records in cells:
+            self.assertEqual(records["trial"].tolist(), [0, 1, 2, 3, 4])
+        # A random plant answers the same input otherwise.
+        self.assertTrue(np.array_equal(cells[0]["u"], cells[1]["u"]))
+        self.assertFalse(np.array_equal(cells[0]["y"], cells[1]["y"]))
+
+    def method(self, body, options="single=True", trials=20):
+        """Runs a method with this body; gives the outcomes of its trials and what the run says."""
+        source = "import asobench, numpy as np\n" + f"@asobench.worker({options})\ndef f(u, y, r, setting):\n"
+        source += "".join(f"    {line}\n" for line in body.splitlines()) + "f.serve()\n"
+        (self.folder / "f.py").write_text(source)
+        method = {"name": "f", "command": [sys.executable, str(self.folder / "f.py")], "batch": 10}
+        study = {"trials": trials, "measures": ["e_a", "e_g"], "methods": [method],
+                 "settings": {"window": 98, "eta": 10}}
+        shutil.rmtree(self.folder / "out", ignore_errors=True)
+        results = asobench.run(study, self.folder / "out", allow_commands=True)
+        outcomes = results.summary["cells"][0]["outputs"][0]["outcomes"]
+        return {"ok": outcomes["trials"] - sum(outcomes["failures"].values()), **outcomes["failures"]}, results
+
+    def test_what_is_no_model_is_no_result(self):
+        for body, reason in [
+            ("return None", "external: TypeError? returned NoneType? expected a dict of"),
+            ("return {'A': np.zeros(6) + 1j, 'B': np.zeros(6)}", "external: TypeError? A? complex128 numbers"),
+            ("return {'A': np.zeros(6), 'b': np.zeros(6)}", "external: TypeError? returned the key ?b?"),
+            ("return {'A': np.zeros((6, 2)), 'B': np.zeros(6)}", "external: TypeError? A? shape"),
+            ("return {'A': np.zeros(6), 'B': np.zeros(6), 'nk': 1.5}", "external: TypeError? nk? 1.5"),
+            ("return {'A': np.zeros(6), 'covariance': np.eye(5)}", "external: TypeError? covariance? shape"),
+            ("raise ValueError('no such thing')", "external: ValueError? no such thing"),
+            ("raise asobench.Declined", "declined"),
+        ]:
+            with self.subTest(body):
+                outcomes, _ = self.method(body)
+                (name, count), = ((name, count) for name, count in outcomes.items() if count)
+                self.assertTrue(name.startswith(reason), name)
+                self.assertEqual(count, 20)
+
+    def test_models_of_a_message_that_differ(self):
+        # The true plant is not of these orders: only which trials have a model counts, and which model.
+        body = """nk = 1 + setting["trial"] % 2
+return {"A": np.zeros(6), "B": np.full(7 - nk, 1.0 + setting["trial"] % 2), "nk": nk}"""
+        _, results = self.method(body, trials=10)
+        alike = """second = setting["trial"] % 2
+return {"A": np.zeros(6), "B": np.r_[np.full(second, 0.0), np.full(6 - second, 1.0 + second)], "nk": 1}"""
+        figures = results.summary["cells"][0]["outputs"][0]["figures"]
+        outcomes, results = self.method(alike, trials=10)
+        self.assertEqual(outcomes["ok"], 10)
+        self.assertEqual(figures, results.summary["cells"][0]["outputs"][0]["figures"])
+
+    def test_a_batch_is_checked_as_a_whole(self):
+        for body in ["return None", "return {'A': np.zeros((6, len(u))), 'B': np.zeros((len(u), 6))}"]:
+            outcomes, _ = self.method(body, options="", trials=2)
+            self.assertEqual(outcomes["crashed"], 2)
+
     def test_frames(self):
         results = asobench.run(STUDY, self.folder / "out")
         try:

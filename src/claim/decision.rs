@@ -99,9 +99,9 @@ pub(super) fn at_least(p: &[f64], r: usize, among: usize, level: f64) -> bool {
 }
 
 /// Returns the largest number of cells of which "at least so many" is certain, from the number `first` on that the
-/// claim itself fixes. "At least r" is tested for `first`, `first` + 1, ... until it is not certain: a fixed sequence of
-/// nested hypotheses, so the number that results may be chosen by the results at no cost. The largest r of all without
-/// that order would be valid for a fixed r only.
+/// claim itself fixes. "At least r" is tested for `first`, `first` + 1, ... until it is not certain: a fixed sequence
+/// of nested hypotheses, so the number that results may be chosen by the results at no cost. The largest r of all
+/// without that order would be valid for a fixed r only.
 pub(super) fn certain_count(p: &[f64], first: usize, among: usize, level: f64) -> usize {
     let certain = |r: &usize| at_least(p, *r, among, level);
     (first.max(1)..=p.len())

@@ -7,10 +7,10 @@
 //! each other. One step-down over both sides would not keep that: a claim that is decided one way has not used up its
 //! error the other way, so the levels of the others may not rise for it.
 //!
-//! The p-value of a verdict is the smallest level at which the results give it. Holm's procedure compares it with
-//! level / j for whole j alone, so it is enough to know the largest j at which the verdict stands. If a condition
-//! (`given`) selects the cells by the level, a verdict may stand at a small level and not at a larger one. Then it counts
-//! only as far as it stands at all larger levels, which keeps the error rates.
+//! The p-value of a verdict is the smallest level at which the results give it. Holm's procedure compares it with level
+//! / j for whole j alone, so it is enough to know the largest j at which the verdict stands. If a condition (`given`)
+//! selects the cells by the level, a verdict may stand at a small level and not at a larger one. Then it counts only as
+//! far as it stands at all larger levels, which keeps the error rates.
 
 use super::decision::Verdict;
 use super::{Judged, undecided};
@@ -127,8 +127,8 @@ impl Strength {
     }
 }
 
-/// Returns for each claim the j of the level / j at which Holm's step-down over `among` claims makes it certain. Claim i
-/// is certain by itself at level / j for every j up to `divisors[i]`.
+/// Returns for each claim the j of the level / j at which Holm's step-down over `among` claims makes it certain. Claim
+/// i is certain by itself at level / j for every j up to `divisors[i]`.
 fn holm(divisors: &[usize], among: usize) -> Vec<Option<usize>> {
     let mut order: Vec<usize> = (0..divisors.len()).collect();
     order.sort_by_key(|claim| std::cmp::Reverse(divisors[*claim]));

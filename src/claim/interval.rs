@@ -76,9 +76,9 @@ impl Part {
 }
 
 impl Known {
-    /// Returns an end of the interval: the lower one for the side -1, the upper one for 1. A limit beyond it is certain:
-    /// its p-value is at most the level. For a number that may be `outside` a range with two ends, the p-value is that
-    /// of [`Known::outside`].
+    /// Returns an end of the interval: the lower one for the side -1, the upper one for 1. A limit beyond it is
+    /// certain: its p-value is at most the level. For a number that may be `outside` a range with two ends, the p-value
+    /// is that of [`Known::outside`].
     fn end(&self, range: Range, side: f64, level: f64, outside: bool) -> f64 {
         let two = range.low.is_finite() && range.high.is_finite() && outside;
         // A limit that numbers inside must exceed is one that numbers outside may equal.

@@ -101,8 +101,8 @@ pub struct JudgedCell {
     pub p_pass: f64,
     /// The p-value of "the tests do not fail"; small if they certainly fail.
     pub p_fail: f64,
-    /// The level at which `says` was decided: that of the claim after Holm's correction over its cells. A cell passes if
-    /// `p_pass` is at most this, fails if `p_fail` is, and is open if neither is. None if the cell is left out.
+    /// The level at which `says` was decided: that of the claim after Holm's correction over its cells. A cell passes
+    /// if `p_pass` is at most this, fails if `p_fail` is, and is open if neither is. None if the cell is left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<f64>,
     /// Every number that was looked at.
@@ -162,9 +162,36 @@ pub fn decides(file: &ExperimentFile, summary: &Summary, look: Look) -> bool {
     let claim = file.claims.iter().find(|claim| claim.id == until.claim);
     claim.is_none_or(|claim| {
         let claim = &family::strictest(claim, file);
-        let judged = judge_at(claim, look, file, summary, &[]);
-        judged.verdict != Verdict::Undecided
+        verdict_at(claim, look, file, summary) != Verdict::Undecided
     })
+}
+
+/// Returns the verdict on one claim at a look, without its sentence and the trials that would decide it.
+fn verdict_at(claim: &ClaimTable, look: Look, file: &ExperimentFile, summary: &Summary) -> Verdict {
+    let given = claim.given.as_ref().map(ClaimTest::from_table).transpose();
+    let (Ok(cases), Ok(given)) = (claim.cases(), given) else {
+        return Verdict::Undecided;
+    };
+    let judge = Judge {
+        claim,
+        cases: &cases,
+        given: given.as_ref(),
+        look,
+    };
+    let results = Results {
+        summary,
+        times: &[],
+    };
+    let Ok(found) = judge.found(results, file) else {
+        return Verdict::Undecided;
+    };
+    let kept = found.iter().filter(|found| found.judged);
+    let kept: Vec<PValues> = kept.map(|found| found.p_values).collect();
+    let cells = Cells {
+        judged: &kept,
+        among: found.len(),
+    };
+    decide(claim.holds, cells, judge.level(look.share))
 }
 
 /// Judges one claim at a look.

@@ -33,30 +33,22 @@ impl Needed {
 
 impl fmt::Display for Needed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.from.map(grouped), self.to.map(grouped)) {
+        match (self.from.map(two_digits), self.to.map(two_digits)) {
             (Some(from), Some(to)) if from == to => write!(f, "some {to} trials"),
             (Some(from), Some(to)) => write!(f, "some {from} to {to} trials"),
             (Some(from), None) => write!(f, "at least {from} trials, perhaps far more,"),
-            (None, _) => write!(f, "more than {} trials", grouped(TRIAL_LIMIT)),
+            (None, _) => write!(f, "more than {} trials", two_digits(TRIAL_LIMIT)),
         }
     }
 }
 
 /// Formats a number of trials, rounded up to two digits, with commas: "41,000".
-fn grouped(trials: u64) -> String {
+fn two_digits(trials: u64) -> String {
     let mut unit = 1;
     while trials / unit >= 100 {
         unit *= 10;
     }
-    let digits = (trials.div_ceil(unit) * unit).to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    crate::text::grouped(trials.div_ceil(unit) * unit)
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use super::error::{Error, failed};
 use super::run;
-use crate::study::RunError;
 use crate::study::cluster::{ClusterError, ShardPlan, Status};
+use crate::study::{BlockError, CampaignError, RunError};
 use crate::text::shell_word;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -20,8 +20,13 @@ pub(super) fn refused(error: ClusterError) -> Error {
             Error::Input(error.to_string())
         }
         ClusterError::Run(RunError::Interrupted { .. })
-        | ClusterError::Campaign(crate::study::CampaignError::Stopped) => {
+        | ClusterError::Campaign(CampaignError::Stopped) => {
             Error::Interrupted("interrupted; nothing was written".to_owned())
+        }
+        // These commands compute no trials, so they have no --repair.
+        ClusterError::Campaign(CampaignError::Block(error @ BlockError::Damaged { .. })) => {
+            let advice = "remove this file, then its trials are taken or computed again";
+            Error::Input(format!("--out {error}; {advice}"))
         }
         ClusterError::Campaign(error) => run::refused("--out ", error),
         ClusterError::Plan { .. }

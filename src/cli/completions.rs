@@ -6,7 +6,8 @@ use clap::CommandFactory as _;
 use clap_complete::Shell;
 use std::process::ExitCode;
 
-/// Print the completions of a shell, such as: asobench completions bash > ~/.local/share/bash-completion/completions/asobench
+/// Print the completions of a shell, such as: asobench completions bash >
+/// ~/.local/share/bash-completion/completions/asobench
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// bash, zsh, fish, elvish or powershell

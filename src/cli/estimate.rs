@@ -24,6 +24,7 @@ use std::io::Write as _;
 use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use unit::in_own_unit;
 
 mod flags;
 mod json;
@@ -32,6 +33,7 @@ mod pictures;
 mod scan;
 pub(super) mod study_from;
 mod text;
+mod unit;
 mod words;
 
 /// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
@@ -102,7 +104,10 @@ fn whole(text: &str) -> Result<usize, String> {
 /// The estimates, with all that is printed.
 struct Report {
     file: PathBuf,
+    /// The record, in a unit that [`unit_of`] chooses.
     record: Record,
+    /// The unit of u and y, a power of two; 1 for all records but those of very large or very small numbers.
+    unit: f64,
     /// Samples in the window.
     window: usize,
     /// The orders as given; with `--order` and `--delay`, those of the ARX form.
@@ -372,6 +377,7 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
             )));
         }
     }
+    let unit = in_own_unit(&mut record, window).map_err(&bad)?;
     let mut trends = [Trend::default(); 2];
     let signals = [("u", &mut record.u), ("y", &mut record.y)];
     for ((name, values), trend) in signals.into_iter().zip(&mut trends) {
@@ -389,6 +395,7 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     Ok(Report {
         file: arguments.record.file.clone(),
         record,
+        unit,
         window,
         orders,
         detrend: arguments.record.detrend,
@@ -411,8 +418,8 @@ fn warn_of_offset(report: &Report) {
         note(&format!(
             "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
              the means",
-            rounded(mean, 3),
-            rounded(variance.sqrt(), 3)
+            rounded(mean * report.unit, 3),
+            rounded(variance.sqrt() * report.unit, 3)
         ));
     }
 }
@@ -648,7 +655,10 @@ fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
     };
     let samples = report.shifted(estimate.shift);
     write_whole("--states", path, Kind::States, |to| {
-        let comment = format!("observer {}, gain {}", estimate.name, report.gain);
+        let unit = report
+            .unit_in_words()
+            .map_or_else(String::new, |words| format!("; {words}"));
+        let comment = format!("observer {}, gain {}{unit}", estimate.name, report.gain);
         writeln!(to, "{}", csv::comment(&comment))?;
         let states = (1..=model.a.len()).map(|i| format!("x{i}"));
         let names: Vec<String> = iter::once("k".to_owned()).chain(states).collect();

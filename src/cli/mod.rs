@@ -102,6 +102,7 @@ named_enum! {
 /// Runs the program and returns its exit code: 0 done, 1 the run or a single estimate failed, 2 bad input, 75 stopped
 /// or trials missing (run again), 130 interrupted.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    errors_of_large_files();
     let done = match Cli::try_parse_from(arguments) {
         Ok(Cli { command }) => match command {
             Command::Reproduce(arguments) => reproduce::run(&arguments),
@@ -136,6 +137,17 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             note(&format!("asobench: {error}"));
             error.exit_code()
         }
+    }
+}
+
+/// Makes a file beyond the limit of the system (`ulimit -f`) an error of the write. Its signal would end the program
+/// without a word.
+fn errors_of_large_files() {
+    #[cfg(unix)]
+    {
+        let signal = rustix::process::Signal::XFSZ.as_raw();
+        // Without a handler the program is ended, as before.
+        let _ = signal_hook::flag::register(signal, std::sync::Arc::default());
     }
 }
 

@@ -115,7 +115,7 @@ compare = [["proposed", "gradient"], ["proposed", "luenberger"]]
 until = 20                   # seconds
 scored_from = 8              # root mean squares are taken from this time on, seconds
 # input = 1                  # u, a constant from t = 0 on
-# filters = [1]              # n - 1 poles a of the filters a / (p + a) that extend regression (9)
+# filters = [1]              # n - 1 filters that extend regression (9): a for a / (p + a), or { delay = 0.5 }
 error_limit = 1e-2           # a trial whose error by step halving is larger has failed
 # trace_every = 0.02         # keeps the course of the first trial, for figures
 

@@ -6,7 +6,7 @@ use crate::estimator::ProgramError;
 use crate::files::{self, Kind};
 use crate::study::file::ExperimentFile;
 use crate::study::{Experiment, stored_design};
-use crate::text::visible;
+use crate::text::{judged_word, visible};
 use crate::worker::{self, Guard, Permit, Program};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal, Write};
@@ -20,6 +20,12 @@ const AGREED: &str = "agreed-commands";
 pub(crate) const AGREED_TITLE: &str = "# asobench: commands that were agreed to\n";
 /// The file beside the results with what workers printed.
 const LOG: &str = "workers.log";
+/// How much of the commands is shown before they are agreed to: characters, those of a path, programs, and the least
+/// of an argument. All of it fits a terminal of 24 lines of 80 columns.
+const COMMANDS_SHOWN: usize = 640;
+const PATH_SHOWN: usize = 80;
+const PROGRAMS_SHOWN: usize = 8;
+const SHORTEST: usize = 16;
 /// How many of its lines are shown after a failure.
 const LINES: usize = 10;
 
@@ -139,6 +145,7 @@ pub(super) fn permit(experiment: &Experiment, folder: &Path) -> Result<(), Error
     if experiment.programs.is_empty() {
         return Ok(());
     }
+    files::remove_left_pipes();
     let own = std::env::current_exe().and_then(|program| Guard::start(&program));
     let guard = Arc::new(own.map_err(failed)?);
     for program in &experiment.programs {
@@ -163,10 +170,9 @@ pub(super) fn permit_here(
         None => Ok(()),
         Some(_) if consent.allow_commands => permit(experiment, &folder_of(Path::new("-"))?),
         Some(program) => Err(Error::Input(format!(
-            "{}: method '{}' is the program {}; expected --allow-commands, which runs it in this folder",
-            stored.display(),
-            visible(&program.name),
-            visible(program.options.typed())
+            "{}: this study starts a program: {}; expected --allow-commands, which runs it in this folder",
+            judged_path(stored),
+            command_shown(program, COMMANDS_SHOWN)
         ))),
     }
 }
@@ -200,8 +206,8 @@ pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     }
 }
 
-/// Returns the folder of an experiment file, in which its programs run. It is the current folder for standard input, and
-/// for the manifest of results, which does not say where its file was.
+/// Returns the folder of an experiment file, in which its programs run. It is the current folder for standard input,
+/// and for the manifest of results, which does not say where its file was.
 pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
     let folder = match path.parent() {
         Some(parent)
@@ -245,34 +251,80 @@ fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error>
     if known.contains(&agreed) {
         return Ok(());
     }
-    let shown = experiment.programs.iter().map(|program| {
-        let command = program.options.typed();
-        format!("  {}: {}\n", visible(&program.name), visible(command))
-    });
-    let shown: String = shown.collect();
+    let shown = commands_shown(experiment);
+    let file = judged_path(path);
     if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
         return Err(Error::Input(format!(
-            "{}: this study starts a program ({}); add --allow-commands if that is what you want",
-            path.display(),
-            shown.trim().replace("\n  ", "; ")
+            "{file}: this study starts a program: {}; add --allow-commands if that is what you want",
+            shown.join("; ")
         )));
     }
     let question = format!(
-        "{} starts these programs, in the folder {}:\n{shown}Is that what you want? [y/N] ",
-        visible(path.display()),
-        visible(folder.display())
+        "{file} starts these programs, in the folder {}:\n  {}\nIs that what you want? [y/N] ",
+        judged_path(folder),
+        shown.join("\n  ")
     );
     write!(io::stderr(), "{question}").map_err(failed)?;
     let mut line = String::new();
     io::stdin().read_line(&mut line).map_err(failed)?;
     if !matches!(line.trim(), "y" | "Y" | "yes") {
         let message = "no program was started, since you did not agree";
-        return Err(Error::Input(format!("{}: {message}", path.display())));
+        return Err(Error::Input(format!("{file}: {message}")));
     }
     match place {
         Some(place) => remember(&place, known, agreed),
         None => Ok(()),
     }
+}
+
+/// Returns a path for people who judge it: of a long one the end, where its name is.
+fn judged_path(path: &Path) -> String {
+    let text = path.display().to_string();
+    let left_out = text.chars().count().saturating_sub(PATH_SHOWN);
+    let end = text.char_indices().nth(left_out).map_or(0, |(at, _)| at);
+    let shown = judged_word(&text[end..], 2 * PATH_SHOWN);
+    if left_out == 0 {
+        return shown;
+    }
+    format!("{left_out} characters ...{shown}")
+}
+
+/// Returns what a study starts, a line for each program: the program first, then the method, then every argument, with
+/// nothing that could hide a part of it or scroll it away.
+fn commands_shown(experiment: &Experiment) -> Vec<String> {
+    let programs = &experiment.programs;
+    let shown = programs.len().clamp(1, PROGRAMS_SHOWN);
+    let mut lines: Vec<String> = programs[..shown.min(programs.len())]
+        .iter()
+        .map(|program| command_shown(program, COMMANDS_SHOWN / shown))
+        .collect();
+    if let more @ 1.. = programs.len() - lines.len() {
+        lines.push(format!(
+            "... and {more} more programs, which the file names"
+        ));
+    }
+    lines
+}
+
+/// Returns a program, its method and its arguments, of about `most` characters.
+fn command_shown(program: &Program, most: usize) -> String {
+    let command = &program.options.command;
+    let mut text = format!(
+        "{} (method {})",
+        judged_word(&command[0], most / 2),
+        judged_word(&program.name, most / 8)
+    );
+    for (i, argument) in command.iter().enumerate().skip(1) {
+        let left = most.saturating_sub(text.chars().count());
+        if left < SHORTEST && judged_word(argument, SHORTEST).chars().count() > left {
+            let rest = command[i..].iter().map(|argument| argument.chars().count());
+            let (arguments, characters) = (command.len() - i, rest.sum::<usize>());
+            return format!("{text} ... {arguments} more arguments, {characters} characters");
+        }
+        text += " ";
+        text += &judged_word(argument, left.max(SHORTEST));
+    }
+    text
 }
 
 /// Returns the path of the file with the agreed commands, below $XDG_STATE_HOME or ~/.local/state.

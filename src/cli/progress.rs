@@ -5,7 +5,7 @@ use super::note;
 use crate::study::{Event, Spent};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
@@ -76,7 +76,7 @@ impl Display {
                 self.bar.inc(trials);
             }
             Event::Cell => self.done += 1,
-            Event::Concluded(storage) => self.spent.storage += storage,
+            Event::Concluded(spent) => self.spent += spent,
         }
         let (done, cells, failures) = (self.done, self.cells, self.failures);
         self.bar
@@ -185,8 +185,20 @@ pub(super) fn warn(line: &str) {
     note(line);
 }
 
-/// Returns a flag that Ctrl-C (or SIGTERM) raises. A second signal ends the program at once. Files are first written
-/// whole under other names, so no file is left half-written. All studies of a program share the flag.
+/// The time in which a step may come to its end after Ctrl-C.
+const PATIENCE: Duration = Duration::from_millis(800);
+
+/// The exit code of a program that is ended in the middle of a step.
+static EXIT: AtomicI32 = AtomicI32::new(130);
+
+/// Sets the exit code of a program that is ended in the middle of a step.
+pub(super) fn exit_with(code: u8) {
+    EXIT.store(code.into(), Ordering::Relaxed);
+}
+
+/// Returns a flag that Ctrl-C (or SIGTERM) raises. What has not stopped a moment later is ended, and a second signal
+/// ends the program at once. Files are first written whole under other names, so no file is left half-written. All
+/// studies of a program share the flag.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
     static SHARED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     if let Some(flag) = SHARED.get() {
@@ -197,6 +209,15 @@ pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
     let handler = move || {
         if raised.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
+        }
+        // What is under way may be one long trial, or a large file.
+        let waits = std::thread::Builder::new().spawn(|| {
+            std::thread::sleep(PATIENCE);
+            note("asobench: interrupted in the middle of a step; what was finished before it is stored");
+            std::process::exit(EXIT.load(Ordering::Relaxed));
+        });
+        if waits.is_err() {
+            std::process::exit(EXIT.load(Ordering::Relaxed));
         }
     };
     ctrlc::set_handler(handler).map_err(failed)?;

@@ -188,7 +188,7 @@ fn plural(kind: &str) -> String {
     match kind {
         "any" => "values".to_owned(),
         "text" | "number" | "whole number" | "table" | "claim" | "setting" | "measure"
-        | "method" | "observer" | "slope" | "bound" | "wave" => format!("{kind}s"),
+        | "method" | "observer" | "slope" | "bound" | "wave" | "filter" => format!("{kind}s"),
         kind => kind.to_owned(),
     }
 }

@@ -10,13 +10,14 @@ use crate::data::{Realisation, csv};
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
 use crate::estimator::solver::Instruments;
-use crate::estimator::{Auxiliary, InstrumentSource, Output, Pass, Progress, Stabilise, Window};
+use crate::estimator::{
+    Auxiliary, InstrumentSource, Method, Output, Pass, Progress, Stabilise, Window,
+};
 use crate::files::{self, Kind};
-use crate::observer::Observer;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{
-    Cell, Experiment, Measure, ObserverStart, Row, Rows, Source, Trial, TrialRecord, Trials,
-    Worker, design_of, read_manifest, stored_alike,
+    Cell, Experiment, Measure, Row, Rows, Source, Trial, TrialRecord, Trials, Worker, design_of,
+    read_manifest, stage_twelve, stored_alike,
 };
 use crate::text::{folded, number, shell_word, visible};
 use crate::worker::ask_once;
@@ -302,15 +303,22 @@ impl<'a> Replay<'a> {
         let cell = &experiment.cells[index];
         let data = record.realisation;
         let window = Window::with_reference(&data.u, &data.y, &data.r, cell.window);
-        let mut stages = vec![(
-            "Stage 1: data".to_owned(),
-            vec![
-                ("u".to_owned(), data.u.clone()),
-                ("y".to_owned(), data.y.clone()),
-                ("noise factor".to_owned(), vec![data.scale]),
-            ],
-        )];
-        for (table, passes) in experiment.file.methods.iter().zip(&record.methods) {
+        let named = |name: &str, values: &[f64]| (name.to_owned(), values.to_vec());
+        let mut vectors = vec![
+            named("u", &data.u),
+            named("y", &data.y),
+            named("noise factor", &[data.scale]),
+        ];
+        let truth = &data.truth;
+        vectors.push(named("true a", &truth.a));
+        vectors.push(named("true b", &truth.b));
+        vectors.push(named("true x(0)", &truth.x0));
+        if !cell.follows_input() {
+            vectors.push(named("x(k), k = 0, 1, ...", &data.states));
+        }
+        let mut stages = vec![("Stage 1: data".to_owned(), vectors)];
+        let tables = experiment.file.methods.iter().zip(&experiment.methods);
+        for ((table, method), passes) in tables.zip(&record.methods) {
             for (number, pass) in passes.iter().enumerate() {
                 let name = format!("{} pass {number}", table.output_name(number));
                 let solve = if number == 0 { 3 } else { 10 };
@@ -318,7 +326,7 @@ impl<'a> Replay<'a> {
                     stages.extend(information(table, window, passes, number, &name));
                 }
                 stages.extend(parameters(&name, solve, pass));
-                stages.extend(observer(&name, cell, data, pass));
+                stages.extend(observer(&name, cell, method, data, pass));
             }
         }
         let output = |row: &Row| record.passes[row.output].0.clone();
@@ -557,25 +565,26 @@ fn parameters(name: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
 }
 
 /// Returns stage 12 of a pass.
-fn observer(name: &str, cell: &Cell, data: &Realisation, pass: &Pass) -> Option<Stage> {
-    let mut observer = Observer::new(cell.gain.clone(), pass.a.len());
+fn observer(
+    name: &str,
+    cell: &Cell,
+    method: &Method,
+    data: &Realisation,
+    pass: &Pass,
+) -> Option<Stage> {
     let (mut at_window, mut last) = (Vec::new(), Vec::new());
-    let zero = vec![0.0; pass.a.len()];
-    let mut model = pass.observed()?;
-    if cell.observer_start == ObserverStart::Zero {
-        model.x0 = &zero;
-    }
-    let run = observer.run(model, &data.u, &data.y, |k, x| {
+    let used = stage_twelve(cell, method, pass, (&data.u, &data.y), |k, x| {
         if k == cell.window {
             at_window = x.to_vec();
         }
         last = x.to_vec();
-    });
-    run.ok()?;
-    let vectors = vec![
-        ("g".to_owned(), observer.g().to_vec()),
-        ("xhat(N)".to_owned(), at_window),
-        ("xhat(K-1)".to_owned(), last),
-    ];
-    Some((format!("Stage 12, {name}: observer"), vectors))
+    })?;
+    let named = |(name, values): (&str, Vec<f64>)| (name.to_owned(), values);
+    let mut vectors: Vec<(String, Vec<f64>)> = used.into_iter().map(named).collect();
+    vectors.push(named(("xhat(N)", at_window)));
+    vectors.push(named(("xhat(K-1)", last)));
+    let kind = method
+        .observer()
+        .map_or_else(|| cell.gain.to_string(), ToString::to_string);
+    Some((format!("Stage 12, {name}: observer {kind}"), vectors))
 }

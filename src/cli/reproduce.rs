@@ -1,6 +1,7 @@
 //! `asobench reproduce`: runs the papers' experiments, and prints which of their claims a typical realisation meets.
 
 mod bobtsov;
+mod one_trial;
 
 use super::error::{Error, failed};
 use super::run::{execute, threads};
@@ -149,10 +150,15 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Study>, Error> {
         figures: &["fig1.svg", "fig2.svg", "fig3.svg"],
         ..RunOptions::default()
     };
+    let cells = experiment.cells.iter();
+    let first_trials: Result<Vec<_>, _> = cells
+        .map(|cell| one_trial::first_trial(&experiment, cell))
+        .collect();
+    let first_trials = first_trials.map_err(failed)?;
     let figures = |summary: &Summary| {
-        let drawn = summary.cells.iter().enumerate();
+        let drawn = (1..).zip(summary.cells.iter().zip(&first_trials));
         drawn
-            .map(|(i, cell)| (format!("fig{}.svg", i + 1), draw(cell)))
+            .map(|(i, (cell, one))| (format!("fig{i}.svg"), draw(cell, one)))
             .collect()
     };
     need::ask(&experiment, &rule, options.threads, path, arguments.anyway)?;

@@ -312,6 +312,9 @@ pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String)
     Ok((text, verdicts))
 }
 
+/// The most kinds of failures of an output in the line of a run.
+const KINDS_SHOWN: usize = 10;
+
 /// Returns the number of failed estimates, by output and kind, as text.
 fn failures(summary: &Summary) -> String {
     let mut by_output: Vec<(String, BTreeMap<&str, u64>)> = Vec::new();
@@ -329,9 +332,15 @@ fn failures(summary: &Summary) -> String {
     let all: u64 = by_output.iter().flat_map(|(_, kinds)| kinds.values()).sum();
     let failed = by_output.iter().filter(|(_, kinds)| !kinds.is_empty());
     let failed = failed.map(|(label, kinds)| {
-        let kinds = kinds.iter().map(|(kind, count)| format!("{kind} {count}"));
-        let kinds: Vec<String> = kinds.collect();
-        format!("{}: {}", visible(label), kinds.join(", "))
+        let shown = kinds.iter().take(KINDS_SHOWN);
+        let mut shown: Vec<String> = shown
+            .map(|(kind, count)| format!("{kind} {count}"))
+            .collect();
+        if let more @ 1.. = kinds.len().saturating_sub(KINDS_SHOWN) {
+            let rest: u64 = kinds.values().skip(KINDS_SHOWN).sum();
+            shown.push(format!("of {more} other kinds {rest}"));
+        }
+        format!("{}: {}", visible(label), shown.join(", "))
     });
     let failed = failed.collect::<Vec<_>>().join("; ");
     let gap = if failed.is_empty() { "" } else { ": " };
@@ -411,6 +420,9 @@ pub(super) fn refused(flag: &str, error: CampaignError) -> Error {
         | CampaignError::Block(BlockError::File(_))
         | CampaignError::Store(_)
         | CampaignError::Run(_) => failed(error),
+        CampaignError::Block(BlockError::Damaged { .. }) => {
+            Error::Input(format!("{flag}{error}; --repair computes it again"))
+        }
         _ => Error::Input(format!("{flag}{error}")),
     }
 }

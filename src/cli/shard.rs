@@ -1,7 +1,7 @@
 //! `asobench shard`: computes one shard of a plan.
 
 use super::cluster::{parse_time, refused, word};
-use super::error::Error;
+use super::error::{Error, failed};
 use super::programs::{self, Consent};
 use super::run::threads;
 use super::{memory, note, print, progress};
@@ -56,9 +56,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let default = || ShardPlan::default_folder(path);
     let folder = arguments.out.clone().unwrap_or_else(default);
+    // The job goes back into the queue.
+    progress::exit_with(75);
     let stop = progress::stop_flag()?;
     if let Some(limit) = arguments.time_limit {
-        stop_after(limit, &stop);
+        stop_after(limit, &stop)?;
     }
     let mut display = progress::Display::new(plan.shards[index].len());
     let done = compute_shard(
@@ -139,12 +141,13 @@ fn allocated(asked: Option<u16>) -> usize {
 }
 
 /// Raises the flag after some time.
-fn stop_after(limit: Duration, stop: &Arc<AtomicBool>) {
+fn stop_after(limit: Duration, stop: &Arc<AtomicBool>) -> Result<(), Error> {
     let stop = Arc::clone(stop);
-    std::thread::spawn(move || {
+    let waiting = std::thread::Builder::new().spawn(move || {
         std::thread::sleep(limit);
         stop.store(true, Ordering::Relaxed);
     });
+    waiting.map(|_| ()).map_err(failed)
 }
 
 /// Describes this process. Slurm's name of the node comes first, because a machine can have several names.

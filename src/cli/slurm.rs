@@ -8,6 +8,7 @@ use super::run::StudyArguments;
 use super::{note, print};
 use crate::files::{self, Kind};
 use crate::study::cluster::ShardPlan;
+use crate::text::{beginning, script_word, visible};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -91,56 +92,101 @@ impl Job {
         toml::from_str(&text).map_err(|e: toml::de::Error| wrong(&e.message()))
     }
 
-    /// Refuses anything that could end a line of a script. Returns the time limit.
-    fn check(&self) -> Result<Option<Duration>, Error> {
-        let texts = [&self.partition, &self.account, &self.mem, &self.time];
-        let texts = texts.into_iter().flatten().chain(&self.options);
-        for text in texts {
-            if text.is_empty() || text.chars().any(char::is_control) {
-                return Err(Error::Input(format!(
-                    "{text:?}: expected an option of sbatch on one line"
-                )));
-            }
-        }
-        for option in &self.options {
-            if !option.starts_with('-') {
-                return Err(Error::Input(format!(
-                    "options: '{option}'; expected an option of sbatch such as --constraint=avx512"
-                )));
-            }
-        }
+    /// Returns the options of sbatch that both scripts share, and the time limit.
+    fn check(&self) -> Result<Checked, Error> {
         let time = self.time.as_deref().map(parse_time).transpose();
-        time.map_err(|error| Error::Input(format!("--time: {error}")))
-    }
-
-    /// Returns the lines that both scripts share.
-    fn lines(&self, time: Option<Duration>) -> String {
+        let time = time.map_err(|error| Error::Input(format!("--time: {error}")))?;
+        let mut lines = String::new();
         let known = [
             ("partition", self.partition.clone()),
             ("account", self.account.clone()),
-            ("time", time.map(slurm_time)),
             ("mem", self.mem.clone()),
         ];
-        let known = known.into_iter();
-        let known =
-            known.filter_map(|(name, value)| Some(format!("#SBATCH --{name}={}\n", value?)));
-        let more = self
-            .options
-            .iter()
-            .map(|option| format!("#SBATCH {option}\n"));
-        known.chain(more).collect()
+        for (name, value) in known {
+            let Some(value) = value else { continue };
+            if value.is_empty() {
+                return Err(Error::Input(format!(
+                    "--{name}: expected a text, not empty"
+                )));
+            }
+            let value = script_word(&value);
+            let value = value.map_err(|error| Error::Input(format!("--{name}: {error}")))?;
+            lines.extend(["#SBATCH --", name, "=", &value, "\n"]);
+        }
+        for option in &self.options {
+            lines.extend(["#SBATCH ", &option_word(option)?, "\n"]);
+        }
+        Ok(Checked { lines, time })
     }
 }
 
-/// The paths, as words of a script.
+/// Options of sbatch as lines of a script, and the time limit of a shard.
+struct Checked {
+    lines: String,
+    time: Option<Duration>,
+}
+
+/// Returns an option of sbatch as a word of a script.
+fn option_word(option: &str) -> Result<String, Error> {
+    let name = option.split('=').next().unwrap_or_default();
+    let name = name.strip_prefix("--").unwrap_or_default();
+    let known = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if name.is_empty() || !name.chars().all(known) {
+        return Err(Error::Input(format!(
+            "options: '{}'; expected an option of sbatch in one word, such as --constraint=avx512",
+            visible(beginning(option, 200))
+        )));
+    }
+    script_word(option).map_err(|error| Error::Input(format!("options: {error}")))
+}
+
+/// Names and paths, as words of a script.
 struct Places {
     program: String,
-    folder: PathBuf,
-    plan: PathBuf,
+    folder: String,
+    plan: String,
+    script: String,
+    shards: String,
+    out: String,
     name: String,
-    /// The command that changes to the folder of the experiment file, where programs run.
-    at: String,
-    allow: &'static str,
+    /// The folder of the experiment file, where programs run.
+    home: String,
+}
+
+impl Places {
+    fn new(name: &str, file: &Path, plan: &Path, out: &Path) -> Result<Self, Error> {
+        let plan = std::path::absolute(plan).map_err(failed)?;
+        let folder = plan.parent().unwrap_or(Path::new("/"));
+        // In the name of a log sbatch takes these for patterns.
+        if folder.to_string_lossy().contains(['\\', '%']) {
+            return Err(Error::Input(format!(
+                "slurm: '{}'; expected a path without \\ and %, in which Slurm writes logs",
+                visible(folder.display())
+            )));
+        }
+        Ok(Self {
+            program: path_word(&std::env::current_exe().map_err(failed)?)?,
+            folder: path_word(folder)?,
+            plan: path_word(&plan)?,
+            script: path_word(&script_of(&plan))?,
+            shards: path_word(&ShardPlan::default_folder(&plan))?,
+            out: path_word(&std::path::absolute(out).map_err(failed)?)?,
+            name: script_word(name).map_err(Error::Input)?,
+            home: path_word(&folder_of(file)?)?,
+        })
+    }
+}
+
+/// Returns a path as a word of a script.
+fn path_word(path: &Path) -> Result<String, Error> {
+    let refused = |error: String| Error::Input(format!("slurm: {error}"));
+    let text = path.to_str().ok_or_else(|| {
+        refused(format!(
+            "'{}'; expected a path in UTF-8, for a job script",
+            visible(path.display())
+        ))
+    })?;
+    script_word(text).map_err(refused)
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -151,12 +197,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let file = arguments.config.as_deref().map(Job::read).transpose()?;
     let job = arguments.job.clone().or(file.unwrap_or_default());
-    let time = job.check()?;
+    let checked = job.check()?;
+    let time = checked.time;
     let work = arguments.work.clone();
     let work = work.unwrap_or_else(|| PathBuf::from(format!("{name}-slurm")));
+    let path = work.join(format!("{name}.plan.json"));
+    let out = arguments.study.folder(arguments.out.as_deref());
+    let places = Places::new(&name, &arguments.study.file, &path, &out)?;
     files::make_folder(&work).map_err(failed)?;
     files::make_folder(&work.join("logs")).map_err(failed)?;
-    let path = work.join(format!("{name}.plan.json"));
     let size = SizeArguments {
         // A shard that ends well before the limit is not interrupted and run again.
         target_time: arguments.size.target_time.or(time.map(|limit| limit / 2)),
@@ -165,26 +214,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let cpus = job.cpus_per_task.unwrap_or(1);
     let study = (&arguments.study, arguments.consent);
     let planned = plan(study, &size, usize::from(cpus), &path, &[])?;
-    let at = match planned.allow {
-        "" => String::new(),
-        _ => format!("cd {} && ", word(&folder_of(&arguments.study.file)?)),
-    };
-    let places = Places {
-        program: word(&std::env::current_exe().map_err(failed)?),
-        folder: std::path::absolute(&work).map_err(failed)?,
-        plan: std::path::absolute(&path).map_err(failed)?,
-        name,
-        at,
-        allow: planned.allow,
-    };
-    let out = std::path::absolute(arguments.study.folder(arguments.out.as_deref()));
-    let merge_script = work.join(format!("{}-merge.sbatch", places.name));
+    let merge_script = work.join(format!("{name}-merge.sbatch"));
     let script = script_of(&path);
-    write(&script, &shard_script(&places, &job, time))?;
     write(
-        &merge_script,
-        &merge_script_of(&places, &job, &out.map_err(failed)?),
+        &script,
+        &shard_script(&places, cpus, &checked, planned.allow),
     )?;
+    write(&merge_script, &merge_script_of(&places, &checked))?;
     let shards = planned.plan.shards.len();
     let array = match (shards, job.array_limit) {
         (0, _) => None,
@@ -214,15 +250,25 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
         .map_err(|error| Error::Failed(format!("{}: {error}", path.display())))
 }
 
-fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
+/// `allow`: the flag with which the shards start programs, with a leading blank.
+fn shard_script(places: &Places, cpus: u16, checked: &Checked, allow: &'static str) -> String {
     let Places {
         program,
         folder,
         plan,
+        script,
         name,
-        at,
-        allow,
+        home,
+        ..
     } = places;
+    let Checked { lines, time } = checked;
+    let time_line = time.map_or_else(String::new, |time| {
+        format!("#SBATCH --time={}\n", slurm_time(time))
+    });
+    let at = match allow {
+        "" => String::new(),
+        _ => format!("cd {home} && "),
+    };
     // Leaves time to finish and write the blocks under way. A block takes about five seconds at most, unless one trial
     // takes longer.
     let limit = time.map_or_else(String::new, |time| {
@@ -237,12 +283,12 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
          # Some of them: sbatch --array=3,17 {script}   (`asobench status {plan}` prints that \
          line)\n\
          #SBATCH --job-name={name}\n\
-         #SBATCH --chdir={chdir}\n\
+         #SBATCH --chdir={folder}\n\
          #SBATCH --output=logs/%x-%A_%a.log\n\
          #SBATCH --open-mode=append\n\
          #SBATCH --requeue\n\
          #SBATCH --cpus-per-task={cpus}\n\
-         {lines}\n\
+         {lines}{time_line}\n\
          # The number of the shard is SLURM_ARRAY_TASK_ID, the number of threads \
          SLURM_CPUS_PER_TASK.\n\
          {at}{program} shard {plan}{limit}{allow}\n\
@@ -253,23 +299,21 @@ fn shard_script(places: &Places, job: &Job, time: Option<Duration>) -> String {
          if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt 100 ]; then\n\
          \x20   scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\"\n\
          fi\n\
-         exit \"$code\"\n",
-        script = word(&script_of(plan)),
-        plan = word(plan),
-        chdir = folder.display(),
-        cpus = job.cpus_per_task.unwrap_or(1),
-        lines = job.lines(time),
+         exit \"$code\"\n"
     )
 }
 
-fn merge_script_of(places: &Places, job: &Job, out: &Path) -> String {
+fn merge_script_of(places: &Places, checked: &Checked) -> String {
     let Places {
         program,
         folder,
         plan,
+        shards,
+        out,
         name,
         ..
     } = places;
+    let lines = &checked.lines;
     format!(
         "#!/bin/bash\n\
          # Written by `asobench slurm`, yours to edit: it is never \
@@ -277,15 +321,10 @@ fn merge_script_of(places: &Places, job: &Job, out: &Path) -> String {
          # Puts the results together; where trials are missing, the log says which, and the line \
          that computes them.\n\
          #SBATCH --job-name={name}-merge\n\
-         #SBATCH --chdir={chdir}\n\
+         #SBATCH --chdir={folder}\n\
          #SBATCH --output=logs/%x-%j.log\n\
          {lines}\n\
-         {program} merge {plan} {shards} --out {out}\n",
-        chdir = folder.display(),
-        lines = job.lines(None),
-        plan = word(plan),
-        shards = word(&ShardPlan::default_folder(plan)),
-        out = word(out),
+         {program} merge {plan} {shards} --out {out}\n"
     )
 }
 
@@ -315,8 +354,10 @@ fn submit(now: bool, array: Option<String>, scripts: (&Path, &Path)) -> Result<(
 
 /// Submits a script and returns the job's number.
 fn sbatch(options: &[String], script: &Path) -> Result<String, Error> {
+    // An absolute path begins with no dash.
+    let place = std::path::absolute(script).map_err(failed)?;
     let mut command = Command::new("sbatch");
-    command.arg("--parsable").args(options).arg(script);
+    command.arg("--parsable").args(options).arg(place);
     let wrong = |reason: &str| Error::Failed(format!("sbatch {}: {reason}", script.display()));
     let output = command
         .output()

@@ -238,7 +238,7 @@ impl Test<'_> {
             ..self.process.settings().clone()
         });
         let of = (&process.map_err(failed)?, 0.0);
-        let mut first = "";
+        let mut first = String::new();
         for trial in 0..RECORDS {
             let (record, truth) = self.cell.record_for_program(of, self.seed, trial);
             let answered = match self.ask(&[record])? {
@@ -251,7 +251,7 @@ impl Test<'_> {
                 return Ok(recovered(&plant, &pass.model, trial));
             }
             if trial == 0 {
-                first = word(pass);
+                word(pass).clone_into(&mut first);
             }
         }
         let text = format!("trial 0 {first}, no model of trials 0 to {}", RECORDS - 1);
@@ -361,8 +361,9 @@ fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
 const MODEL: &str = "with a model";
 
 /// Describes a pass in a word.
-fn word(pass: &Pass) -> &'static str {
-    pass.failure.map_or(MODEL, |failure| failure.kind.name())
+fn word(pass: &Pass) -> &str {
+    let failure = pass.failure.as_ref();
+    failure.map_or(MODEL, |failure| failure.kind.name())
 }
 
 /// Returns the largest difference of a coefficient between two models, relative if it is above 1; `None` if they cannot

@@ -2,7 +2,7 @@
 
 use super::error::{Error, failed};
 use crate::data::Realisation;
-use crate::estimator::{Pass, Window};
+use crate::estimator::{Estimator, Pass, Window};
 use crate::files::{self, Kind, PathError};
 use crate::study::Experiment;
 use serde_json::{Value, json};
@@ -12,17 +12,18 @@ use std::time::{Duration, Instant};
 
 /// The number of records on which each method is timed.
 const RECORDS: u64 = 5;
-/// The least number of repetitions on each record.
-const REPETITIONS: usize = 5;
-/// The time for each method on each record; exceeded if the repetitions take longer.
-const BUDGET: Duration = Duration::from_millis(8);
+/// The number of rounds on each record. In a round every method has its turn, so that what the machine does besides
+/// slows all of them alike.
+const ROUNDS: usize = 5;
+/// The time of a turn, over which the estimates are counted; exceeded if one takes longer.
+const TURN: Duration = Duration::from_micros(1600);
 
 /// Returns the approximate seconds that [`measure`] takes. `seconds_per_trial` is the time of one trial of every cell
 /// on one thread.
 pub(super) fn duration(experiment: &Experiment, seconds_per_trial: f64) -> f64 {
     let measured = experiment.cells.len() * experiment.methods.len();
-    let least = measured as f64 * BUDGET.as_secs_f64();
-    RECORDS as f64 * (least + REPETITIONS as f64 * seconds_per_trial)
+    let least = measured as f64 * TURN.as_secs_f64();
+    (RECORDS as usize * ROUNDS) as f64 * (least + seconds_per_trial)
 }
 
 const FOLDER: &str = "timing";
@@ -50,7 +51,7 @@ fn design(experiment: &Experiment) -> String {
 }
 
 /// Times every method in every cell on one thread while the others are idle. Writes `timing/times.json` whole. Stops
-/// between two measurements if `stop` is raised.
+/// between two estimates if `stop` is raised.
 pub(super) fn measure(
     experiment: &Experiment,
     folder: &Path,
@@ -61,57 +62,55 @@ pub(super) fn measure(
         let Some(process) = cell.process() else {
             continue;
         };
-        let mut record = Realisation::default();
+        let mut timed = Vec::new();
         for (method, table) in experiment.methods.iter().zip(&experiment.file.methods) {
             // `asobench test-method` times programs.
-            if table.program().is_some() {
-                continue;
+            if table.program().is_none() {
+                let estimator = cell
+                    .prepare(method, experiment.file.coverage)
+                    .map_err(failed)?;
+                timed.push(Timed {
+                    name: table.output_name(1),
+                    estimator,
+                    passes: vec![Pass::new(cell.order); method.passes()],
+                    rounds: Vec::new(),
+                });
             }
-            let mut estimator = cell
-                .prepare(method, experiment.file.coverage)
-                .map_err(failed)?;
-            let mut passes = vec![Pass::new(cell.order); method.passes()];
-            let mut seconds = Vec::new();
-            for trial in 0..RECORDS {
-                let seed = experiment.file.seed;
-                process.realise(
-                    seed,
-                    trial,
-                    cell.eta,
-                    cell.window,
-                    cell.horizon,
-                    &mut record,
-                );
-                let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
-                let begin = Instant::now();
-                let mut repetition = 0;
-                while repetition < REPETITIONS || begin.elapsed() < BUDGET {
-                    if stop.load(Ordering::Relaxed) {
-                        let message = "interrupted while times were measured; the results are \
-                                       written, the same command measures the times again";
-                        return Err(Error::Interrupted(message.to_owned()));
-                    }
-                    passes.iter_mut().for_each(Pass::clear);
-                    let start = Instant::now();
-                    estimator.estimate(window, &mut passes);
-                    seconds.push(start.elapsed().as_secs_f64());
-                    repetition += 1;
+        }
+        let mut record = Realisation::default();
+        for trial in 0..RECORDS {
+            let seed = experiment.file.seed;
+            process.realise(
+                seed,
+                trial,
+                cell.eta,
+                cell.window,
+                cell.horizon,
+                &mut record,
+            );
+            let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
+            for _ in 0..ROUNDS {
+                for method in &mut timed {
+                    method.turn(window, stop)?;
                 }
             }
+        }
+        times.extend(timed.into_iter().map(|method| {
+            let mut seconds = method.rounds.clone();
             seconds.sort_by(f64::total_cmp);
             let at = |q: f64| seconds[((seconds.len() - 1) as f64 * q) as usize];
-            times.push(json!({
+            json!({
                 "cell": index,
                 "order": cell.order,
                 "window": cell.window,
-                "method": table.output_name(1),
-                "passes": method.passes(),
+                "method": method.name,
+                "passes": method.passes.len(),
                 "median_seconds": at(0.5),
                 "q25_seconds": at(0.25),
                 "q75_seconds": at(0.75),
-                "repetitions": seconds.len(),
-            }));
-        }
+                "rounds": method.rounds,
+            })
+        }));
     }
     let content = json!({
         "design": design(experiment),
@@ -122,6 +121,38 @@ pub(super) fn measure(
     files::make_subfolder(folder, FOLDER)
         .and_then(|_| files::replace(&file(folder), Kind::Times, format!("{text}\n").as_bytes()))
         .map_err(failed)
+}
+
+/// A method with its times.
+struct Timed {
+    name: String,
+    estimator: Box<dyn Estimator>,
+    passes: Vec<Pass>,
+    /// Seconds of an estimate in each round.
+    rounds: Vec<f64>,
+}
+
+impl Timed {
+    /// Estimates until the turn is over.
+    fn turn(&mut self, window: Window<'_>, stop: &AtomicBool) -> Result<(), Error> {
+        let begin = Instant::now();
+        let mut estimates = 0;
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                let message = "interrupted while times were measured; the results are written, \
+                               the same command measures the times again";
+                return Err(Error::Interrupted(message.to_owned()));
+            }
+            self.passes.iter_mut().for_each(Pass::clear);
+            self.estimator.estimate(window, &mut self.passes);
+            estimates += 1;
+            let spent = begin.elapsed();
+            if spent >= TURN {
+                self.rounds.push(spent.as_secs_f64() / f64::from(estimates));
+                return Ok(());
+            }
+        }
+    }
 }
 
 /// Returns the processor's name, or its architecture if the name is unknown.

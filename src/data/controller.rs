@@ -1,6 +1,6 @@
 //! User-defined controllers, such as an adaptive state feedback.
 
-use super::DrawFailure;
+use super::{DrawFailure, Truth};
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -25,8 +25,9 @@ impl History<'_> {
 
 /// A controller in the loop. It owns its buffers; each worker has its own controller.
 pub trait Controller: Send {
-    /// Forgets the previous trial.
-    fn reset(&mut self);
+    /// Forgets the previous trial. An ideal controller may use the truth of the next one, whose x0 is the state at the
+    /// trial's first sample.
+    fn reset(&mut self, truth: &Truth);
 
     /// Returns the input u(k) that will drive the plant. Called once for every k from [`ControlLaw::pilot`] on, in
     /// order.
@@ -34,6 +35,11 @@ pub trait Controller: Send {
     /// # Errors
     /// [`DrawFailure`] if there is no input; the trial then has no record.
     fn control(&mut self, history: History<'_>) -> Result<f64, DrawFailure>;
+
+    /// Returns the estimate of the state, n numbers, from which the last input was made; empty if there is none.
+    fn estimate(&self) -> &[f64] {
+        &[]
+    }
 }
 
 /// Makes controllers.
@@ -103,13 +109,13 @@ pub(super) struct Kept(Option<(Arc<Factory>, Box<dyn Controller>)>);
 
 impl Kept {
     /// Returns the law's controller, reset. It is made anew if the kept one belongs to another law.
-    pub(super) fn for_law(&mut self, law: &ControlLaw) -> &mut dyn Controller {
+    pub(super) fn for_law(&mut self, law: &ControlLaw, truth: &Truth) -> &mut dyn Controller {
         if !matches!(&self.0, Some((factory, _)) if Arc::ptr_eq(factory, &law.factory)) {
             self.0 = None;
         }
         let made = || (Arc::clone(&law.factory), (law.factory)());
         let (_, controller) = self.0.get_or_insert_with(made);
-        controller.reset();
+        controller.reset(truth);
         &mut **controller
     }
 }

@@ -1,8 +1,11 @@
 //! CSV text. Records of u and y have a header with the columns `u`, `y` and optionally `k` or `t`, and comment lines
 //! beginning with `#`. All tables of the program are written by the one line writer here.
 
-use crate::text::{beginning, number, visible, visible_lines};
+mod times;
+
+use crate::text::{beginning, number, rounded, visible, visible_lines};
 use std::io::{BufRead, BufReader, Read, Write};
+use times::Times;
 
 /// A record of input and output samples.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -97,8 +100,8 @@ pub enum RecordError {
     /// The times of the samples are not equally spaced.
     #[error(
         "line {line}, column t: a step of {}, the first one is {}; samples must be equally spaced",
-        number(*.found),
-        number(*.first)
+        rounded(*.found, 6),
+        rounded(*.first, 6)
     )]
     Spacing {
         /// The line.
@@ -123,10 +126,6 @@ pub enum RecordError {
 const LONGEST_LINE: u64 = 1 << 20;
 
 const NAMES: [&str; 4] = ["k", "u", "y", "t"];
-/// How far a step in time may be from the first one, relative to it. It must exceed the rounding of printed times: with
-/// two decimals, steps of 1/30 s are 0.03 or 0.04. A missing sample is a step of twice the length.
-const SPACING: f64 = 0.5;
-
 /// The positions of k, u, y and t in a row.
 struct Columns {
     positions: [Option<usize>; 4],
@@ -224,28 +223,6 @@ fn unquote(cell: &str) -> &str {
     cell.trim().trim_matches('"')
 }
 
-/// The times of the samples so far.
-#[derive(Default)]
-struct Times {
-    last: Option<f64>,
-    first_step: Option<f64>,
-}
-
-impl Times {
-    /// Adds the time of the next sample.
-    fn add(&mut self, time: f64, line: u64) -> Result<(), RecordError> {
-        let Some(last) = self.last.replace(time) else {
-            return Ok(());
-        };
-        let found = time - last;
-        let first = *self.first_step.get_or_insert(found);
-        if found > 0.0 && (found - first).abs() <= SPACING * first {
-            return Ok(());
-        }
-        Err(RecordError::Spacing { line, found, first })
-    }
-}
-
 /// Reads a record. The memory used is that of the two columns. A column t only shows that the samples are equally
 /// spaced.
 ///
@@ -260,7 +237,7 @@ pub fn read(from: impl Read) -> Result<Record, RecordError> {
     let columns = Columns::parse(&header, line)?;
     let mut record = Record::default();
     let mut expected = None;
-    let mut times = Times::default();
+    let mut times = Times::new();
     while let Some((line, text)) = lines.next()? {
         let mut row = [""; 4];
         let mut found = 0;
@@ -288,7 +265,8 @@ pub fn read(from: impl Read) -> Result<Record, RecordError> {
             }
         }
         if let Some(time) = columns.number(&row, line, 3)? {
-            times.add(time, line)?;
+            let cell = columns.positions[3].map_or("", |position| row[position]);
+            times.add(cell, time, line)?;
         }
         record.u.extend(columns.number(&row, line, 1)?);
         record.y.extend(columns.number(&row, line, 2)?);

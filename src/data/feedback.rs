@@ -147,8 +147,8 @@ impl OutputFeedback {
     }
 }
 
-/// Runs a controller's loop with the noise `scale f` from the state in `to.x`; computes y0, y, u0, u and the states. On
-/// entry, `to.u` holds the input-measurement noise.
+/// Runs a controller's loop with the noise `scale f` from the state in `to.x`; computes y0, y, u0, u, the states and
+/// their estimates. On entry, `to.u` holds the input-measurement noise.
 pub(super) fn run_controlled(
     law: &ControlLaw,
     plant: &StateSpace,
@@ -165,10 +165,12 @@ pub(super) fn run_controlled(
         f,
         states,
         x,
+        truth,
+        estimates,
         controller,
         ..
     } = to;
-    let controller = controller.for_law(law);
+    let controller = controller.for_law(law, truth);
     let mut outcome = Ok(());
     drive(plant.a(), plant.b(), x, r.len(), |k, x| {
         y0[k] = x[0];
@@ -182,10 +184,12 @@ pub(super) fn run_controlled(
         u0[k] = if k < law.pilot() {
             r[k]
         } else if outcome.is_ok() {
-            controller.control(history).unwrap_or_else(|failure| {
+            let input = controller.control(history).unwrap_or_else(|failure| {
                 outcome = Err(failure);
                 f64::NAN
-            })
+            });
+            estimates.extend_from_slice(controller.estimate());
+            input
         } else {
             f64::NAN
         };

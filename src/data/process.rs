@@ -11,6 +11,9 @@ use crate::signal::{
 };
 use serde_json::{Value, json};
 
+/// The sizes that signals may have.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+
 /// The settings of a process.
 #[derive(Clone, Debug)]
 pub struct ProcessSettings {
@@ -78,6 +81,11 @@ pub enum ProcessError {
     /// The amplitude is negative or not finite, or zero in open loop.
     #[error("the input's amplitude must be finite and positive (or 0 with feedback), not {0}")]
     Amplitude(f64),
+    /// A size of a signal is so large or so small that squares of samples overflow or underflow.
+    #[error(
+        "{0} of {1:e} makes signals whose squares cannot be told; expected signals of 1e-100 to 1e100"
+    )]
+    Size(&'static str, f64),
     /// The input-measurement noise is out of range.
     #[error(
         "the input-measurement noise must be a finite percentage, at least 0, of a positive amplitude, \
@@ -145,6 +153,28 @@ impl ProcessSettings {
         }
     }
 
+    /// Checks that squares of all signals, and of errors of a millionth of them, are numbers.
+    fn check_sizes(&self) -> Result<(), ProcessError> {
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let amplitude = self.input.amplitude();
+        let gain = match &self.plant {
+            PlantSource::Fixed(plant) => largest(plant.b()),
+            PlantSource::Random { .. } => 1.0,
+        };
+        for (name, size) in [
+            ("an amplitude", amplitude),
+            ("an amplitude times b", amplitude * gain),
+            ("an initial state", largest(&self.x0)),
+            ("an initial state's deviation", self.x0_deviation),
+            ("process noise", self.process_noise),
+        ] {
+            if size != 0.0 && !SIZES.contains(&size) {
+                return Err(ProcessError::Size(name, size));
+            }
+        }
+        Ok(())
+    }
+
     fn check_disturbances(&self, closed: bool) -> Result<(), ProcessError> {
         for (name, deviation) in [
             ("process_noise", self.process_noise),
@@ -206,6 +236,7 @@ impl Process {
             return Err(ProcessError::InputNoise(percent, amplitude));
         }
         settings.check_disturbances(closed)?;
+        settings.check_sizes()?;
         settings.check_level(closed)?;
         if let Feedback::Controlled(law) = &settings.feedback
             && law.pilot() < 2
@@ -392,7 +423,7 @@ impl Process {
 
     /// Fills `u` with the input-measurement noise. By default it is zero and nothing is drawn.
     fn draw_input_noise(&self, (seed, trial): (u64, u64), u: &mut [f64]) {
-        let deviation = self.settings.input_noise / 100.0 * self.settings.input.amplitude();
+        let deviation = self.input_deviation();
         if deviation == 0.0 {
             u.fill(0.0);
         } else {
@@ -407,19 +438,24 @@ impl Process {
         }
     }
 
-    /// Returns the same as [`Self::open_loop`] if only the inputs and the initial state drive the plant.
+    /// Returns the standard deviation of the input-measurement noise.
+    pub fn input_deviation(&self) -> f64 {
+        self.settings.input_noise / 100.0 * self.settings.input.amplitude()
+    }
+
+    /// Returns the same as [`Self::open_loop`] if only the measured input and the initial state drive the plant.
     pub(crate) fn undisturbed(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let ProcessSettings {
             process_noise,
             x0_deviation,
+            input_noise,
             ..
         } = self.settings;
         self.open_loop()
-            .filter(|_| process_noise == 0.0 && x0_deviation == 0.0)
+            .filter(|_| [process_noise, x0_deviation, input_noise] == [0.0; 3])
     }
 
-    /// Returns plant, noise filter and variances if they are the same in every trial, the loop is open, and the
-    /// measured input is the true one.
+    /// Returns plant, noise filter and variances if they are the same in every trial and the loop is open.
     pub fn open_loop(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let open = matches!(self.settings.feedback, Feedback::None);
         let Plants::Fixed(resolved) = &self.plants else {
@@ -430,7 +466,7 @@ impl Process {
             noise,
             variances,
         } = resolved;
-        (open && self.settings.input_noise == 0.0).then_some((plant, noise, *variances))
+        open.then_some((plant, noise, *variances))
     }
 
     /// Returns every setting, for a manifest.

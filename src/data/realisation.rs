@@ -73,6 +73,8 @@ pub struct Realisation {
     pub f: Vec<f64>,
     /// The true states, n numbers a row: row k holds x(k).
     pub states: Vec<f64>,
+    /// The estimates of the states that a controller fed back, n numbers a row, as in `states`; empty without them.
+    pub estimates: Vec<f64>,
     /// The factor s of the noise; NaN if the noise level cannot be reached.
     pub scale: f64,
     /// The true system of this trial.
@@ -105,6 +107,7 @@ impl Realisation {
             buffer.resize(samples, 0.0);
         }
         self.states.resize(samples * order, 0.0);
+        self.estimates.clear();
         self.truth.forget(order);
         self.scale = f64::NAN;
         self.origin = 0;

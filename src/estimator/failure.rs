@@ -3,9 +3,7 @@
 use crate::data::DrawFailure;
 use crate::names::UnknownName;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::collections::BTreeSet;
 use std::str::FromStr;
-use std::sync::{Mutex, PoisonError};
 
 /// Why a pass failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -49,32 +47,47 @@ pub enum FailureKind {
     External(Reason),
 }
 
-/// The name of a failure with a program's reason, "external: REASON". Each text is stored once per process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Reason(&'static str);
+/// The name of a failure with a program's reason, "external: REASON".
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Reason {
+    /// The name in ASCII, zeros after it.
+    name: [u8; Self::ROOM],
+}
 
 impl Reason {
     /// The largest number of characters of a reason.
     pub const LONGEST: usize = 60;
-    const PREFIX: &str = "external: ";
+    /// How its name begins.
+    pub const PREFIX: &str = "external: ";
+    const ROOM: usize = Self::PREFIX.len() + Self::LONGEST;
 
     /// Makes the reason from the text that a program gives. Only ASCII letters, digits, spaces and `-_.,()` are kept;
     /// other characters become `?`. A text longer than [`Self::LONGEST`] is cut.
     pub fn new(given: &str) -> Self {
-        static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
         let plain = |c: char| c.is_ascii_alphanumeric() || " -_.,()".contains(c);
         let text = given.trim().chars().take(Self::LONGEST);
         let text: String = text.map(|c| if plain(c) { c } else { '?' }).collect();
-        let name = format!("{}{}", Self::PREFIX, text.trim_end());
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(name) = known.get(name.as_str()) {
-            return Self(name);
-        }
-        // Reasons are few and short. They are kept as long as the process, so that failures are small values that are
-        // copied.
-        let name: &'static str = Box::leak(name.into_boxed_str());
-        known.insert(name);
-        Self(name)
+        let mut name = [0; Self::ROOM];
+        let bytes = Self::PREFIX.bytes().chain(text.trim_end().bytes());
+        name.iter_mut().zip(bytes).for_each(|(to, from)| *to = from);
+        Self { name }
+    }
+
+    /// The reason that stands for all that are too many to be counted one by one.
+    pub fn others() -> Self {
+        Self::new("(other reasons)")
+    }
+
+    fn name(&self) -> &str {
+        let end = self.name.iter().position(|byte| *byte == 0);
+        let bytes = &self.name[..end.unwrap_or(Self::ROOM)];
+        std::str::from_utf8(bytes).unwrap_or(Self::PREFIX)
+    }
+}
+
+impl std::fmt::Debug for Reason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:?}", self.name())
     }
 }
 
@@ -126,7 +139,7 @@ impl FailureKind {
     }
 
     /// Returns the name that every output uses.
-    pub const fn name(self) -> &'static str {
+    pub fn name(&self) -> &str {
         match self {
             Self::NonFinite => "non-finite",
             Self::Singular => "singular",
@@ -145,7 +158,7 @@ impl FailureKind {
             Self::Timeout => "timeout",
             Self::Crashed => "crashed",
             Self::Malformed => "malformed",
-            Self::External(Reason(name)) => name,
+            Self::External(reason) => reason.name(),
         }
     }
 }
@@ -167,11 +180,11 @@ impl FromStr for FailureKind {
         if let Some(reason) = given.strip_prefix(Reason::PREFIX) {
             let reason = Reason::new(reason);
             // Accepts only a text that a program's reason can become.
-            if reason.0 == given {
+            if reason.name() == given {
                 return Ok(Self::External(reason));
             }
         }
-        let valid: Vec<&str> = known().map(|kind| kind.name()).collect();
+        let valid: Vec<&str> = known().map(FailureKind::name).collect();
         Err(UnknownName::new("failure", given, &valid))
     }
 }
@@ -228,10 +241,9 @@ mod tests {
         );
         let long = Reason::new(&"\u{1b}[31m<".repeat(40));
         assert_eq!(
-            long.0.len(),
+            long.name().len(),
             Reason::PREFIX.len() + Reason::LONGEST,
-            "{}",
-            long.0
+            "{long:?}"
         );
         for wrong in ["external: \u{7}", "external:", "crash"] {
             assert!(wrong.parse::<FailureKind>().is_err(), "{wrong}");

@@ -194,3 +194,44 @@ pub(crate) fn next_row<R: Real>(a: &[R], row: &mut [R]) {
     }
     row[0] = last * a[0];
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::{Purpose, fill_white, stream};
+
+    /// det(D'D) is never zero for c = e_1 and a companion A, stable or not, for any N >= n: the first n rows of D are
+    /// the identity, so `D'D - I` is a sum of squares, and the eigenvalues of D'D are at least 1.
+    #[test]
+    fn the_determinant_of_stage_6_is_at_least_one() {
+        let mut numbers = stream(1, 0, Purpose::Input);
+        for (order, window) in [(1, 1), (1, 9), (2, 2), (3, 10), (6, 6), (6, 18), (6, 30)] {
+            let signal = vec![0.0; window];
+            for scale in [0.0, 0.1, 0.3, 1.5] {
+                let mut a = vec![0.0; order];
+                if scale > 0.0 {
+                    fill_white(&mut numbers, scale, &mut a);
+                }
+                let mut problem = InitialState::new(order);
+                problem.start();
+                for k in 0..order {
+                    let identity: Vec<f64> =
+                        (0..order).map(|i| f64::from(u8::from(i == k))).collect();
+                    assert_eq!(problem.row, identity);
+                    next_row(&a, &mut problem.row);
+                }
+                let window = Window::new(&signal, &signal, window);
+                problem.form_normal_equations(&a, &vec![0.0; order], window, &mut vec![0.0; order]);
+                let gram = Mat::from_fn(order, order, |i, j| problem.gram[(i.max(j), i.min(j))]);
+                let eigenvalues = gram.self_adjoint_eigenvalues(faer::Side::Lower).unwrap();
+                let largest = eigenvalues.iter().fold(1.0_f64, |most, e| most.max(*e));
+                let rounding = order as f64 * f64::EPSILON * largest;
+                assert!(scale > 1.0 || rounding < 1e-9, "the check says nothing");
+                assert!(
+                    eigenvalues.iter().all(|e| *e >= 1.0 - rounding),
+                    "n {order}, a {a:?}: {eigenvalues:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! A method under study: its name, and how workers make their own copy of it.
 
+use super::scale::Scaled;
 use super::{
     Estimator, IvOptions, KnownModel, KnownOptions, LsOptions, MethodOptions, SetupError, Shape,
 };
@@ -283,7 +284,7 @@ impl Method {
         let problem = problem.into();
         match &self.maker {
             Maker::Own { factory, .. } => factory(&problem),
-            Maker::Options(options) => options.prepare(&problem),
+            Maker::Options(options) => Ok(Box::new(Scaled::new(options.prepare(&problem)?))),
         }
     }
 

@@ -34,6 +34,7 @@ mod registry;
 pub mod regression;
 pub mod regressors;
 mod riv;
+mod scale;
 pub mod solver;
 mod sorted_qr;
 mod subspace;
@@ -66,6 +67,7 @@ pub(crate) use registry::inline_schema;
 pub use registry::{EstimatorName, MethodOptions, OptionEntry, option_keys};
 pub use regression::{Regression, Rows};
 pub use riv::{RefinedIv, RivOptions};
+pub use scale::unit_of;
 pub use solver::{Instruments, Solver, Stage10};
 pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
 
@@ -159,7 +161,7 @@ pub enum SetupError {
     LargeOrder(usize),
     /// N - n is below 2n.
     #[error(
-        "a window of {} samples is too short for order {}: at least 3n = {} are needed",
+        "a window of {} samples is too short for order {}: expected any whole number from 3n = {} on, even or odd",
         .0.window, .0.order, 3 * .0.order
     )]
     ShortWindow(Shape),
@@ -214,7 +216,7 @@ pub enum SetupError {
     /// The estimator `known` is used where no true plant is known.
     #[error(
         "the true plant (estimator 'known', starts = \"truth\") is available only in studies with one plant for \
-         all trials, of the setting's order, in open loop with an exactly measured input"
+         all trials, of the setting's order, in open loop"
     )]
     NoKnownPlant,
     /// The true plant, from which a search is to start, is not a model of these orders.
@@ -225,8 +227,8 @@ pub enum SetupError {
     },
     /// A Kalman filter with known noise, but the variance of the noise is 0 or differs between trials.
     #[error(
-        "observer '{0}' with the known plant needs the variance of the measurement noise: eta above 0 and eta_over = \
-         \"nominal\""
+        "observer '{0}' with the known plant needs the variance of the measurement noise, the same in every trial: eta = 0, \
+         or eta_over = \"nominal\" or \"absolute\""
     )]
     NoKnownNoise(ObserverKind),
     /// The Kalman filter does not exist for these coefficients.

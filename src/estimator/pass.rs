@@ -252,6 +252,15 @@ impl Pass {
         self.progress = Progress::InitialState;
     }
 
+    /// Takes the results, which are of samples in this unit, a power of two, for those of the samples themselves.
+    pub(super) fn set_unit(&mut self, unit: f64) {
+        let states = self.x0.iter_mut().chain(&mut self.singular_values);
+        states.for_each(|x| *x *= unit);
+        for squared in [&mut self.model.noise_variance, &mut self.loss] {
+            *squared = *squared * unit * unit;
+        }
+    }
+
     /// Records a failure; results known so far stay valid.
     pub fn fail(&mut self, failure: Failure) {
         self.failure = Some(failure);

@@ -67,6 +67,12 @@ impl PathError {
 /// The message about a file that is not the program's own.
 pub(crate) const NOT_OWN: &str = "not written by asobench; move it away or choose another place";
 
+/// Removes the folders of pipes that killed processes of this user left.
+pub(crate) fn remove_left_pipes() {
+    #[cfg(target_os = "linux")]
+    Pipes::remove_left();
+}
+
 /// Describes a folder entry that is not a regular file; `None` for a regular file.
 fn irregularity(metadata: &Metadata) -> Option<&'static str> {
     let kind = metadata.file_type();
@@ -338,13 +344,13 @@ pub(crate) fn make_new_subfolder(path: &Path) -> Result<bool, PathError> {
     }
 }
 
-/// The content of a folder: its files, then its subfolders. Links are left out.
+/// The content of a folder: its files, its subfolders, and what is neither, such as links.
 ///
 /// # Errors
 /// If it cannot be read.
-pub(crate) fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), PathError> {
+pub(crate) fn entries(folder: &Path) -> Result<[Vec<PathBuf>; 3], PathError> {
     let io = PathError::io(folder);
-    let (mut found, mut folders) = (Vec::new(), Vec::new());
+    let (mut found, mut folders, mut others) = (Vec::new(), Vec::new(), Vec::new());
     for entry in fs::read_dir(folder).map_err(&io)? {
         let entry = entry.map_err(&io)?;
         let kind = entry.file_type().map_err(&io)?;
@@ -352,10 +358,13 @@ pub(crate) fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<PathBuf>), Pat
             folders.push(entry.path());
         } else if kind.is_file() {
             found.push(entry.path());
+        } else {
+            others.push(entry.path());
         }
     }
     folders.sort();
-    Ok((found, folders))
+    others.sort();
+    Ok([found, folders, others])
 }
 
 /// Removes a folder if it is empty.

@@ -76,6 +76,49 @@ impl GainSequence {
         Ok(sequence)
     }
 
+    /// Does the same for a model with r = 0 and s = 0, whose output is measured exactly: `K = F P h / h'P h`, and 0
+    /// once h'P h is rounding, since nothing is left to learn then. Without `horizon` it is the steady state, reached
+    /// from `p0`.
+    ///
+    /// # Errors
+    /// As for [`Self::time_varying`]. [`RiccatiError::NoConvergence`] if the steady state is not reached in 100,000
+    /// steps.
+    pub fn without_measurement_noise(
+        model: &StochasticModel,
+        p0: MatRef<'_, f64>,
+        horizon: Option<usize>,
+    ) -> Result<Self, RiccatiError> {
+        const MOST: usize = 100_000;
+        let m = model.order();
+        let p = check_covariance("the initial covariance", p0, m)?;
+        let q = check_covariance("Q", model.q.as_ref(), m)?;
+        let smallest = 1e-14 * p.norm_max().max(q.norm_max());
+        let equation = Discrete::of_exact_output(model.f.as_ref(), &model.h, q, smallest);
+        let mut sequence = Self {
+            order: m,
+            gains: Vec::new(),
+            variances: Vec::new(),
+            p,
+            settled: false,
+        };
+        for _ in 0..horizon.unwrap_or(MOST) {
+            sequence.advance(&equation)?;
+            if sequence.settled {
+                break;
+            }
+        }
+        if horizon.is_none() {
+            if !sequence.settled {
+                return Err(RiccatiError::NoConvergence {
+                    residual: f64::INFINITY,
+                });
+            }
+            sequence.gains.drain(..sequence.gains.len() - m);
+            sequence.variances.drain(..sequence.variances.len() - 1);
+        }
+        Ok(sequence)
+    }
+
     /// Appends the gain K of P and advances P to P+.
     fn advance(&mut self, equation: &Discrete) -> Result<(), RiccatiError> {
         let m = self.order;

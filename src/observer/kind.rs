@@ -11,6 +11,9 @@ pub enum ObserverKind {
     /// The steady-state Kalman filter. With the true plant, the covariances and the colour of the noise are known too.
     /// With an identified plant, they are identified on the window.
     Kalman,
+    /// The steady-state Kalman filter of an identified model whose measurement noise has the colour that was identified
+    /// with it.
+    KalmanColoured,
     /// The time-varying Kalman filter, starting from the covariance of x(0). Everything is known.
     KalmanVarying,
 }
@@ -20,8 +23,8 @@ pub enum ObserverKind {
 pub enum ObserverKindError {
     /// The text has none of the known forms.
     #[error(
-        "unknown observer '{0}'; expected kalman, kalman-varying, dead-beat, scaled:RHO or \
-        poles:LIST"
+        "unknown observer '{0}'; expected kalman, kalman-coloured, kalman-varying, dead-beat, \
+        scaled:RHO or poles:LIST"
     )]
     Form(String),
     /// The gain is wrong.
@@ -34,6 +37,7 @@ impl std::fmt::Display for ObserverKind {
         match self {
             Self::Luenberger(gain) => gain.fmt(f),
             Self::Kalman => f.write_str("kalman"),
+            Self::KalmanColoured => f.write_str("kalman-coloured"),
             Self::KalmanVarying => f.write_str("kalman-varying"),
         }
     }
@@ -45,6 +49,7 @@ impl std::str::FromStr for ObserverKind {
     fn from_str(text: &str) -> Result<Self, ObserverKindError> {
         match text {
             "kalman" => Ok(Self::Kalman),
+            "kalman-coloured" => Ok(Self::KalmanColoured),
             "kalman-varying" => Ok(Self::KalmanVarying),
             _ => text.parse().map(Self::Luenberger).map_err(|e| match e {
                 GainError::Form(text) => ObserverKindError::Form(text),
@@ -60,7 +65,13 @@ mod tests {
 
     #[test]
     fn names() {
-        for text in ["kalman", "kalman-varying", "dead-beat", "scaled:0.5"] {
+        for text in [
+            "kalman",
+            "kalman-coloured",
+            "kalman-varying",
+            "dead-beat",
+            "scaled:0.5",
+        ] {
             assert_eq!(text.parse::<ObserverKind>().unwrap().to_string(), text);
         }
         let error = "kalmann".parse::<ObserverKind>().unwrap_err().to_string();

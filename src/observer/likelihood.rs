@@ -3,8 +3,10 @@
 use super::kalman::{GainSequence, Kalman};
 use super::luenberger::ObservedModel;
 use super::riccati::RiccatiError;
+use super::steady::SteadyGain;
 use super::stochastic_model::{MeasurementNoise, StochasticModel};
 use crate::estimator::FailureKind;
+use crate::plant::observe;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
@@ -74,17 +76,20 @@ impl Kalman {
             squares += e * e / variance;
             logs += variance.ln();
         })?;
-        let samples = y.len() as f64;
+        Likelihood::new(y.len(), squares, logs).ok_or(FailureKind::NonFinite)
+    }
+}
+
+impl Likelihood {
+    /// Returns the likelihood of K samples from `sum e^2 / v` and `sum log v`; `None` if it is not finite.
+    fn new(samples: usize, squares: f64, logs: f64) -> Option<Self> {
+        let samples = samples as f64;
         let sigma2 = squares / samples;
         let minus_two_log = samples * ((std::f64::consts::TAU * sigma2).ln() + 1.0) + logs;
-        if minus_two_log.is_finite() {
-            Ok(Likelihood {
-                sigma2,
-                minus_two_log,
-            })
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        minus_two_log.is_finite().then_some(Self {
+            sigma2,
+            minus_two_log,
+        })
     }
 }
 
@@ -106,7 +111,7 @@ const GRID: usize = 24;
 const WIDTH: f64 = 1e-5;
 
 /// Returns the rho >= 0 that maximises the likelihood of the record for the plant `model`. The process noise has the
-/// covariance rho I or rho b b', the white measurement noise variance 1. Both are times a common sigma^2, which is
+/// covariance rho I or rho b b', and the measurement noise is `noise`. Both are times a common sigma^2, which is
 /// concentrated out.
 ///
 /// With `p0` (n x n, relative to the measurement noise variance) the filter starts with that covariance of x(0) about
@@ -124,14 +129,24 @@ pub fn maximum_likelihood_ratio(
     u: &[f64],
     y: &[f64],
     process: ProcessNoise,
+    noise: MeasurementNoise<'_>,
     p0: Option<MatRef<'_, f64>>,
 ) -> Result<VarianceRatio, RatioError> {
     if u.is_empty() || u.len() != y.len() || model.x0.len() != model.a.len() {
         return Err(RatioError::Record);
     }
+    let mut steady = SteadyLikelihood::new(model, u, y);
     let mut search = Search {
         best: Err(RatioError::NonFinite),
-        evaluate: |rho| likelihood(model, u, y, process.covariance(model.b, rho).as_ref(), p0),
+        evaluate: |rho| {
+            let q = process.covariance(model.b, rho);
+            // Only with a positive definite Q is the solution that doubling finds known to be the stabilising one.
+            let white = noise == MeasurementNoise::white(1.0);
+            if p0.is_none() && process == ProcessNoise::States && white && rho > 0.0 {
+                return steady.at(q.as_ref());
+            }
+            likelihood(model, u, y, q.as_ref(), noise, p0)
+        },
     };
     search.at(0.0);
     let (low, high) = RANGE;
@@ -146,15 +161,72 @@ pub fn maximum_likelihood_ratio(
     search.best
 }
 
+/// The likelihood of a record in the steady state of filters of one plant.
+struct SteadyLikelihood<'a> {
+    model: ObservedModel<'a>,
+    u: &'a [f64],
+    y: &'a [f64],
+    steady: SteadyGain,
+    /// Q by columns.
+    q: Vec<f64>,
+    x: Vec<f64>,
+}
+
+impl<'a> SteadyLikelihood<'a> {
+    fn new(model: ObservedModel<'a>, u: &'a [f64], y: &'a [f64]) -> Self {
+        let n = model.a.len();
+        Self {
+            model,
+            u,
+            y,
+            steady: SteadyGain::new(n),
+            q: vec![0.0; n * n],
+            x: vec![0.0; n],
+        }
+    }
+
+    /// Returns the likelihood for one positive definite Q.
+    fn at(&mut self, q: MatRef<'_, f64>) -> Result<Likelihood, RatioError> {
+        let ObservedModel { a, b, x0 } = self.model;
+        for (k, to) in self.q.iter_mut().enumerate() {
+            *to = q[(k % a.len(), k / a.len())];
+        }
+        let Some((gain, innovation)) = self.steady.solve(a, &self.q) else {
+            return Err(RiccatiError::NoConvergence {
+                residual: f64::INFINITY,
+            }
+            .into());
+        };
+        self.x.copy_from_slice(x0);
+        let (y, mut squares) = (self.y, 0.0);
+        observe(
+            a,
+            b,
+            gain,
+            &mut self.x,
+            self.u,
+            y,
+            #[inline(always)]
+            |k, x| {
+                let e = y[k] - x[0];
+                squares += e * e;
+            },
+        );
+        let logs = y.len() as f64 * innovation.ln();
+        Likelihood::new(y.len(), squares / innovation, logs).ok_or(RatioError::NonFinite)
+    }
+}
+
 /// Returns the likelihood for one Q.
 fn likelihood(
     model: ObservedModel<'_>,
     u: &[f64],
     y: &[f64],
     q: MatRef<'_, f64>,
+    noise: MeasurementNoise<'_>,
     p0: Option<MatRef<'_, f64>>,
 ) -> Result<Likelihood, RatioError> {
-    let stochastic = StochasticModel::new(model.a, model.b, q, MeasurementNoise::white(1.0))?;
+    let stochastic = StochasticModel::new(model.a, model.b, q, noise)?;
     let gains = match p0 {
         None => GainSequence::steady(&stochastic)?,
         Some(p0) => GainSequence::time_varying(&stochastic, p0, y.len())?,
@@ -170,7 +242,7 @@ struct Search<E> {
     evaluate: E,
 }
 
-impl<E: Fn(f64) -> Result<Likelihood, RatioError>> Search<E> {
+impl<E: FnMut(f64) -> Result<Likelihood, RatioError>> Search<E> {
     /// Returns `-2 log L` at rho; infinite if there is none.
     fn at(&mut self, rho: f64) -> f64 {
         match (self.evaluate)(rho) {

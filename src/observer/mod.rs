@@ -9,6 +9,7 @@ mod luenberger;
 mod lyapunov;
 mod placement;
 mod riccati;
+mod steady;
 mod stochastic_model;
 
 pub use gain::{Gain, GainError, Poles};
@@ -21,4 +22,5 @@ pub use luenberger::{ObservedModel, Observer};
 pub use lyapunov::lyapunov;
 pub use placement::{butterworth, parse_poles, place};
 pub use riccati::{Riccati, RiccatiError, care, dare};
+use steady::eliminate;
 pub use stochastic_model::{MeasurementNoise, StochasticModel};

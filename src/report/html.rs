@@ -15,6 +15,8 @@ use super::plot;
 
 const CSS: &str = include_str!("html/page.css");
 const JS: &str = include_str!("html/page.js");
+/// The base64 of the SHA-256 of what stands between the tags of the page's one script: a browser runs no other.
+const JS_HASH: &str = "fPGP4sAxnsoFEFL7WxJa0zjuACst/hNQZaDTgp+hyiQ=";
 
 /// A page of sections with a table of contents.
 #[derive(Clone, Debug)]
@@ -85,7 +87,7 @@ impl Page {
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src \
-             'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
+             'unsafe-inline'; script-src 'sha256-{JS_HASH}'; img-src data:\">\n\
              <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
              <style>\n{CSS}</style>\n{figures}\n</head>\n<body>\n\
              <a class=\"skip\" href=\"#contents\">Contents</a>\n<div class=\"page\">\n\

@@ -22,7 +22,7 @@ use crate::number;
 pub use crate::number::uncertain;
 pub use document::{Files, course_figures, report};
 pub(crate) use document::{SIMULATED, SIMULATED_TITLE};
-pub use figures::draw;
+pub use figures::{OneTrial, TrialErrors, draw};
 pub use folder::{prepare as prepare_report, write as write_report};
 pub use gpebo_table::{ends, example_table};
 pub use results::{ResultsError, Study, Time};

@@ -34,7 +34,7 @@ pub enum BlockError {
     #[error(transparent)]
     File(#[from] PathError),
     /// The content is damaged.
-    #[error("{}: damaged ({reason}); --repair computes it again", .path.display())]
+    #[error("{}: damaged ({reason})", .path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -305,7 +305,7 @@ impl<'e> BlockFolder<'e> {
         let trials = &span.trials;
         if span.cell >= self.experiment.cells.len() || trials.is_empty() || trials.end > TRIAL_LIMIT
         {
-            return Err(damaged("no such cell or no trials"));
+            return Err(damaged("no such cell or no trials in its head"));
         }
         bytes.drain(..HEAD);
         Ok((span, bytes))

@@ -212,6 +212,10 @@ impl Build<'_> {
                 let table = table.ok_or_else(|| unknown(Key::Plant, &name, &known))?;
                 let place = format!("plants.{name}");
                 let wrong = |e: String| FileError::key(&place, e);
+                // Before anything is computed of them.
+                if table.order() > ORDER_LIMIT {
+                    return Err(wrong(SetupError::LargeOrder(table.order()).to_string()));
+                }
                 let plant = table.plant().map_err(wrong)?;
                 if !plant.is_stable() && !table.unstable {
                     let model = LinearModel::from(&plant);
@@ -295,10 +299,11 @@ impl Build<'_> {
             denominator,
             state_gain,
             identify,
+            model,
             ..
         } = table;
         let feedback = match (numerator, state_gain, identify) {
-            (Some(numerator), None, None) => {
+            (Some(numerator), None, None) if model.is_none() => {
                 let denominator = denominator.as_deref().unwrap_or(&[1.0]);
                 let law = OutputFeedback::new(numerator, denominator);
                 Feedback::Output(law.map_err(|e| wrong(e.to_string()))?)
@@ -317,6 +322,7 @@ impl Build<'_> {
                 let law = StateFeedback {
                     k: gain.clone(),
                     pilot: *identify,
+                    model: model.unwrap_or_default(),
                     gain: self.name(Key::Gain)?,
                     solver: Solver::default(),
                 };

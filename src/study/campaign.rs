@@ -21,7 +21,6 @@ use serde_json::{Value, json};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 /// An event of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +44,7 @@ pub enum Event {
     /// A cell has all its trials.
     Cell,
     /// The results are written. The time is that of putting them together, times the number of threads.
-    Concluded(Duration),
+    Concluded(Spent),
 }
 
 /// Why a campaign ended early.
@@ -246,8 +245,16 @@ impl<'e> Campaign<'e> {
             }
         }
         let (threads, mut watch) = (self.options.threads.max(1), Watch::start());
+        let experiment = self.experiment;
+        let before = experiment.time_of_theory();
         let summary = self.conclude(&targets, stop, figures)?;
-        on_event(Event::Concluded(watch.lap() * threads as u32));
+        let theory = experiment.time_of_theory().saturating_sub(before);
+        let all = watch.lap() * threads as u32;
+        on_event(Event::Concluded(Spent {
+            theory,
+            storage: all.saturating_sub(theory),
+            ..Spent::default()
+        }));
         Ok(summary)
     }
 

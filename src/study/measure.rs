@@ -18,7 +18,7 @@ struct Entry {
     time: Time,
     /// Whether it measures the state's error over the scored samples.
     of_state: bool,
-    /// Whether lanes compute it.
+    /// Whether lanes compute it, or it is undefined in the cells that they cover.
     in_lanes: bool,
 }
 
@@ -133,6 +133,11 @@ named_table! {
             in_lanes: true,
             ..PLAIN
         },
+        /// State feedback: the largest relative error of the state's estimate that is fed back, over the record, which
+        /// begins where the loop is closed. The same for every method that did not fail.
+        FedBackMax = "e_x_fed_back_max": Entry { label: "max e_x fed back", ..RELATIVE },
+        /// State feedback: root mean square of the same error.
+        FedBackRms = "e_x_fed_back_rms": Entry { label: "rms e_x fed back", ..RELATIVE },
         /// Continuous time: root mean square of x_1 - xhat_1 over the scored time.
         RmsState1 = "rms_x1": Entry { label: "rms error of x_1", of_state: true, ..CONTINUOUS },
         /// Continuous time: root mean square of x_2 - xhat_2 over the scored time.
@@ -187,8 +192,8 @@ named_table! {
             better: Better::Neither,
             ..CONTINUOUS
         },
-        /// Continuous time: relative error by step halving of xhat, of theta_hat and of the
-        /// measures of their errors, the largest.
+        /// Continuous time: relative error of the integration, estimated by step halving, of xhat, of theta_hat and of
+        /// the reported measures of their errors, the largest.
         StepError = "step_error": Entry { label: "error by step halving", ..CONTINUOUS },
         /// Continuous time: observed order of the integration of xhat.
         StepOrder = "step_order": Entry {

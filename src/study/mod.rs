@@ -62,6 +62,7 @@ pub use folder::{FolderError, ResultsFolder, read_manifest, stored_design};
 pub use looks::{Look, Looks};
 pub use measure::{Better, Measure};
 pub use need::{Disk, disk_of, memory_of, row_of};
+pub use observers::{Used, stage_twelve};
 pub use pack::PackTrial;
 pub use peak::fma_peak;
 pub use pilot::{Pilot, pilot_seed};
@@ -70,11 +71,11 @@ pub use row::Row;
 pub use rows::{OutputRows, Rows};
 pub use runner::{Block, RunError, Span, block_size, run, run_and_forget};
 pub use spent::Spent;
-pub use state_feedback::StateFeedback;
+pub use state_feedback::{LoopModel, StateFeedback};
 pub use store::{StoreError, stored_alike};
 pub use summary::{
-    BoundSummary, CellSummary, ComparisonSummary, OutputShare, OutputSummary, SlopeStatistics,
-    SlopeSummary, Summary,
+    BoundSummary, CellSummary, ComparisonSummary, MedianPair, OutputShare, OutputSummary,
+    SlopeStatistics, SlopeSummary, Summary,
 };
 pub use tally::{CellTally, Outcomes, OutputTally, Trials};
 pub use theory::{FoundTheory, LimitError, OfBounds, TheoryReference, TheorySummary};

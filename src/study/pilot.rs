@@ -1,5 +1,5 @@
-//! A pilot: a few trials of every cell, summarised in memory. It touches no folder, and its random numbers are none of the
-//! study's.
+//! A pilot: a few trials of every cell, summarised in memory. It touches no folder, and its random numbers are none of
+//! the study's.
 
 use super::experiment::Experiment;
 use super::runner::{Block, Keep, RunError, Span, run_spans};

@@ -34,8 +34,9 @@ impl Row {
     }
 
     /// Returns "ok" or the failure's kind.
-    pub fn status(&self) -> &'static str {
-        self.failure.map_or("ok", |failure| failure.kind.name())
+    pub fn status(&self) -> &str {
+        let failure = self.failure.as_ref();
+        failure.map_or("ok", |failure| failure.kind.name())
     }
 
     /// Whether two rows are equal bit for bit.

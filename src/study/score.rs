@@ -34,6 +34,8 @@ pub(super) struct Scorer {
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
     wanted: Wanted,
+    /// Error of the states that the trial's controller fed back; empty without one.
+    fed_back: StateError,
     /// e_x(k), k = 0 ... K-1, of the pass measured last; NaN if undefined, empty if not wanted.
     curve: Vec<f64>,
 }
@@ -84,6 +86,7 @@ impl Scorer {
             input: process.input().clone(),
             response: Response::new(RESPONSE_SAMPLES),
             x: vec![0.0; largest],
+            fed_back: StateError::default(),
             wanted: Wanted {
                 states: comparable
                     && (experiment.file.curves || measures.iter().any(|of| of.is_of_state())),
@@ -105,8 +108,14 @@ impl Scorer {
 
     /// Prepares for scoring the passes of a trial.
     pub(super) fn begin(&mut self, seed: u64, trial: u64, record: &Realisation) {
+        self.fed_back = StateError::default();
         if record.failure.is_some() {
             return;
+        }
+        let n = record.truth.a.len();
+        let estimates = record.estimates.chunks_exact(n);
+        for (x, x_hat) in record.states.chunks_exact(n).zip(estimates) {
+            self.fed_back.add(x, x_hat);
         }
         let Truth { a, b, .. } = &record.truth;
         let (plant, x) = (System { a, b, d: 0.0 }, &mut self.x[..a.len()]);
@@ -147,6 +156,20 @@ impl Scorer {
         }
         let truth = &record.truth;
         row[Measure::Condition] = pass.condition;
+        row[Measure::FedBackMax] = self.fed_back.maximum();
+        row[Measure::FedBackRms] = self.fed_back.rms();
+        let fed_back = [Measure::FedBackMax, Measure::FedBackRms];
+        if fed_back.iter().any(|of| row[*of].is_infinite()) {
+            for of in fed_back {
+                row[of] = f64::NAN;
+            }
+            row.failure.get_or_insert(Failure {
+                kind: FailureKind::NonFinite,
+                stage: Stage::Observer,
+                pass: number,
+            });
+            return;
+        }
         self.curve.fill(f64::NAN);
         if pass.progress < Progress::Parameters {
             return;
@@ -195,7 +218,7 @@ impl Scorer {
         if self.start == ObserverStart::Zero {
             model.x0 = &zero;
         }
-        if let Err(kind) = self.observe(method, model, record, row) {
+        if let Err(kind) = self.observe(method, (pass, model), record, row) {
             self.curve.fill(f64::NAN);
             row.failure = Some(Failure {
                 kind,
@@ -210,13 +233,14 @@ impl Scorer {
     fn observe(
         &mut self,
         method: usize,
-        model: ObservedModel<'_>,
+        (pass, model): (&Pass, ObservedModel<'_>),
         record: &Realisation,
         row: &mut Row,
     ) -> Result<(), FailureKind> {
         let mut errors = StateError::default();
         let (from, curve, states) = (self.from, &mut self.curve, &record.states);
         self.observers[method].run(
+            pass,
             model,
             &record.u,
             &record.y,

@@ -15,6 +15,8 @@ pub struct Spent {
     pub measures: Duration,
     /// Sums, counts and distributions over trials.
     pub statistics: Duration,
+    /// What theory says of the cells.
+    pub theory: Duration,
     /// Reading and writing files.
     pub storage: Duration,
 }
@@ -27,12 +29,13 @@ impl Spent {
     }
 
     /// Returns each part with its name.
-    pub fn parts(&self) -> [(&'static str, Duration); 5] {
+    pub fn parts(&self) -> [(&'static str, Duration); 6] {
         let Self {
             simulation,
             estimation,
             measures,
             statistics,
+            theory,
             storage,
         } = *self;
         [
@@ -40,6 +43,7 @@ impl Spent {
             ("estimation", estimation),
             ("measures", measures),
             ("statistics", statistics),
+            ("theory", theory),
             ("storage", storage),
         ]
     }
@@ -51,6 +55,7 @@ impl AddAssign for Spent {
         self.estimation += other.estimation;
         self.measures += other.measures;
         self.statistics += other.statistics;
+        self.theory += other.theory;
         self.storage += other.storage;
     }
 }

@@ -220,8 +220,8 @@ fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, Store
 }
 
 /// Whether a stored file contains `rows`, all outputs of one trial of a cell, bit for bit. `trials` is the number of
-/// trials of each of its cells. `None` if the file does not have this trial. Files of older builds have no coefficients,
-/// and are compared without them.
+/// trials of each of its cells. `None` if the file does not have this trial. Files of older builds have no
+/// coefficients, and are compared without them.
 ///
 /// # Errors
 /// If the file cannot be read.

@@ -9,7 +9,7 @@ use super::rows::{Flags, OutputRows, Rows};
 use super::spent::Spent;
 use super::summary::CellSeries;
 use super::{Cell, Experiment, coefficients};
-use crate::estimator::FailureKind;
+use crate::estimator::{FailureKind, Reason};
 use crate::metric::{JACKKNIFE_GROUPS, Paired, Sample};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -18,6 +18,8 @@ use std::ops::Range;
 
 /// The most failed trials of a kind that a tally lists by number.
 pub(super) const LISTED: usize = 10;
+/// The most reasons of programs that are counted one by one.
+const REASONS: usize = 20;
 
 /// Counts of an output.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -73,8 +75,8 @@ impl Outcomes {
             && self.failures.keys().all(known)
     }
 
-    /// Whether the failed trials can be listed as they are: for each failure some of these trials in ascending order, as
-    /// many as there are up to [`LISTED`]. Nothing relies on their being different.
+    /// Whether the failed trials can be listed as they are: for each failure some of these trials in ascending order,
+    /// as many as there are up to [`LISTED`]. Nothing relies on their being different.
     pub(super) fn lists_trials_of(&self, trials: &Range<u64>) -> bool {
         let fits = |(kind, count): (&String, &u64)| {
             self.failed_trials.get(kind).is_some_and(|listed| {
@@ -99,6 +101,29 @@ impl Outcomes {
         } else {
             self.failures.insert(kind.to_owned(), 1);
             self.failed_trials.insert(kind.to_owned(), vec![trial]);
+            self.fold_reasons();
+        }
+    }
+
+    /// Counts programs' reasons beyond the first [`REASONS`], in alphabetical order, as one. A reason that is among the
+    /// first of all trials is so among those of any part of them: the counts do not depend on the order of trials.
+    fn fold_reasons(&mut self) {
+        let others = FailureKind::External(Reason::others());
+        let of_program =
+            |kind: &&String| kind.starts_with(Reason::PREFIX) && *kind != others.name();
+        let kinds = self.failures.keys().filter(of_program).skip(REASONS);
+        let beyond: Vec<String> = kinds.cloned().collect();
+        for kind in beyond {
+            let count = self.failures.remove(&kind).unwrap_or_default();
+            *self.failures.entry(others.name().to_owned()).or_default() += count;
+            let trials = self.failed_trials.remove(&kind).unwrap_or_default();
+            let listed = self
+                .failed_trials
+                .entry(others.name().to_owned())
+                .or_default();
+            listed.extend(trials);
+            listed.sort_unstable();
+            listed.truncate(LISTED);
         }
     }
 
@@ -116,6 +141,7 @@ impl Outcomes {
         for (kind, count) in &other.failures {
             *self.failures.entry(kind.clone()).or_default() += count;
         }
+        self.fold_reasons();
     }
 }
 

@@ -7,6 +7,8 @@ use crate::theory::{CellTheory, Figure, Missing, NoTheory, SmoothMeasure, Theory
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 /// The theory of a cell, or why there is none.
 pub type FoundTheory = Result<CellTheory, NoTheory>;
@@ -18,6 +20,8 @@ pub(super) struct Theories {
     place: Vec<usize>,
     /// The first cell of each theory, and the result.
     found: Vec<(usize, OnceLock<FoundTheory>)>,
+    /// Nanoseconds that threads spent on them.
+    spent: AtomicU64,
 }
 
 impl Theories {
@@ -40,6 +44,7 @@ impl Theories {
         Self {
             place: place.collect(),
             found,
+            spent: AtomicU64::new(0),
         }
     }
 }
@@ -55,8 +60,21 @@ impl Experiment {
         found.get_or_init(|| {
             let cell = &self.cells[*first];
             let process = cell.process().ok_or(NoTheory::ContinuousTime)?;
-            CellTheory::new(process, cell.eta, cell.order, &self.methods)
+            let begin = Instant::now();
+            let theory = CellTheory::new(process, cell.eta, cell.order, &self.methods);
+            let spent = begin.elapsed().as_nanos() as u64;
+            all.spent.fetch_add(spent, Ordering::Relaxed);
+            theory
         })
+    }
+
+    /// Returns the time that threads have spent on the theory of all cells so far.
+    pub(super) fn time_of_theory(&self) -> Duration {
+        let spent = self
+            .theories
+            .get()
+            .map_or(0, |all| all.spent.load(Ordering::Relaxed));
+        Duration::from_nanos(spent)
     }
 }
 

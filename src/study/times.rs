@@ -15,12 +15,18 @@ pub struct MethodTime {
     pub q25_seconds: f64,
     /// Upper quartile.
     pub q75_seconds: f64,
+    /// Seconds in each round, in which all methods of the cell had their turns. Older versions did not store them.
+    #[serde(default)]
+    pub rounds: Vec<f64>,
 }
 
 impl MethodTime {
     /// Whether it can be a time from a study of so many cells.
     pub(crate) fn is_of(&self, cells: usize) -> bool {
         let times = [self.q25_seconds, self.median_seconds, self.q75_seconds];
-        self.cell < cells && times[0] >= 0.0 && times.is_sorted_by(|a, b| a <= b)
+        self.rounds.iter().all(|time| *time > 0.0)
+            && self.cell < cells
+            && times[0] >= 0.0
+            && times.is_sorted_by(|a, b| a <= b)
     }
 }

@@ -34,6 +34,8 @@ struct MethodRun<'e> {
     passes: Vec<Pass>,
     /// The passes that are reported.
     reported: &'e [usize],
+    /// Whether the model is the true plant: not an estimate that may be unstable where the plant is not.
+    known: bool,
 }
 
 /// All that one trial computed, for a replay.
@@ -85,6 +87,7 @@ impl<'e> Trial<'e> {
                 estimator: cell.prepare(method, experiment.file.coverage)?,
                 passes: vec![Pass::new(cell.order); method.passes()],
                 reported: method.reported(),
+                known: method.needs().plant,
             });
         }
         Ok(Self {
@@ -173,6 +176,7 @@ impl<'e> Trial<'e> {
                 estimator,
                 passes,
                 reported,
+                known,
             } = run;
             passes.iter_mut().for_each(Pass::clear);
             match record.failure {
@@ -190,6 +194,10 @@ impl<'e> Trial<'e> {
                 let pass_number = self.outputs[output].pass;
                 self.scorer
                     .score(method, pass_number, pass, record, &mut row);
+                if *known {
+                    row.unstable = row.unstable.map(|_| false);
+                    row.unstable_so_far = false;
+                }
                 on_row(&row, pass, record, self.scorer.curve());
                 self.rows.push(row);
                 output += 1;

@@ -36,9 +36,9 @@ const ZSTD_LEVEL: i32 = 1;
 
 /// The columns of trials.parquet for an experiment.
 ///
-/// `cell, claim, eta, window`, every other setting that varies,
-/// `trial, estimator, pass, status, failed_pass, failed_stage, unstable, unstable_so_far`, then every measure, then what
-/// is kept of the coefficients ([`Kept`]). eta is in per cent; undefined values are null.
+/// `cell, claim, eta, window`, every other setting that varies, `trial, estimator, pass, status, failed_pass,
+/// failed_stage, unstable, unstable_so_far`, then every measure, then what is kept of the coefficients ([`Kept`]). eta
+/// is in per cent; undefined values are null.
 pub(super) struct TrialTable<'e> {
     experiment: &'e Experiment,
     /// The settings that vary, each with whether all its values are numbers.
@@ -197,7 +197,8 @@ impl<'e> TrialTable<'e> {
         let passes: Vec<u32> = outputs.map(|output| output.pass as u32).collect();
         let names = Self::statuses(group);
         let status = |output: &OutputRows, place: usize| {
-            let name = output.failure(place).map_or("ok", |of| of.kind.name());
+            let failure = output.failure(place);
+            let name = failure.as_ref().map_or("ok", |of| of.kind.name());
             names.iter().position(|known| *known == name).unwrap_or(0) as u32
         };
         let statuses = names.iter().map(|name| (*name).to_owned()).collect();
@@ -231,8 +232,8 @@ impl<'e> TrialTable<'e> {
 
     /// Returns the values of the column of statuses in a group: all failure kinds of this crate, even if none occurred,
     /// then those reported by programs.
-    fn statuses(group: &[Part]) -> Vec<&'static str> {
-        let own = FailureKind::ALL.iter().map(|kind| kind.name());
+    fn statuses(group: &[Part]) -> Vec<&str> {
+        let own = FailureKind::ALL.iter().map(FailureKind::name);
         let mut names: Vec<&str> = std::iter::once("ok").chain(own).collect();
         let found = group.iter().flat_map(|part| {
             let outputs = part.rows.outputs().iter();

@@ -15,8 +15,8 @@
 //! measurement noise. The covariance of such sums contains the fourth cumulants of the input and of the noise's source.
 //! In open loop, a consistent estimate has only the term `z e`: `P = G^-1 sum_t (E[z z'](t) E[v v](t)) G^-T`.
 //!
-//! Sources: Soderstrom and Stoica, System Identification, 1989, chapters 7, 8, 10; Ljung, System Identification, 2nd ed.,
-//! chapter 9; docs/theory.md.
+//! Sources: Soderstrom and Stoica, System Identification, 1989, chapters 7, 8, 10; Ljung, System Identification, 2nd
+//! ed., chapter 9; docs/theory.md.
 
 mod canonical;
 pub mod joint_state;
@@ -37,16 +37,22 @@ pub use population::Population;
 pub use quadratic_form::{distribution, quantile};
 pub use signal::{Signal, Source};
 
-use crate::data::Process;
+use crate::data::{NoiseColour, Process};
 use crate::estimator::{Method, MethodOptions};
 use crate::model::Orders;
 use canonical::Shape;
 use faer::Mat;
 use passes::Passes;
 
+/// The largest number of coefficients of a polynomial for which there is theory: its time grows with the fourth power.
+pub const LARGEST: usize = 60;
+
 /// Why a cell has no theory.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoTheory {
+    /// The plant, the noise or a model has so many coefficients that the theory takes minutes.
+    #[error("{0} coefficients of a polynomial; theory is for {LARGEST} at most")]
+    Large(usize),
     /// Continuous time.
     #[error("continuous time: there is no record to estimate from")]
     ContinuousTime,
@@ -191,6 +197,10 @@ impl CellTheory {
         order: usize,
         methods: &[Method],
     ) -> Result<Self, NoTheory> {
+        let largest = largest(process, order, methods);
+        if largest > LARGEST {
+            return Err(NoTheory::Large(largest));
+        }
         let population = Population::new(process, eta)?;
         let bound = |covariance: Result<Mat<f64>, Missing>| {
             covariance.and_then(|covariance| Theory::of_bound(&population, covariance))
@@ -210,6 +220,17 @@ impl CellTheory {
             optimal_instruments: bound(prediction_error::optimal_instruments(&population)),
         })
     }
+}
+
+/// The largest number of coefficients of a polynomial of the plant, the noise or a model.
+fn largest(process: &Process, order: usize, methods: &[Method]) -> usize {
+    let noise = match &process.settings().noise {
+        NoiseColour::InverseDenominator => 0,
+        NoiseColour::Filter(filter) => filter.numerator().len().max(filter.denominator().len()),
+    };
+    let models = methods.iter().map(|method| method.order(order));
+    let largest = process.order().max(order).max(noise);
+    models.fold(largest, usize::max)
 }
 
 /// The limits and covariances of a method's outputs, in their order.

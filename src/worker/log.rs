@@ -43,17 +43,20 @@ impl Log {
     }
 
     /// Reads a stream to its end on a new thread. The returned channel closes at the end.
-    pub fn drain(&self, mut from: impl Read + Send + 'static) -> Receiver<()> {
+    ///
+    /// # Errors
+    /// If no thread can be started.
+    pub fn drain(&self, mut from: impl Read + Send + 'static) -> std::io::Result<Receiver<()>> {
         let (end, ended) = channel();
         let log = self.clone();
-        std::thread::spawn(move || {
+        std::thread::Builder::new().spawn(move || {
             let mut room = vec![0; 1 << 16];
             while let Ok(read @ 1..) = from.read(&mut room) {
                 log.add(&room[..read]);
             }
             drop(end);
-        });
-        ended
+        })?;
+        Ok(ended)
     }
 
     /// All output that is kept; `None` if nothing was printed.

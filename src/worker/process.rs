@@ -30,8 +30,8 @@ const SETTLE: Duration = Duration::from_millis(200);
 /// Environment variables that set the number of threads for linear algebra: OpenMP, OpenBLAS and MKL.
 const THREADS: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
 
-/// Environment variables by which the GNU C library keeps freed memory, with bytes. By default it returns large arrays to
-/// the system after each message and fetches them page by page for the next one, which takes longer than estimating.
+/// Environment variables by which the GNU C library keeps freed memory, with bytes. By default it returns large arrays
+/// to the system after each message and fetches them page by page for the next one, which takes longer than estimating.
 const MEMORY: [(&str, &str); 2] = [
     ("MALLOC_MMAP_THRESHOLD_", "33554432"),
     ("MALLOC_TRIM_THRESHOLD_", "268435456"),
@@ -106,22 +106,27 @@ impl Process {
         if let Some(guard) = &of.guard {
             guard.watch(Some(group), &mark);
         }
-        let printed = [
-            out.map(|out| of.log.drain(out)),
-            err.map(|err| of.log.drain(err)),
-        ];
-        Ok(Self {
+        let mut process = Self {
             child,
             group,
             guard: of.guard.clone(),
             mark,
-            printed: printed.into_iter().flatten().collect(),
+            printed: Vec::new(),
             pipes: Some(pipes),
             requests: None,
             replies,
             incoming: Incoming::default(),
             room: vec![0; Incoming::ROOM],
-        })
+        };
+        // A process whose output nobody reads is killed when it is dropped.
+        let no_thread = |error: std::io::Error| format!("cannot start a thread: {error}");
+        if let Some(out) = out {
+            process.printed.push(of.log.drain(out).map_err(no_thread)?);
+        }
+        if let Some(err) = err {
+            process.printed.push(of.log.drain(err).map_err(no_thread)?);
+        }
+        Ok(process)
     }
 
     /// Whether nothing arrived that was not asked for.

@@ -279,7 +279,11 @@ impl Program {
         let processes = std::mem::take(&mut self.idle().processes);
         let threads = processes.into_iter();
         let threads: Vec<_> = threads
-            .map(|greeted| std::thread::spawn(move || greeted.process.end()))
+            .filter_map(|greeted| {
+                // Without a thread its process is killed.
+                let thread = std::thread::Builder::new();
+                thread.spawn(move || greeted.process.end()).ok()
+            })
             .collect();
         for thread in threads {
             // If a thread panicked, its process has been killed.

@@ -92,7 +92,7 @@ fn exactly_the_guilty_trials_are_typed() {
     }
     // Every kind was there.
     let kinds = FailureKind::OF_PROGRAMS.iter();
-    for name in kinds.map(|kind| kind.name()).chain(["non-finite"]) {
+    for name in kinds.map(FailureKind::name).chain(["non-finite"]) {
         assert!(counts[name] > 0, "{counts:?}");
     }
     all_gone(&processes);

@@ -42,7 +42,7 @@ fn no_command_starts_a_program_by_itself() {
     assert_eq!(refused.status.code(), Some(2));
     let line = text(&refused.stderr);
     assert!(
-        line.contains("mine: python3 worker.py") && line.contains("--allow-commands"),
+        line.contains("python3 (method mine) worker.py") && line.contains("--allow-commands"),
         "{line}"
     );
     let checked = asobench(folder, &["check", "study.toml"]);
@@ -118,4 +118,99 @@ fn results_that_are_there_are_not_computed_again() {
     run(&manifest);
     let content = |out: &str| std::fs::read(folder.join(out).join("summary.json")).unwrap();
     assert!(content("results/study") == content("again"));
+}
+
+/// A terminal of 80 columns, to which the command of the arguments writes; its answer is "n".
+const TERMINAL: &str = r#"
+import os, pty, sys
+child, end = pty.fork()
+if child == 0:
+    os.execv(sys.argv[1], sys.argv[1:])
+seen = b""
+while True:
+    try:
+        part = os.read(end, 65536)
+    except OSError:
+        break
+    if not part:
+        break
+    if b"[y/N] " in part:
+        os.write(end, b"n\n")
+    seen += part
+os.waitpid(child, 0)
+sys.stdout.buffer.write(seen)
+"#;
+
+/// A command, its folder or its file may be padded with blanks: the program is named, and all that is not shown is
+/// counted.
+#[test]
+fn a_padded_command_is_seen() {
+    if !runs(&["python3", "-c", "import pty"]) {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let program = env!("CARGO_BIN_EXE_asobench");
+    let blanks = " ".repeat(3144);
+    let many: Vec<String> = (0..500).map(|i| format!("a{i}")).collect();
+    let many: Vec<&str> = ["rm", "-rf"]
+        .into_iter()
+        .chain(many.iter().map(String::as_str))
+        .collect();
+    let long = "x".repeat(5000);
+    for (command, parts) in [
+        (
+            vec!["rm", "-rf", &blanks, "ls"],
+            &[
+                "rm (method",
+                "-rf \\ \\ \\ ",
+                "characters",
+                "... 1 more arguments, 2 characters",
+            ][..],
+        ),
+        (
+            vec!["rm", "-rf", "a   b\t\u{3000}\u{202e}c"],
+            &["rm (method", "-rf a\\ \\ \\ b\\t\\u{3000}\\u{202e}c"],
+        ),
+        (many, &["rm (method", "-rf a0 a1", "more arguments"]),
+        (vec![&long, "-rf"], &["xxx... ", "-rf"]),
+        (
+            vec!["rm", "", "\n\n\n\n"],
+            &["rm (method", "'' \\n\\n\\n\\n"],
+        ),
+    ] {
+        let file = format!("{}study.toml", " ".repeat(200));
+        let study = format!(
+            "trials = 2\n[settings]\neta = 10\n[[methods]]\nname = \"m{}e\"\ncommand = {}\n",
+            " ".repeat(150),
+            serde_json::to_string(&command).unwrap()
+        );
+        std::fs::write(folder.join(&file), study).unwrap();
+        let piped = asobench(folder, &["run", &file]);
+        let terminal = Command::new("python3")
+            .args(["-c", TERMINAL, program, "run", &file])
+            .current_dir(folder)
+            .env("XDG_STATE_HOME", folder.join("state"))
+            .output()
+            .unwrap();
+        for (shown, most) in [
+            (text(&piped.stderr), 1000),
+            (text(&terminal.stdout), 80 * 22),
+        ] {
+            for part in parts {
+                assert!(shown.contains(part), "{part}: {shown}");
+            }
+            assert!(!shown.contains("    "), "{shown}");
+            let lines = shown.lines().map(|line| line.chars().count().div_ceil(80));
+            assert!(
+                shown.chars().count() <= most && lines.sum::<usize>() <= 22,
+                "{shown}"
+            );
+            assert!(
+                shown.contains("--allow-commands")
+                    || shown.contains("Is that what you want? [y/N]")
+            );
+        }
+        assert!(!folder.join("results").exists());
+    }
 }

@@ -7,7 +7,16 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 fn start(folder: &Path, out: &str, threads: usize) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_asobench"))
+    start_in(folder, out, threads, None)
+}
+
+/// Starts a run with another folder for temporary files.
+fn start_in(folder: &Path, out: &str, threads: usize, temporary: Option<&Path>) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_asobench"));
+    if let Some(temporary) = temporary {
+        command.env("TMPDIR", temporary);
+    }
+    command
         .args([
             "run",
             "study.toml",
@@ -115,6 +124,116 @@ fn the_same_bits_after_kills_of_either_side() {
         let content = |out: &str| std::fs::read(folder.join(out).join(name)).unwrap();
         assert!(content("whole") == content("killed"), "{name}");
     }
+}
+
+/// A worker that does not end with its requests, which are its only sign that the run has ended.
+const DEAF: &str = "import sys, time\n\
+    __file__ = sys.argv[1]\n\
+    try:\n    exec(open(sys.argv[1]).read())\n\
+    finally:\n    time.sleep(600)\n";
+
+/// The guard is killed first, then the run: another guard has taken its place.
+#[test]
+fn no_worker_stays_where_the_guard_is_killed_too() {
+    if !runs(&["python3", "-c", "1"]) {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    // A path with a line end: what the guard is told must hold it.
+    let temporary = folder.join("tmp\nx");
+    std::fs::create_dir(&temporary).unwrap();
+    let worker = root().join("tests/external/slow.py");
+    std::fs::write(folder.join("deaf.py"), DEAF).unwrap();
+    let command = list(&["python3", "deaf.py", &worker.display().to_string()]);
+    let study = format!(
+        "trials = 100000\n[settings]\nwindow = 40\neta = 10\n[[methods]]\nname = \"mine\"\nbatch = 8\n\
+         command = {command}\n"
+    );
+    std::fs::write(folder.join("study.toml"), study).unwrap();
+    let guards = |of: u32| -> Vec<i32> {
+        let list = Command::new("ps")
+            .args(["-o", "pid=,args=", "--ppid", &of.to_string()])
+            .output();
+        let text = String::from_utf8_lossy(&list.unwrap().stdout).into_owned();
+        let lines = text.lines().filter(|line| line.contains("guard-workers"));
+        lines
+            .map(|line| line.split_whitespace().next().unwrap().parse().unwrap())
+            .collect()
+    };
+    let mut run = start_in(folder, "out", 2, Some(&temporary));
+    wait_for("no block", || blocks(&folder.join("out")) > 0);
+    let first = guards(run.id());
+    assert_eq!(first.len(), 1);
+    kill(first[0]);
+    wait_for("no other guard", || {
+        guards(run.id()).iter().any(|guard| *guard != first[0])
+    });
+    std::thread::sleep(Duration::from_millis(100));
+    assert_eq!(workers(run.id()).len(), 2);
+    run.kill().unwrap();
+    run.wait().unwrap();
+    wait_for("workers are left", || workers(run.id()).is_empty());
+}
+
+/// A run that is killed while a worker starts leaves a folder with two pipes, which the next one removes: those of a
+/// run that is alive stay, and so does anything else.
+#[test]
+fn pipes_of_a_killed_run_are_removed_by_the_next_one() {
+    if !runs(&["python3", "-c", "1"]) {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let temporary = folder.join("tmp");
+    std::fs::create_dir(&temporary).unwrap();
+    let study = |command: &str| {
+        let text = format!(
+            "trials = 8\n[settings]\nwindow = 40\neta = 10\n[[methods]]\nname = \"mine\"\nbatch = 8\ncommand = {command}\n"
+        );
+        std::fs::write(folder.join("study.toml"), text).unwrap();
+    };
+    let left = || {
+        let names = std::fs::read_dir(&temporary).unwrap().flatten();
+        let mut names: Vec<String> = names
+            .map(|e| e.file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    };
+    // It never opens its pipes.
+    study(&list(&["sleep", "600"]));
+    let mut killed = start_in(folder, "out", 1, Some(&temporary));
+    wait_for("no pipes", || left().len() == 1);
+    let mut alive = start_in(folder, "other", 1, Some(&temporary));
+    wait_for("no other pipes", || left().len() == 2);
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let of_the_killed = format!("asobench-{}-0", killed.id());
+    assert!(left().contains(&of_the_killed));
+    // With a name of ours, but something else in it.
+    std::fs::create_dir_all(temporary.join("asobench-1-0/work")).unwrap();
+    study(&list(&[
+        "python3",
+        &root()
+            .join("examples/workers/least_squares.py")
+            .display()
+            .to_string(),
+    ]));
+    assert!(
+        start_in(folder, "third", 1, Some(&temporary))
+            .wait()
+            .unwrap()
+            .success()
+    );
+    let expected = [
+        "asobench-1-0".to_owned(),
+        format!("asobench-{}-0", alive.id()),
+    ];
+    assert_eq!(left(), expected);
+    alive.kill().unwrap();
+    alive.wait().unwrap();
+    wait_for("workers are left", || workers(alive.id()).is_empty());
 }
 
 /// The worker that goes wrong, in ten thousand trials: memory stays as it is, and kills of both sides change no bit.

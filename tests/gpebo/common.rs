@@ -1,7 +1,35 @@
 //! Random plants and an independent integrator.
 
-use asobench::observer::gpebo::{Factor, ObserverSpec};
+use asobench::observer::gpebo::{Cascade, Factor, GpeboOptions, ObserverSpec, Operator, Scenario};
 use asobench::plant::ContinuousPlant;
+use asobench::signal::{Signal, Wave};
+
+/// The paper's example with an amplitude and frequency of its sine, and an operator of the first mixing, of its own.
+pub fn example_of(
+    [amplitude, frequency]: [f64; 2],
+    first: Operator,
+    step: f64,
+    observers: &[ObserverSpec],
+) -> Cascade {
+    let scenario = Scenario {
+        u: Signal::new(vec![Wave::Constant { value: 1.0 }]),
+        delta: Signal::new(vec![Wave::Sine {
+            amplitude,
+            frequency,
+            phase: 0.0,
+        }]),
+        x0: vec![1.0, 2.0],
+        horizon: 20.0,
+        scored_from: 0.0,
+        step,
+    };
+    let options = GpeboOptions {
+        xi0: vec![0.0; 2],
+        filters: vec![first],
+    };
+    let plant = ContinuousPlant::bobtsov2023();
+    Cascade::new(&plant, &scenario, &options, observers).unwrap()
+}
 
 /// Uniform numbers in (-1, 1), Knuth's MMIX generator.
 pub struct Uniform(pub u64);
@@ -62,7 +90,7 @@ pub fn proposed(factor: Factor, gains: Vec<f64>) -> ObserverSpec {
     ObserverSpec::Proposed {
         k: 1.0,
         order: 2,
-        filters: vec![2.0, 6.0],
+        filters: vec![Operator::Lag(2.0), Operator::Lag(6.0)],
         gains,
         factor,
     }

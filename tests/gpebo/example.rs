@@ -1,9 +1,9 @@
 //! The paper's example.
 
-use crate::common::proposed;
+use crate::common::{self, proposed};
 use asobench::observer::gpebo::{
-    Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Outcome, Scenario,
-    halve,
+    Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome,
+    Scenario, halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -27,31 +27,9 @@ fn example(amplitude: f64, step: f64) -> Cascade {
     example_of([amplitude, 1.0], step, &observers())
 }
 
-/// The same with another frequency and other observers.
-fn example_of([amplitude, frequency]: [f64; 2], step: f64, observers: &[ObserverSpec]) -> Cascade {
-    let scenario = Scenario {
-        u: Signal::new(vec![Wave::Constant { value: 1.0 }]),
-        delta: Signal::new(vec![Wave::Sine {
-            amplitude,
-            frequency,
-            phase: 0.0,
-        }]),
-        x0: vec![1.0, 2.0],
-        horizon: 20.0,
-        scored_from: 0.0,
-        step,
-    };
-    let options = GpeboOptions {
-        xi0: vec![0.0; 2],
-        filters: vec![1.0],
-    };
-    Cascade::new(
-        &ContinuousPlant::bobtsov2023(),
-        &scenario,
-        &options,
-        observers,
-    )
-    .unwrap()
+/// The same with another frequency and other observers, and the paper's lag.
+fn example_of(sine: [f64; 2], step: f64, observers: &[ObserverSpec]) -> Cascade {
+    common::example_of(sine, Operator::Lag(1.0), step, observers)
 }
 
 fn last_estimates(cascade: &Cascade, refine: usize) -> Vec<ObserverEstimate> {
@@ -159,7 +137,7 @@ fn order_is_kept_across_switches() {
     };
     let options = GpeboOptions {
         xi0: vec![0.0; 2],
-        filters: vec![1.0],
+        filters: vec![Operator::Lag(1.0)],
     };
     let observers = [
         ObserverSpec::Gradient {
@@ -168,7 +146,7 @@ fn order_is_kept_across_switches() {
         ObserverSpec::Proposed {
             k: 1.0,
             order: 2,
-            filters: vec![2.0, 6.0],
+            filters: vec![Operator::Lag(2.0), Operator::Lag(6.0)],
             gains: vec![1e11, 1e13],
             factor: Factor::Keep,
         },

@@ -1,7 +1,7 @@
 //! Changes of coordinates.
 
 use crate::common::{Uniform, proposed};
-use asobench::observer::gpebo::{Cascade, Factor, GpeboOptions, ObserverSpec, Scenario};
+use asobench::observer::gpebo::{Cascade, Factor, GpeboOptions, ObserverSpec, Operator, Scenario};
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
 use faer::{Mat, mat};
@@ -31,7 +31,7 @@ fn in_coordinates(
         scored_from: 0.0,
         step: 5e-3,
     };
-    let filters = (1..n).map(|k| k as f64).collect();
+    let filters = (1..n).map(|k| Operator::Lag(k as f64)).collect();
     let options = GpeboOptions {
         xi0: times(&vec![0.3; n]),
         filters,

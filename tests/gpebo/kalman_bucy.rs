@@ -1,15 +1,24 @@
 //! The Kalman-Bucy filter.
 
 use crate::common::{Uniform, a_times, dot, gauss_legendre};
-use asobench::observer::gpebo::{Cascade, GpeboOptions, ObserverSpec, Scenario};
+use asobench::observer::gpebo::{Cascade, GpeboOptions, ObserverSpec, Operator, Scenario};
 use asobench::signal::{Signal, Wave};
 
-/// Least squares in theta against the Riccati equation and the filter in x.
+/// Least squares in theta, and the exact steps of the filter with process noise, against an integration of the Riccati
+/// equation and of the filter in x.
 #[test]
 fn kalman_bucy_is_the_riccati_filter() {
     let mut uniform = Uniform(5);
     let (p0, r) = (0.7, 0.2);
-    for n in 1..=3 {
+    for (n, q) in [
+        (1, 0.0),
+        (2, 0.0),
+        (3, 0.0),
+        (1, 0.5),
+        (2, 0.5),
+        (3, 0.5),
+        (3, 1e-4),
+    ] {
         let plant = uniform.plant(n);
         let scenario = Scenario {
             u: Signal::new(vec![Wave::Sine {
@@ -27,12 +36,19 @@ fn kalman_bucy_is_the_riccati_filter() {
             scored_from: 0.0,
             step: 5e-3,
         };
-        let filters = (1..n).map(|k| k as f64).collect();
+        let filters = (1..n).map(|k| Operator::Lag(k as f64)).collect();
         let options = GpeboOptions {
             xi0: uniform.vector(n),
             filters,
         };
-        let observers = [ObserverSpec::KalmanBucy { p0, r }];
+        let least_squares = ObserverSpec::KalmanBucy { p0, r };
+        let filter = ObserverSpec::Filter {
+            p0,
+            q,
+            r,
+            x0: options.xi0.clone(),
+        };
+        let observers = [if q == 0.0 { least_squares } else { filter }];
         let cascade = Cascade::new(&plant, &scenario, &options, &observers).unwrap();
         // [x; xhat; P by rows]
         let f = |t: f64, y: &[f64]| {
@@ -53,7 +69,8 @@ fn kalman_bucy_is_the_riccati_filter() {
             };
             out.extend((0..n * n).map(|k| {
                 let (i, j) = (k / n, k % n);
-                ap(i, j) + ap(j, i) - pc[i] * pc[j] / r
+                let noise = if i == j { q } else { 0.0 };
+                ap(i, j) + ap(j, i) + noise - pc[i] * pc[j] / r
             }));
             out
         };
@@ -68,7 +85,7 @@ fn kalman_bucy_is_the_riccati_filter() {
             for i in 0..n {
                 assert!(
                     (sample.estimates[0].x[i] - y[n + i]).abs() < 1e-9,
-                    "n {n} {last}"
+                    "n {n}, q {q}: {last}"
                 );
             }
         });

@@ -1,7 +1,7 @@
 //! The linear parts.
 
 use crate::common::{Uniform, a_times, dot, gauss_legendre};
-use asobench::observer::gpebo::{Cascade, GpeboOptions, ObserverSpec, Scenario};
+use asobench::observer::gpebo::{Cascade, GpeboOptions, ObserverSpec, Operator, Scenario};
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Hold, Signal, Wave};
 
@@ -139,9 +139,10 @@ fn linear_parts_are_exact() {
     for n in (1..=4).cycle().take(20) {
         let plant = uniform.plant(n);
         let gain = uniform.vector(n);
+        let poles: Vec<f64> = (1..n).map(|k| 0.5 + k as f64).collect();
         let options = GpeboOptions {
             xi0: uniform.vector(n),
-            filters: (1..n).map(|k| 0.5 + k as f64).collect(),
+            filters: poles.iter().copied().map(Operator::Lag).collect(),
         };
         let x0 = uniform.vector(n);
         let scenario = Scenario {
@@ -177,7 +178,7 @@ fn linear_parts_are_exact() {
                 let start = TOOTH / 3.0 * (step - 1) as f64;
                 let f = |t: f64, y: &[f64]| {
                     let signals = [test_input(t, quarter), test_disturbance(t, quarter)];
-                    all_linear(&plant, &gain, &options.filters, signals, y)
+                    all_linear(&plant, &gain, &poles, signals, y)
                 };
                 for k in 0..parts {
                     gauss_legendre(&f, start + f64::from(k) * h, &mut y, h);

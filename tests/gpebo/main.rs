@@ -1,9 +1,11 @@
 //! The cascade against independent integration, closed forms and invariances, through the public interface.
 
 mod common;
+mod delays;
 mod example;
 mod invariance;
 mod kalman_bucy;
 mod linear;
 mod measures;
 mod outcomes;
+mod step_error;

@@ -2,7 +2,7 @@
 //! says of them.
 
 use asobench::observer::gpebo::{
-    BAND, Cascade, GpeboOptions, Halving, ObserverSpec, Scenario, halve,
+    BAND, Cascade, GpeboOptions, Halving, ObserverSpec, Operator, Scenario, halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -99,7 +99,14 @@ fn observers() -> Vec<Exact> {
         x0: vec![0.0],
     };
     let recursive = ObserverSpec::KalmanBucy { p0: 4.0, r: 0.5 };
+    let finite = ObserverSpec::FiniteTime {
+        gains: vec![0.8],
+        share: 0.3,
+    };
+    // Delta = 1, so that the share learnt is 1 - e^(-0.8 t): above 0.3 long before the score begins.
+    let corrected = |t: f64| (THETA + filtered(0.8, t)) / (1.0 - (-0.8 * t).exp()).max(0.3) - THETA;
     vec![
+        (finite, Box::new(corrected), true),
         (full_order, Box::new(|t| filtered(3.0, t)), false),
         (gradient(0.8), Box::new(|t| filtered(0.8, t)), true),
         (gradient(3.0), Box::new(|t| filtered(3.0, t)), true),
@@ -118,8 +125,10 @@ fn the_step_error_covers_the_mean_squares() {
             let says = found.observers[0].relative();
             let exact = rms(&error);
             let off = (accuracy.rms_state / exact - 1.0).abs();
+            let steps = found.summary.steps as f64;
+            let rounding = 2.0 * f64::EPSILON * steps * THETA / exact;
             assert!(
-                off <= 2.0 * says + 1e-13,
+                off <= 2.0 * says + rounding,
                 "{observer:?} {step}: {off:e} {says:e}"
             );
             assert!(says < 2e-2 * step * step, "{observer:?} {step}: {says:e}");
@@ -192,7 +201,7 @@ fn every_state_has_its_root_mean_square() {
     };
     let options = GpeboOptions {
         xi0: vec![0.0; 3],
-        filters: vec![1.0, 2.0],
+        filters: vec![Operator::Lag(1.0), Operator::Lag(2.0)],
     };
     let observer = ObserverSpec::Luenberger {
         gain: vec![0.0; 3],
@@ -211,4 +220,42 @@ fn every_state_has_its_root_mean_square() {
     }
     assert!((accuracy.rms_state.powi(2) / all - 1.0).abs() < 1e-9);
     assert!(accuracy.rms_theta.is_nan());
+}
+
+/// Without a disturbance the finite-time estimate is theta once the share is learnt, and the gradient's over the share
+/// before.
+#[test]
+fn the_finite_time_estimate_is_exact_without_a_disturbance() {
+    let plant = ContinuousPlant::new(&[vec![0.0]], vec![1.0], vec![1.0]).unwrap();
+    let scenario = Scenario {
+        u: Signal::default(),
+        delta: Signal::default(),
+        x0: vec![THETA],
+        horizon: HORIZON,
+        scored_from: FROM,
+        step: 0.05,
+    };
+    let options = GpeboOptions {
+        xi0: vec![0.0],
+        filters: vec![],
+    };
+    let observer = ObserverSpec::FiniteTime {
+        gains: vec![0.5],
+        share: 0.6,
+    };
+    let cascade = Cascade::new(&plant, &scenario, &options, &[observer]).unwrap();
+    let (mut before, mut after) = (0, 0);
+    cascade.run(1, |sample| {
+        let learnt = 1.0 - (-0.5 * sample.t).exp();
+        let found = sample.estimates[0].theta[0];
+        let exact = if learnt >= 0.6 {
+            after += 1;
+            THETA
+        } else {
+            before += 1;
+            THETA * learnt / 0.6
+        };
+        assert!((found - exact).abs() < 1e-12, "{} {found}", sample.t);
+    });
+    assert!(before > 10 && after > 10);
 }

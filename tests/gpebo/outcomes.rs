@@ -1,8 +1,8 @@
 //! Overflow and refusals.
 
 use asobench::observer::gpebo::{
-    Cascade, CascadeError, Factor, GpeboOptions, ObserverSpec, Outcome, Scenario, SettingError,
-    halve,
+    Cascade, CascadeError, Factor, GpeboOptions, ObserverSpec, Operator, Outcome, Scenario,
+    SettingError, halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -11,17 +11,10 @@ use asobench::signal::{Signal, Wave};
 #[test]
 fn overflow_is_an_outcome() {
     let plant = ContinuousPlant::bobtsov2023();
+    let (scenario, options) = good();
     let scenario = Scenario {
-        u: Signal::default(),
-        delta: Signal::default(),
-        x0: vec![1.0, 2.0],
         horizon: 10.0,
-        scored_from: 0.0,
-        step: 0.1,
-    };
-    let options = GpeboOptions {
-        xi0: vec![0.0; 2],
-        filters: vec![1.0],
+        ..scenario
     };
     let observers = [
         ObserverSpec::Luenberger {
@@ -56,10 +49,9 @@ fn overflow_is_an_outcome() {
     assert_eq!(summary.smallest_eigenvalue, None);
 }
 
-#[test]
-fn refusals() {
-    let plant = ContinuousPlant::bobtsov2023();
-    let good = Scenario {
+/// A scenario and options that are accepted.
+fn good() -> (Scenario, GpeboOptions) {
+    let scenario = Scenario {
         u: Signal::default(),
         delta: Signal::default(),
         x0: vec![1.0, 2.0],
@@ -69,16 +61,29 @@ fn refusals() {
     };
     let options = GpeboOptions {
         xi0: vec![0.0; 2],
-        filters: vec![1.0],
+        filters: vec![Operator::Lag(1.0)],
     };
-    let refusal = |scenario: &Scenario, options: &GpeboOptions, observer: ObserverSpec| {
-        Cascade::new(&plant, scenario, options, &[observer])
-            .unwrap_err()
-            .to_string()
-    };
-    let gradient = || ObserverSpec::Gradient {
+    (scenario, options)
+}
+
+/// Returns why one observer of the example's plant is refused.
+fn refusal(scenario: &Scenario, options: &GpeboOptions, observer: ObserverSpec) -> String {
+    let plant = ContinuousPlant::bobtsov2023();
+    Cascade::new(&plant, scenario, options, &[observer])
+        .unwrap_err()
+        .to_string()
+}
+
+fn gradient() -> ObserverSpec {
+    ObserverSpec::Gradient {
         gains: vec![1.0; 2],
-    };
+    }
+}
+
+#[test]
+fn refusals() {
+    let plant = ContinuousPlant::bobtsov2023();
+    let (good, options) = good();
     let step = |step: f64| {
         refusal(
             &Scenario {
@@ -100,7 +105,7 @@ fn refusals() {
         "the run would take about 1.0e9 steps; at most 1e7 are allowed"
     );
     let filters = GpeboOptions {
-        filters: vec![-1.0],
+        filters: vec![Operator::Lag(-1.0)],
         ..options.clone()
     };
     assert_eq!(
@@ -120,7 +125,7 @@ fn refusals() {
     let twice = ObserverSpec::Proposed {
         k: 1.0,
         order: 2,
-        filters: vec![2.0; 2],
+        filters: vec![Operator::Lag(2.0); 2],
         gains: vec![1.0; 2],
         factor: Factor::Keep,
     };
@@ -153,4 +158,44 @@ fn refusals() {
         Cascade::new(&plant, &fast, &options, &[]),
         Err(CascadeError::Breakpoints(_))
     ));
+}
+
+#[test]
+fn refusals_of_delays() {
+    let (good, options) = good();
+    let delayed = |delays: Vec<f64>, scenario: &Scenario| {
+        let filters = delays.into_iter().map(Operator::Delay).collect();
+        let options = GpeboOptions {
+            filters,
+            ..options.clone()
+        };
+        refusal(scenario, &options, gradient())
+    };
+    assert_eq!(
+        delayed(vec![0.25], &good),
+        "filters in [continuous]: a delay of 0.25 s; expected a whole number of steps of 0.1 s, from 1 to 10000"
+    );
+    assert_eq!(
+        delayed(vec![-0.1], &good),
+        "filters in [continuous]: expected positive numbers, not -0.1"
+    );
+    let unequal = Scenario {
+        scored_from: 0.25,
+        ..good.clone()
+    };
+    let found = delayed(vec![0.3], &unequal);
+    let start = "filters in [continuous]: a delay of 0.3 s among steps of 0.08333";
+    assert!(found.starts_with(start), "{found}");
+    let second = ObserverSpec::Proposed {
+        k: 1.0,
+        order: 2,
+        filters: vec![Operator::Delay(0.1), Operator::Delay(0.05)],
+        gains: vec![1.0; 2],
+        factor: Factor::Keep,
+    };
+    assert_eq!(
+        refusal(&good, &options, second),
+        "observer 1: filters of the observer: a delay of 0.05 s; expected a whole number of steps of 0.1 s, from 1 \
+        to 10000"
+    );
 }

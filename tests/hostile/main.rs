@@ -7,6 +7,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod endless;
+mod limits;
 mod obstacle;
 mod owners;
 mod table;

@@ -14,9 +14,9 @@
 
 use super::read;
 
-/// Sections that hold no results: numbers there are formulas, settings, limits, and times of one
-/// machine that the commands beside them print. `*` is a whole page.
-const WITHOUT_RESULTS: [(&str, &str); 25] = [
+/// Sections that hold no results: numbers there are formulas, settings, limits, what is quoted, results of older
+/// versions, and times of one machine that the commands beside them print. `*` is a whole page.
+const WITHOUT_RESULTS: [(&str, &str); 27] = [
     ("README.md", "asobench"),
     ("README.md", "Four doors"),
     ("README.md", "Where to read on"),
@@ -27,6 +27,10 @@ const WITHOUT_RESULTS: [(&str, &str); 25] = [
     ("docs/conventions.md", "*"),
     ("docs/continuous-observers.md", "*"),
     ("docs/files.md", "*"),
+    (
+        "docs/findings.md",
+        "What moved, and what was written after results",
+    ),
     ("docs/glossary.md", "*"),
     ("docs/methods.md", "Your own estimator"),
     ("docs/methods.md", "What the papers leave open"),
@@ -37,6 +41,7 @@ const WITHOUT_RESULTS: [(&str, &str); 25] = [
     ("docs/records.md", "*"),
     ("docs/reference.md", "*"),
     ("docs/reproduce.md", "One trial again"),
+    ("docs/reproduce.md", "Sentence by sentence"),
     ("docs/same-bits.md", "*"),
     ("docs/start.md", "*"),
     ("docs/studies.md", "*"),

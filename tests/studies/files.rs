@@ -211,7 +211,10 @@ fn settings_that_cannot_be() {
     for (text, parts) in [
         (
             "window = 17",
-            ["window", "too short for order 6: at least 3n = 18"],
+            [
+                "window",
+                "too short for order 6: expected any whole number from 3n = 18 on, even or odd",
+            ],
         ),
         ("window = [98, 12]", ["window", "12 samples is too short"]),
         (
@@ -264,6 +267,23 @@ fn settings_that_cannot_be() {
         ("eta = \"ten\"", ["eta: 'ten'", "expected a number"]),
         ("amplitude = 0", ["amplitude", "positive"]),
         ("amplitude = -1", ["amplitude", "-1"]),
+        // Noise and errors would underflow, or squares overflow.
+        (
+            "amplitude = 1e-163",
+            ["amplitude of 1e-163", "1e-100 to 1e100"],
+        ),
+        (
+            "amplitude = 1e163",
+            ["amplitude of 1e163", "1e-100 to 1e100"],
+        ),
+        (
+            "x0 = 1e-163",
+            ["initial state of 1e-163", "1e-100 to 1e100"],
+        ),
+        (
+            "process_noise = 1e160",
+            ["process noise of 1e160", "1e-100 to 1e100"],
+        ),
         ("input_noise = -1", ["input-measurement noise", "-1 %"]),
         ("x0 = \"plan\"", ["x0: 'plan'", "\"plant\""]),
         ("x0 = \"plant\"", ["x0", "no x0"]),

@@ -19,6 +19,7 @@ mod needs;
 mod own_case;
 mod pilot;
 mod recompute;
+mod replay;
 mod verdicts;
 
 use common::{PROGRAM, copy, stderr};

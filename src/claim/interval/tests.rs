@@ -135,7 +135,8 @@ fn intervals_by_hand() {
     assert_eq!(exact.interval(FAIL, 0.025, 1), [2.0, 2.0]);
 }
 
-/// A range that is a point: 5 % outside it is 2.5 % on either side. In a wide range an end is as good as alone: 1.64485.
+/// A range that is a point: 5 % outside it is 2.5 % on either side. In a wide range an end is as good as alone:
+/// 1.64485.
 #[test]
 fn two_ends_share_the_level() {
     let of = |low| {

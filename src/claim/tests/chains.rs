@@ -7,9 +7,10 @@ use super::*;
 use crate::claim::decision::{Cells, Verdict, decide};
 use crate::claim::evidence::Evidence;
 use crate::claim::power::{Open, Undecided};
+use crate::claim::{decides, verdict_at};
 use crate::signal::{Purpose, stream};
 use crate::study::Looks;
-use crate::study::file::{ExperimentFile, Holds};
+use crate::study::file::{ExperimentFile, Holds, TrialRule};
 use rand::RngExt;
 
 const LEVEL: f64 = 0.025;
@@ -109,4 +110,76 @@ fn all_looks_together_keep_the_level() {
     // The whole level at every look would be wrong far more often: the test can fail.
     let whole = rates(Next::Doubled, false);
     assert!(whole.iter().all(|rate| *rate > most), "{whole:?}");
+}
+
+/// A rule that stops when W1 is decided, and a claim beside it.
+const BESIDE: &str = "
+[trials]
+until = 'W1'
+minimum = 128
+maximum = 16384
+[[claims]]
+id = 'W1'
+test = { share = 'failed', of = 'new', below = 0.5 }
+[[claims]]
+id = 'W2'
+test = { share = 'failed', of = 'old', below = 0.5 }";
+
+/// Returns the verdict on W2, whose share is at its limit, when the rule has stopped and, if it is open, once more
+/// after an extension to `EXTENT`. W1 and W2 fail in the same trials but for one in eight where `alike`.
+fn beside(file: &ExperimentFile, number: u64, alike: bool) -> Verdict {
+    let TrialRule::Decided(until) = &file.trials else {
+        panic!("the rule has a claim");
+    };
+    let extended = TrialRule::Fixed(EXTENT[1]);
+    let mut random = stream(6, number, Purpose::Input);
+    let (mut looks, mut trials, mut counts) = (Looks::default(), 0, [0_u64; 2]);
+    let (mut wanted, mut rule) = (until.minimum, &file.trials);
+    loop {
+        while trials < wanted {
+            let old = random.random::<u64>();
+            let other = random.random::<u64>();
+            let flips = random.random::<u64>() & random.random::<u64>() & random.random::<u64>();
+            counts[0] += u64::from(if alike { old ^ flips } else { other }.count_ones());
+            counts[1] += u64::from(old.count_ones());
+            trials += 64;
+        }
+        let look = looks.at(trials, file, rule);
+        let mut results = summary(vec![cell(0, 10.0, trials)]);
+        for (output, count) in results.cells[0].outputs.iter_mut().zip(counts) {
+            output
+                .outcomes
+                .failures
+                .insert("singular".to_owned(), count);
+        }
+        let first_rule = trials <= until.maximum;
+        if first_rule && trials < until.maximum && !decides(file, &results, look) {
+            wanted = 2 * trials;
+            continue;
+        }
+        looks.add(trials, rule);
+        let verdict = verdict_at(&file.claims[1], look, file, &results);
+        if verdict != Verdict::Undecided || !first_rule {
+            return verdict;
+        }
+        (wanted, rule) = (EXTENT[1], &extended);
+    }
+}
+
+/// The trials stop for another claim, which knows nothing or nearly all of it.
+#[test]
+fn a_claim_beside_the_one_that_stops_keeps_its_level() {
+    let file = ExperimentFile::parse(BESIDE).unwrap();
+    let most = LEVEL + 3.0 * (LEVEL * (1.0 - LEVEL) / CHAINS as f64).sqrt();
+    for alike in [false, true] {
+        let mut counts = [0_u64; 2];
+        for number in 0..CHAINS {
+            let verdict = beside(&file, number, alike);
+            counts[0] += u64::from(verdict == Verdict::Holds);
+            counts[1] += u64::from(verdict == Verdict::DoesNotHold);
+        }
+        let found = counts.map(|count| count as f64 / CHAINS as f64);
+        println!("beside, alike {alike}: {found:?}");
+        assert!(found.iter().all(|rate| *rate <= most), "{alike}: {found:?}");
+    }
 }

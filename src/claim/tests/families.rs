@@ -39,8 +39,8 @@ fn file(family: bool, claims: usize, more: &str) -> ExperimentFile {
     ExperimentFile::parse(&text).unwrap()
 }
 
-/// A study with an estimate from normal numbers in each cell. The cells have `common` numbers among theirs, so they depend on
-/// each other; every other one with the opposite sign if `opposite`.
+/// A study with an estimate from normal numbers in each cell. The cells have `common` numbers among theirs, so they
+/// depend on each other; every other one with the opposite sign if `opposite`.
 fn study(truths: &[Truth], repetition: u64, common: usize, opposite: bool) -> Summary {
     let n = NUMBERS;
     let mut stream = stream(3, repetition, Purpose::Input);

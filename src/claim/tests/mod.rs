@@ -1,7 +1,9 @@
 //! Tests of the engine on summaries of invented studies.
 
 mod chains;
+mod conditions;
 mod families;
+mod medians;
 mod moments;
 mod rates;
 mod words;

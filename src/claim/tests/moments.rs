@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use std::f64::consts::{E, PI};
 
 const LEVEL: f64 = 0.025;
-const SIZES: [usize; 5] = [40, 100, 400, 1000, 4000];
+const SIZES: [usize; 8] = [3, 8, 20, 40, 100, 400, 1000, 4000];
 
 /// A law of an error that is never negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +171,8 @@ impl Of {
             let scale = (window as f64).sqrt();
             let values = law.draw(index as u64 + 1, number, trials);
             let values: Vec<f64> = values.iter().map(|x| x / scale).collect();
-            let of_group = |g: usize| Sample::from_values(values[g..].iter().step_by(20).copied());
+            let of_group =
+                |g: usize| Sample::from_values(values.iter().skip(g).step_by(20).copied());
             let samples: Vec<Sample> = (0..20).map(of_group).collect();
             groups.push(Jackknife::from_groups(
                 &samples,

@@ -392,6 +392,7 @@ fn times_are_judged_by_their_quartiles() {
         median_seconds: median,
         q25_seconds: median * (1.0 - spread),
         q75_seconds: median * (1.0 + spread),
+        rounds: Vec::new(),
     };
     let results = summary(vec![cell(0, 10.0, 100)]);
     let file = claim(

@@ -22,6 +22,7 @@ pub(super) fn render(report: &Report) -> Value {
         "samples": samples.y.len(),
         "window": samples.window,
         "solver": solver,
+        "unit": report.unit,
         "detrend": report.detrend,
         "gain": report.gain,
         "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record; \
@@ -126,7 +127,11 @@ fn pass(report: &PassReport) -> Map<String, Value> {
     let fields = [
         (
             "status",
-            json!(pass.failure.map_or("ok", |failure| failure.kind.name())),
+            json!(
+                pass.failure
+                    .as_ref()
+                    .map_or("ok", |failure| failure.kind.name())
+            ),
         ),
         ("failure", json!(failure)),
         (

@@ -80,13 +80,15 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
     } else {
         format!("--detrend {}: {u} from u, {y} from y", report.detrend)
     };
-    vec![
+    let mut settings = vec![
         ("file", visible(report.file.display())),
         ("samples", samples.to_string()),
         ("window", format!("{} samples", report.window)),
         ("validation", validation),
         ("subtracted", subtracted),
-    ]
+    ];
+    settings.extend(report.unit_in_words().map(|words| ("unit", words)));
+    settings
 }
 
 /// Writes the section of one estimator.

@@ -206,6 +206,7 @@ impl Scan {
             "file": report.file.display().to_string(),
             "samples": report.record.y.len(),
             "window": report.window,
+            "unit": report.unit,
             "detrend": report.detrend,
             "estimator": "arx",
             "common_first_row": report.window - self.equations,

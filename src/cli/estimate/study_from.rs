@@ -119,6 +119,12 @@ impl Case {
             return Err(Error::Input(message.to_owned()));
         }
         let report = super::load(estimator, super::orders(estimator)?)?;
+        if let Some(words) = report.unit_in_words() {
+            return Err(Error::Input(format!(
+                "{}: {words}; expected a record in a unit nearer to its samples",
+                report.file.display()
+            )));
+        }
         let mut estimate = super::estimate(estimator, name, &report)?;
         let path = report.file.display();
         let refused = |message: &str| Error::Input(format!("{path}: {name}: {message}"));

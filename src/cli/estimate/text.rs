@@ -39,6 +39,9 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
         report.detrend,
         report.gain
     )?;
+    if let Some(unit) = report.unit_in_words() {
+        writeln!(text, "{unit}")?;
+    }
     for estimate in &report.estimates {
         write_estimate(text, estimate)?;
     }

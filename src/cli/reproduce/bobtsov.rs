@@ -41,7 +41,7 @@ impl Bobtsov {
                 threads: super::threads(arguments.threads),
                 fresh: true,
                 replace: arguments.out.is_none(),
-                figures: &["theta.svg", "state-errors.svg"],
+                figures: &["theta.svg", "state-errors.svg", "state-errors-late.svg"],
                 ..RunOptions::default()
             };
             execute(&path, "--out ", &experiment, rule, options, course_figures)?;

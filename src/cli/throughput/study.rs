@@ -56,6 +56,13 @@ pub(super) fn time(
     file.trials = TrialRule::Fixed(count);
     let experiment = Experiment::new(file);
     let experiment = experiment.map_err(|e| input(&format!("{}: {e}", path.display())))?;
+    if let Some(program) = experiment.programs.first() {
+        return Err(Error::Input(format!(
+            "{}: method '{}' is a program; throughput times methods of asobench only: take it out of the file",
+            path.display(),
+            visible(&program.name)
+        )));
+    }
     let cells = experiment.cells.len();
     let trials: u64 = (0..cells)
         .map(|cell| experiment.trials_of(cell, count))

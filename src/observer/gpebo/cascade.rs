@@ -1,11 +1,13 @@
 //! The run: plant, first mixing and all observers on one time grid.
 
-use super::estimators::{Estimator, MixedNodes};
+use super::delay::{DelayLine, whole_steps};
+use super::estimators::{At, Estimator, MixedNodes};
+use super::filter::{half_simpson, simpson};
 use super::grid::Grid;
 use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
 use super::recursive::LeastSquaresIntegrals;
-use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check};
+use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check, check_delays};
 use super::score::{Score, squares};
 use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::plant::ContinuousPlant;
@@ -20,6 +22,8 @@ pub struct Cascade {
     theta: Vec<f64>,
     specs: Vec<ObserverSpec>,
     system: LinearSystem,
+    /// The rows of M that delays make, from 1 on, with the delay in seconds.
+    delays: Vec<(usize, f64)>,
     grid: Grid,
 }
 
@@ -28,7 +32,8 @@ impl Cascade {
     ///
     /// # Errors
     /// If a length does not fit the plant's order, a filter or gain is not positive, filters are not distinct, or the
-    /// step or a signal does not fit the horizon. Also if there would be more than [`super::LARGEST_STEPS`] steps,
+    /// step or a signal does not fit the horizon. Also if there is a delay and not all steps are equal and a whole part
+    /// of it, or if there would be more than [`super::LARGEST_STEPS`] steps,
     /// [`super::LARGEST_BREAKPOINTS`] breakpoints or [`super::LARGEST_LENGTHS`] different step lengths.
     pub fn new(
         plant: &ContinuousPlant,
@@ -37,6 +42,8 @@ impl Cascade {
         observers: &[ObserverSpec],
     ) -> Result<Self, CascadeError> {
         check(plant.order(), scenario, options, observers)?;
+        let grid = Grid::new(scenario)?;
+        check_delays(&grid, options, observers)?;
         Ok(Self {
             n: plant.order(),
             horizon: scenario.horizon,
@@ -49,7 +56,11 @@ impl Cascade {
                 .collect(),
             specs: observers.to_vec(),
             system: LinearSystem::new(plant, scenario, options, observers),
-            grid: Grid::new(scenario)?,
+            delays: (1..)
+                .zip(&options.filters)
+                .filter_map(|(row, operator)| Some((row, operator.delay()?)))
+                .collect(),
+            grid,
         })
     }
 
@@ -89,10 +100,11 @@ impl Cascade {
         let estimates = self.specs.iter().map(|spec| ObserverEstimate {
             x: vec![0.0; n],
             theta: match spec {
-                ObserverSpec::Luenberger { .. } => vec![],
+                ObserverSpec::Luenberger { .. } | ObserverSpec::Filter { .. } => vec![],
                 _ => vec![0.0; n],
             },
         });
+        let h = self.grid.lengths.first().copied().unwrap_or_default() / refine as f64;
         let mut run = Run {
             cascade: self,
             refine,
@@ -102,21 +114,22 @@ impl Cascade {
             taken: 0,
             t: 0.0,
             linear: self.system.initial(),
-            estimators: Estimator::all(&self.specs, n),
+            middle: self.system.initial(),
+            estimators: Estimator::all(&self.specs, n, h),
             information: LeastSquaresIntegrals::new(n),
-            mixing: Mixing::new(n),
+            information_middle: LeastSquaresIntegrals::new(n),
+            mixing: Mixing::new(n, &self.delays, h),
             estimates: estimates.collect(),
             scores: vec![],
             squares: vec![f64::NAN; n + 2],
             outcomes: vec![Outcome::Finite; self.specs.len()],
             outcome: Outcome::Finite,
         };
-        let h = self.grid.lengths.first().copied().unwrap_or_default() / refine as f64;
         self.system.start_step(&mut run.linear, 0.0, h / 2.0);
         run.mixing.observe(self, &run.linear, 2);
         run.finish_step(0.0);
-        for at in 0..run.estimates.len() {
-            run.note_squares(at);
+        for number in 0..run.estimates.len() {
+            run.note_squares(At::End, number);
             run.scores.push(Score::new(refine, &run.squares));
         }
         run
@@ -127,6 +140,8 @@ impl Cascade {
 #[derive(Clone, Debug)]
 struct Mixing {
     mixer: Mixer,
+    /// z and phi for each row of M that a delay makes.
+    delays: Vec<(usize, DelayLine)>,
     m: Vec<f64>,
     zbar: Vec<f64>,
     nodes: MixedNodes,
@@ -137,9 +152,14 @@ struct Mixing {
 }
 
 impl Mixing {
-    fn new(n: usize) -> Self {
+    /// Starts with steps of length h, which matters to delays only.
+    fn new(n: usize, delays: &[(usize, f64)], h: f64) -> Self {
+        let line = |&(row, delay): &(usize, f64)| {
+            Some((row, DelayLine::new(n + 1, whole_steps(delay, h)?)))
+        };
         Self {
             mixer: Mixer::new(n),
+            delays: delays.iter().filter_map(line).collect(),
             m: vec![0.0; n * n],
             zbar: vec![0.0; n],
             nodes: MixedNodes {
@@ -157,6 +177,15 @@ impl Mixing {
     /// Computes node `k` from the linear state, Eqs. (9), (10).
     fn observe(&mut self, cascade: &Cascade, linear: &LinearState, k: usize) {
         cascade.system.observe(linear, &mut self.m, &mut self.zbar);
+        for (row, line) in &self.delays {
+            let [z, phi @ ..] = line.delayed() else {
+                continue;
+            };
+            self.zbar[*row] = z[k];
+            for (m, phi) in self.m[row * cascade.n..].iter_mut().zip(phi) {
+                *m = phi[k];
+            }
+        }
         let delta = self.mixer.mix(&self.m, &self.zbar, &mut self.mbar);
         self.nodes.delta[k] = delta;
         self.nodes.z[k] = self.zbar[0];
@@ -165,6 +194,18 @@ impl Mixing {
             self.nodes.mbar[i][k] = self.mbar[i];
             self.dbar[i] = self.mbar[i] - delta * theta;
             self.largest_dbar[i] = self.largest_dbar[i].max(self.dbar[i].abs());
+        }
+    }
+
+    /// Lets the delays have the step that ends.
+    fn delay(&mut self) {
+        let nodes = &self.nodes;
+        for (_, line) in &mut self.delays {
+            let signals = std::iter::once(&nodes.z).chain(&nodes.phi);
+            for (to, from) in line.delayed_mut().iter_mut().zip(signals) {
+                *to = *from;
+            }
+            line.advance();
         }
     }
 
@@ -191,8 +232,12 @@ pub struct Run<'a> {
     taken: usize,
     t: f64,
     linear: LinearState,
+    /// The linear state in the middle of the last step.
+    middle: LinearState,
     estimators: Vec<Estimator>,
     information: LeastSquaresIntegrals,
+    /// The integrals up to the middle of the last step.
+    information_middle: LeastSquaresIntegrals,
     mixing: Mixing,
     estimates: Vec<ObserverEstimate>,
     /// One for each estimate.
@@ -219,9 +264,11 @@ impl Run<'_> {
             let first = self.done == 0 && k == 1;
             let t = start + (k - 1) as f64 * h;
             self.step(t, gap.length, first);
+            self.estimate(At::Middle);
+            self.score(At::Middle, t + h / 2.0, h);
             let t = if k == self.refine { end } else { t + h };
             self.finish_step(t);
-            self.score(t, h);
+            self.score(At::End, t, h);
         }
         self.t = end;
         self.done += 1;
@@ -231,12 +278,12 @@ impl Run<'_> {
         true
     }
 
-    /// Advances one step from t. The signals may jump before the first step of a gap.
+    /// Advances one step from t. The signals may jump before the first step of a gap, delayed ones before any step.
     fn step(&mut self, t: f64, length: usize, first: bool) {
         let (cascade, n) = (self.cascade, self.cascade.n);
         let (h, half) = &self.steps[length];
         cascade.system.start_step(&mut self.linear, t, t + h / 2.0);
-        if first {
+        if first || !self.mixing.delays.is_empty() {
             self.mixing.observe(cascade, &self.linear, 0);
         } else {
             self.mixing.shift();
@@ -244,26 +291,45 @@ impl Run<'_> {
         for node in 1..3 {
             self.linear.advance(half, n);
             self.mixing.observe(cascade, &self.linear, node);
+            if node == 1 {
+                self.middle.copy_from(&self.linear);
+            }
         }
+        self.mixing.delay();
         let nodes = &self.mixing.nodes;
-        self.information.step(*h, &nodes.phi, &nodes.z);
+        self.information_middle.copy_from(&self.information);
+        let halfway = &mut self.information_middle;
+        halfway.add(half_simpson, *h, &nodes.phi, &nodes.z);
+        self.information.add(simpson, *h, &nodes.phi, &nodes.z);
         for estimator in &mut self.estimators {
             estimator.step(*h, nodes);
         }
         self.taken += 1;
     }
 
-    /// Computes the estimates at t and notes whether they are finite.
+    /// Computes the estimates at a place in the last step.
+    fn estimate(&mut self, at: At) {
+        let (linear, information) = match at {
+            At::Middle => (&self.middle, &self.information_middle),
+            At::End => (&self.linear, &self.information),
+        };
+        for (estimator, estimate) in self.estimators.iter_mut().zip(&mut self.estimates) {
+            estimator.estimate(at, linear, information, estimate);
+        }
+    }
+
+    /// Computes the estimates at t, the end of a step, and notes whether they are finite.
     fn finish_step(&mut self, t: f64) {
+        self.estimate(At::End);
         let plant = self.linear.x(self.cascade.n).iter().all(|x| x.is_finite());
         self.outcome.note(plant, t);
         let all = self
             .estimators
             .iter_mut()
-            .zip(&mut self.estimates)
+            .zip(&self.estimates)
             .zip(&mut self.outcomes);
         for ((estimator, estimate), outcome) in all {
-            estimator.estimate(t, &self.linear, &self.information, estimate);
+            estimator.record(t);
             let finite = estimate
                 .x
                 .iter()
@@ -273,18 +339,22 @@ impl Run<'_> {
         }
     }
 
-    /// Scores the estimates at t, h seconds after the previous ones.
-    fn score(&mut self, t: f64, h: f64) {
+    /// Scores the estimates at t, in the middle or at the end of a step of length h.
+    fn score(&mut self, at: At, t: f64, h: f64) {
         for i in 0..self.scores.len() {
-            self.note_squares(i);
+            self.note_squares(at, i);
             self.scores[i].add(t, h, self.cascade.scored_from, &self.squares);
         }
     }
 
     /// Computes the squared errors of an estimate into the buffer.
-    fn note_squares(&mut self, at: usize) {
-        let x = self.linear.x(self.cascade.n);
-        let estimate = &self.estimates[at];
+    fn note_squares(&mut self, at: At, number: usize) {
+        let linear = match at {
+            At::Middle => &self.middle,
+            At::End => &self.linear,
+        };
+        let x = linear.x(self.cascade.n);
+        let estimate = &self.estimates[number];
         squares(
             &mut self.squares,
             x,

@@ -21,13 +21,26 @@ pub struct MixedNodes {
     pub z: Nodes,
 }
 
+/// A place in a step.
+#[derive(Clone, Copy, Debug)]
+pub enum At {
+    /// After half the step.
+    Middle,
+    /// After the step.
+    End,
+}
+
 /// An observer's state.
 #[derive(Clone, Debug)]
 pub enum Estimator {
     /// The k-th full-order observer. Its state is part of the linear state.
     Luenberger(usize),
+    /// The k-th time-varying filter, whose state is there too.
+    Filter(usize),
     /// One scalar estimator for each component of Eq. (10).
     Gradient(Vec<ScalarEstimator>),
+    /// The same with their estimates corrected: the share that must have been learnt.
+    FiniteTime(Vec<ScalarEstimator>, f64),
     /// Eqs. (11) to (17).
     Proposed(Proposed),
     /// Least squares on Eq. (9).
@@ -35,26 +48,24 @@ pub enum Estimator {
 }
 
 impl Estimator {
-    /// Returns the estimators of checked settings for order n.
-    pub fn all(specs: &[ObserverSpec], n: usize) -> Vec<Self> {
-        let mut luenberger = 0..;
+    /// Returns the estimators of checked settings for order n; h is the first step's length, which matters to delays
+    /// only.
+    pub fn all(specs: &[ObserverSpec], n: usize, h: f64) -> Vec<Self> {
+        let (mut luenberger, mut filter) = (0.., 0..);
         let build = |spec: &ObserverSpec| match spec {
             ObserverSpec::Luenberger { .. } => {
                 Self::Luenberger(luenberger.next().unwrap_or_default())
             }
-            ObserverSpec::Gradient { gains } => Self::Gradient(
-                gains
-                    .iter()
-                    .map(|gain| ScalarEstimator::new(*gain))
-                    .collect(),
-            ),
+            ObserverSpec::Filter { .. } => Self::Filter(filter.next().unwrap_or_default()),
+            ObserverSpec::Gradient { gains } => Self::Gradient(scalars(gains)),
+            ObserverSpec::FiniteTime { gains, share } => Self::FiniteTime(scalars(gains), *share),
             ObserverSpec::Proposed {
                 k,
                 order,
                 filters,
                 gains,
                 factor,
-            } => Self::Proposed(Proposed::new(*k, *order, filters, gains, *factor)),
+            } => Self::Proposed(Proposed::new(*k, *order, filters, gains, *factor, h)),
             ObserverSpec::KalmanBucy { p0, r } => Self::KalmanBucy(LeastSquares::new(*p0, *r, n)),
         };
         specs.iter().map(build).collect()
@@ -64,8 +75,8 @@ impl Estimator {
     #[inline]
     pub fn step(&mut self, h: f64, nodes: &MixedNodes) {
         match self {
-            Self::Luenberger(_) | Self::KalmanBucy(_) => {}
-            Self::Gradient(scalars) => {
+            Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
+            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
                 for (scalar, mbar) in scalars.iter_mut().zip(&nodes.mbar) {
                     scalar.step(h, &nodes.delta, mbar);
                 }
@@ -74,10 +85,24 @@ impl Estimator {
         }
     }
 
-    /// Computes the estimate at t and notes how much has been learnt by then.
+    /// Notes how much has been learnt by the end t of a step.
+    pub fn record(&mut self, t: f64) {
+        match self {
+            Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
+            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
+                for scalar in scalars.iter_mut() {
+                    scalar.record(t);
+                }
+            }
+            Self::Proposed(proposed) => proposed.scalars_mut().for_each(|scalar| scalar.record(t)),
+        }
+    }
+
+    /// Computes the estimate at the end or in the middle of the last step, given the linear state and the integrals
+    /// there.
     pub fn estimate(
         &mut self,
-        t: f64,
+        at: At,
         linear: &LinearState,
         information: &LeastSquaresIntegrals,
         out: &mut ObserverEstimate,
@@ -88,8 +113,18 @@ impl Estimator {
                 out.x.copy_from_slice(linear.luenberger(*k, n));
                 return;
             }
-            Self::Gradient(scalars) => record(scalars.iter_mut(), t, &mut out.theta),
-            Self::Proposed(proposed) => record(proposed.scalars_mut(), t, &mut out.theta),
+            Self::Filter(k) => {
+                out.x.copy_from_slice(linear.filters[*k].x());
+                return;
+            }
+            Self::Gradient(scalars) => collect(scalars.iter(), at, &mut out.theta),
+            Self::FiniteTime(scalars, share) => {
+                for (scalar, theta) in scalars.iter().zip(&mut out.theta) {
+                    let (found, learnt) = scalar.state(at);
+                    *theta = found / (-(-learnt).exp_m1()).max(*share);
+                }
+            }
+            Self::Proposed(proposed) => collect(proposed.scalars(), at, &mut out.theta),
             Self::KalmanBucy(squares) => squares.solve(information, &mut out.theta),
         }
         linear.reconstruct(&out.theta, &mut out.x);
@@ -98,17 +133,25 @@ impl Estimator {
     /// Returns what the scalar estimators have learnt over the horizon; empty if there are none.
     pub fn excitation(&self, horizon: f64) -> Excitation {
         match self {
-            Self::Luenberger(_) | Self::KalmanBucy(_) => Excitation::default(),
-            Self::Gradient(scalars) => excitation(scalars.iter(), horizon),
+            Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => Excitation::default(),
+            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
+                excitation(scalars.iter(), horizon)
+            }
             Self::Proposed(proposed) => excitation(proposed.scalars(), horizon),
         }
     }
 }
 
-fn record<'a>(scalars: impl Iterator<Item = &'a mut ScalarEstimator>, t: f64, theta: &mut [f64]) {
+fn scalars(gains: &[f64]) -> Vec<ScalarEstimator> {
+    gains
+        .iter()
+        .map(|gain| ScalarEstimator::new(*gain))
+        .collect()
+}
+
+fn collect<'a>(scalars: impl Iterator<Item = &'a ScalarEstimator>, at: At, theta: &mut [f64]) {
     for (scalar, theta) in scalars.zip(theta) {
-        scalar.record(t);
-        *theta = scalar.theta();
+        *theta = scalar.state(at).0;
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::cascade::{Cascade, Run};
 use super::grid::REFINEMENTS;
-use super::score::Accuracy;
+use super::score::{Accuracy, THETA};
 use super::summary::{Sample, Summary};
 
 /// The influence of the step length on one observer.
@@ -12,10 +12,10 @@ pub struct Convergence {
     pub state: StepError,
     /// The error of theta_hat, in the unit of theta; all zero for observers without one.
     pub theta: StepError,
-    /// The largest error of the observer's measures: the difference of the runs with h/2 and h/4, not extrapolated
-    /// because their integrals are of different orders. The difference of a root mean square is relative to the root
-    /// mean square, or, if it is mere rounding, to the size of the estimated quantity. The difference of the relative
-    /// error of theta at the end is taken as it is.
+    /// The largest error of the observer's measures. That of a root mean square is the error of its integration, by the
+    /// same formula with twice the nodes, plus Richardson's estimate from three runs by the same formula on the same
+    /// nodes. It is relative to the root mean square, or, if it is mere rounding, to the size of the estimated
+    /// quantity. Richardson's estimate for the relative error of theta at the end is taken as it is.
     pub measures: f64,
 }
 
@@ -31,8 +31,10 @@ impl Convergence {
 /// The influence of the step length on one vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepError {
-    /// Estimated error of the finest run: the largest difference of any component over time between the runs with h/2
-    /// and h/4, divided by `2^p - 1`. p is the observed order, limited to 1 ... 4, or 1 if unknown. NaN if a run was
+    /// Estimated error of the finest run by Richardson: the largest difference of any component over time between the
+    /// runs with h/2 and h/4, divided by `2^p - 1`. p is the observed order, limited to 0.1 ... 2, or 1/2 if unknown.
+    /// The scalar estimators are of order 2. Where more is observed, steps are too long for an order or differences are
+    /// rounding, and a larger divisor would say too little; where less is, the runs hardly converge. NaN if a run was
     /// not finite.
     pub error: f64,
     /// The scale to compare with: the largest component over time of the finest run's vector or of the true one.
@@ -91,15 +93,23 @@ impl Differences {
 
     fn step_error(&self, steps: usize) -> StepError {
         let rounding = rounding(self.largest, steps);
-        let order = (self.fine > rounding && self.coarse > rounding)
-            .then(|| (self.coarse / self.fine).log2());
-        let divisor = order.unwrap_or(1.0).clamp(1.0, 4.0).exp2() - 1.0;
         StepError {
-            error: self.fine / divisor,
+            error: richardson(self.coarse, self.fine, rounding),
             largest: self.largest,
-            order,
+            order: order(self.coarse, self.fine, rounding),
         }
     }
+}
+
+/// Returns the observed order of two differences of neighbouring runs; `None` if one is mere rounding.
+fn order(coarse: f64, fine: f64, rounding: f64) -> Option<f64> {
+    (fine > rounding && coarse > rounding).then(|| (coarse / fine).log2())
+}
+
+/// Returns the error of the finest run by [`StepError::error`]'s rule.
+fn richardson(coarse: f64, fine: f64, rounding: f64) -> f64 {
+    let order = order(coarse, fine, rounding).unwrap_or(0.5);
+    fine / (order.clamp(0.1, 2.0).exp2() - 1.0)
 }
 
 /// Runs with steps h, h/2 and h/4 side by side. Calls `visit` with the finest at t = 0 and after each base step.
@@ -122,7 +132,7 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
             break;
         }
     }
-    let [_, middle, summary] = runs.each_ref().map(Run::summary);
+    let [coarse, middle, summary] = runs.each_ref().map(Run::summary);
     let size = cascade
         .theta()
         .iter()
@@ -131,7 +141,7 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
     let convergence = |(number, differences): (usize, &[Differences; 2])| {
         let [state, theta] = differences.map(|runs| runs.step_error(summary.steps));
         let [state_scale, theta_scale] = [state.largest, theta.largest / size.sqrt()];
-        let accuracies = [&middle, &summary].map(|run| &run.observers[number].accuracy);
+        let accuracies = [&coarse, &middle, &summary].map(|run| &run.observers[number].accuracy);
         Convergence {
             state,
             theta,
@@ -146,23 +156,30 @@ pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
 
 /// Computes [`Convergence::measures`]. The scales are the largest values of the quantities whose errors enter the root
 /// mean squares of the state and of theta.
-fn measures([middle, fine]: [&Accuracy; 2], [state, theta]: [f64; 2], steps: usize) -> f64 {
-    let mut most = (fine.theta - middle.theta).abs().max(0.0);
-    let states = middle.rms_states.iter().zip(&fine.rms_states);
-    let states = states.map(|(middle, fine)| (*middle, *fine, state));
-    let both = [
-        (middle.rms_state, fine.rms_state, state),
-        (middle.rms_theta, fine.rms_theta, theta),
-    ];
-    for (middle, fine, scale) in both.into_iter().chain(states) {
-        let difference = (middle - fine).abs();
+fn measures(runs: [&Accuracy; 3], [state, theta]: [f64; 2], steps: usize) -> f64 {
+    let [coarse, middle, fine] = runs;
+    let differ = |a: f64, b: f64| (a - b).abs();
+    // Zero where there is no theta.
+    let end = richardson(
+        differ(coarse.theta, middle.theta).max(0.0),
+        differ(middle.theta, fine.theta).max(0.0),
+        rounding(theta, steps),
+    );
+    let (ends, finer) = (runs.map(Accuracy::root_means), runs.map(|run| &run.finer));
+    let mut most = end;
+    for (k, found) in ends[2].iter().enumerate() {
         // The measure does not exist.
-        if fine.is_nan() {
+        if found.is_nan() {
             continue;
         }
-        let rounds = difference <= rounding(scale, steps);
-        let relative = difference / if rounds { scale } else { fine };
-        most = larger(most, if difference == 0.0 { 0.0 } else { relative });
+        let scale = if k == THETA { theta } else { state };
+        let rounding = rounding(scale, steps);
+        // Simpson's rule on the ends of h/2, which are the middles of h, and Boole's on those of h/4.
+        let coarse = differ(finer[0][k], ends[1][k]);
+        let fine = differ(finer[1][k], ends[2][k]);
+        let error = differ(finer[2][k], *found) + richardson(coarse, fine, rounding);
+        let relative = error / if error <= rounding { scale } else { *found };
+        most = larger(most, if error == 0.0 { 0.0 } else { relative });
     }
     most
 }
@@ -180,21 +197,22 @@ mod tests {
         };
         let found = differences.step_error(100);
         assert_eq!(found.order, Some(4.0));
-        assert_eq!(found.error, 0.1 / 15.0);
+        assert_eq!(found.error, 0.1 / 3.0);
         let slow = Differences {
             coarse: 0.11,
             fine: 0.1,
             largest: 2.0,
         }
         .step_error(100);
-        assert_eq!(slow.error, 0.1);
+        assert!((slow.error - 0.1 / (1.1 - 1.0)).abs() < 1e-13);
         let rounding = Differences {
             coarse: 1e-16,
             fine: 1e-16,
             largest: 1.0,
         }
         .step_error(100);
-        assert_eq!((rounding.order, rounding.error), (None, 1e-16));
+        assert_eq!(rounding.order, None);
+        assert!((rounding.error / 1e-16 - (2.0_f64.sqrt() + 1.0)).abs() < 1e-13);
         assert!(larger(f64::NAN, 1.0).is_nan() && larger(1.0, f64::NAN).is_nan());
     }
 }

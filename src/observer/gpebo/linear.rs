@@ -1,13 +1,14 @@
 //! Integrates everything linear exactly, by matrix exponentials.
 //!
-//! The base state is `[x; xi; filtered z; line of u; line of delta; oscillators]`. Each sine in u and delta is an
-//! oscillator with two states `(amplitude sin, amplitude cos)`. All other waves of a signal together form one straight
-//! line over a step, with two states (value, slope). These states are set anew at the start of each step, so that no
-//! phase drifts. No observer feeds back into the base state, so an observer that overflows spoils nothing else.
+//! The base state is `[x; xi; z through the lags; line of u; line of delta; oscillators]`. Each sine in u and delta is
+//! an oscillator with two states `(amplitude sin, amplitude cos)`. All other waves of a signal together form one
+//! straight line over a step, with two states (value, slope). These states are set anew at the start of each step, so
+//! that no phase drifts. No observer feeds back into the base state, so an observer that overflows spoils nothing else.
 
 use faer::Mat;
 
 use super::matrices::{fill_plant, fill_signals, observer_matrix, regressor_matrix};
+use super::riccati_filter::{FilterState, FilterSystem};
 use super::scenario::{GpeboOptions, ObserverSpec, Scenario};
 use crate::plant::{ContinuousPlant, exponential};
 use crate::signal::{Signal, Wave};
@@ -37,7 +38,10 @@ pub struct LinearSystem {
     /// `[base 0; coupling, A - L C']` for each full-order observer.
     observers: Vec<Mat<f64>>,
     luenberger: Vec<Luenberger>,
-    /// The matrix of `[Phi; filtered phi]`, (2n - 1) x (2n - 1).
+    filters: Vec<FilterSystem>,
+    /// The rows of M that lags make, from 1 on; the others are delays.
+    lag_rows: Vec<usize>,
+    /// The matrix of `[Phi; phi through the lags]`, square, n and one row for each lag.
     regressor: Mat<f64>,
 }
 
@@ -46,6 +50,7 @@ pub struct LinearSystem {
 pub struct Propagator {
     base: Vec<f64>,
     observers: Vec<Vec<f64>>,
+    filters: Vec<Vec<f64>>,
     regressor: Vec<f64>,
 }
 
@@ -55,7 +60,9 @@ pub struct LinearState {
     base: Vec<f64>,
     /// n numbers for each full-order observer.
     observers: Vec<f64>,
-    /// `[Phi; filtered phi]`, (2n - 1) x n, column-major.
+    /// The time-varying filters.
+    pub(super) filters: Vec<FilterState>,
+    /// `[Phi; phi through the lags]`, n columns, column-major.
     regressor: Vec<f64>,
     scratch: Vec<f64>,
 }
@@ -77,8 +84,12 @@ impl LinearSystem {
     ) -> Self {
         let n = plant.order();
         let signals = [scenario.u.clone(), scenario.delta.clone()];
-        let lines = [3 * n - 1, 3 * n + 1];
-        let oscillators = 3 * n + 3;
+        let (lag_rows, lags): (Vec<usize>, Vec<f64>) = (1..)
+            .zip(&options.filters)
+            .filter_map(|(row, operator)| Some((row, operator.lag()?)))
+            .unzip();
+        let lines = [2 * n + lags.len(), 2 * n + lags.len() + 2];
+        let oscillators = lines[1] + 2;
         let count = signals.each_ref().map(|signal| sines(signal).count());
         let sum = |line: usize, first: usize, count: usize| -> Vec<usize> {
             std::iter::once(line)
@@ -89,9 +100,13 @@ impl LinearSystem {
         let disturbance = sum(lines[1], oscillators + 2 * count[0], count[1]);
         let size = oscillators + 2 * (count[0] + count[1]);
         let mut base = Mat::zeros(size, size);
-        fill_plant(&mut base, plant, options, &input, &disturbance);
+        fill_plant(&mut base, plant, &lags, &input, &disturbance);
         fill_signals(&mut base, lines, oscillators, &signals);
         let luenberger: Vec<Luenberger> = observers.iter().filter_map(luenberger).collect();
+        let filters = observers
+            .iter()
+            .filter_map(|spec| FilterSystem::new(spec, &base, plant, &input, &disturbance))
+            .collect();
         let observers = luenberger
             .iter()
             .map(|observer| observer_matrix(&base, plant, &observer.gain, &input, &disturbance))
@@ -108,7 +123,9 @@ impl LinearSystem {
             base,
             observers,
             luenberger,
-            regressor: regressor_matrix(plant, options),
+            filters,
+            regressor: regressor_matrix(plant, &lags),
+            lag_rows,
         }
     }
 
@@ -127,13 +144,18 @@ impl LinearSystem {
                 .iter()
                 .map(|m| columns(&over(m), self.base.nrows()))
                 .collect(),
+            filters: self
+                .filters
+                .iter()
+                .map(|filter| columns(&over(&filter.matrix), self.base.nrows()))
+                .collect(),
             regressor: columns(&over(&self.regressor), 0),
         }
     }
 
     /// Returns the states at t = 0; [`Self::start_step`] sets those of the signals.
     pub fn initial(&self) -> LinearState {
-        let (n, rows) = (self.n, 2 * self.n - 1);
+        let (n, rows) = (self.n, self.regressor.nrows());
         let mut base = vec![0.0; self.base.nrows()];
         base[..n].copy_from_slice(&self.x0);
         base[n..2 * n].copy_from_slice(&self.xi0);
@@ -149,6 +171,7 @@ impl LinearSystem {
                 .iter()
                 .flat_map(|l| l.x0.iter().copied())
                 .collect(),
+            filters: self.filters.iter().map(FilterSystem::initial).collect(),
             regressor,
         }
     }
@@ -164,9 +187,10 @@ impl LinearSystem {
         }
     }
 
-    /// Computes M (row-major n x n, rows phi and filtered phi) and `zbar = [z; filtered z]`, Eqs. (9), (10).
+    /// Computes the rows of phi and of lags of M (row-major n x n, rows phi and H_i phi) and of `zbar = [z; H_i z]`,
+    /// Eqs. (9), (10).
     pub fn observe(&self, state: &LinearState, m: &mut [f64], zbar: &mut [f64]) {
-        let (n, rows) = (self.n, 2 * self.n - 1);
+        let (n, rows) = (self.n, self.regressor.nrows());
         let (x, rest) = state.base.split_at(n);
         let delta: f64 = self.disturbance.iter().map(|&k| state.base[k]).sum();
         let error = self
@@ -175,20 +199,32 @@ impl LinearSystem {
             .zip(x.iter().zip(rest))
             .map(|(c, (x, xi))| c * (x - xi));
         zbar[0] = error.sum::<f64>() + delta;
-        zbar[1..].copy_from_slice(&state.base[2 * n..3 * n - 1]);
+        for (&row, filtered) in self.lag_rows.iter().zip(&state.base[2 * n..]) {
+            zbar[row] = *filtered;
+        }
         for (j, column) in state.regressor.chunks_exact(rows).enumerate() {
             m[j] = self.c.iter().zip(column).map(|(c, phi)| c * phi).sum();
-            for (i, filtered) in column[n..].iter().enumerate() {
-                m[(i + 1) * n + j] = *filtered;
+            for (&row, filtered) in self.lag_rows.iter().zip(&column[n..]) {
+                m[row * n + j] = *filtered;
             }
         }
     }
 }
 
 impl LinearState {
+    /// Takes over the state of the same systems.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.base.copy_from_slice(&other.base);
+        self.observers.copy_from_slice(&other.observers);
+        for (to, from) in self.filters.iter_mut().zip(&other.filters) {
+            to.copy_from(from);
+        }
+        self.regressor.copy_from_slice(&other.regressor);
+    }
+
     /// Advances the state by one propagation. Allocates nothing.
     pub fn advance(&mut self, by: &Propagator, n: usize) {
-        let rows = 2 * n - 1;
+        let rows = self.regressor.len() / n;
         // The observers need the base state at the start of the step.
         for (p, xhat) in by.observers.iter().zip(self.observers.chunks_exact_mut(n)) {
             let (from_base, own) = p.split_at(self.base.len() * n);
@@ -197,6 +233,9 @@ impl LinearState {
             multiply_add(from_base, &self.base, next);
             multiply_add(own, xhat, next);
             xhat.copy_from_slice(next);
+        }
+        for (filter, by) in self.filters.iter_mut().zip(&by.filters) {
+            filter.advance(by, &self.base);
         }
         let next = &mut self.scratch[..self.base.len()];
         next.fill(0.0);
@@ -223,7 +262,8 @@ impl LinearState {
     pub fn reconstruct(&self, theta: &[f64], xhat: &mut [f64]) {
         let n = theta.len();
         xhat.copy_from_slice(&self.base[n..2 * n]);
-        for (column, theta) in self.regressor.chunks_exact(2 * n - 1).zip(theta) {
+        let rows = self.regressor.len() / n;
+        for (column, theta) in self.regressor.chunks_exact(rows).zip(theta) {
             for (xhat, phi) in xhat.iter_mut().zip(column) {
                 *xhat += phi * theta;
             }
@@ -238,7 +278,7 @@ impl LinearState {
 
 /// Adds P v to `out`, P column-major.
 #[inline]
-fn multiply_add(p: &[f64], v: &[f64], out: &mut [f64]) {
+pub(super) fn multiply_add(p: &[f64], v: &[f64], out: &mut [f64]) {
     for (column, v) in p.chunks_exact(out.len()).zip(v) {
         for (out, p) in out.iter_mut().zip(column) {
             *out += p * v;

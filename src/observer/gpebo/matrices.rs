@@ -2,15 +2,14 @@
 
 use faer::Mat;
 
-use super::scenario::GpeboOptions;
 use crate::plant::ContinuousPlant;
 use crate::signal::{Signal, Wave};
 
-/// Fills the rows of x, xi and the filtered z: `zf_i' = a_i (C'x - C'xi + delta - zf_i)`.
+/// Fills the rows of x, xi and z through the lags: `zf_i' = a_i (C'x - C'xi + delta - zf_i)`.
 pub(super) fn fill_plant(
     base: &mut Mat<f64>,
     plant: &ContinuousPlant,
-    options: &GpeboOptions,
+    lags: &[f64],
     input: &[usize],
     disturbance: &[usize],
 ) {
@@ -25,7 +24,7 @@ pub(super) fn fill_plant(
             base[(n + i, k)] = plant.b()[i];
         }
     }
-    for (row, &pole) in options.filters.iter().enumerate() {
+    for (row, &pole) in lags.iter().enumerate() {
         let row = 2 * n + row;
         for j in 0..n {
             base[(row, j)] = pole * plant.c()[j];
@@ -90,11 +89,12 @@ pub(super) fn observer_matrix(
 }
 
 /// Returns the matrix of `Phi' = A Phi`, `phi_i' = a_i (C'Phi - phi_i)`.
-pub(super) fn regressor_matrix(plant: &ContinuousPlant, options: &GpeboOptions) -> Mat<f64> {
+pub(super) fn regressor_matrix(plant: &ContinuousPlant, lags: &[f64]) -> Mat<f64> {
     let n = plant.order();
-    let mut m = Mat::zeros(2 * n - 1, 2 * n - 1);
+    let rows = n + lags.len();
+    let mut m = Mat::zeros(rows, rows);
     m.submatrix_mut(0, 0, n, n).copy_from(plant.a());
-    for (row, &pole) in options.filters.iter().enumerate() {
+    for (row, &pole) in lags.iter().enumerate() {
         for j in 0..n {
             m[(n + row, j)] = pole * plant.c()[j];
         }

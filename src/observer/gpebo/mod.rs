@@ -7,20 +7,21 @@
 //!   `x = xi + Phi theta` with the unknown constant `theta = x(0) - xi(0)` (n);
 //!   `xhat = xi + Phi theta_hat`.
 //! - Eq. (9): `z = y - C'xi = phi theta + delta` (z scalar, phi = C'Phi a row of n).
-//! - Eq. (10): with n - 1 filters `a_i / (p + a_i)`, `zbar = M theta + deltabar` (zbar, deltabar:
-//!   n; M: n x n, rows phi and filtered phi); mixed, `mbar = adj(M) zbar`, `Delta = det M`: n
+//! - Eq. (10): with n - 1 operators H_i, lags `a_i / (p + a_i)` or delays, `zbar = M theta + deltabar` (zbar, deltabar:
+//!   n; M: n x n, rows phi and H_i phi); mixed, `mbar = adj(M) zbar`, `Delta = det M`: n
 //!   scalar regressions `mbar_i = Delta theta_i + dbar_i`.
 //! - Eq. (11): `m = k / (p + k) mbar`, `phi = k / (p + k) Delta`, `d = k / (p + k) dbar`:
 //!   `m_i = phi theta_i + d_i`, phi scalar from here on.
 //! - Eqs. (12) to (17): `g = e^m`, `e^d` expanded to order q:
 //!   `zeta = psi'(theta_i, ..., theta_i^(q+1))` (psi: q + 1), neglecting `(g / q!) d^q d'`; solved
-//!   by q filters `b_j / (p + b_j)`, a second mixing and a scalar gradient estimator for each i.
+//!   by q operators of the same kinds, a second mixing and a scalar gradient estimator for each i.
 //!
 //! Everything linear is integrated exactly (`linear`). The rest uses exponential steps of second order or better.
 //! Errors are scored (`score`) by formulas of higher order. Source: Mekhatronika, Avtomatizatsiya, Upravlenie 24 (2023)
 //! 339-345, DOI 10.17587/mau.24.339-345.
 
 mod cascade;
+mod delay;
 mod estimators;
 mod excitation;
 mod expansion;
@@ -32,12 +33,14 @@ mod matrices;
 mod mixing;
 mod proposed;
 mod recursive;
+mod riccati_filter;
 mod scalar;
 mod scenario;
 mod score;
 mod summary;
 
 pub use cascade::{Cascade, Run};
+pub use delay::{LONGEST_DELAY, Operator};
 pub use excitation::FROZEN;
 pub use expansion::{Factor, HIGHEST_ORDER, Regression, regression};
 pub use filter::{Filter, Nodes, phi_functions};

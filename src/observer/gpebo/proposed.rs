@@ -1,5 +1,6 @@
 //! The estimator of Eqs. (11) to (17).
 
+use super::delay::{DelayLine, Operator, whole_steps};
 use super::expansion::{Factor, HIGHEST_ORDER, Regression, regression};
 use super::filter::{Filter, Nodes};
 use super::mixing::Mixer;
@@ -8,10 +9,19 @@ use super::scalar::ScalarEstimator;
 /// A regression at the nodes of a step, or its filtered version.
 type RegressionNodes = [Nodes; HIGHEST_ORDER + 2];
 
+/// One operator of the second mixing.
+#[derive(Clone, Debug)]
+enum Branch {
+    Lag(Filter),
+    /// The regressions of all components, one after the other.
+    Delay(DelayLine),
+}
+
 /// The states of one component.
 #[derive(Clone, Debug)]
 struct Component {
     m: f64,
+    /// Through each lag.
     filtered: [Regression; HIGHEST_ORDER],
     scalar: ScalarEstimator,
 }
@@ -23,15 +33,29 @@ pub struct Proposed {
     order: usize,
     factor: Factor,
     smoothing: Filter,
-    filters: Vec<Filter>,
+    branches: Vec<Branch>,
     phi: f64,
     components: Vec<Component>,
     mixer: Mixer,
 }
 
 impl Proposed {
-    /// Makes the estimator from checked settings.
-    pub fn new(k: f64, order: usize, filters: &[f64], gains: &[f64], factor: Factor) -> Self {
+    /// Makes the estimator from checked settings; h is the first step's length, which matters to delays only.
+    pub fn new(
+        k: f64,
+        order: usize,
+        filters: &[Operator],
+        gains: &[f64],
+        factor: Factor,
+        h: f64,
+    ) -> Self {
+        let branch = |operator: &Operator| match operator {
+            Operator::Lag(pole) => Some(Branch::Lag(Filter::new(*pole))),
+            Operator::Delay(delay) => Some(Branch::Delay(DelayLine::new(
+                gains.len() * (HIGHEST_ORDER + 2),
+                whole_steps(*delay, h)?,
+            ))),
+        };
         let component = |gain: &f64| Component {
             m: 0.0,
             filtered: [[0.0; HIGHEST_ORDER + 2]; HIGHEST_ORDER],
@@ -42,7 +66,7 @@ impl Proposed {
             order,
             factor,
             smoothing: Filter::new(k),
-            filters: filters.iter().map(|pole| Filter::new(*pole)).collect(),
+            branches: filters.iter().filter_map(branch).collect(),
             phi: 0.0,
             components: gains.iter().map(component).collect(),
             mixer: Mixer::new(order + 1),
@@ -52,12 +76,14 @@ impl Proposed {
     /// Advances one step of length h, given the nodes of Delta and of each mbar_i, Eq. (10).
     pub fn step(&mut self, h: f64, delta: &Nodes, mbar: &[Nodes]) {
         self.smoothing.set_step(h);
-        self.filters
-            .iter_mut()
-            .for_each(|filter| filter.set_step(h));
+        for branch in &mut self.branches {
+            if let Branch::Lag(filter) = branch {
+                filter.set_step(h);
+            }
+        }
         let phi = self.smoothing.step(self.phi, delta);
         self.phi = phi[2];
-        for (component, mbar) in self.components.iter_mut().zip(mbar) {
+        for (i, (component, mbar)) in self.components.iter_mut().zip(mbar).enumerate() {
             let m = self.smoothing.step(component.m, mbar);
             component.m = m[2];
             let mut own: RegressionNodes = Default::default();
@@ -69,9 +95,14 @@ impl Proposed {
                     own[node] = r;
                 }
             }
-            let filtered = extend(&self.filters, &mut component.filtered, &own, self.order);
+            let filtered = extend(&mut self.branches, i, &mut component.filtered, &own);
             let (delta, mixed) = mix(&mut self.mixer, self.order, &own, &filtered);
             component.scalar.step(h, &delta, &mixed);
+        }
+        for branch in &mut self.branches {
+            if let Branch::Delay(line) = branch {
+                line.advance();
+            }
         }
     }
 
@@ -88,19 +119,29 @@ impl Proposed {
     }
 }
 
-/// Returns the regression and its versions through the q filters, whose states are updated.
+/// Returns the i-th component's regression through the q operators, whose states are updated.
 #[inline]
 fn extend(
-    filters: &[Filter],
+    branches: &mut [Branch],
+    i: usize,
     states: &mut [Regression; HIGHEST_ORDER],
     own: &RegressionNodes,
-    order: usize,
 ) -> [RegressionNodes; HIGHEST_ORDER] {
     let mut out: [RegressionNodes; HIGHEST_ORDER] = Default::default();
-    for ((filter, states), out) in filters.iter().zip(states).zip(&mut out) {
-        for ((state, own), out) in states.iter_mut().zip(own).zip(out).take(order + 2) {
-            *out = filter.step(*state, own);
-            *state = out[2];
+    for ((branch, states), out) in branches.iter_mut().zip(states).zip(&mut out) {
+        match branch {
+            Branch::Lag(filter) => {
+                for ((state, own), out) in states.iter_mut().zip(own).zip(out) {
+                    *out = filter.step(*state, own);
+                    *state = out[2];
+                }
+            }
+            Branch::Delay(line) => {
+                let delayed = &mut line.delayed_mut()[i * own.len()..];
+                for ((delayed, own), out) in delayed.iter_mut().zip(own).zip(out) {
+                    *out = std::mem::replace(delayed, *own);
+                }
+            }
         }
     }
     out

@@ -1,8 +1,8 @@
 //! The Kalman-Bucy filter in the coordinates theta: recursive least squares on Eq. (9).
 
-use super::filter::{Nodes, simpson};
+use super::filter::Nodes;
 
-/// The integrals `S = int phi phi' dt` and `s = int phi z dt`, by Simpson's rule.
+/// The integrals `S = int phi phi' dt` and `s = int phi z dt`.
 #[derive(Clone, Debug)]
 pub struct LeastSquaresIntegrals {
     n: usize,
@@ -20,15 +20,27 @@ impl LeastSquaresIntegrals {
         }
     }
 
-    /// Adds one step of length h, given the nodes of each phi_i and of z.
+    /// Adds a step of length h, or a part of it, by the rule `int a b dt`, given the nodes of each phi_i and of z.
     #[inline]
-    pub fn step(&mut self, h: f64, phi: &[Nodes], z: &Nodes) {
+    pub fn add(
+        &mut self,
+        rule: impl Fn(f64, &Nodes, &Nodes) -> f64,
+        h: f64,
+        phi: &[Nodes],
+        z: &Nodes,
+    ) {
         for i in 0..self.n {
             for j in 0..=i {
-                self.matrix[i * self.n + j] += simpson(h, &phi[i], &phi[j]);
+                self.matrix[i * self.n + j] += rule(h, &phi[i], &phi[j]);
             }
-            self.vector[i] += simpson(h, &phi[i], z);
+            self.vector[i] += rule(h, &phi[i], z);
         }
+    }
+
+    /// Takes over the integrals of another of the same order.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.matrix.copy_from_slice(&other.matrix);
+        self.vector.copy_from_slice(&other.vector);
     }
 
     /// Returns the smallest eigenvalue of S, a measure of the excitation of Eq. (9) over the run. `None` if S is not
@@ -98,6 +110,7 @@ impl LeastSquares {
 
 #[cfg(test)]
 mod tests {
+    use super::super::filter::{half_simpson, simpson};
     use super::*;
 
     /// phi = (1, t), z = 2 + 3 t over [0, 1], by hand: S = [1 1/2; 1/2 1/3], s = S (2, 3).
@@ -105,7 +118,7 @@ mod tests {
     fn a_line_is_fitted() {
         let mut information = LeastSquaresIntegrals::new(2);
         let phi = [[1.0; 3], [0.0, 0.5, 1.0]];
-        information.step(1.0, &phi, &[2.0, 3.5, 5.0]);
+        information.add(simpson, 1.0, &phi, &[2.0, 3.5, 5.0]);
         let mut theta = [0.0; 2];
         LeastSquares::new(1e12, 1.0, 2).solve(&information, &mut theta);
         assert!((theta[0] - 2.0).abs() < 1e-9 && (theta[1] - 3.0).abs() < 1e-9);
@@ -119,5 +132,11 @@ mod tests {
         let det = a * d - b * b;
         assert!((theta[0] - (d * s[0] - b * s[1]) / det).abs() < 1e-14);
         assert!((theta[1] - (a * s[1] - b * s[0]) / det).abs() < 1e-14);
+        // Over [0, 1/2]: S = [1/2 1/8; 1/8 1/24].
+        let mut half = LeastSquaresIntegrals::new(2);
+        half.add(half_simpson, 1.0, &phi, &[2.0, 3.5, 5.0]);
+        for (i, exact) in [(0, 0.5), (2, 0.125), (3, 1.0 / 24.0)] {
+            assert!((half.matrix[i] - exact).abs() < 1e-16);
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The gradient estimator of one parameter, with exponential steps.
 
+use super::estimators::At;
 use super::excitation::Window;
 use super::filter::{Nodes, simpson};
 
@@ -18,6 +19,8 @@ use super::filter::{Nodes, simpson};
 pub struct ScalarEstimator {
     gain: f64,
     theta: f64,
+    /// theta and the integral in the middle of the last step.
+    middle: (f64, f64),
     integral: f64,
     window: Window,
 }
@@ -49,6 +52,7 @@ impl ScalarEstimator {
         Self {
             gain,
             theta: 0.0,
+            middle: (0.0, 0.0),
             integral: 0.0,
             window: Window::new(),
         }
@@ -60,6 +64,9 @@ impl ScalarEstimator {
         let (delta, mixed) = (Parabola::through(delta), Parabola::through(mixed));
         let part = h / f64::from(PARTS);
         for i in 0..PARTS {
+            if i == PARTS / 2 {
+                self.middle = (self.theta, self.integral);
+            }
             let nodes = |parabola: &Parabola| {
                 [0.0, 0.5, 1.0].map(|s| parabola.at((f64::from(i) + s) / f64::from(PARTS)))
             };
@@ -88,6 +95,15 @@ impl ScalarEstimator {
     /// Returns the estimate.
     pub fn theta(&self) -> f64 {
         self.theta
+    }
+
+    /// Returns the estimate and `gamma int Delta^2 dt` at the end, or in the middle, of the last step.
+    pub(super) fn state(&self, at: At) -> (f64, f64) {
+        let (theta, integral) = match at {
+            At::Middle => self.middle,
+            At::End => (self.theta, self.integral),
+        };
+        (theta, self.gain * integral)
     }
 
     /// Returns `int Delta^2 dt` so far.

@@ -1,7 +1,8 @@
 //! The settings of a run, and why they may be refused.
 
+use super::delay::{LONGEST_DELAY, Operator, whole_steps};
 use super::expansion::{Factor, HIGHEST_ORDER};
-use super::grid::{LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS};
+use super::grid::{Grid, LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS};
 use crate::signal::{Signal, SignalError};
 use crate::text::number;
 
@@ -27,8 +28,8 @@ pub struct Scenario {
 pub struct GpeboOptions {
     /// xi(0), of length n, Eq. (5).
     pub xi0: Vec<f64>,
-    /// The n - 1 distinct poles `a_i > 0` (1/s) of the filters `a_i / (p + a_i)` in the first extension.
-    pub filters: Vec<f64>,
+    /// The n - 1 distinct operators H_i of the first extension.
+    pub filters: Vec<Operator>,
 }
 
 /// An observer to be run.
@@ -46,18 +47,39 @@ pub enum ObserverSpec {
         /// gamma, n positive numbers.
         gains: Vec<f64>,
     },
+    /// The same with finite convergence time: `theta_hat_i / max(1 - w_i, share)`, `w_i = exp(-gamma_i int Delta^2)`.
+    /// The gradient's estimate is `(1 - w_i) theta_i` without disturbance, so that this one is theta_i from the time on
+    /// at which `1 - w_i >= share`. Source: Ortega, Aranovskiy, Pyrkin, Astolfi, Bobtsov, IEEE Trans. Automatic Control
+    /// 66 (2021) 2265.
+    FiniteTime {
+        /// gamma, n positive numbers.
+        gains: Vec<f64>,
+        /// From which share learnt on the estimate is corrected in full, above 0 and below 1.
+        share: f64,
+    },
     /// Eq. (8) with theta from Eq. (17), starting from zero.
     Proposed {
         /// Pole (1/s) of the filter of Eq. (11).
         k: f64,
         /// q, 1 or 2.
         order: usize,
-        /// q distinct poles `b_j > 0` (1/s) of the second extension.
-        filters: Vec<f64>,
+        /// The q distinct operators of the second extension.
+        filters: Vec<Operator>,
         /// gamma, n positive numbers.
         gains: Vec<f64>,
         /// The treatment of `g = e^m`.
         factor: Factor,
+    },
+    /// The time-varying Kalman-Bucy filter for white noise in y and in the state.
+    Filter {
+        /// P(0) = p0 I.
+        p0: f64,
+        /// The process noise's intensity: Q = q I.
+        q: f64,
+        /// Intensity of the noise in y.
+        r: f64,
+        /// xhat(0), of length n.
+        x0: Vec<f64>,
     },
     /// The Kalman-Bucy filter for white noise in y and none in the state: recursive least squares on Eq. (9).
     KalmanBucy {
@@ -100,6 +122,36 @@ pub enum SettingError {
         /// The repeated number.
         value: f64,
     },
+    /// A delay is not a whole number of steps, or has too many.
+    #[error(
+        "{what}: a delay of {} s; expected a whole number of steps of {} s, from 1 to {LONGEST_DELAY}",
+        number(*.delay), number(*.step)
+    )]
+    Delay {
+        /// The setting.
+        what: &'static str,
+        /// The delay, seconds.
+        delay: f64,
+        /// The step, seconds.
+        step: f64,
+    },
+    /// There is a delay, and steps differ in length.
+    #[error(
+        "{what}: a delay of {} s among steps of {} s and {} s; expected steps of one length: an end, a start of the \
+        score and switches of signals that are multiples of it",
+        number(*.delay), number(.steps[0]), number(.steps[1])
+    )]
+    UnequalSteps {
+        /// The setting.
+        what: &'static str,
+        /// The delay, seconds.
+        delay: f64,
+        /// Two of the steps, seconds.
+        steps: [f64; 2],
+    },
+    /// The share of a finite-time estimator is out of range.
+    #[error("share: expected a number above 0 and below 1, not {}", number(*.0))]
+    Share(f64),
     /// The order of the expansion is not supported.
     #[error("the order of the expansion must be 1 to {HIGHEST_ORDER}, not {0}")]
     Order(usize),
@@ -175,16 +227,49 @@ fn positive(what: &'static str, v: &[f64], expected: usize) -> Result<(), Settin
     }
 }
 
-fn filters(what: &'static str, v: &[f64], expected: usize) -> Result<(), SettingError> {
-    positive(what, v, expected)?;
-    match v
-        .iter()
-        .enumerate()
-        .find(|(k, pole)| v[..*k].contains(pole))
-    {
-        Some((_, &value)) => Err(SettingError::NotDistinct { what, value }),
+const FIRST: &str = "filters in [continuous]";
+const SECOND: &str = "filters of the observer";
+
+fn filters(what: &'static str, v: &[Operator], expected: usize) -> Result<(), SettingError> {
+    let numbers: Vec<f64> = v.iter().map(Operator::number).collect();
+    positive(what, &numbers, expected)?;
+    let twice = (0..v.len()).find(|&k| v[..k].contains(&v[k]));
+    match twice {
+        Some(k) => Err(SettingError::NotDistinct {
+            what,
+            value: numbers[k],
+        }),
         None => Ok(()),
     }
+}
+
+/// Refuses delays that are not whole numbers of equal steps.
+pub(super) fn check_delays(
+    grid: &Grid,
+    options: &GpeboOptions,
+    observers: &[ObserverSpec],
+) -> Result<(), CascadeError> {
+    let check = |what: &'static str, filters: &[Operator]| {
+        for delay in filters.iter().filter_map(Operator::delay) {
+            match grid.lengths[..] {
+                [step] if whole_steps(delay, step).is_some() => {}
+                [step] => return Err(SettingError::Delay { what, delay, step }),
+                [first, second, ..] => {
+                    let steps = [first, second];
+                    return Err(SettingError::UnequalSteps { what, delay, steps });
+                }
+                [] => {}
+            }
+        }
+        Ok(())
+    };
+    check(FIRST, &options.filters)?;
+    for (number, observer) in (1..).zip(observers) {
+        if let ObserverSpec::Proposed { filters, .. } = observer {
+            check(SECOND, filters).map_err(|source| CascadeError::Observer { number, source })?;
+        }
+    }
+    Ok(())
 }
 
 impl ObserverSpec {
@@ -195,10 +280,18 @@ impl ObserverSpec {
                 vector("the initial estimate", x0, n)
             }
             Self::Gradient { gains } => positive("the gains", gains, n),
+            Self::FiniteTime { gains, share } => {
+                positive("the gains", gains, n)?;
+                if *share > 0.0 && *share < 1.0 {
+                    Ok(())
+                } else {
+                    Err(SettingError::Share(*share))
+                }
+            }
             Self::Proposed {
                 k,
                 order,
-                filters: poles,
+                filters: operators,
                 gains,
                 ..
             } => {
@@ -206,8 +299,14 @@ impl ObserverSpec {
                     return Err(SettingError::Order(*order));
                 }
                 positive("the filter k", &[*k], 1)?;
-                filters("filters of the observer", poles, *order)?;
+                filters(SECOND, operators, *order)?;
                 positive("the gains", gains, n)
+            }
+            Self::Filter { p0, q, r, x0 } => {
+                positive("the prior variance p0", &[*p0], 1)?;
+                positive("the process noise's intensity q", &[*q], 1)?;
+                positive("the noise intensity r", &[*r], 1)?;
+                vector("the initial estimate", x0, n)
             }
             Self::KalmanBucy { p0, r } => {
                 positive("the prior variance p0", &[*p0], 1)?;
@@ -233,7 +332,7 @@ pub(super) fn check(
     }
     vector("the initial state", &scenario.x0, n)?;
     vector("xi(0)", &options.xi0, n)?;
-    filters("filters in [continuous]", &options.filters, n - 1)?;
+    filters(FIRST, &options.filters, n - 1)?;
     for (what, signal) in [("input", &scenario.u), ("disturbance", &scenario.delta)] {
         signal
             .check(horizon)

@@ -8,7 +8,7 @@ pub type Squares = [f64];
 
 /// Positions of the squared errors of x and of theta, and of the first of those of x_1 ... x_n.
 const STATE: usize = 0;
-const THETA: usize = 1;
+pub(super) const THETA: usize = 1;
 const STATES: usize = 2;
 
 /// The errors of one observer over one run.
@@ -27,37 +27,48 @@ pub struct Accuracy {
     /// Seconds until the relative error of theta is below [`BAND`] for good, i.e. its last entry into the band. `None`
     /// if it is outside at the end.
     pub settled: Option<f64>,
+    /// `rms_state`, `rms_theta` and `rms_states` once more, integrated through the middles of the steps as well. The
+    /// difference is the error of the formula.
+    pub finer: Vec<f64>,
 }
 
 impl Accuracy {
     /// Returns whether an error is too large for a number.
     pub fn overflows(&self) -> bool {
-        let all = [self.rms_state, self.rms_theta, self.theta];
-        let states = self.rms_states.iter().copied();
-        all.into_iter().chain(states).any(f64::is_infinite)
+        let rms = self.root_means();
+        rms.iter().chain([&self.theta]).any(|x| x.is_infinite())
+    }
+
+    /// Returns `rms_state`, `rms_theta` and `rms_states`, as [`Self::finer`] has them.
+    pub(super) fn root_means(&self) -> Vec<f64> {
+        let first = [self.rms_state, self.rms_theta].into_iter();
+        first.chain(self.rms_states.iter().copied()).collect()
     }
 }
 
-/// The largest number of steps whose nodes are taken together.
+/// The largest number of steps whose nodes are taken together, and of intervals of a Newton-Cotes formula.
 const MOST: usize = 4;
 
-/// Accumulates squared errors, one node at a time.
+/// Accumulates squared errors, one node at a time: at the middle and at the end of every step.
 ///
-/// Errors are smooth between breakpoints, and no breakpoint lies within a base step. The nodes of a base step, one
-/// after each of its parts, are therefore taken together: by the trapezoidal rule, Simpson's rule (even numbers of
+/// Errors are smooth between breakpoints, and no breakpoint lies within a base step. The ends of a base step's
+/// parts are therefore taken together: by the trapezoidal rule, Simpson's rule (even numbers of
 /// parts, order 4) or Boole's rule (multiples of four, order 6). Entries into the band are zeros of the polynomial of
-/// degree 1, 2 or 4 through the same nodes. With four parts, their error is that of the estimate itself.
+/// degree 1, 2 or 4 through the same nodes. With four parts, their error is that of the estimate itself. The middles
+/// serve [`Accuracy::finer`] alone: with them the formula is Simpson's, Boole's, or Boole's twice.
 #[derive(Clone, Debug)]
 pub struct Score {
     /// The number of steps taken together: 1, 2 or 4.
     together: usize,
     /// Time at the start of these steps.
     start: f64,
-    /// Squares at the start of these steps, then squares after each, `n + 2` numbers a node.
+    /// Squares at the start of these steps, then at the middle and the end of each, `n + 2` numbers a node.
     nodes: Vec<f64>,
     filled: usize,
     /// Integrals over the scored time, `n + 2` numbers.
     integrals: Vec<f64>,
+    /// The same through the middles too.
+    finer: Vec<f64>,
     reached: Option<f64>,
     settled: Option<f64>,
 }
@@ -72,22 +83,23 @@ impl Score {
         Self {
             together: together.unwrap_or(1),
             start: 0.0,
-            nodes: squares.repeat(MOST + 1),
+            nodes: squares.repeat(2 * MOST + 1),
             filled: 0,
             integrals: vec![0.0; squares.len()],
+            finer: vec![0.0; squares.len()],
             reached: at_once,
             settled: at_once,
         }
     }
 
-    /// Adds the node at t, h seconds after the previous one. Errors count from the time `from` on, which no step
-    /// crosses.
+    /// Adds the node at t, the middle or the end of a step of h seconds. Errors count from the time `from` on, which no
+    /// step crosses.
     #[inline]
     pub fn add(&mut self, t: f64, h: f64, from: f64, squares: &Squares) {
         self.filled += 1;
         let width = squares.len();
         self.nodes[self.filled * width..][..width].copy_from_slice(squares);
-        if self.filled < self.together {
+        if self.filled < 2 * self.together {
             return;
         }
         if self.start + 0.5 * h > from {
@@ -100,30 +112,21 @@ impl Score {
         (self.start, self.filled) = (t, 0);
     }
 
-    /// Returns the squares at a node.
+    /// Returns the squares at the end of the k-th step; those at the start for k = 0.
     fn node(&self, k: usize) -> &Squares {
         let width = self.integrals.len();
-        &self.nodes[k * width..][..width]
+        &self.nodes[2 * k * width..][..width]
     }
 
-    /// Adds the integral over the filled nodes by the Newton-Cotes formula of 2, 3 or 5 nodes.
+    /// Adds the integrals over the filled nodes.
     fn integrate(&mut self, h: f64) {
-        let weights: &[f64] = match self.together {
-            1 => &[0.5, 0.5],
-            2 => &[1.0 / 3.0, 4.0 / 3.0, 1.0 / 3.0],
-            _ => &[
-                14.0 / 45.0,
-                64.0 / 45.0,
-                24.0 / 45.0,
-                64.0 / 45.0,
-                14.0 / 45.0,
-            ],
-        };
-        let nodes = self.nodes.chunks_exact(self.integrals.len());
-        for (weight, squares) in weights.iter().zip(nodes) {
-            for (integral, square) in self.integrals.iter_mut().zip(squares) {
-                *integral += h * weight * square;
-            }
+        let width = self.integrals.len();
+        let ends = self.nodes.chunks_exact(width).step_by(2);
+        newton_cotes(&mut self.integrals, h, self.together, ends);
+        let intervals = (2 * self.together).min(MOST);
+        for first in (0..2 * self.together).step_by(intervals) {
+            let nodes = self.nodes[first * width..].chunks_exact(width);
+            newton_cotes(&mut self.finer, h / 2.0, intervals, nodes);
         }
     }
 
@@ -172,9 +175,35 @@ impl Score {
             rms_state: rms(&self.integrals[STATE]),
             rms_theta: rms(&self.integrals[THETA]),
             rms_states: self.integrals[STATES..].iter().map(rms).collect(),
-            theta: self.node(self.filled)[THETA].sqrt(),
+            theta: self.node(0)[THETA].sqrt(),
             reached: self.reached,
             settled: self.settled,
+            finer: self.finer.iter().map(rms).collect(),
+        }
+    }
+}
+
+/// Adds the integral over the first nodes, h apart, by the Newton-Cotes formula of 1, 2 or 4 intervals.
+fn newton_cotes<'a>(
+    integrals: &mut [f64],
+    h: f64,
+    intervals: usize,
+    nodes: impl Iterator<Item = &'a Squares>,
+) {
+    let weights: &[f64] = match intervals {
+        1 => &[0.5, 0.5],
+        2 => &[1.0 / 3.0, 4.0 / 3.0, 1.0 / 3.0],
+        _ => &[
+            14.0 / 45.0,
+            64.0 / 45.0,
+            24.0 / 45.0,
+            64.0 / 45.0,
+            14.0 / 45.0,
+        ],
+    };
+    for (weight, squares) in weights.iter().zip(nodes) {
+        for (integral, square) in integrals.iter_mut().zip(squares) {
+            *integral += h * weight * square;
         }
     }
 }
@@ -211,8 +240,8 @@ mod tests {
         let squares = |t: f64| [2.0 * theta(t), theta(t), f64::NAN, 2.0 * theta(t)];
         let mut score = Score::new(refine, &squares(0.0));
         let h = 1.0 / refine as f64;
-        for k in 1..=6 * refine {
-            let t = k as f64 * h;
+        for k in 1..=12 * refine {
+            let t = 0.5 * k as f64 * h;
             score.add(t, h, from, &squares(t));
         }
         score.accuracy(6.0 - from)

@@ -18,6 +18,12 @@ const COLOURED: MeasurementNoise<'_> = MeasurementNoise {
     deviation: 0.5,
 };
 
+const WHITE: MeasurementNoise<'_> = MeasurementNoise {
+    numerator: &[1.0],
+    denominator: &[1.0],
+    deviation: 1.0,
+};
+
 fn model(q: &Mat<f64>, noise: MeasurementNoise<'_>) -> StochasticModel {
     StochasticModel::new(&A, &B, q.as_ref(), noise).unwrap()
 }
@@ -314,7 +320,7 @@ fn the_ratio_of_the_largest_likelihood() {
             StochasticModel::new(&A, &B, q.as_ref(), MeasurementNoise::white(deviation)).unwrap()
         };
         let (y, _) = simulate(&model(rho * 4.0, 2.0), Col::zeros(3), &u, &mut random);
-        let found = maximum_likelihood_ratio(observed, &u, &y, process, None).unwrap();
+        let found = maximum_likelihood_ratio(observed, &u, &y, process, WHITE, None).unwrap();
         assert!(
             (found.likelihood.sigma2 / 4.0 - 1.0).abs() < 0.2,
             "{found:?}"
@@ -330,8 +336,14 @@ fn the_ratio_of_the_largest_likelihood() {
             assert!(other.minus_two_log > found.likelihood.minus_two_log);
         }
         let p0 = Mat::<f64>::zeros(3, 3);
-        let varying =
-            maximum_likelihood_ratio(observed, &u[..200], &y[..200], process, Some(p0.as_ref()));
+        let varying = maximum_likelihood_ratio(
+            observed,
+            &u[..200],
+            &y[..200],
+            process,
+            WHITE,
+            Some(p0.as_ref()),
+        );
         assert!((varying.unwrap().rho / rho).ln().abs() < 2.0);
     }
 }
@@ -381,7 +393,7 @@ fn refusals() {
         x0: &[0.0; 3],
     };
     let refused = |u: &[f64], y: &[f64]| {
-        maximum_likelihood_ratio(observed, u, y, ProcessNoise::States, None).unwrap_err()
+        maximum_likelihood_ratio(observed, u, y, ProcessNoise::States, WHITE, None).unwrap_err()
     };
     assert_eq!(refused(&u, &[0.0; 2]), RatioError::Record);
     assert_eq!(refused(&u, &[0.0; 3]), RatioError::NonFinite);

@@ -16,6 +16,8 @@ pub(in crate::observer) struct Discrete {
     r: f64,
     /// |Q||_F of the given Q.
     size: f64,
+    /// With an innovation variance up to this, the gain is 0.
+    smallest: f64,
 }
 
 impl Discrete {
@@ -47,7 +49,26 @@ impl Discrete {
             shift,
             r,
             size,
+            smallest: 0.0,
         })
+    }
+
+    /// Returns the equation with r = 0 and s = 0 and a checked Q.
+    pub(in crate::observer) fn of_exact_output(
+        f: MatRef<'_, f64>,
+        h: &[f64],
+        q: Mat<f64>,
+        smallest: f64,
+    ) -> Self {
+        Self {
+            f: f.to_owned(),
+            h: ColRef::from_slice(h).to_owned(),
+            shift: Col::zeros(h.len()),
+            r: 0.0,
+            size: q.norm_l2(),
+            q,
+            smallest,
+        }
     }
 
     /// Returns `h'P h + r`.
@@ -88,6 +109,9 @@ impl Equation for Discrete {
 
     fn gain(&self, p: &Mat<f64>) -> Col<f64> {
         let innovation = self.innovation(p);
+        if innovation <= self.smallest {
+            return Col::zeros(p.nrows());
+        }
         let gain = &self.f * (p * &self.h);
         Col::from_fn(gain.nrows(), |i| gain[i] / innovation)
     }

@@ -3,10 +3,10 @@
 use super::figures::Drawn;
 use crate::report::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::study::{CellSummary, OutputTrace, Summary, Traces};
+use crate::text::number;
 
-/// The y axis of the state errors reaches this many times their largest value after the share `SETTLED` of the time.
-const ROOM: f64 = 1.3;
-const SETTLED: f64 = 0.2;
+/// The second figure of the state errors begins at this share of the time.
+const LATE: f64 = 0.2;
 
 /// The figures of the last cell with a stored course, if there is one.
 pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
@@ -18,32 +18,44 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
         return Vec::new();
     };
     let places = 0..traces.theta.len();
+    let late = LATE * traces.times.last().copied().unwrap_or_default();
     let theta = places.clone().map(|i| of_theta(cell, traces, i)).collect();
-    let state = places.map(|i| of_state(cell, traces, i)).collect();
+    let state = |from: f64| -> Vec<Plot> {
+        let places = places.clone();
+        places.map(|i| of_state(cell, traces, i, from)).collect()
+    };
     [
         (
             "theta",
             "estimates of theta over time",
-            "theta_hat(t) of the first trial; dashed: the true theta = x(0) - xi(0).",
+            "theta_hat(t) of the first trial; dashed: the true theta = x(0) - xi(0).".to_owned(),
             theta,
         ),
         (
             "state-errors",
             "errors of the state over time",
-            "x_i - xhat_i of the first trial; the part outside the frame in the first seconds \
-            is cut off.",
-            state,
+            "x_i - xhat_i of the first trial.".to_owned(),
+            state(0.0),
+        ),
+        (
+            "state-errors-late",
+            "errors of the state after the transients",
+            format!(
+                "x_i - xhat_i of the first trial from {} s on.",
+                number(late)
+            ),
+            state(late),
         ),
     ]
     .into_iter()
     .map(
-        |(name, title, caption, plots): (&str, &str, &str, Vec<Plot>)| {
+        |(name, title, caption, plots): (&str, &str, String, Vec<Plot>)| {
             let title = format!("{}: {title}", summary.title);
             let sharing = Sharing { x: true, y: false };
             Drawn {
                 name: name.to_owned(),
-                svg: small_multiples(&title, caption, &plots, 2, sharing),
-                caption: caption.to_owned(),
+                svg: small_multiples(&title, &caption, &plots, 2, sharing),
+                caption,
             }
         },
     )
@@ -92,22 +104,18 @@ fn of_theta(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
     plot.reference("true theta_i", Course::Horizontal(traces.theta[i]))
 }
 
-fn of_state(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
+/// The errors of x_i from a time on.
+fn of_state(cell: &CellSummary, traces: &Traces, i: usize, from: f64) -> Plot {
     let x = &traces.x[i];
     let error = |trace: &OutputTrace| -> Option<Vec<f64>> {
         let x_hat = trace.x_hat.get(i)?;
         Some(x.iter().zip(x_hat).map(|(x, x_hat)| x - x_hat).collect())
     };
-    let end = traces.times.last().copied().unwrap_or(0.0);
-    let late = traces.times.iter().filter(|t| **t < SETTLED * end).count();
-    let largest = traces.outputs.iter().filter_map(error);
-    let largest = largest.flat_map(|errors| errors.into_iter().skip(late));
-    let largest = ROOM * largest.fold(0.0, |most: f64, error| most.max(error.abs()));
-    let mut y = PlotAxis::linear(format!("x_{0} - xhat_{0}", i + 1));
-    if largest > 0.0 {
-        y = y.range(-largest, largest);
-    }
+    let y = PlotAxis::linear(format!("x_{0} - xhat_{0}", i + 1));
     let mut plot = Plot::new("", PlotAxis::linear("t, s"), y);
     plot.series = series(cell, traces, error);
+    for series in &mut plot.series {
+        series.points.retain(|point| point.x >= from);
+    }
     plot
 }

@@ -5,10 +5,11 @@ mod picture;
 use super::extremes::LongTable;
 use super::figures::Drawn;
 use super::tables::tidy;
-use super::{Files, grouped, paper};
+use super::{Files, paper};
 use crate::claim::{Judged, JudgedCell, JudgedNumber, Standing};
 use crate::report::html::{CellText, Column, Section, Table, markdown_text};
 use crate::report::results::Study;
+use crate::text::grouped;
 use picture::pictures;
 
 /// Every claim with its study.

@@ -22,6 +22,7 @@ pub(super) mod tests;
 use super::html::{Page, Section};
 use super::results::Study;
 use crate::study::Measure;
+use crate::text::grouped;
 pub use courses::course_figures;
 use extremes::LongTable;
 use figures::Drawn;
@@ -191,19 +192,6 @@ fn extent(study: &Study) -> String {
         (1, _) => format!("One trial in each of {} cells.", grouped(cells as u64)),
         _ => format!("{text} trials in each of {} cells.", grouped(cells as u64)),
     }
-}
-
-/// "12,000".
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 /// The section of one study.

@@ -11,8 +11,8 @@ const LINES: usize = 50;
 /// The characters of a text that fill a line of its column.
 const WIDTH: usize = 20;
 
-/// The tables of measures that a paper shows. Times are of one machine, failures are told in the text, and the results hold
-/// every statistic of every output, for programs.
+/// The tables of measures that a paper shows. Times are of one machine, failures are told in the text, and the results
+/// hold every statistic of every output, for programs.
 pub(super) const NAMES: [&str; 5] = ["overview", "coverage", "slopes", "bounds", "comparisons"];
 
 /// Whether a page of a paper has room for the table.

@@ -60,7 +60,8 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
         name: "curves".to_owned(),
         svg,
         caption: format!(
-            "{what} Quantiles of curves come from bins with a relative error below \
+            "{what} Before k = N it is the error of an observer run over the window once the estimate is \
+            made. Quantiles of curves come from bins with a relative error below \
             {percent:.1} %.{note}{}",
             layout.held_text()
         ),

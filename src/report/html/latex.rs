@@ -16,8 +16,8 @@ const PROSE: f64 = 0.45;
 /// A table of more columns is set smaller and closer.
 const WIDE: usize = 7;
 
-/// Characters that are commands in LaTeX, or that its fonts have elsewhere, or that could be read as the argument of the
-/// `\\` before them.
+/// Characters that are commands in LaTeX, or that its fonts have elsewhere, or that could be read as the argument of
+/// the `\\` before them.
 const SYMBOLS: [(char, &str); 67] = [
     ('\\', "\\textbackslash{}"),
     ('{', "\\{"),
@@ -88,8 +88,8 @@ const SYMBOLS: [(char, &str); 67] = [
     ('\u{3a9}', "$\\Omega$"),
 ];
 
-/// Escapes a text, on one line. What is invisible is written out, as on the page. Letters of other scripts stay: pdfLaTeX
-/// knows those of Latin alphabets, XeLaTeX and LuaLaTeX those of their fonts.
+/// Escapes a text, on one line. What is invisible is written out, as on the page. Letters of other scripts stay:
+/// pdfLaTeX knows those of Latin alphabets, XeLaTeX and LuaLaTeX those of their fonts.
 fn escaped(text: &str) -> String {
     let line = text.lines().collect::<Vec<_>>().join(" ");
     let mut latex = String::with_capacity(line.len());
@@ -141,8 +141,8 @@ fn label(name: &str) -> String {
 }
 
 impl Table {
-    /// The table as LaTeX, with booktabs: `title` begins its caption, `name` is that of its label. Numbers are as on the
-    /// page, with their standard errors in parentheses.
+    /// The table as LaTeX, with booktabs: `title` begins its caption, `name` is that of its label. Numbers are as on
+    /// the page, with their standard errors in parentheses.
     pub fn latex(&self, name: &str, title: &str) -> String {
         let caption = match self.caption.trim() {
             "" => escaped(title),

@@ -66,8 +66,15 @@ impl Collection {
         let mut left: Vec<PathBuf> = folders.iter().rev().cloned().collect();
         while let Some(folder) = left.pop() {
             match files::entries(&folder) {
-                Ok((found, within)) => {
+                Ok([found, within, other]) => {
                     left.extend(within.into_iter().rev());
+                    let refused = other.iter().map(|path| {
+                        format!(
+                            "{}: not a file or a folder but a link or the like, not taken",
+                            path.display()
+                        )
+                    });
+                    collection.refused.extend(refused);
                     collection.take(&folder, &found, &fingerprint)?;
                 }
                 // A subfolder may have vanished after it was listed. A folder named by the caller must exist.
@@ -151,24 +158,31 @@ impl Collection {
         let mut refused = Vec::new();
         for cell in 0..self.cells.len() {
             let of_cell = std::mem::take(&mut self.cells[cell]);
-            let read: Vec<Result<(Option<Found>, u64), BlockError>> = of_cell
+            // A block and its size, or the path of one that is refused.
+            type Read = (Result<Found, PathBuf>, u64);
+            let read: Vec<Result<Read, BlockError>> = of_cell
                 .into_par_iter()
                 .map(|found| {
                     let block = self.block(cell, &found);
                     let (span, content) = blocks.verified(&block.path)?;
-                    let is_as_named = span == block.span;
-                    Ok((is_as_named.then_some(found), content.len() as u64))
+                    let found = if span == block.span {
+                        Ok(found)
+                    } else {
+                        Err(block.path)
+                    };
+                    Ok((found, content.len() as u64))
                 })
                 .collect();
             for result in read {
                 match result {
-                    Ok((Some(found), bytes)) => {
+                    Ok((Ok(found), bytes)) => {
                         verified.files += 1;
                         verified.bytes += bytes;
                         self.cells[cell].push(found);
                     }
-                    Ok((None, _)) => {
-                        refused.push("a block with the name of another one, not taken".to_owned());
+                    Ok((Err(path), _)) => {
+                        let path = path.display();
+                        refused.push(format!("{path}: has the name of another block, not taken"));
                     }
                     // It was merged into a larger block after it was listed.
                     Err(BlockError::File(error)) if is_missing(&error) => {}

@@ -1,14 +1,14 @@
 //! Makes a cell in continuous time from its settings.
 
 use super::{ContinuousCell, Term};
-use crate::observer::gpebo::{CascadeError, Factor, GpeboOptions, ObserverSpec};
+use crate::observer::gpebo::{CascadeError, Factor, GpeboOptions, ObserverSpec, Operator};
 use crate::observer::{butterworth, care, parse_poles, place};
 use crate::plant::ContinuousPlant;
 use crate::signal::{Hold, Signal, Wave};
 use crate::study::build::{Build, unknown};
 use crate::study::file::{
-    ContinuousPlantTable, ContinuousTable, FactorName, FileError, HoldName, Key, ObserverName,
-    ObserverTable, WaveName, WaveTable,
+    ContinuousPlantTable, ContinuousTable, FactorName, FileError, FilterTable, HoldName, Key,
+    ObserverName, ObserverTable, WaveName, WaveTable,
 };
 use crate::text;
 use faer::Mat;
@@ -37,8 +37,8 @@ pub(in crate::study) fn continuous_cell(
     let (plant, x0, xi0) = plant(build)?;
     let n = plant.order();
     let filters = match &table.filters {
-        Some(filters) => filters.clone(),
-        None => (1..n).map(|i| i as f64).collect(),
+        Some(filters) => operators(filters),
+        None => (1..n).map(|i| Operator::Lag(i as f64)).collect(),
     };
     let scale = positive(build, Key::GainScale)?;
     let step = positive(build, Key::Step)?;
@@ -316,14 +316,19 @@ fn observer(
         ObserverName::Gradient => Ok(ObserverSpec::Gradient {
             gains: gains(table, n, scale)?,
         }),
+        ObserverName::FiniteTime => Ok(ObserverSpec::FiniteTime {
+            gains: gains(table, n, scale)?,
+            share: table.share.unwrap_or(0.5),
+        }),
         ObserverName::Proposed => {
             let order = table.expansion.unwrap_or(2);
             // The default: the paper's filters, 2/(p + 2) and 6/(p + 6).
-            let filters = table.filters.clone();
+            let paper = [Operator::Lag(2.0), Operator::Lag(6.0)];
+            let filters = table.filters.as_deref().map(operators);
             Ok(ObserverSpec::Proposed {
                 k: table.pole.unwrap_or(1.0),
                 order,
-                filters: filters.unwrap_or_else(|| [2.0, 6.0].into_iter().take(order).collect()),
+                filters: filters.unwrap_or_else(|| paper.into_iter().take(order).collect()),
                 gains: gains(table, n, scale)?,
                 factor: match table.factor.unwrap_or_default() {
                     FactorName::Keep => Factor::Keep,
@@ -331,15 +336,16 @@ fn observer(
                 },
             })
         }
-        ObserverName::KalmanBucy => kalman_bucy(table, plant, with_gain),
+        ObserverName::KalmanBucy => kalman_bucy(table, plant, xi0, with_gain),
     }
 }
 
-/// Makes the Kalman-Bucy filter: the steady-state one, which is a full-order observer, or without process noise the
-/// time-varying one.
+/// Makes the Kalman-Bucy filter: with a prior the time-varying one, which without process noise is least squares on
+/// theta; else the steady-state one, which is a full-order observer.
 fn kalman_bucy(
     table: &ObserverTable,
     plant: &ContinuousPlant,
+    xi0: &[f64],
     with_gain: impl Fn(Vec<f64>) -> ObserverSpec,
 ) -> Result<ObserverSpec, String> {
     let r = table
@@ -348,9 +354,12 @@ fn kalman_bucy(
     match (table.process, table.prior) {
         (None | Some(0.0), None) => Err("expected 'process' above 0, or 'prior'".to_owned()),
         (None | Some(0.0), Some(p0)) => Ok(ObserverSpec::KalmanBucy { p0, r }),
-        (Some(_), Some(_)) => {
-            Err("'prior' together with 'process': the steady state has no prior".to_owned())
-        }
+        (Some(q), Some(p0)) => Ok(ObserverSpec::Filter {
+            p0,
+            q,
+            r,
+            x0: xi0.to_vec(),
+        }),
         (Some(q), None) => {
             let n = plant.order();
             let noise = Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 });
@@ -360,6 +369,14 @@ fn kalman_bucy(
                 .map_err(|error| error.to_string())
         }
     }
+}
+
+fn operators(filters: &[FilterTable]) -> Vec<Operator> {
+    let operator = |filter: &FilterTable| match filter {
+        FilterTable::Pole(pole) => Operator::Lag(*pole),
+        FilterTable::Delay(table) => Operator::Delay(table.delay),
+    };
+    filters.iter().map(operator).collect()
 }
 
 /// Returns the adaptation gains times their scale. A single gain applies to all components.

@@ -91,7 +91,12 @@ impl<'e> ContinuousTrial<'e> {
 
     /// Makes the empty course of a trial.
     fn course(&self, every: f64, cascade: &Cascade) -> Course {
-        let is_gpebo = |spec: &ObserverSpec| !matches!(spec, ObserverSpec::Luenberger { .. });
+        let is_gpebo = |spec: &ObserverSpec| {
+            !matches!(
+                spec,
+                ObserverSpec::Luenberger { .. } | ObserverSpec::Filter { .. }
+            )
+        };
         let estimates: Vec<bool> = self.cell.observers.iter().map(is_gpebo).collect();
         Course {
             every,
@@ -124,8 +129,12 @@ impl<'e> ContinuousTrial<'e> {
         row[Measure::Reaching] = accuracy.reached.unwrap_or(f64::NAN);
         row[Measure::Settling] = accuracy.settled.unwrap_or(f64::NAN);
         let gains: &[f64] = match &self.cell.observers[row.output] {
-            ObserverSpec::Gradient { gains } | ObserverSpec::Proposed { gains, .. } => gains,
-            ObserverSpec::Luenberger { .. } | ObserverSpec::KalmanBucy { .. } => &[],
+            ObserverSpec::Gradient { gains }
+            | ObserverSpec::FiniteTime { gains, .. }
+            | ObserverSpec::Proposed { gains, .. } => gains,
+            ObserverSpec::Luenberger { .. }
+            | ObserverSpec::Filter { .. }
+            | ObserverSpec::KalmanBucy { .. } => &[],
         };
         let learnt = gains
             .iter()

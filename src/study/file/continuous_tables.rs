@@ -19,9 +19,10 @@ pub struct ContinuousTable {
     /// The input u: a constant from t = 0 on.
     #[serde(default = "unit")]
     pub input: f64,
-    /// The n - 1 poles a of the filters a / (p + a) that extend regression (9); 1, 2, ..., n - 1 if absent.
+    /// The n - 1 filters that extend regression (9): numbers a for lags a / (p + a), or delays such as { delay = 0.5 };
+    /// 1, 2, ..., n - 1 if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub filters: Option<Vec<f64>>,
+    pub filters: Option<Vec<FilterTable>>,
     /// A trial whose relative error by step halving is estimated above this has failed.
     #[serde(default = "error_limit")]
     pub error_limit: f64,
@@ -36,6 +37,27 @@ fn unit() -> f64 {
 
 fn error_limit() -> f64 {
     1e-4
+}
+
+/// A filter that extends a regression.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected a pole in rad/s, or { delay = SECONDS }"
+)]
+pub enum FilterTable {
+    /// The pole a of the lag a / (p + a), rad/s.
+    Pole(f64),
+    /// A delay.
+    Delay(DelayTable),
+}
+
+/// A delay: v(t - delay), and 0 before t = delay.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DelayTable {
+    /// Seconds, a whole number of steps.
+    pub delay: f64,
 }
 
 /// A plant in continuous time.
@@ -127,9 +149,11 @@ named_enum! {
         Proposed = "proposed",
         /// GPEBO with the gradient estimator on Eq. (10).
         Gradient = "gradient",
+        /// GPEBO with the gradient estimator on Eq. (10), corrected so that it converges in finite time.
+        FiniteTime = "finite-time",
         /// The full-order observer, Eq. (4).
         Luenberger = "luenberger",
-        /// The Kalman-Bucy filter: the steady-state one with process noise, the time-varying one without.
+        /// The Kalman-Bucy filter: the time-varying one with a prior, else the steady-state one.
         KalmanBucy = "kalman-bucy",
     }
 }
@@ -162,18 +186,22 @@ pub struct ObserverTable {
     /// luenberger, instead of L: all n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<f64>,
-    /// gradient, proposed: adaptation gains, one for each component of theta, or one for all.
+    /// gradient, finite-time, proposed: adaptation gains, one for each component of theta, or one for all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<Vec<f64>>,
+    /// finite-time: the share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if
+    /// absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
     /// proposed: k of the filter k / (p + k), Eq. (11).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pole: Option<f64>,
     /// proposed: order of the expansion of exp(delta), 1 or 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expansion: Option<usize>,
-    /// proposed: poles of the filters of the second mixing, as many as the expansion's order.
+    /// proposed: filters of the second mixing, poles or delays, as many as the expansion's order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub filters: Option<Vec<f64>>,
+    pub filters: Option<Vec<FilterTable>>,
     /// proposed: keep (the paper's) or drop the common factor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<FactorName>,
@@ -183,7 +211,8 @@ pub struct ObserverTable {
     /// kalman-bucy: intensity r of the measurement noise assumed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measurement: Option<f64>,
-    /// kalman-bucy without process noise: variance p0 of every component of theta, P(0) = p0 I.
+    /// kalman-bucy, for the time-varying filter: variance p0 of every component of theta, P(0) = p0 I. Without it the
+    /// filter is in its steady state, which needs process noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<f64>,
 }
@@ -198,12 +227,13 @@ impl ObserverTable {
     /// Returns the options given in the table, each with the observers that take it.
     fn given(&self) -> impl Iterator<Item = (&'static str, &'static [ObserverName])> {
         use ObserverName as O;
-        const BOTH: &[O] = &[O::Gradient, O::Proposed];
+        const ADAPTIVE: &[O] = &[O::Gradient, O::FiniteTime, O::Proposed];
         [
             ("gain", self.gain.is_some(), &[O::Luenberger][..]),
             ("poles", self.poles.is_some(), &[O::Luenberger]),
             ("bandwidth", self.bandwidth.is_some(), &[O::Luenberger]),
-            ("gains", self.gains.is_some(), BOTH),
+            ("gains", self.gains.is_some(), ADAPTIVE),
+            ("share", self.share.is_some(), &[O::FiniteTime]),
             ("pole", self.pole.is_some(), &[O::Proposed]),
             ("expansion", self.expansion.is_some(), &[O::Proposed]),
             ("filters", self.filters.is_some(), &[O::Proposed]),

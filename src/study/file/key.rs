@@ -247,13 +247,13 @@ named_table! {
             count: true,
             ..DISCRETE
         },
-        /// l >= 0 where the window is N = 3n + 2l, instead of window
+        /// the paper's l = 0, 1, 2, ...: the window is N = 3n + 2l; instead of window
         L = "l": Entry {
             telling: 5,
             count: true,
             ..DISCRETE
         },
-        /// the window N, samples, at least 3n
+        /// the window N, samples: any whole number from 3n on, even or odd
         Window = "window": Entry {
             default: Number(98.0),
             title: "N",

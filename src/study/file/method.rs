@@ -154,7 +154,8 @@ impl schemars::JsonSchema for MethodTable {
             }
             let observer = "The observer of this method's outputs instead of the setting `gain`: dead-beat, \
                 scaled:RHO, poles:LIST; kalman (steady state; its noise known with \"known\", else identified on the \
-                window); with \"known\" also kalman-varying (from the covariance of x(0)).";
+                window, as white); kalman-coloured (the same with the colour C / (A D) of the method's own noise model, \
+                not with \"known\"); with \"known\" also kalman-varying (from the covariance of x(0)).";
             let observer = json!({ "description": observer, "anyOf": several(&text) });
             properties.insert("observer".to_owned(), observer);
             let report = json!({
@@ -382,6 +383,10 @@ impl MethodTable {
         if observer == ObserverKind::KalmanVarying && !known {
             let message =
                 "'kalman-varying' is an observer of estimator 'known' only; expected kalman";
+            return Err(FileError::key(&place, message));
+        }
+        if observer == ObserverKind::KalmanColoured && known {
+            let message = "'kalman-coloured' is an observer of identified models; expected kalman, which knows the colour";
             return Err(FileError::key(&place, message));
         }
         Ok(Some(observer))

@@ -20,8 +20,8 @@ pub use claim::{
 };
 pub use claim_test::{ClaimTest, Limit, Outcome, TestKind, TestUnit, ValueOf};
 pub use continuous_tables::{
-    ContinuousPlantTable, ContinuousTable, FactorName, HoldName, ObserverName, ObserverTable,
-    SignalTable, WaveName, WaveTable,
+    ContinuousPlantTable, ContinuousTable, FactorName, FilterTable, HoldName, ObserverName,
+    ObserverTable, SignalTable, WaveName, WaveTable,
 };
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};
 pub(in crate::study) use key::Time;

@@ -102,6 +102,9 @@ impl ExperimentFile {
             Kind::Experiment
         };
         let read = match files::read_named(path, kind) {
+            Ok(text) if path == Path::new("-") && text.trim().is_empty() => Err(FileError::Io(
+                "standard input is empty; expected an experiment file".to_owned(),
+            )),
             Ok(text) if json => Self::parse_manifest(&text),
             Ok(text) => Self::parse(&text).and_then(|file| file.with_samples(path)),
             Err(error) => Err(FileError::Io(error.to_string())),

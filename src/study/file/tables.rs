@@ -1,6 +1,7 @@
 //! The smaller tables of an experiment file.
 
 use super::super::measure::Measure;
+use super::super::state_feedback::LoopModel;
 use super::{Axis, ExperimentFile, Key, Scalar};
 use crate::metric::SlopeOf;
 use crate::model::{LinearModel, Orders};
@@ -40,6 +41,21 @@ pub struct PlantTable {
 }
 
 impl PlantTable {
+    /// The largest order that the lengths of its lists can mean.
+    pub(in crate::study) fn order(&self) -> usize {
+        let longest = |lists: &[&Option<Vec<f64>>]| {
+            let lengths = lists.iter().map(|list| list.as_ref().map_or(0, Vec::len));
+            lengths.max().unwrap_or(0)
+        };
+        let polynomials = [
+            &self.output_polynomial,
+            &self.input_polynomial,
+            &self.transfer_polynomial,
+        ];
+        let rows = longest(&[&self.a, &self.b, &self.h, &self.x0]);
+        longest(&polynomials).saturating_sub(1).max(rows)
+    }
+
     /// Returns the plant, from the notation in which it is given.
     pub(in crate::study) fn plant(&self) -> Result<StateSpace, String> {
         let polynomials = [
@@ -190,6 +206,10 @@ pub struct FeedbackTable {
     /// State feedback: samples of the open loop from which the observer's model is identified.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identify: Option<usize>,
+    /// State feedback: "identified" (the default), or "true" for the plant itself as the observer's model, after the
+    /// same samples in open loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<LoopModel>,
     /// The reference's amplitude instead of the setting `amplitude`; 0 is r = 0, with state feedback once the
     /// loop is closed.
     #[serde(skip_serializing_if = "Option::is_none")]

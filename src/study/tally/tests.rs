@@ -6,8 +6,9 @@ use crate::study::CellSummary;
 use crate::study::file::ExperimentFile;
 use crate::study::row::Row;
 
-/// Five trials of `ls`: the errors 1, 2 and 3, a failed trial, and an unstable model with the small error 0.5. The model
-/// of the failed trial is unstable too, and its row has a number, which does not count. `arx` has the error 1 always.
+/// Five trials of `ls`: the errors 1, 2 and 3, a failed trial, and an unstable model with the small error 0.5. The
+/// model of the failed trial is unstable too, and its row has a number, which does not count. `arx` has the error 1
+/// always.
 fn summary() -> CellSummary {
     let file = "trials = 5\nmeasures = ['e_a']\ncompare = [['ls', 'arx']]\n\
                 [settings]\nwindow = 98\n[[methods]]\nestimator = 'ls'\n[[methods]]\nestimator = 'arx'\n\
@@ -71,4 +72,46 @@ fn ratios_and_bounds_follow_the_same_definition() {
     // Below 0.75 is the unstable model alone; the number of the failed trial does not count.
     let met = summary.bounds[0].outputs[0].met;
     assert_eq!((met.count, met.total), (1, 5));
+}
+
+/// A program may give each trial a reason of its own: as many are counted as one may read, the same ones in whatever
+/// order the trials are merged, and no trial is lost.
+#[test]
+fn reasons_are_counted_up_to_a_limit() {
+    let part = |trials: Range<u64>| {
+        let mut part = Outcomes::default();
+        for trial in trials {
+            let reason = Reason::new(&format!("no minimum near {}", (trial * 7919) % 1009));
+            part.add_failure(FailureKind::External(reason).name(), trial);
+            part.trials += 1;
+        }
+        part.add_failure("declined", 9999);
+        part
+    };
+    let parts: Vec<Outcomes> = (0..10).map(|i| part(100 * i..100 * (i + 1))).collect();
+    let merged = |order: &[usize]| {
+        let mut all = Outcomes::default();
+        for i in order {
+            all.merge(&parts[*i]);
+        }
+        all
+    };
+    let forwards = merged(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+    assert_eq!(forwards, merged(&[9, 3, 5, 1, 0, 2, 4, 8, 6, 7]));
+    assert_eq!(forwards.failures.len(), REASONS + 2);
+    assert_eq!(forwards.failed(), 1010);
+    assert_eq!(forwards.failures["declined"], 10);
+    let others = FailureKind::External(Reason::others());
+    assert_eq!(forwards.failures[others.name()], 1000 - REASONS as u64);
+    assert_eq!(forwards.failed_trials[others.name()].len(), LISTED);
+    assert!(forwards.failed_trials[others.name()].is_sorted());
+    // The whole at once.
+    let mut once = part(0..1000);
+    once.failures.remove("declined");
+    let mut same = forwards.clone();
+    same.failures.remove("declined");
+    assert_eq!(once.failures, same.failures);
+    once.failed_trials.remove("declined");
+    same.failed_trials.remove("declined");
+    assert_eq!(once.failed_trials, same.failed_trials);
 }

@@ -59,6 +59,10 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
             "components of the state",
             "x_1, x_2, ... over the scored time",
         ),
+        M::FedBackMax | M::FedBackRms => (
+            "states fed back",
+            "x(k) of the plant, from the sample at which the loop is closed",
+        ),
         M::ImpulseResponse => ("impulse response", "that of the plant"),
         M::FreshFit => (
             "noise-free output",

@@ -3,10 +3,10 @@
 use super::words::{listed, table};
 use super::{Part, Row, at_most, row};
 use crate::plant::{ContinuousPlant, Numerator, nikolov2023};
-use crate::report::document::{extent, grouped};
+use crate::report::document::extent;
 use crate::report::results::Study;
 use crate::study::file::{AUTOMATIC, Axis, ExperimentFile, Key, TrialRule};
-use crate::text::number;
+use crate::text::{grouped, number};
 
 pub(super) fn part(study: &Study) -> Part {
     let file = &study.file;

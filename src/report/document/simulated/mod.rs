@@ -1,6 +1,6 @@
 //! What a study simulated, from the experiment file in its manifest, in the order of Morris, White and Crowther, Using
-//! simulation studies to evaluate statistical methods, Statistics in Medicine 38 (2019) 2074-2102: aims, data-generating
-//! mechanisms, estimands, methods, performance measures.
+//! simulation studies to evaluate statistical methods, Statistics in Medicine 38 (2019) 2074-2102: aims,
+//! data-generating mechanisms, estimands, methods, performance measures.
 
 mod aims;
 mod estimands;

@@ -1,0 +1,165 @@
+//! The times of a record's samples, which must be equally spaced up to the rounding of what was printed.
+
+use super::RecordError;
+
+/// How far a step in time may be from the first one, relative to it. It must exceed the rounding of printed times: with
+/// two decimals, steps of 1/30 s are 0.03 or 0.04. A missing sample is a step of twice the length.
+const SPACING: f64 = 0.5;
+/// How far a time may be from a multiple of the step, in steps, beyond the rounding of printed times.
+const JITTER: f64 = 0.01;
+/// How many digits before the decimal point are told apart.
+const CLASSES: usize = 40;
+
+/// The times of the samples so far.
+pub(super) struct Times {
+    first: f64,
+    last: f64,
+    count: u64,
+    first_step: f64,
+    /// The smallest and the largest step for which all times so far are its multiples.
+    steps: [f64; 2],
+    /// The largest number of decimals of a time with so many digits before the decimal point: a program that prints six
+    /// digits leaves out others, or zeros at the end.
+    decimals: [i32; CLASSES],
+}
+
+impl Times {
+    pub(super) fn new() -> Self {
+        Self {
+            first: 0.0,
+            last: 0.0,
+            count: 0,
+            first_step: 0.0,
+            steps: [0.0, f64::INFINITY],
+            decimals: [i32::MIN; CLASSES],
+        }
+    }
+
+    /// Half a unit of the last digit of printed times of this size.
+    fn rounding(&self, time: f64) -> f64 {
+        0.5 * 10.0_f64.powi(-self.decimals[class(time)]) + 4.0 * f64::EPSILON * time.abs()
+    }
+
+    /// Adds the time of the next sample, as it is printed.
+    pub(super) fn add(&mut self, cell: &str, time: f64, line: u64) -> Result<(), RecordError> {
+        let known = &mut self.decimals[class(time)];
+        *known = decimals(cell).max(*known);
+        let found = time - std::mem::replace(&mut self.last, time);
+        self.count += 1;
+        match self.count {
+            1 => {
+                self.first = time;
+                return Ok(());
+            }
+            2 => self.first_step = found,
+            _ => {}
+        }
+        let steps = (self.count - 1) as f64;
+        let length = time - self.first;
+        let mean = length / steps;
+        let allowed = self.rounding(time) + self.rounding(self.first) + JITTER * mean;
+        let [least, most] = self.steps;
+        self.steps = [
+            least.max((length - allowed) / steps),
+            most.min((length + allowed) / steps),
+        ];
+        let first = self.first_step;
+        let is_near = found > 0.0 && (found - first).abs() <= SPACING * first;
+        if is_near && self.steps[0] <= self.steps[1] {
+            return Ok(());
+        }
+        Err(RecordError::Spacing { line, found, first })
+    }
+}
+
+/// The number of digits before the decimal point.
+fn class(time: f64) -> usize {
+    let digits = time.abs().log10().floor() + 1.0;
+    (digits.max(0.0) as usize).min(CLASSES - 1)
+}
+
+/// The decimals of a printed number; negative if an exponent makes it a multiple of 10, 100 and so on.
+fn decimals(cell: &str) -> i32 {
+    let (digits, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
+    let fraction = digits.split_once('.').map_or(0, |(_, after)| after.len());
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    (fraction.min(400) as i32)
+        .saturating_sub(exponent)
+        .clamp(-300, 300)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::read;
+
+    fn error(text: &str) -> String {
+        read(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    /// A record with these times, and u, y of no meaning.
+    fn timed(times: impl IntoIterator<Item = String>) -> String {
+        let rows = times.into_iter().map(|t| format!("{t},1,2\n"));
+        format!("t,u,y\n{}", rows.collect::<String>())
+    }
+
+    /// What a program prints of equal steps is equal, whatever it rounds or leaves out.
+    #[test]
+    fn equal_steps_as_programs_print_them() {
+        for step in [0.1, 1.0 / 30.0, 0.25, 1e-3, 3600.0, 1.0 / 3.0] {
+            for start in [0.0, -1.0, 999.9, 1.7e9] {
+                let time = |k: usize| start + step * k as f64;
+                let all = || (0..300).map(time);
+                let decimals = if step < 0.01 { 4 } else { 2 };
+                for text in
+                    [
+                        timed(all().map(|t| t.to_string())),
+                        timed(all().map(|t| format!("{t:.decimals$}"))),
+                        timed(all().map(|t| format!("{t:.12e}"))),
+                        // Zeros at the end are left out.
+                        timed(all().map(|t| {
+                            format!("{}", format!("{t:.decimals$}").parse::<f64>().unwrap())
+                        })),
+                    ]
+                {
+                    let read = read(text.as_bytes());
+                    assert_eq!(read.unwrap().y.len(), 300, "{step} from {start}");
+                }
+            }
+        }
+        // Steps that were added up.
+        let mut t = 0.0;
+        let sums = (0..100_000).map(|_| {
+            t += 0.1;
+            t.to_string()
+        });
+        assert!(read(timed(sums).as_bytes()).is_ok());
+    }
+
+    /// Sample i is on line i + 2.
+    #[test]
+    fn unequal_steps_are_refused_where_they_begin() {
+        let times = |step: fn(usize) -> f64| {
+            let mut t = 0.0;
+            let times = (0..100).map(move |k| {
+                t += step(k);
+                format!("{t:.4}")
+            });
+            timed(times)
+        };
+        for (text, line) in [
+            (times(|k| if k == 40 { 0.15 } else { 0.1 }), "line 42,"),
+            (times(|k| if k == 40 { 0.112 } else { 0.1 }), "line 42,"),
+            (times(|k| if k < 40 { 0.1 } else { 0.11 }), "line 42,"),
+            (times(|k| if k < 40 { 0.1 } else { 0.05 }), "line 42,"),
+            (times(|k| 0.1 + 0.012 * (k as f64).sin()), "line 5,"),
+            (times(|k| if k == 40 { 0.0 } else { 0.1 }), "line 42,"),
+            (times(|k| if k == 40 { -0.1 } else { 0.1 }), "line 42,"),
+        ] {
+            let error = error(&text);
+            assert!(
+                error.starts_with(line) && error.contains("equally spaced"),
+                "{line} {error}"
+            );
+        }
+    }
+}
