@@ -48,8 +48,8 @@ pub(super) struct System {
     pub(super) right: Vec<f64>,
 }
 
-/// Pivots below this share of the diagonal are rounding.
-const TINY: f64 = 1e-13;
+/// Pivots below this share of the diagonal are rounding, whatever is done with the solution.
+pub(super) const TINY: f64 = 1e-13;
 
 impl System {
     /// Makes room for a system with `width` unknowns, all zero.
@@ -71,8 +71,9 @@ impl System {
     }
 
     /// Replaces a symmetric M by L, `M = L L'`, and the right-hand side by `L^-1 right`, as far as M is positive definite
-    /// beyond rounding; returns to how many unknowns. The lower triangle of M is used.
-    pub(super) fn factorise(&mut self) -> usize {
+    /// beyond rounding: as pivots exceed this share of the diagonal. Returns to how many unknowns. The lower triangle of M
+    /// is used.
+    pub(super) fn factorise(&mut self, tiny: f64) -> usize {
         let n = self.width;
         for i in 0..n {
             let (done, row) = self.m.split_at_mut(i * n);
@@ -82,7 +83,7 @@ impl System {
                 row[j] = (row[j] - dot(&row[..j], &of_j[..j])) / of_j[j];
             }
             let square = diagonal - dot(&row[..i], &row[..i]);
-            if !(square > TINY * diagonal && square.is_finite()) {
+            if !(square > tiny * diagonal && square.is_finite()) {
                 return i;
             }
             row[i] = square.sqrt();
@@ -192,7 +193,7 @@ mod tests {
                 }
             }
             if cholesky {
-                assert_eq!(system.factorise(), 2);
+                assert_eq!(system.factorise(TINY), 2);
                 system.back_substitute(&mut x);
             } else {
                 assert!(system.solve(&mut x));
@@ -202,7 +203,7 @@ mod tests {
         let mut singular = System::default();
         singular.clear(2);
         singular.m.fill(1.0);
-        assert_eq!(singular.factorise(), 1);
+        assert_eq!(singular.factorise(TINY), 1);
         singular.m.fill(1.0);
         assert!(!singular.solve(&mut x));
     }

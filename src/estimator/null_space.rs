@@ -3,7 +3,7 @@
 //! Source: M. Galrinho, C. R. Rojas, H. Hjalmarsson, "Parametric identification using weighted null-space fitting",
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
-use super::lag_sums::{System, lagged_products};
+use super::lag_sums::{System, TINY, lagged_products};
 use super::output_error_iteration::stable;
 use super::prediction_error::kernels::{Triangle, divide};
 use super::reflection::reflect_zeros;
@@ -81,7 +81,7 @@ impl HighOrder {
                 normal.put(step * i, width, -value);
             });
         }
-        self.reached = normal.factorise() / step;
+        self.reached = normal.factorise(TINY) / step;
         let samples = y.len() as f64;
         let square: f64 = y.iter().map(|y| y * y).sum();
         let mut rest = square;

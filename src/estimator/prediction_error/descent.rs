@@ -2,7 +2,7 @@
 //! leads to.
 
 use super::kernels::Triangle;
-use super::predictor::Predictor;
+use super::predictor::{Predictor, Reduction};
 use crate::estimator::FailureKind;
 use crate::estimator::covariance::Covariance;
 use crate::model::Orders;
@@ -20,11 +20,11 @@ const EARLY: usize = 6;
 const NEAR: f64 = 0.1;
 const SLOW: f64 = 0.2;
 
-/// The relative step of the differences from which Newton's Hessian is computed.
-const DIFFERENCE: f64 = 1e-5;
-
 /// The damping that is tried for it, as shares of the squared lengths of psi's columns.
 const DAMPINGS: [f64; 6] = [0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-1];
+
+/// A search to a smaller decrement than this uses reflections.
+const ACCURATE: f64 = 1e-6;
 
 /// A search ends when steps get shorter than this.
 const SMALLEST: f64 = 1e-13;
@@ -81,7 +81,6 @@ pub(in crate::estimator) struct Descent {
     unit: f64,
     damped: Triangle,
     gradient: Vec<f64>,
-    beside: Vec<f64>,
     squares: Vec<f64>,
     hessian: Mat<f64>,
     factor: Mat<f64>,
@@ -130,7 +129,6 @@ impl Descent {
             unit: 1.0,
             damped: Triangle::new(n),
             gradient: column(),
-            beside: column(),
             squares: column(),
             hessian: Mat::zeros(n, n),
             factor: Mat::zeros(n, n),
@@ -189,10 +187,15 @@ impl Descent {
         let mut damping = 1e-3;
         let (mut last, mut length, mut creeps) = (f64::INFINITY, f64::INFINITY, 0);
         let mut slow = false;
+        let reduction = if rest < ACCURATE {
+            Reduction::Reflections
+        } else {
+            Reduction::Products
+        };
         for iteration in 1..=MOST_ITERATIONS {
             found.iterations = iteration;
             // Only a point that can be linearised is a model.
-            self.predictor.linearise(y)?;
+            self.predictor.linearise(y, reduction)?;
             found.sum = sum;
             if sum <= ROUNDING * square {
                 return Ok(());
@@ -335,37 +338,20 @@ impl Descent {
         Some(length)
     }
 
-    /// Takes a Newton step. It helps if the second derivatives of e matter, so that Gauss-Newton converges slowly. The
-    /// Hessian comes from differences of the exact gradient; as much of Levenberg and Marquardt's damping is added as
+    /// Takes a Newton step. It helps if the second derivatives of e matter, so that Gauss-Newton converges slowly. As much of Levenberg and Marquardt's damping is added as
     /// makes it positive definite and lowers the sum. Returns the relative length of the step; `None` if it does not
     /// help.
     fn newton(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
-        let n = self.theta.len();
-        let (r, top) = (self.predictor.psi.r(), self.predictor.psi.top());
-        for (j, gradient) in self.gradient.iter_mut().enumerate() {
-            *gradient = (0..=j).map(|i| r[(i, j)] * top[i]).sum();
-            self.squares[j] = (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum();
-        }
-        for j in 0..n {
-            let h = DIFFERENCE * self.theta[j].abs().max(1e-3);
-            self.hessian.col_mut(j).fill(0.0);
-            for side in [-1.0, 1.0] {
-                self.trial.copy_from_slice(&self.theta);
-                self.trial[j] += side * h;
-                self.predictor.sum(u, y, &self.trial)?;
-                self.predictor.gradient_of_sum(y, &mut self.beside);
-                for (i, there) in self.beside.iter().enumerate() {
-                    self.hessian[(i, j)] += side * there / (2.0 * h);
-                }
-            }
+        self.predictor.gradient(&mut self.gradient);
+        self.predictor.hessian(y, &mut self.hessian);
+        let r = self.predictor.psi.r();
+        for (j, square) in self.squares.iter_mut().enumerate() {
+            *square = (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum();
         }
         for damping in DAMPINGS {
-            for j in 0..n {
-                for i in 0..=j {
-                    let mean = f64::midpoint(self.hessian[(i, j)], self.hessian[(j, i)]);
-                    self.factor[(j, i)] = mean;
-                }
-                self.factor[(j, j)] += damping * self.squares[j];
+            self.factor.copy_from(&self.hessian);
+            for (j, square) in self.squares.iter().enumerate() {
+                self.factor[(j, j)] += damping * square;
             }
             for (step, gradient) in self.step.iter_mut().zip(&self.gradient) {
                 *step = -gradient;
@@ -391,7 +377,7 @@ impl Descent {
     ) -> Result<f64, FailureKind> {
         let there = self.predictor.sum(u, y, theta);
         there.ok_or(FailureKind::UnstablePredictor)?;
-        self.predictor.linearise(y)?;
+        self.predictor.linearise(y, Reduction::Reflections)?;
         self.predictor.condition()
     }
 
@@ -411,16 +397,23 @@ impl Descent {
         self.predictor.sum(u, y, theta).unwrap()
     }
 
-    /// Returns `psi'e` at the given parameters, from psi's triangle and from the sum itself.
+    /// Returns `psi'e` at the given parameters, by reflections and by products.
     #[cfg(test)]
     pub(super) fn gradients(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> [Vec<f64>; 2] {
         self.sum_at(u, y, theta);
-        self.predictor.linearise(y).unwrap();
-        let (r, top) = (self.predictor.psi.r(), self.predictor.psi.top());
-        let product = |j: usize| (0..=j).map(|i| r[(i, j)] * top[i]).sum();
-        let by_triangle = (0..theta.len()).map(product).collect();
-        let mut by_sum = vec![0.0; theta.len()];
-        self.predictor.gradient_of_sum(y, &mut by_sum);
-        [by_triangle, by_sum]
+        [Reduction::Reflections, Reduction::Products].map(|by| {
+            self.predictor.linearise(y, by).unwrap();
+            let mut gradient = vec![0.0; theta.len()];
+            self.predictor.gradient(&mut gradient);
+            gradient
+        })
+    }
+
+    /// Returns half the Hessian of the sum at the given parameters; its lower triangle counts.
+    #[cfg(test)]
+    pub(super) fn hessian(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> &Mat<f64> {
+        self.gradients(u, y, theta);
+        self.predictor.hessian(y, &mut self.hessian);
+        &self.hessian
     }
 }

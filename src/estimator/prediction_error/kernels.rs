@@ -3,6 +3,7 @@
 //! The rules of [`crate::signal::arithmetic`] make the bits the same on every machine.
 
 use crate::estimator::FailureKind;
+use crate::estimator::lag_sums::System;
 use crate::real::with_fma;
 use crate::signal::arithmetic;
 use faer::MatRef;
@@ -171,6 +172,17 @@ impl Triangle {
                 add_multiple(-product, v, column);
             }
         }
+    }
+
+    /// Takes L of `Z'Z = L L'` as R', and `L^-1 Z'column`.
+    pub(in crate::estimator) fn take(&mut self, normal: &System) {
+        for j in 0..self.width {
+            let row = normal.row(j);
+            let column = &mut self.r[j * self.width..];
+            column[..row.len()].copy_from_slice(row);
+            column[row.len()..self.width].fill(0.0);
+        }
+        self.top.copy_from_slice(&normal.right);
     }
 
     /// Returns R.

@@ -6,12 +6,35 @@
 use super::kernels::{Triangle, divide, dot, filter};
 use crate::estimator::FailureKind;
 use crate::estimator::covariance::{Covariance, Influence};
+use crate::estimator::lag_sums::{System, lagged_products};
 use crate::estimator::output_error_iteration::stable;
 use crate::estimator::regression::{covariance_of_triangle, solve_normal};
 use crate::estimator::solver::condition::{
     Equilibration, check_rank_of_columns, triangular_condition,
 };
 use crate::model::{LinearModel, Orders};
+use faer::Mat;
+
+/// How psi's triangle is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reduction {
+    /// From `psi'psi`, whose entries are few inner products since columns are delays of five signals. Its rounding is
+    /// that of the squared condition, so a triangle that is nearly singular is computed by reflections all the same.
+    Products,
+    /// By Householder reflections.
+    Reflections,
+}
+
+/// Pivots of `psi'psi` below this share of the diagonal ask for reflections.
+const ILL_CONDITIONED: f64 = 1e-9;
+
+/// The groups of parameters in theta.
+const A: usize = 0;
+const B: usize = 1;
+const C: usize = 2;
+const D: usize = 3;
+const F: usize = 4;
+const INITIAL: usize = 5;
 
 /// Returns how many numbers represent the effect on e of the signals before the record. The effect is `P(q)/(C F)` of
 /// an impulse at k = 0; P has as many coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
@@ -54,6 +77,9 @@ pub(super) struct Predictor {
     free: Vec<f64>,
     scratch: Vec<f64>,
     pub(super) psi: Triangle,
+    normal: System,
+    /// A signal of the second derivatives.
+    second: Vec<f64>,
     equilibration: Equilibration,
     column: Vec<f64>,
     influence: Influence,
@@ -81,6 +107,8 @@ impl Predictor {
             free: signal(initial > 0),
             scratch: Vec::new(),
             psi: Triangle::new(n),
+            normal: System::default(),
+            second: signal(true),
             equilibration: Equilibration::new(n, n),
             column: vec![0.0; n],
             influence: Influence::default(),
@@ -201,21 +229,12 @@ impl Predictor {
         ]
     }
 
-    /// Computes `psi'e` at the parameters of the last [`Self::sum`].
-    pub(super) fn gradient_of_sum(&mut self, y: &[f64], to: &mut [f64]) {
-        self.filter_signals(y);
-        let mut to = to.iter_mut();
-        for (signal, count, delay, sign) in self.blocks() {
-            for (lag, to) in (delay..delay + count).zip(&mut to) {
-                let late = self.e.get(lag..).unwrap_or_default();
-                *to = sign * dot(late, &signal[..late.len()]);
-            }
-        }
-    }
-
     /// Computes R and `Q'e` of psi at the parameters of the last [`Self::sum`].
-    pub(super) fn linearise(&mut self, y: &[f64]) -> Result<(), FailureKind> {
+    pub(super) fn linearise(&mut self, y: &[f64], by: Reduction) -> Result<(), FailureKind> {
         self.filter_signals(y);
+        if by == Reduction::Products && self.reduce_products() {
+            return Ok(());
+        }
         let mut psi = std::mem::replace(&mut self.psi, Triangle::new(0));
         let mut columns = Vec::with_capacity(self.width() + 1);
         for (signal, count, delay, sign) in self.blocks() {
@@ -234,6 +253,117 @@ impl Predictor {
         });
         self.psi = psi;
         reduced
+    }
+
+    /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular.
+    fn reduce_products(&mut self) -> bool {
+        let mut normal = std::mem::take(&mut self.normal);
+        let width = self.width();
+        normal.clear(width);
+        let blocks = self.blocks();
+        let mut row = 0;
+        for (i, (signal, count, delay, sign)) in blocks.iter().enumerate() {
+            let mut column = 0;
+            // The lower triangle.
+            for (of_column, columns, late, other) in &blocks[..=i] {
+                let put = |of_row, of_column, value| {
+                    normal.put(row + of_row, column + of_column, sign * other * value);
+                };
+                lagged_products(signal, of_column, (*delay, *count), (*late, *columns), put);
+                column += columns;
+            }
+            lagged_products(
+                signal,
+                &self.e,
+                (*delay, *count),
+                (0, 1),
+                |of_row, _, value| {
+                    normal.put(row + of_row, width, sign * value);
+                },
+            );
+            row += count;
+        }
+        let reached = normal.factorise(ILL_CONDITIONED);
+        self.psi.take(&normal);
+        self.normal = normal;
+        reached == width
+    }
+
+    /// Computes the lower triangle of half the Hessian of the sum, `psi'psi + sum e(k) e''(k)`, at the last
+    /// [`Self::linearise`].
+    ///
+    /// A second derivative with respect to c is the first divided by -C, twice that if both are of C; the same with F
+    /// for what has F in its denominator; with respect to d it is the first without D. Each depends on the sum of both
+    /// delays alone.
+    pub(super) fn hessian(&mut self, y: &[f64], to: &mut Mat<f64>) {
+        let r = self.psi.r();
+        for j in 0..r.ncols() {
+            for i in j..r.ncols() {
+                to[(i, j)] = (0..=j).map(|l| r[(l, i)] * r[(l, j)]).sum();
+            }
+        }
+        let pairs = [
+            (A, C),
+            (B, C),
+            (C, C),
+            (D, C),
+            (F, C),
+            (INITIAL, C),
+            (A, D),
+            (B, D),
+            (F, D),
+            (B, F),
+            (F, F),
+            (INITIAL, F),
+        ];
+        let counts = self.blocks().map(|(_, count, ..)| count);
+        let place = |of: usize| counts[..of].iter().sum::<usize>();
+        let mut second = std::mem::take(&mut self.second);
+        for (one, other) in pairs {
+            if counts[one] == 0 || counts[other] == 0 {
+                continue;
+            }
+            let LinearModel { b, c, f, .. } = &self.model;
+            let blocks = self.blocks();
+            let (signal, _, delay, mut factor) = blocks[one];
+            let with_delay = delay + blocks[other].2;
+            match (one, other) {
+                (_, C | F) => {
+                    second.copy_from_slice(signal);
+                    divide(if other == C { c } else { f }, &mut second);
+                    factor *= if one == other { -2.0 } else { -1.0 };
+                }
+                (A, _) => {
+                    second.copy_from_slice(y);
+                    divide(c, &mut second);
+                }
+                (B, _) => {
+                    second.copy_from_slice(&self.u);
+                    divide(c, &mut second);
+                }
+                _ => {
+                    filter(b, &self.u, &mut second);
+                    divide(c, &mut second);
+                    divide(f, &mut second);
+                }
+            }
+            let last = counts[one] + counts[other] - 1;
+            for lag in 0..last {
+                let late = self.e.get(with_delay + lag..).unwrap_or_default();
+                let value = factor * dot(late, &second[..late.len()]);
+                for i in (lag + 1).saturating_sub(counts[other])..counts[one].min(lag + 1) {
+                    let (row, column) = (place(one) + i, place(other) + lag - i);
+                    if one == other {
+                        if row >= column {
+                            to[(row, column)] += value;
+                        }
+                    } else {
+                        to[(row.max(column), row.min(column))] += value;
+                    }
+                }
+            }
+        }
+        self.second = second;
     }
 
     /// Returns `|| Q'e || / || e ||`, at the last [`Self::linearise`].
@@ -256,6 +386,14 @@ impl Predictor {
             }
         };
         (0..self.width()).map(cosine).fold(0.0, f64::max)
+    }
+
+    /// Returns `psi'e`, at the last [`Self::linearise`].
+    pub(super) fn gradient(&self, to: &mut [f64]) {
+        let (r, top) = (self.psi.r(), self.psi.top());
+        for (j, to) in to.iter_mut().enumerate() {
+            *to = (0..=j).map(|i| r[(i, j)] * top[i]).sum();
+        }
     }
 
     /// Returns the condition of psi's triangle with its columns scaled.

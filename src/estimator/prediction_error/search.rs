@@ -18,7 +18,11 @@ const SCREENED: usize = 16;
 
 /// A search is at a known minimum if its linearisation puts the minimum this close: the squared distance is this share
 /// of the sum, and so is the difference of the sums at most.
-const MERGED: f64 = 1e-5;
+const MERGED: f64 = 1e-3;
+
+/// A point that is no minimum is taken if the lowest minimum is this much less likely, in twice the logarithm: chi-squared
+/// with one degree of freedom exceeds it with probability 0.001.
+const EVIDENCE: f64 = 10.828;
 
 /// Random starts end when fewer minima than this are expected besides those found.
 const MISSED: f64 = 0.25;
@@ -83,16 +87,19 @@ pub(super) struct Search {
     /// The best point of a search that did not end at a minimum.
     unfinished: Option<Point>,
     pub(super) theta: Vec<f64>,
+    /// The share of a minimum's sum below which a point that is no minimum is taken instead.
+    much_lower: f64,
 }
 
 impl Search {
-    pub(super) fn new(starts: Starts, descent: Descent) -> Self {
+    pub(super) fn new(starts: Starts, descent: Descent, window: usize) -> Self {
         Self {
             theta: descent.theta().to_vec(),
             starts,
             descent,
             found: Vec::new(),
             unfinished: None,
+            much_lower: (-EVIDENCE / window as f64).exp(),
         }
     }
 
@@ -172,42 +179,38 @@ impl Search {
         }
     }
 
-    /// Searches from the lowest minimum to its end; from the next if that fails.
+    /// Searches from the lowest minimum to its end; from the next if that fails. The best point of the other searches is
+    /// taken instead if there is no minimum, or if it is so much lower that no minimum explains the record.
     fn finish(&mut self, u: &[f64], y: &[f64], failed: FailureKind) -> Found {
         self.found
             .sort_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
+        let mut best = Found {
+            sum: f64::INFINITY,
+            iterations: 0,
+            failure: Some(failed),
+        };
         let mut iterations = 0;
-        let mut last = None;
         for point in &self.found {
             let found = self.descent.run(u, y, &point.theta, REST);
             iterations += found.iterations;
+            let first = best.sum.is_infinite();
+            if found.failure.is_none()
+                || (first && found.failure.is_some_and(FailureKind::leaves_a_model))
+            {
+                self.theta.copy_from_slice(self.descent.theta());
+                best = found;
+            }
             if found.failure.is_none() {
-                self.theta.copy_from_slice(self.descent.theta());
-                return Found {
-                    iterations,
-                    ..found
-                };
-            }
-            if last.is_none() && found.failure.is_some_and(FailureKind::leaves_a_model) {
-                last = Some(found);
-                self.theta.copy_from_slice(self.descent.theta());
+                break;
             }
         }
-        if let Some(last) = last {
-            return Found { iterations, ..last };
-        }
-        let failed = Found {
-            sum: f64::INFINITY,
-            iterations,
-            failure: Some(failed),
-        };
-        self.unfinished.as_ref().map_or(failed, |point| {
+        if let Some(point) = &self.unfinished
+            && point.found.sum < best.sum * self.much_lower
+        {
             self.theta.copy_from_slice(&point.theta);
-            Found {
-                iterations,
-                ..point.found
-            }
-        })
+            best = point.found;
+        }
+        Found { iterations, ..best }
     }
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 /// Random starts besides those from linear methods: by rule up to this many samples, at least, and the largest number.
-const RANDOM_STARTS: usize = 96;
+const RANDOM_STARTS: usize = 128;
 const SHORT: usize = 500;
 const LEAST_STARTS: usize = 8;
 const MOST_STARTS: usize = 10_000;
@@ -12,7 +12,7 @@ const MOST_STARTS: usize = 10_000;
 /// The starts of the searches of a prediction error method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SearchStarts {
-    /// Linear methods, and up to 96 random starts; from 500 samples on fewer, as 1/N^2, but 8. Long records have fewer
+    /// Linear methods, and up to 128 random starts; from 500 samples on fewer, as 1/N^2, but 8. Long records have fewer
     /// minima that compete.
     #[default]
     Rule,

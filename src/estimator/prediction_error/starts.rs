@@ -6,7 +6,7 @@ use super::instrumental::{Instrumental, Kind};
 use super::kernels::{Triangle, divide, filter};
 use crate::estimator::SetupError;
 use crate::estimator::known::KnownModel;
-use crate::estimator::lag_sums::{System, lagged_products};
+use crate::estimator::lag_sums::{System, TINY, lagged_products};
 use crate::estimator::null_space::NullSpaceFit;
 use crate::estimator::output_error_iteration::stable;
 use crate::estimator::reflection::reflect_zeros;
@@ -349,7 +349,7 @@ impl Starts {
         lagged_products(w, w, (1, lags), (0, 1), |i, _, value| {
             system.put(i, lags, -value);
         });
-        let reached = system.factorise();
+        let reached = system.factorise(TINY);
         self.scratch.clear();
         self.scratch.resize(reached + 1, 1.0);
         system.back_substitute(&mut self.scratch[1..]);
@@ -371,7 +371,7 @@ impl Starts {
                 system.put(j - 1, nd + i, -value);
             }
         });
-        if system.factorise() < width {
+        if system.factorise(TINY) < width {
             return false;
         }
         self.scratch.resize(width, 0.0);
