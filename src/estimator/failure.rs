@@ -31,6 +31,8 @@ pub enum FailureKind {
     IterationLimitCounted,
     /// The predictor of a model is not stable.
     UnstablePredictor,
+    /// The model whose output makes the instruments is unstable.
+    UnstableInstruments,
     /// The record does not distinguish the parameters: psi'psi is singular up to rounding.
     NotIdentifiable,
     /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
@@ -105,6 +107,7 @@ impl FailureKind {
         Self::BoundaryCounted,
         Self::IterationLimitCounted,
         Self::UnstablePredictor,
+        Self::UnstableInstruments,
         Self::NotIdentifiable,
         Self::NoFilter,
     ];
@@ -152,6 +155,7 @@ impl FailureKind {
             Self::BoundaryCounted => "boundary-counted",
             Self::IterationLimitCounted => "iteration-limit-counted",
             Self::UnstablePredictor => "unstable-predictor",
+            Self::UnstableInstruments => "unstable-instruments",
             Self::NotIdentifiable => "not-identifiable",
             Self::NoFilter => "no-filter",
             Self::Declined => "declined",

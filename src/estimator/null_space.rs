@@ -21,7 +21,7 @@ const SAMPLES_FIR: usize = 4;
 ///
 /// The coefficients of q^-1, of q^-2 and so on stand together, so that one Cholesky factorisation serves all orders up
 /// to the largest.
-struct HighOrder {
+pub(super) struct HighOrder {
     with_outputs: bool,
     delay: usize,
     /// The largest order, and whether it is the only one.
@@ -35,7 +35,12 @@ struct HighOrder {
 }
 
 impl HighOrder {
-    fn new(with_outputs: bool, delay: usize, given: Option<usize>, window: usize) -> Self {
+    pub(super) fn new(
+        with_outputs: bool,
+        delay: usize,
+        given: Option<usize>,
+        window: usize,
+    ) -> Self {
         let rule = if with_outputs {
             MOST_ARX.min(window / SAMPLES_ARX)
         } else {
@@ -52,13 +57,18 @@ impl HighOrder {
         }
     }
 
+    /// The order by AIC; 0 if there is none.
+    pub(super) fn chosen(&self) -> usize {
+        self.chosen
+    }
+
     /// Coefficients for each power of q^-1.
     fn step(&self) -> usize {
         1 + usize::from(self.with_outputs)
     }
 
     /// Computes the normal equations of a record and the order by AIC.
-    fn fit(&mut self, u: &[f64], y: &[f64]) {
+    pub(super) fn fit(&mut self, u: &[f64], y: &[f64]) {
         let (m, step, nk) = (self.most, self.step(), self.delay);
         let (width, input) = (m * step, step - 1);
         let normal = &mut self.normal;
