@@ -1,7 +1,7 @@
 //! Tests of residuals: whether they are white and uncorrelated with the input (Ljung, *System Identification*, 2nd ed.,
 //! section 16.6).
 
-use super::Z_99;
+use super::{LEVEL, Z_99};
 use crate::metric::prediction_errors;
 use crate::metric::tails::{chi_square_above, normal_above};
 use crate::model::LinearModel;
@@ -10,9 +10,6 @@ use std::ops::Range;
 
 /// Largest lag tested.
 const LAGS: usize = 25;
-
-/// Level of the tests: the false-alarm probability of each.
-const LEVEL: f64 = 0.01;
 
 /// Correlations of residuals e with themselves and with the input u, over M samples:
 /// `R_e(tau) = 1/M sum e(k) e(k - tau)`, `R_eu(tau) = 1/M sum e(k) u(k - tau)`.
@@ -68,8 +65,8 @@ pub struct Residuals {
 pub struct Whiteness {
     /// Degrees of freedom, or the number of lags that share the 1 %.
     pub degrees: usize,
-    /// The probability of this result or a worse one if the residuals satisfy the hypothesis; by Bonferroni if lags
-    /// share it.
+    /// The probability of this result or a worse one if the residuals satisfy the hypothesis; by Sidak's inequality if
+    /// lags share it.
     pub p_value: f64,
     /// Whether the p-value is at least 1 %.
     pub passed: bool,
@@ -84,12 +81,18 @@ impl Whiteness {
         }
     }
 
-    /// Tests the largest of covariances with mean zero and standard deviation `unit`, by Bonferroni.
+    /// Tests the largest of covariances with mean zero and standard deviation `unit`, by Sidak's inequality.
     fn largest(covariances: &[f64], unit: f64) -> Self {
         let largest = covariances.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
         let (single, count) = (2.0 * normal_above(largest / unit), covariances.len());
-        Self::new(count, (single * count as f64).min(1.0))
+        Self::new(count, any_of(single, count))
     }
+}
+
+/// Returns the largest probability that one of `count` normal values is as unlikely as `single`, whatever their
+/// correlations: `1 - (1 - single)^count` (Sidak, J. Amer. Statist. Assoc. 62 (1967), 626-633).
+fn any_of(single: f64, count: usize) -> f64 {
+    -(count as f64 * (-single).ln_1p()).exp_m1()
 }
 
 impl Residuals {
@@ -162,8 +165,8 @@ impl Residuals {
     }
 
     /// The probability of these correlations or larger ones if there is no feedback from y to u. Two tests are made: e
-    /// with u(k) ... u(k + 5), where feedback acts first, and e with all future u. The result is the smaller p-value
-    /// times two. The plant must not have a direct term.
+    /// with u(k) ... u(k + 5), where feedback acts first, and e with all future u. The result is that of the
+    /// smaller p-value of two. The plant must not have a direct term.
     pub fn feedback_p_value(&self) -> f64 {
         const NEAR: usize = 5;
         let lags = self.lags();
@@ -171,7 +174,7 @@ impl Residuals {
         let unit = (self.cross_variance.max(f64::EPSILON * scale) / self.rows as f64).sqrt();
         let near = &self.crosscovariances[lags.saturating_sub(NEAR)..=lags];
         let near = Whiteness::largest(near, unit).p_value;
-        (2.0 * near.min(self.free_of_future_input.p_value)).min(1.0)
+        any_of(near.min(self.free_of_future_input.p_value), 2)
     }
 
     /// The largest lag.

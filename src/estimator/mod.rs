@@ -55,9 +55,11 @@ pub(crate) use least_squares::StateEstimate;
 pub use least_squares::{LeastSquares, LsOptions, StartState};
 pub use limit::{LimitError, least_squares_limit};
 pub use method::{Method, MethodKind, Needs, OptionError, Output, Problem};
+pub(crate) use null_space::long_autoregression;
 pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
 pub use pass::{Failure, Pass, Progress, Stage};
+pub(crate) use prediction_error::initial_numbers;
 pub use prediction_error::{
     ArmaxOptions, BjOptions, InitialCondition, OeOptions, PredictionError, SearchStarts,
 };

@@ -62,6 +62,22 @@ impl HighOrder {
         self.chosen
     }
 
+    /// The model of an order that [`Self::fit`] reached.
+    fn model(&self, order: usize) -> LinearModel {
+        let step = self.step();
+        let mut solution = vec![0.0; order * step];
+        self.normal.back_substitute(&mut solution);
+        let na = if self.with_outputs { order } else { 0 };
+        let mut model = LinearModel::zero(Orders::arx(na, order, self.delay));
+        for (i, pair) in solution.chunks_exact(step).enumerate() {
+            if self.with_outputs {
+                model.a[i + 1] = pair[0];
+            }
+            model.b[self.delay + i] = pair[step - 1];
+        }
+        model
+    }
+
     /// Coefficients for each power of q^-1.
     fn step(&self) -> usize {
         1 + usize::from(self.with_outputs)
@@ -111,6 +127,14 @@ impl HighOrder {
             }
         }
     }
+}
+
+/// Returns the model `A y = B q^-delay u + e` by least squares, of the order by AIC (at most 50, and N/6); `None` if no order
+/// has a solution.
+pub(crate) fn long_autoregression(u: &[f64], y: &[f64], delay: usize) -> Option<LinearModel> {
+    let mut high = HighOrder::new(true, delay, None, y.len());
+    high.fit(u, y);
+    (high.chosen > 0).then(|| high.model(high.chosen))
 }
 
 /// Buffers for records of one length.

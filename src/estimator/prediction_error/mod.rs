@@ -22,7 +22,7 @@ use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 pub(super) use descent::Descent;
 use descent::Found;
-use predictor::initial_numbers;
+pub(crate) use predictor::initial_numbers;
 use schemars::JsonSchema;
 use search::Search;
 pub use search_starts::SearchStarts;

@@ -38,7 +38,7 @@ const INITIAL: usize = 5;
 
 /// Returns how many numbers represent the effect on e of the signals before the record. The effect is `P(q)/(C F)` of
 /// an impulse at k = 0; P has as many coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
-pub(in crate::estimator) fn initial_numbers(orders: Orders) -> usize {
+pub(crate) fn initial_numbers(orders: Orders) -> usize {
     let Orders {
         na,
         nb,
