@@ -42,7 +42,7 @@ mod tests {
                 normal(trial, Purpose::Input, n),
                 normal(trial, Purpose::Plant, n),
             );
-            for (gain, alarms) in [0.0, 0.3].into_iter().zip(&mut alarms) {
+            for (gain, alarms) in [0.0, 0.8].into_iter().zip(&mut alarms) {
                 let (mut u, mut y, mut x, mut v) = (vec![0.0; n], vec![0.0; n], 0.0, 0.0);
                 for k in 0..n {
                     if k > 0 {
