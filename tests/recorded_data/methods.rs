@@ -267,9 +267,10 @@ fn a_refined_iv_that_diverges_is_stabilised() {
     let (code, found) = estimate(&["--estimator", "sriv,oe"]);
     assert_eq!(code, Some(0));
     let loss = |i: usize| found[i]["loss"].as_f64().expect("a loss");
+    // It rests at another minimum.
     let status = |i: usize| found[i]["status"].clone();
-    assert_eq!([status(0), status(1)], ["iteration-limit", "ok"]);
-    assert!(found[0]["se"].is_null() && loss(0) < 1.3 * loss(1));
+    assert_eq!([status(0), status(1)], ["ok", "ok"]);
+    assert!(loss(0) < 1.3 * loss(1), "{} {}", loss(0), loss(1));
 }
 
 /// The weightings of subspace methods against explicit projections (`subspace.py`, which says how `data/subspace.json` was
