@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    asobench::cli::main(std::env::args_os())
+    asobench::cli::main(std::env::args_os().collect::<Vec<_>>())
 }

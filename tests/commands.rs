@@ -203,6 +203,60 @@ fn a_continuous_study_begins_with_a_template() {
     );
 }
 
+/// Text, JSON and page have the same numbers, in the unit of the file where doubles hold their squares. 2^-166 is 1.07e-50.
+fn tells_results_in_the_unit_of_the_file(path: &Path, estimate: &dyn Fn(f64) -> Output) {
+    let told = |power: i32| {
+        let output = estimate(2.0_f64.powi(power));
+        let json: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+        let output = asobench(path)
+            .args(["estimate", "r.csv", "--order", "2", "--detrend", "mean"])
+            .args(["--estimator", "arx,oe,riv,bj"])
+            .output()
+            .expect("it runs");
+        let page = std::fs::read_to_string(path.join("r.html")).expect("a page");
+        (json, stdout(&output), page)
+    };
+    let number = |json: &serde_json::Value, pointer: &str| {
+        json.pointer(pointer)
+            .and_then(serde_json::Value::as_f64)
+            .expect("a number")
+    };
+    let (first, ..) = told(0);
+    for (power, unit) in [(-166, 0), (166, 0), (-450, -450)] {
+        let (json, text, page) = told(power);
+        let scale = 2.0_f64.powi(power - unit);
+        for (pointer, degree) in [
+            ("/estimates/0/noise_variance", 2),
+            ("/estimates/0/loss", 2),
+            ("/estimates/0/x0/1", 1),
+            ("/estimates/0/observer/x_last/0", 1),
+            ("/estimates/0/residuals/rss", 2),
+            ("/estimates/0/residuals/R_eu/30", 2),
+            ("/estimates/0/residuals/P1", 4),
+            ("/estimates/0/residuals/bound_R_eu_99", 2),
+        ] {
+            let ratio = number(&json, pointer) / number(&first, pointer) / scale.powi(degree);
+            assert!(
+                unit != 0 || (ratio - 1.0).abs() < 1e-9,
+                "2^{power}: {pointer} {ratio}"
+            );
+        }
+        let variance = number(&json, "/estimates/0/noise_variance");
+        let line = text.lines().find(|line| line.contains("noise variance"));
+        let said = line
+            .and_then(|line| line.split_whitespace().last())
+            .expect("a variance");
+        let said: f64 = said.parse().expect("a number");
+        assert!((said / variance - 1.0).abs() < 1e-5, "{said} {variance}");
+        let shown = format!("{:e}", said);
+        assert!(unit != 0 || page.contains(&shown), "no {shown}");
+        for output in [&text, &page] {
+            assert_eq!(output.contains("beyond doubles"), unit != 0, "2^{power}");
+        }
+        assert_eq!(number(&json, "/unit") != 1.0, unit != 0);
+    }
+}
+
 /// A record in any unit has the same model, standard errors and FIT; one whose squares cannot be told is refused.
 #[test]
 fn estimates_do_not_depend_on_the_unit() {
@@ -274,6 +328,7 @@ fn estimates_do_not_depend_on_the_unit() {
             );
         }
     }
+    tells_results_in_the_unit_of_the_file(path, &|scale| estimate([scale; 2]));
     for (units, part) in [
         (
             [1e-300, 1e-300],

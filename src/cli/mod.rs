@@ -99,9 +99,26 @@ named_enum! {
     }
 }
 
+/// The stack on which the program runs. The one that the system gives (`ulimit -s`) may be too small.
+const STACK: usize = 8 << 20;
+
 /// Runs the program and returns its exit code: 0 done, 1 the run or a single estimate failed, 2 bad input, 75 stopped
 /// or trials missing (run again), 130 interrupted.
-pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+pub fn main(arguments: impl IntoIterator<Item = OsString> + Send + 'static) -> ExitCode {
+    let thread = std::thread::Builder::new().name("main".to_owned());
+    match thread.stack_size(STACK).spawn(|| run_command(arguments)) {
+        // A panic has said what it is; the exit code is that of Rust.
+        Ok(running) => running.join().unwrap_or_else(|_| ExitCode::from(101)),
+        Err(error) => {
+            note(&format!(
+                "asobench: no memory for a stack of {STACK} bytes: {error}"
+            ));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     errors_of_large_files();
     let done = match Cli::try_parse_from(arguments) {
         Ok(Cli { command }) => match command {

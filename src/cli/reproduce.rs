@@ -220,12 +220,18 @@ fn report(arguments: &Arguments, study: &Study) -> String {
     )
 }
 
-/// Returns the verdicts on all claims of some studies, one paragraph each.
+/// Returns the verdicts on all claims of some studies, one paragraph each, and how many claims each study tested.
 fn lines(studies: &[Study]) -> String {
     let claims = studies.iter().flat_map(|study| &study.judged);
-    claims
-        .map(|claim| wrapped(&visible(&claim.line), "    "))
-        .collect()
+    let claims = claims.map(|claim| wrapped(&visible(&claim.line), "    "));
+    let tested = studies.iter().filter_map(|study| {
+        let name = match studies {
+            [_] => String::new(),
+            _ => format!("{}: ", study.name),
+        };
+        Some(wrapped(&format!("{name}{}", study.tested()?), ""))
+    });
+    claims.chain(tested).collect()
 }
 
 /// Returns the claims of a study with their numbers.

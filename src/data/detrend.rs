@@ -67,6 +67,15 @@ impl Trend {
         }
     }
 
+    /// The same line of a record in another unit.
+    #[must_use]
+    pub fn times(self, unit: f64) -> Self {
+        Self {
+            level: self.level * unit,
+            slope: self.slope * unit,
+        }
+    }
+
     /// Subtracts the line from a whole record, including the samples after the window.
     pub fn subtract(self, record: &mut [f64]) {
         if self == Self::default() {

@@ -4,7 +4,9 @@
 
 use super::covariance::{Covariance, Influence};
 use super::solver::Reduction;
-use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::solver::condition::{
+    Equilibration, check_rank_of_columns, columns_of_inverse, triangular_condition,
+};
 use super::{FailureKind, SetupError};
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -298,17 +300,11 @@ pub(super) fn covariance_of_triangle(
     to.clear();
     to.resize(n * n, 0.0);
     // Column j of R^-1 contributes to all entries up to j: (R'R)^-1 = R^-1 R^-T.
-    for j in 0..n {
-        let column = &mut scratch[..=j];
-        column[j] = 1.0 / r[(j, j)];
-        for i in (0..j).rev() {
-            let sum: f64 = (i + 1..=j).map(|l| r[(i, l)] * column[l]).sum();
-            column[i] = -sum / r[(i, i)];
-        }
+    columns_of_inverse(r, scratch, |column| {
         for (i, row) in column.iter().enumerate() {
             for (l, other) in column.iter().enumerate() {
                 to[i * n + l] += variance * row * other;
             }
         }
-    }
+    });
 }

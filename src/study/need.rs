@@ -5,7 +5,7 @@
 
 use super::coefficients::Kept;
 use super::curves::Curves;
-use super::file::Store;
+use super::file::{Store, conditions, matches};
 use super::{Cell, Engine, Experiment, block_size, coefficients};
 use crate::metric::{
     JACKKNIFE_GROUPS, Jackknife, Paired, PairedStatistics, Sample, Statistics, expected_bins,
@@ -41,10 +41,17 @@ const SETTINGS_STORED: f64 = 900.0;
 const STATISTICS_STORED: f64 = 720.0 + 145.0;
 const SHARE_STORED: f64 = 120.0;
 const QUANTILE_STORED: f64 = 13.0;
-/// Bytes of a report: a line of its results.csv, a line of another table, and its page including the values.
+/// Bytes of a report: a line of its results.csv, and one of another table; its page, pictures (which the page has too) and
+/// description, whatever the study; what these have of an output in a cell, up to the number that pictures can show; of a
+/// claim, with its picture and its tables for papers; of a cell of a claim. As 33 studies have them, within a factor of
+/// two.
 const LINE: f64 = 240.0;
 const SHORT_LINE: f64 = 90.0;
-const PAGES: f64 = 2.5e5;
+const PAGES: f64 = 1e5;
+const SHOWN: f64 = 1.5e3;
+const MOST_SHOWN: f64 = 150.0;
+const CLAIM: f64 = 2e4;
+const CLAIM_CELL: f64 = 4e2;
 /// A file occupies whole blocks of the disk. On average it wastes half a block.
 const CLUSTER: f64 = 2048.0;
 
@@ -196,6 +203,20 @@ impl<'e> Counts<'e> {
             + curves as f64 * QUANTILE_STORED
     }
 
+    /// Returns the bytes of the page of a report and of what belongs to it and to its claims.
+    fn pages(&self) -> f64 {
+        let cells = &self.experiment.cells;
+        let shown = (cells.len() as f64 * self.outputs).min(MOST_SHOWN);
+        let claims = self.experiment.file.claims.iter().map(|claim| {
+            let conditions = conditions(&claim.cells);
+            let judged = cells
+                .iter()
+                .filter(|cell| matches(&cell.settings, &conditions));
+            CLAIM + CLAIM_CELL * judged.count() as f64
+        });
+        PAGES + SHOWN * shown + claims.sum::<f64>()
+    }
+
     /// Returns the bytes of a cell's lines in the tables of a report.
     fn report(&self, cell: &Cell) -> f64 {
         let bounds = self.experiment.file.bounds.len() as f64;
@@ -249,7 +270,7 @@ fn numbers_of(experiment: &Experiment) -> f64 {
 pub fn disk_of(experiment: &Experiment, trials: u64, row: f64) -> Disk {
     let counts = Counts::new(experiment, trials);
     let mut disk = Disk {
-        report: PAGES,
+        report: counts.pages(),
         ..Disk::default()
     };
     for (index, cell) in experiment.cells.iter().enumerate() {

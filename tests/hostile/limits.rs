@@ -96,6 +96,32 @@ fn a_limit_of_file_sizes_is_named() {
     }
 }
 
+/// The program has a stack of its own. Where there is no memory for it, it says so.
+#[test]
+fn a_small_stack_is_enough() {
+    let place = tempfile::tempdir().expect("a folder");
+    let text = "trials = 20\n[settings]\nwindow = 98\n[[methods]]\nestimator = \"arx\"\n";
+    std::fs::write(place.path().join("study.toml"), text).expect("written");
+    for command in [
+        "run study.toml --out out",
+        "report out --out page",
+        "methods",
+    ] {
+        let command = format!("ulimit -s 64; exec \"$0\" {command}");
+        let output = Command::new("bash")
+            .args(["-c", &command, PROGRAM])
+            .current_dir(place.path())
+            .output()
+            .expect("bash");
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{command}: {}",
+            stderr(&output)
+        );
+    }
+}
+
 #[test]
 fn nothing_is_no_experiment() {
     let place = tempfile::tempdir().expect("a folder");

@@ -4,6 +4,7 @@
 
 #![cfg(unix)]
 
+mod blocks;
 #[path = "../common/mod.rs"]
 mod common;
 mod endless;

@@ -278,6 +278,12 @@ fn slopes_with_heavy_tails() {
 }
 
 #[test]
+#[ignore = "minutes"]
+fn slopes_with_heavy_tails_in_2000_studies() {
+    keeps_its_level(Of::Slope, 2000);
+}
+
+#[test]
 fn biases_with_heavy_tails() {
     keeps_its_level(Of::Bias, 1000);
 }

@@ -315,7 +315,7 @@ pub(super) fn correlations(slot: usize, residuals: &Residuals) -> String {
     let mirrored = own.iter().rev().map(|(lag, r)| (-lag, *r));
     let crossed = residuals.crosscorrelations.iter().enumerate();
     let mut crossed = crossed.map(|(i, r)| (i as f64 - lags, *r));
-    let scale = (residuals.autocovariances[0] * residuals.input_variance).sqrt();
+    let scale = residuals.autocovariances[0].sqrt() * residuals.input_variance.sqrt();
     let panels = [
         panel(
             "autocorrelation of the residuals, lag 0 (which is 1) left out",

@@ -11,7 +11,7 @@ use crate::estimator::{
 use crate::metric::{FitModel, fit};
 use crate::model::Orders;
 use crate::names::UnknownName;
-use crate::text::visible;
+use crate::text::{visible, wrap};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use std::str::FromStr;
@@ -74,6 +74,7 @@ pub(super) struct Scan {
 pub(super) fn scan(report: &Report, order: Span, delay: Span) -> Result<Scan, Error> {
     let (u, y) = (&report.record.u, &report.record.y);
     let window = report.window;
+    let square = report.told_unit().powi(2);
     let orders: Vec<Orders> = (delay.first..=delay.last)
         .flat_map(|nk| (order.first..=order.last).map(move |n| Orders::arx(n, n, nk)))
         .collect();
@@ -84,7 +85,7 @@ pub(super) fn scan(report: &Report, order: Span, delay: Span) -> Result<Scan, Er
     let mut rows = Vec::new();
     for candidate in comparison.candidates() {
         let orders = candidate.orders;
-        let loss = candidate.loss.ok();
+        let loss = candidate.loss.ok().map(|loss| loss * square);
         let value = |criterion: &Criterion| {
             let value = criterion.value(loss?, equations, orders.parameters());
             value.is_finite().then_some(value)
@@ -145,7 +146,7 @@ impl Row {
         };
         let on =
             |range| Some(fit(model, u, y, window, range).simulated).filter(|fit| fit.is_finite());
-        self.own_loss = Some(pass.loss);
+        self.own_loss = Some(pass.loss * report.told_unit().powi(2));
         self.window_fit = on(0..window);
         if window < y.len() {
             self.validation_fit = on(window..y.len());
@@ -229,6 +230,9 @@ impl Scan {
             report.record.y.len(),
             report.detrend
         )?;
+        if let Some(unit) = report.unit_in_words() {
+            text.push_str(&wrap(&unit, 80, ""));
+        }
         writeln!(
             text,
             "\n  n nk        V         AIC        AICc         BIC         FPE  FIT %  valid."

@@ -119,10 +119,11 @@ impl Case {
             return Err(Error::Input(message.to_owned()));
         }
         let report = super::load(estimator, super::orders(estimator)?)?;
-        if let Some(words) = report.unit_in_words() {
+        if report.unit != 1.0 {
             return Err(Error::Input(format!(
-                "{}: {words}; expected a record in a unit nearer to its samples",
-                report.file.display()
+                "{}: the largest sample is about {}; expected a record in a unit nearer to its samples",
+                report.file.display(),
+                rounded(report.unit, 1)
             )));
         }
         let mut estimate = super::estimate(estimator, name, &report)?;

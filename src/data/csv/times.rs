@@ -16,10 +16,12 @@ pub(super) struct Times {
     last: f64,
     count: u64,
     first_step: f64,
+    /// The step that differs most from the first one, and its line.
+    odd: (f64, u64),
     /// The smallest and the largest step for which all times so far are its multiples.
     steps: [f64; 2],
     /// The largest number of decimals of a time with so many digits before the decimal point: a program that prints six
-    /// digits leaves out others, or zeros at the end.
+    /// digits leaves out others, or zeros at the end. Smaller times have as many decimals as larger ones, or more.
     decimals: [i32; CLASSES],
 }
 
@@ -30,6 +32,7 @@ impl Times {
             last: 0.0,
             count: 0,
             first_step: 0.0,
+            odd: (0.0, 0),
             steps: [0.0, f64::INFINITY],
             decimals: [i32::MIN; CLASSES],
         }
@@ -37,7 +40,9 @@ impl Times {
 
     /// Half a unit of the last digit of printed times of this size.
     fn rounding(&self, time: f64) -> f64 {
-        0.5 * 10.0_f64.powi(-self.decimals[class(time)]) + 4.0 * f64::EPSILON * time.abs()
+        let decimals = self.decimals[class(time)..].iter().max();
+        let decimals = decimals.copied().unwrap_or_default();
+        0.5 * 10.0_f64.powi(-decimals) + 4.0 * f64::EPSILON * time.abs()
     }
 
     /// Adds the time of the next sample, as it is printed.
@@ -51,7 +56,7 @@ impl Times {
                 self.first = time;
                 return Ok(());
             }
-            2 => self.first_step = found,
+            2 => (self.first_step, self.odd) = (found, (found, line)),
             _ => {}
         }
         let steps = (self.count - 1) as f64;
@@ -64,10 +69,16 @@ impl Times {
             most.min((length + allowed) / steps),
         ];
         let first = self.first_step;
+        if (found - first).abs() > (self.odd.0 - first).abs() {
+            self.odd = (found, line);
+        }
         let is_near = found > 0.0 && (found - first).abs() <= SPACING * first;
         if is_near && self.steps[0] <= self.steps[1] {
             return Ok(());
         }
+        // Where the steps are equal again, the odd one before them is to blame.
+        let is_equal = is_near && (found - first).abs() <= JITTER * first;
+        let (found, line) = if is_equal { self.odd } else { (found, line) };
         Err(RecordError::Spacing { line, found, first })
     }
 }
@@ -161,5 +172,12 @@ mod tests {
                 "{line} {error}"
             );
         }
+        // One decimal might be rounded, until the others show that zeros are left out.
+        let times = (0..400).map(|k| f64::from(k) / 10.0 + if k < 20 { 0.0 } else { 0.05 });
+        let error = error(&timed(times.map(|t| t.to_string())));
+        assert!(
+            error.starts_with("line 22,") && error.contains("step of 0.15"),
+            "{error}"
+        );
     }
 }

@@ -187,24 +187,67 @@ pub fn triangular_condition(
     columns: &[f64],
     scratch: &mut [f64],
 ) -> Result<f64, FailureKind> {
-    let dimension = r.ncols();
     let (mut norm, mut inverse_norm) = (0.0_f64, 0.0_f64);
-    for j in 0..dimension {
+    for (j, scale) in columns.iter().enumerate().take(r.ncols()) {
         if r[(j, j)] == 0.0 {
             return Err(FailureKind::RankDeficient);
         }
         let sum: f64 = (0..=j).map(|i| r[(i, j)].abs()).sum();
-        norm = maximum(norm, sum * columns[j]);
-        // Column j of R^-1 by back substitution from row j.
-        scratch[j] = 1.0 / r[(j, j)];
-        for i in (0..j).rev() {
-            let sum: f64 = (i + 1..=j).map(|l| r[(i, l)] * scratch[l]).sum();
-            scratch[i] = -sum / r[(i, i)];
-        }
-        let sum = (0..=j).map(|i| scratch[i].abs() / columns[i]).sum();
-        inverse_norm = maximum(inverse_norm, sum);
+        norm = maximum(norm, sum * scale);
     }
+    columns_of_inverse(r, scratch, |column| {
+        let sum = column
+            .iter()
+            .zip(columns)
+            .map(|(x, scale)| x.abs() / scale)
+            .sum();
+        inverse_norm = maximum(inverse_norm, sum);
+    });
     Ok(norm * inverse_norm)
+}
+
+/// Calls `take` with each column of R^-1 down to its diagonal, by back substitution; `scratch` has room for one. A large
+/// R, which is stored by columns, is copied row by row, and several columns share what is read. Every sum has the order
+/// and the bits of a column alone.
+pub fn columns_of_inverse(r: MatRef<'_, f64>, scratch: &mut [f64], mut take: impl FnMut(&[f64])) {
+    const SMALL: usize = 64;
+    const TOGETHER: usize = 8;
+    let n = r.ncols();
+    if n <= SMALL {
+        for j in 0..n {
+            scratch[j] = 1.0 / r[(j, j)];
+            for i in (0..j).rev() {
+                let sum: f64 = (i + 1..=j).map(|l| r[(i, l)] * scratch[l]).sum();
+                scratch[i] = -sum / r[(i, i)];
+            }
+            take(&scratch[..=j]);
+        }
+        return;
+    }
+    let rows: Vec<f64> = (0..n * n).map(|at| r[(at / n, at % n)]).collect();
+    let mut block = vec![[0.0; TOGETHER]; n];
+    for first in (0..n).step_by(TOGETHER) {
+        let end = n.min(first + TOGETHER);
+        for i in (0..end).rev() {
+            let mut sums = [0.0; TOGETHER];
+            for (r, row) in rows[i * n..][i + 1..end].iter().zip(&block[i + 1..]) {
+                sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += r * x);
+            }
+            for (j, (x, sum)) in (first..).zip(block[i].iter_mut().zip(sums)) {
+                *x = match i {
+                    _ if i < j => -sum / r[(i, i)],
+                    _ if i == j => 1.0 / r[(i, i)],
+                    _ => 0.0,
+                };
+            }
+        }
+        for j in first..end {
+            for (x, row) in scratch[..=j].iter_mut().zip(&block) {
+                *x = row[j - first];
+            }
+            take(&scratch[..=j]);
+        }
+    }
 }
 
 /// Returns the Hager-Higham estimate of `|| A^-1 ||_1` from solves with A and A' (a lower bound, rarely off by more
@@ -248,4 +291,39 @@ pub fn inverse_norm1_estimate(
     }
     solve(x, false);
     maximum(estimate, 2.0 * norm(x) / (3.0 * dimension as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    /// Columns of a large matrix have the bits of those of its leading part, which is small: R^-1 of the part is the
+    /// part of R^-1.
+    #[test]
+    fn columns_of_a_large_inverse_have_the_same_bits() {
+        let entry = |i: usize, j: usize| match i {
+            _ if i == j => 2.0 + i as f64 / 7.0,
+            _ if i < j => ((i * 31 + j * 17) % 23) as f64 / 100.0 - 0.1,
+            _ => f64::NAN,
+        };
+        let columns = |n: usize| {
+            let (r, mut found) = (Mat::from_fn(n, n, entry), Vec::new());
+            columns_of_inverse(r.as_ref(), &mut vec![0.0; n], |column| {
+                found.push(column.to_vec())
+            });
+            found
+        };
+        let (small, large) = (columns(64), columns(77));
+        assert_eq!((small.len(), large.len()), (64, 77));
+        assert_eq!(large[..64], small);
+        // R times its inverse's last column is a unit vector.
+        for (n, columns) in [(64, small), (77, large)] {
+            for i in 0..n {
+                let sum: f64 = (i..n).map(|l| entry(i, l) * columns[n - 1][l]).sum();
+                let unit = if i == n - 1 { 1.0 } else { 0.0 };
+                assert!((sum - unit).abs() < 1e-12, "{i}: {sum}");
+            }
+        }
+    }
 }

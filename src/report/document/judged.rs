@@ -291,7 +291,7 @@ fn level(cell: &JudgedCell) -> CellText {
 
 /// The levels at which the cells of a claim are compared, in words: "2.5 % / 24 (Holm's correction for 24 cells)".
 fn levels(claim: &Judged) -> String {
-    let whole = format!("{} %", crate::text::number(100.0 * claim.level));
+    let whole = format!("{} %", crate::text::rounded(100.0 * claim.level, 6));
     // Every level is that of the claim over a whole number.
     let parts = |level: f64| (claim.level / level).round() as usize;
     let of = |says: &str| {

@@ -94,7 +94,8 @@ impl Collection {
         found: &[PathBuf],
         fingerprint: &str,
     ) -> Result<(), PathError> {
-        let spans: Vec<(usize, u64, u64)> = found.iter().filter_map(|path| span_of(path)).collect();
+        let spans = found.iter().filter_map(|path| Some((path, span_of(path)?)));
+        let spans: Vec<(&PathBuf, (usize, u64, u64))> = spans.collect();
         if spans.is_empty() {
             return Ok(());
         }
@@ -122,11 +123,14 @@ impl Collection {
             path: folder.to_owned(),
             run,
         });
-        for (cell, from, to) in spans {
+        for (path, (cell, from, to)) in spans {
             let trials = from..to;
             match self.cells.get_mut(cell) {
                 Some(of_cell) if from < to => of_cell.push(Found { source, trials }),
-                _ => {}
+                _ => self.refused.push(format!(
+                    "{}: no such cell or no trials in its name, not taken",
+                    path.display()
+                )),
             }
         }
         Ok(())

@@ -203,6 +203,12 @@ fn a_caption_has_the_levels_of_the_marks() {
             .any(|line| line.ends_with(",fail,0.5,0.5,0.025")),
         "{table}"
     );
+    // A first look has nine tenths of the level, whose product is no short number.
+    claim.level = 0.9 * 0.025;
+    at(&mut claim, [0.9 * 0.0125; 3]);
+    let text = picture(&study, &claim).caption;
+    assert!(text.contains("at most 2.25 % / 2 (Holm's"), "{text}");
+    claim.level = 0.025;
     for cell in &mut claim.cells {
         (cell.says, cell.level) = ("pass", Some(0.025));
     }

@@ -6,7 +6,7 @@ use crate::claim::Judged;
 use crate::report::results::Study;
 use crate::study::file::{ClaimTable, ExperimentFile, TestTable};
 use crate::study::{Better, Measure};
-use crate::text::number;
+use crate::text::rounded;
 
 pub(super) fn part(study: &Study) -> Part {
     let file = &study.file;
@@ -116,12 +116,12 @@ fn claim(claim: &ClaimTable, judged: Option<&Judged>) -> String {
     if let Some(given) = &claim.given {
         text.push_str(&format!(", given {}", written(given)));
     }
-    text.push_str(&format!("; level {} %", number(100.0 * claim.level)));
+    text.push_str(&format!("; level {} %", rounded(100.0 * claim.level, 6)));
     let each = judged.filter(|judged| judged.level < claim.level);
     if let Some(judged) = each {
         text.push_str(&format!(
             ", at each look {} %",
-            number(100.0 * judged.level)
+            rounded(100.0 * judged.level, 6)
         ));
     }
     text.trim_start().to_owned()
