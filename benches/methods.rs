@@ -1,4 +1,5 @@
-//! Every estimator on one record: orders 2, 4, 6, windows of 98, 998, 9998 samples, and the record of W98.
+//! Every estimator on one record: orders 2, 4, 6, windows of 98, 998, 5000 samples, and the record of W98. The records are
+//! written to `target/records` for `benches/peers/methods.py`.
 //!
 //! The plants have the first n of the poles 0.8, -0.7, 0.5, -0.4, 0.2, -0.2, and white output noise of a tenth of the
 //! output's size. Every method has n coefficients for each of its polynomials (one for C and D).
@@ -12,6 +13,8 @@ use asobench::study::Experiment;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use serde_json::{Map, Value};
 use std::hint::black_box;
+use std::iter;
+use std::path::Path;
 use std::time::Duration;
 
 /// An estimator with orders n; `None` if it needs more than a record.
@@ -19,9 +22,10 @@ fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
     let orders = match estimator {
         EstimatorName::Known => return None,
         EstimatorName::LeastSquares | EstimatorName::InstrumentalVariables => None,
-        EstimatorName::Stmcb | EstimatorName::Sriv | EstimatorName::Oe => {
-            Some(format!("nb={n},nf={n}"))
-        }
+        EstimatorName::Stmcb
+        | EstimatorName::Sriv
+        | EstimatorName::Oe
+        | EstimatorName::Wnsf => Some(format!("nb={n},nf={n}")),
         EstimatorName::Armax => Some(format!("na={n},nb={n},nc=1")),
         EstimatorName::Riv | EstimatorName::Bj => Some(format!("nb={n},nc=1,nd=1,nf={n}")),
         _ => Some(format!("n={n}")),
@@ -61,7 +65,16 @@ fn record(n: usize, window: usize) -> (Vec<f64>, Vec<f64>) {
     (u, y)
 }
 
+fn write(name: &str, u: &[f64], y: &[f64]) -> std::io::Result<()> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/records");
+    std::fs::create_dir_all(&folder)?;
+    let rows = u.iter().zip(y).map(|(u, y)| format!("{u:?},{y:?}\n"));
+    let text: String = iter::once("u,y\n".to_owned()).chain(rows).collect();
+    std::fs::write(folder.join(format!("{name}.csv")), text)
+}
+
 fn bench(criterion: &mut Criterion, n: usize, name: &str, u: &[f64], y: &[f64]) {
+    write(name, u, y).expect("a record in target/records");
     let mut group = criterion.benchmark_group("methods");
     group
         .sample_size(10)
@@ -93,7 +106,7 @@ fn bench(criterion: &mut Criterion, n: usize, name: &str, u: &[f64], y: &[f64]) 
 
 fn methods(criterion: &mut Criterion) {
     for n in [2, 4, 6] {
-        for window in [98, 998, 9998] {
+        for window in [98, 998, 5000] {
             let (u, y) = record(n, window);
             bench(criterion, n, &format!("n={n},N={window}"), &u, &y);
         }

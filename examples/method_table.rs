@@ -20,7 +20,7 @@ fn time(estimator: EstimatorName, size: &str) -> String {
 fn main() {
     let mut sizes = Vec::new();
     for n in [2, 4, 6] {
-        for window in [98, 998, 9998] {
+        for window in [98, 998, 5000] {
             sizes.push(format!("n={n},N={window}"));
         }
     }

@@ -359,7 +359,10 @@ fn orders_and_estimators_that_do_not_fit_are_refused() {
         ),
         (
             "--estimator arx --order 1 --iterations 3",
-            ["--iterations: an option of estimator 'iv' only", ""],
+            [
+                "--iterations: an option of estimator 'iv' or 'wnsf' only",
+                "",
+            ],
         ),
         (
             "--estimator ls --order 1 --rows padded",

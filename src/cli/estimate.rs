@@ -5,7 +5,7 @@ use super::files::{check_output, write_whole};
 use super::{Format, note, print, print_json};
 use crate::data::csv::{self, Record};
 use crate::data::{Detrend, Trend};
-use crate::diagnosis::{Precision, Residuals};
+use crate::diagnosis::{Precision, Residuals, feedback_p_value};
 use crate::estimator::{
     EstimatorName, Failure, FailureKind, Method, Pass, Problem, Progress, SetupError, Shape, Stage,
     Window,
@@ -27,6 +27,7 @@ use std::process::ExitCode;
 use unit::in_own_unit;
 
 mod flags;
+mod hints;
 mod json;
 mod page;
 mod pictures;
@@ -116,6 +117,8 @@ struct Report {
     /// The trends subtracted from u and from y.
     trends: [Trend; 2],
     gain: Gain,
+    /// [`feedback_p_value`] of the window.
+    feedback: Option<f64>,
     estimates: Vec<Estimate>,
 }
 
@@ -130,6 +133,8 @@ struct Estimate {
     passes: Vec<(usize, PassReport)>,
     observer: Option<Observed>,
     fit: Option<Fits>,
+    /// What the user may do about the record or the method.
+    hints: Vec<String>,
 }
 
 /// A pass with its poles, largest modulus first, and its spectral radius if it has parameters.
@@ -143,6 +148,8 @@ struct PassReport {
     precision: Option<Precision>,
     /// Tests of the residuals, if there are enough of them.
     residuals: Option<Residuals>,
+    /// [`feedback_p_value`] of the record.
+    feedback: Option<f64>,
 }
 
 impl PassReport {
@@ -199,6 +206,26 @@ impl Estimate {
     }
 }
 
+impl Arguments {
+    /// Whether all estimators take the signals before the record as zero.
+    fn begins_at_rest(&self) -> bool {
+        self.estimator.iter().all(|name| {
+            let options = self.options.taken_by(*name);
+            let given = |key: &str| options.get(key).and_then(Value::as_str);
+            match name {
+                EstimatorName::Oe | EstimatorName::Armax | EstimatorName::Bj => {
+                    given("initial").is_none_or(|initial| initial == "zero")
+                }
+                EstimatorName::Sriv
+                | EstimatorName::Stmcb
+                | EstimatorName::Riv
+                | EstimatorName::Wnsf => true,
+                _ => given("rows").is_some_and(|rows| rows != "complete"),
+            }
+        })
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     check_output("--states", arguments.states.as_deref(), Kind::States)?;
     check_drawing("--plot", arguments.plot.as_deref(), "svg", Kind::Figure)?;
@@ -233,10 +260,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Format::Text => print(&text::render(&report))?,
         Format::Json => print_json(&json::render(&report))?,
     }
-    let failed = report
-        .estimates
-        .iter()
-        .any(|estimate| estimate.failure().is_some());
+    let failed = report.estimates.iter().any(|estimate| {
+        estimate
+            .failure()
+            .is_some_and(|of| !of.kind.leaves_a_model())
+    });
     Ok(ExitCode::from(u8::from(failed)))
 }
 
@@ -371,10 +399,21 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
             "--window: {window} is too short for {asked}: at least {needed} are needed"
         )));
     }
-    for (name, values) in [("u", &record.u), ("y", &record.y)] {
-        if values[..window].iter().all(|value| *value == values[0]) {
+    if hints::is_constant(&record.y[..window]) {
+        return Err(bad(
+            "column y is constant over the window; nothing can be identified from it".to_owned(),
+        ));
+    }
+    if hints::is_constant(&record.u[..window]) {
+        if record.u[0] == 0.0 {
+            return Err(bad(
+                "column u is zero over the window; nothing can be identified from it".to_owned(),
+            ));
+        }
+        if !arguments.begins_at_rest() {
             return Err(bad(format!(
-                "column {name} is constant over the window; nothing can be identified from it"
+                "column u is constant over the window; {}",
+                hints::FROM_REST
             )));
         }
     }
@@ -395,13 +434,14 @@ fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     }
     Ok(Report {
         file: arguments.record.file.clone(),
-        record,
         unit,
         window,
         orders,
         detrend: arguments.record.detrend,
         trends,
         gain: arguments.gain.clone(),
+        feedback: feedback_p_value(&record.u[..window], &record.y[..window], orders.nk),
+        record,
         estimates: Vec::new(),
     })
 }
@@ -490,8 +530,10 @@ fn estimate(
         passes: passes.collect(),
         observer: None,
         fit: None,
+        hints: Vec::new(),
     };
     conclude(&mut estimate, &arguments.gain, report);
+    estimate.hints = hints::of(&estimate, report);
     Ok(estimate)
 }
 
@@ -506,6 +548,7 @@ fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
             radius: None,
             precision: None,
             residuals: None,
+            feedback: None,
         };
     }
     model.delay += shift;
@@ -528,6 +571,7 @@ fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
     PassReport {
         precision: Some(Precision::new(&model, &poles)),
         residuals: Residuals::new(&model, &u[..window], &y[..window]),
+        feedback: report.feedback,
         poles,
         radius: Some(radius),
         pass,
@@ -623,6 +667,9 @@ fn warn(report: &Report) {
                 "warning: {}: A-hat has a pole on or outside the unit circle",
                 estimate.name
             ));
+        }
+        if let Some(sentence) = words::unfinished(estimate) {
+            note(&format!("warning: {}: {sentence}", estimate.name));
         }
         if let (Gain::Scaled(rho), Some(pole)) = (&report.gain, last.poles.first())
             && rho.abs() * pole.norm() >= 1.0

@@ -1,6 +1,7 @@
 //! Judges a model by the record that it was estimated from: whether its residuals are white and uncorrelated with the
 //! input, and how uncertain its poles, zeros, responses and static gain are.
 
+mod feedback;
 mod precision;
 mod residuals;
 mod response;
@@ -8,10 +9,14 @@ mod roots;
 #[cfg(test)]
 mod tests;
 
+pub use feedback::{feedback_p_value, is_feedback};
 pub use precision::Precision;
 pub use residuals::{Residuals, Whiteness};
 pub use response::{FrequencyPoint, StepPoint, frequency_response, step_response};
 pub use roots::{Cancellation, Root, RootError};
+
+/// Level of the tests of residuals: the false-alarm probability of each.
+pub const LEVEL: f64 = 0.01;
 
 /// The standard normal quantile for 95 % intervals.
 pub const Z_95: f64 = 1.959_963_984_540_054;

@@ -1,18 +1,17 @@
 //! Tests of residuals: whether they are white and uncorrelated with the input (Ljung, *System Identification*, 2nd ed.,
 //! section 16.6).
 
-use super::Z_99;
+use super::{LEVEL, Z_99};
 use crate::metric::prediction_errors;
 use crate::metric::tails::{chi_square_above, normal_above};
 use crate::model::LinearModel;
+use faer::linalg::solvers::Solve as _;
+use faer::{Mat, Side};
 use serde::Serialize;
 use std::ops::Range;
 
 /// Largest lag tested.
 const LAGS: usize = 25;
-
-/// Level of the tests: the false-alarm probability of each.
-const LEVEL: f64 = 0.01;
 
 /// Correlations of residuals e with themselves and with the input u, over M samples:
 /// `R_e(tau) = 1/M sum e(k) e(k - tau)`, `R_eu(tau) = 1/M sum e(k) u(k - tau)`.
@@ -57,7 +56,9 @@ pub struct Residuals {
     pub ljung_box: f64,
     /// The verdict on whiteness.
     pub white: Whiteness,
-    /// The test of `R_eu(tau)`, tau = nk ... 25, all at once. If it fails, the model misses part of the effect of u.
+    /// The test of `R_eu(tau)`, tau = nk ... 25: the largest, and all together by chi-square with as many degrees of
+    /// freedom as lags less the parameters of B and F; the p-value is that of the smaller one of two. If it fails, the model
+    /// misses part of the effect of u.
     pub free_of_past_input: Whiteness,
     /// The same for tau below 0. If it fails, y acts on u, as under feedback.
     pub free_of_future_input: Whiteness,
@@ -68,8 +69,8 @@ pub struct Residuals {
 pub struct Whiteness {
     /// Degrees of freedom, or the number of lags that share the 1 %.
     pub degrees: usize,
-    /// The probability of this result or a worse one if the residuals satisfy the hypothesis; by Bonferroni if lags
-    /// share it.
+    /// The probability of this result or a worse one if the residuals satisfy the hypothesis; by Sidak's inequality if
+    /// lags share it.
     pub p_value: f64,
     /// Whether the p-value is at least 1 %.
     pub passed: bool,
@@ -84,12 +85,52 @@ impl Whiteness {
         }
     }
 
-    /// Tests the largest of covariances with mean zero and standard deviation `unit`, by Bonferroni.
+    /// Tests the largest of covariances with mean zero and standard deviation `unit`, by Sidak's inequality.
     fn largest(covariances: &[f64], unit: f64) -> Self {
         let largest = covariances.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
         let (single, count) = (2.0 * normal_above(largest / unit), covariances.len());
-        Self::new(count, (single * count as f64).min(1.0))
+        Self::new(count, any_of(single, count))
     }
+}
+
+/// Returns the largest probability that one of `count` normal values is as unlikely as `single`, whatever their
+/// correlations: `1 - (1 - single)^count` (Sidak, J. Amer. Statist. Assoc. 62 (1967), 626-633).
+fn any_of(single: f64, count: usize) -> f64 {
+    -(count as f64 * (-single).ln_1p()).exp_m1()
+}
+
+/// Returns `r' P^-1 r` for covariances r of e and u at successive lags. P, with entries
+/// `P(h) = sum_tau w(tau) R_e(tau) R_u(tau + h)`, is the covariance of `sqrt(M) r`; the weights
+/// `w = 1 - |tau|/(lags + 1)` keep it positive definite. `None` if it is singular up to rounding.
+fn together(r: &[f64], e: &[f64], u: &[f64], lags: usize) -> Option<f64> {
+    let (rows, count) = (e.len(), r.len());
+    let covariance = |x: &[f64], lag: usize| -> f64 {
+        let pairs = x.get(lag..).unwrap_or_default().iter().zip(x);
+        pairs.map(|(late, early)| late * early).sum::<f64>() / rows as f64
+    };
+    let of_e: Vec<f64> = (0..=lags).map(|lag| covariance(e, lag)).collect();
+    let of_u: Vec<f64> = (0..lags + count).map(|lag| covariance(u, lag)).collect();
+    let p: Vec<f64> = (0..count)
+        .map(|h| {
+            let term = |tau: usize| {
+                let weight = 1.0 - tau as f64 / (lags + 1) as f64;
+                let both = if tau == 0 {
+                    of_u[h]
+                } else {
+                    of_u[tau + h] + of_u[tau.abs_diff(h)]
+                };
+                weight * of_e[tau] * both
+            };
+            (0..=lags).map(term).sum()
+        })
+        .collect();
+    let matrix = Mat::from_fn(count, count, |i, j| p[i.abs_diff(j)]);
+    let solved = matrix
+        .llt(Side::Lower)
+        .ok()?
+        .solve(Mat::from_fn(count, 1, |i, _| r[i]));
+    let square: f64 = r.iter().enumerate().map(|(i, r)| r * solved[(i, 0)]).sum();
+    square.is_finite().then_some(square)
 }
 
 impl Residuals {
@@ -139,6 +180,18 @@ impl Residuals {
         // A sum truncated at 25 lags need not be positive.
         let unit = (cross_variance.max(f64::EPSILON * scale * scale) / m).sqrt();
         let free = |range: Range<usize>| Whiteness::largest(&crosscovariances[range], unit);
+        let past = lags + orders.nk.min(lags)..2 * lags + 1;
+        let largest = free(past.clone());
+        let fitted = (past.len() - 1).min(orders.nb + orders.nf);
+        let degrees_of_past = past.len() - fitted;
+        // Fitted parameters make the covariances small, so that the largest alone says nothing of a right model.
+        let free_of_past_input = match together(&crosscovariances[past], e, u, lags) {
+            Some(square) => {
+                let all = chi_square_above(m * square, degrees_of_past);
+                Whiteness::new(degrees_of_past, any_of(largest.p_value.min(all), 2))
+            }
+            None => largest,
+        };
         Some(Self {
             rows,
             rss: variance * m,
@@ -148,7 +201,7 @@ impl Residuals {
             autocorrelations_outside: outside(&autocorrelations[1..]),
             crosscorrelations_outside_simple: outside(&crosscorrelations),
             white: Whiteness::new(degrees, chi_square_above(ljung_box, degrees)),
-            free_of_past_input: free(lags + orders.nk.min(lags)..2 * lags + 1),
+            free_of_past_input,
             free_of_future_input: free(0..lags),
             autocovariances,
             autocorrelations,
@@ -162,8 +215,8 @@ impl Residuals {
     }
 
     /// The probability of these correlations or larger ones if there is no feedback from y to u. Two tests are made: e
-    /// with u(k) ... u(k + 5), where feedback acts first, and e with all future u. The result is the smaller p-value
-    /// times two. The plant must not have a direct term.
+    /// with u(k) ... u(k + 5), where feedback acts first, and e with all future u. The result is that of the
+    /// smaller p-value of two. The plant must not have a direct term.
     pub fn feedback_p_value(&self) -> f64 {
         const NEAR: usize = 5;
         let lags = self.lags();
@@ -171,7 +224,7 @@ impl Residuals {
         let unit = (self.cross_variance.max(f64::EPSILON * scale) / self.rows as f64).sqrt();
         let near = &self.crosscovariances[lags.saturating_sub(NEAR)..=lags];
         let near = Whiteness::largest(near, unit).p_value;
-        (2.0 * near.min(self.free_of_future_input.p_value)).min(1.0)
+        any_of(near.min(self.free_of_future_input.p_value), 2)
     }
 
     /// Takes the covariances, which are of signals in this unit, a power of two, for those of the signals themselves.
@@ -199,6 +252,7 @@ impl Residuals {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimator::{MethodKind as _, Pass, Shape, Window};
     use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 
     fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
@@ -251,5 +305,41 @@ mod tests {
             assert!((5..=45).contains(&alarms), "{alarms}");
         }
         assert!(found.iter().all(|found| *found >= 98), "{found:?}");
+    }
+
+    /// Residuals of right models whose parameters were fitted: the p-values are spread over 0 to 1 instead of lying at 1.
+    #[test]
+    fn fitted_parameters_do_not_hide_behind_a_p_value_of_one() {
+        let (n, trials) = (300, 400);
+        let mut values = Vec::new();
+        let mut truth = LinearModel::zero("nb=1,nf=1".parse().unwrap());
+        (truth.b[1], truth.f[1]) = (1.0, -0.7);
+        let options = crate::estimator::OeOptions {
+            orders: Some(truth.orders()),
+            ..Default::default()
+        };
+        let shape = Shape {
+            order: 1,
+            window: n,
+        };
+        let mut method = options.prepare(&shape.into()).unwrap();
+        for trial in 0..trials {
+            let (u, e) = (
+                normal(trial, Purpose::Input, n),
+                normal(trial, Purpose::Plant, n),
+            );
+            let mut y = vec![0.0; n];
+            truth.simulate(&u, &mut y);
+            y.iter_mut().zip(&e).for_each(|(y, e)| *y += e);
+            let mut passes = [Pass::new(1)];
+            method.estimate(Window::new(&u, &y, n), &mut passes);
+            let residuals = Residuals::new(&passes[0].model, &u, &y).unwrap();
+            values.push(residuals.free_of_past_input.p_value);
+        }
+        let below = |p: f64| values.iter().filter(|value| **value < p).count();
+        // Two tests at half the level each: conservative, at 1 % too (expected 4, standard error 2).
+        assert!(below(0.01) <= 10, "{}", below(0.01));
+        assert!((120..=280).contains(&below(0.7)), "{}", below(0.7));
+        assert!(below(0.999) >= 380, "{}", below(0.999));
     }
 }

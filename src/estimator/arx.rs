@@ -161,7 +161,7 @@ impl Estimator for Arx {
             Ok(()) => self.state.estimate(window, 0, pass),
             Err(kind) => pass.fail(Failure {
                 kind,
-                stage: Stage::LeastSquares,
+                stage: Stage::Other,
                 pass: 0,
             }),
         }

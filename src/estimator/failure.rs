@@ -21,8 +21,18 @@ pub enum FailureKind {
     NotRun,
     /// An iteration did not converge.
     NoConvergence,
+    /// A search ended at the border of stability, where the criterion still falls; the best model so far is there.
+    Boundary,
+    /// A search took all its iterations, or no step helped; the best model so far is there.
+    IterationLimit,
+    /// As [`Self::Boundary`], in a study that counts such models.
+    BoundaryCounted,
+    /// As [`Self::IterationLimit`], in a study that counts such models.
+    IterationLimitCounted,
     /// The predictor of a model is not stable.
     UnstablePredictor,
+    /// The model whose output makes the instruments is unstable.
+    UnstableInstruments,
     /// The record does not distinguish the parameters: psi'psi is singular up to rounding.
     NotIdentifiable,
     /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
@@ -92,7 +102,12 @@ impl FailureKind {
         Self::StepTooLong,
         Self::NotRun,
         Self::NoConvergence,
+        Self::Boundary,
+        Self::IterationLimit,
+        Self::BoundaryCounted,
+        Self::IterationLimitCounted,
         Self::UnstablePredictor,
+        Self::UnstableInstruments,
         Self::NotIdentifiable,
         Self::NoFilter,
     ];
@@ -105,6 +120,27 @@ impl FailureKind {
         Self::Malformed,
     ];
 
+    /// Whether the failure is of a search that leaves a model, the best that it found: nothing but its being a minimum
+    /// is missing.
+    pub const fn leaves_a_model(self) -> bool {
+        matches!(self, Self::Boundary | Self::IterationLimit)
+    }
+
+    /// Returns the kind of a trial whose model counts although the search came to no minimum; other kinds stay.
+    #[must_use]
+    pub const fn counted(self) -> Self {
+        match self {
+            Self::Boundary => Self::BoundaryCounted,
+            Self::IterationLimit => Self::IterationLimitCounted,
+            other => other,
+        }
+    }
+
+    /// Whether the trial's model counts.
+    pub const fn is_counted(self) -> bool {
+        matches!(self, Self::BoundaryCounted | Self::IterationLimitCounted)
+    }
+
     /// Returns the name that every output uses.
     pub fn name(&self) -> &str {
         match self {
@@ -114,7 +150,12 @@ impl FailureKind {
             Self::StepTooLong => "step-too-long",
             Self::NotRun => "not-run",
             Self::NoConvergence => "no-convergence",
+            Self::Boundary => "boundary",
+            Self::IterationLimit => "iteration-limit",
+            Self::BoundaryCounted => "boundary-counted",
+            Self::IterationLimitCounted => "iteration-limit-counted",
             Self::UnstablePredictor => "unstable-predictor",
+            Self::UnstableInstruments => "unstable-instruments",
             Self::NotIdentifiable => "not-identifiable",
             Self::NoFilter => "no-filter",
             Self::Declined => "declined",

@@ -7,7 +7,9 @@ use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, OptionError, Problem};
+use super::output_error_iteration::stable;
 use super::reading::{R_SYSID_RIDGE, Reading};
+use super::reflection::{Stabilise, reflect_zeros};
 use super::regression::{Regression, Rows};
 use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
 use crate::model::polynomial::filter;
@@ -29,6 +31,9 @@ pub struct Iv4Options {
     pub initial_state: StartState,
     /// The conventions of another tool: r-sysid.
     pub reading: Option<Reading>,
+    /// What is done if the model whose output makes the instruments is unstable: reflect (its poles into the unit circle,
+    /// the default), none (also with a reading).
+    pub stabilise: Option<Stabilise>,
 }
 
 impl Iv4Options {
@@ -79,7 +84,16 @@ impl MethodKind for Iv4Options {
             })?;
             Whitening::LeastSquares(Box::new(equations))
         };
+        // The other tool does not reflect.
+        let stabilise = self.stabilise.unwrap_or(if r_sysid {
+            Stabilise::None
+        } else {
+            Stabilise::Reflect
+        });
         Ok(Box::new(Iv4 {
+            stabilise,
+            exploding: false,
+            scratch: Vec::new(),
             instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, length)?,
             whitening,
             regression,
@@ -140,7 +154,13 @@ fn yule_walker(w: &[f64], l: &mut [f64]) -> Result<(), FailureKind> {
 /// the residual `A y - B u` of (2); (4) instruments from the output of (2), everything filtered by L. The covariance is
 /// `s^2 (Z'Phi)^-1 Z'Z (Phi'Z)^-1` of (4), `s^2` being the sum of its squared filtered residuals over rows less
 /// parameters.
+///
+/// A model that is simulated for instruments has its poles outside the unit circle reflected into it.
 pub struct Iv4 {
+    stabilise: Stabilise,
+    /// Whether the model of the present instruments is unstable.
+    exploding: bool,
+    scratch: Vec<f64>,
     regression: Regression,
     instruments: InstrumentalRegression,
     whitening: Whitening,
@@ -159,39 +179,61 @@ pub struct Iv4 {
 }
 
 impl Iv4 {
-    /// Computes the model; on failure returns its kind and stage.
+    /// Simulates the model, stabilised, for the instruments of the record's samples.
+    fn make_instruments(&mut self, record: usize) -> Result<(), FailureKind> {
+        self.exploding = !stable(&self.model.a, &mut self.scratch);
+        if self.exploding && self.stabilise == Stabilise::Reflect {
+            self.exploding = false;
+            if !reflect_zeros(&mut self.model.a) {
+                return Err(FailureKind::NonFinite);
+            }
+        }
+        self.model
+            .simulate(&self.u[..record], &mut self.x[..record]);
+        self.x[record..].fill(0.0);
+        Ok(())
+    }
+
+    /// Solves with instruments; their model's instability is the cause of a failure.
+    fn solve(&mut self, filtered: bool, condition: &mut f64) -> Result<(), FailureKind> {
+        let signals = match &self.filtered {
+            [u, y, x] if filtered => Signals::new(u, y, x),
+            _ => Signals::new(&self.u, &self.y, &self.x),
+        };
+        let solved = self.instruments.solve(signals, condition);
+        solved.map_err(|kind| match self.exploding {
+            true => FailureKind::UnstableInstruments,
+            false => kind,
+        })
+    }
+
+    /// Computes the model.
     fn find(
         &mut self,
         Window { u, y, .. }: Window<'_>,
         condition: &mut f64,
-    ) -> Result<(), (FailureKind, Stage)> {
-        let at = |stage: Stage| move |kind: FailureKind| (kind, stage);
-        let (ls, iv) = (Stage::LeastSquares, Stage::Instruments);
+    ) -> Result<(), FailureKind> {
         let record = y.len();
         self.u[..record].copy_from_slice(u);
         self.y[..record].copy_from_slice(y);
-        let (u, y, w, x) = (&self.u, &self.y, &mut self.w, &mut self.x);
-        self.regression.solve(u, y, condition).map_err(at(ls))?;
+        let (u, y) = (&self.u, &self.y);
+        self.regression.solve(u, y, condition)?;
         self.model.set_parameters(self.regression.theta());
-        self.model.simulate(&u[..record], &mut x[..record]);
-        x[record..].fill(0.0);
-        let signals = Signals::new(u, y, x);
-        self.instruments.solve(signals, condition).map_err(at(iv))?;
+        self.make_instruments(record)?;
+        self.solve(false, condition)?;
+        let (u, y, w, x) = (&self.u, &self.y, &mut self.w, &mut self.x);
         self.model.set_parameters(self.instruments.theta());
         self.model.residuals(u, y, w, x);
         let w = &w[self.residuals.clone()];
         // The residuals have no input.
         x[..w.len()].fill(0.0);
-        let whitened = self.whitening.find(w, &x[..w.len()], &mut self.prefilter);
-        whitened.map_err(at(iv))?;
-        self.model.simulate(&u[..record], &mut x[..record]);
-        x[record..].fill(0.0);
-        for (to, from) in self.filtered.iter_mut().zip([u, y, &*x]) {
+        self.whitening.find(w, &x[..w.len()], &mut self.prefilter)?;
+        self.make_instruments(record)?;
+        let (u, y, x) = (&self.u, &self.y, &self.x);
+        for (to, from) in self.filtered.iter_mut().zip([u, y, x]) {
             filter(&self.prefilter, from, to);
         }
-        let [u, y, x] = &self.filtered;
-        let signals = Signals::new(u, y, x);
-        self.instruments.solve(signals, condition).map_err(at(iv))?;
+        self.solve(true, condition)?;
         let theta = self.instruments.theta();
         self.model.set_parameters(theta);
         let freedom = self.instruments.rows() - theta.len();
@@ -210,13 +252,11 @@ impl Estimator for Iv4 {
         };
         let mut condition = f64::NAN;
         let found = self.find(window, &mut condition);
-        let at_iv = |kind| (kind, Stage::Instruments);
-        let set = found.and_then(|()| pass.set_model(&self.model, condition).map_err(at_iv));
-        match set {
+        match found.and_then(|()| pass.set_model(&self.model, condition)) {
             Ok(()) => self.state.estimate(window, 0, pass),
-            Err((kind, stage)) => pass.fail(Failure {
+            Err(kind) => pass.fail(Failure {
                 kind,
-                stage,
+                stage: Stage::Other,
                 pass: 0,
             }),
         }

@@ -108,7 +108,7 @@ impl Estimator for IvDelayed {
             Ok(()) => self.state.estimate(window, 0, pass),
             Err(kind) => pass.fail(Failure {
                 kind,
-                stage: Stage::Instruments,
+                stage: Stage::Other,
                 pass: 0,
             }),
         }

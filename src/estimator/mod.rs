@@ -18,9 +18,11 @@ pub mod instruments;
 mod iv4;
 mod iv_delayed;
 mod known;
+mod lag_sums;
 mod least_squares;
 mod limit;
 mod method;
+mod null_space;
 mod order_choice;
 mod output_error_iteration;
 pub mod parameters;
@@ -36,6 +38,7 @@ mod scale;
 pub mod solver;
 mod sorted_qr;
 mod subspace;
+mod wnsf;
 
 pub use arx::{Arx, ArxOptions};
 pub use autoregression::spectrum;
@@ -52,9 +55,11 @@ pub(crate) use least_squares::StateEstimate;
 pub use least_squares::{LeastSquares, LsOptions, StartState};
 pub use limit::{LimitError, least_squares_limit};
 pub use method::{Method, MethodKind, Needs, OptionError, Output, Problem};
+pub(crate) use null_space::long_autoregression;
 pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
 pub use pass::{Failure, Pass, Progress, Stage};
+pub(crate) use prediction_error::initial_numbers;
 pub use prediction_error::{
     ArmaxOptions, BjOptions, InitialCondition, OeOptions, PredictionError, SearchStarts,
 };

@@ -3,9 +3,10 @@
 
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::method::{MethodKind, OptionError, Problem};
+use super::reflection::{Stabilise, reflect_zeros};
 use super::regression::{Regression, Rows};
 use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
-use crate::model::polynomial::divide;
+use crate::model::polynomial::{divide, filter};
 use crate::model::{LinearModel, Orders};
 use crate::plant::canonical::reverse_negated;
 use crate::plant::stability::is_stable;
@@ -13,7 +14,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The largest number of passes of an iteration.
-pub(super) const MOST_PASSES: usize = 200;
+pub(super) const MOST_PASSES: usize = 400;
+
+/// After each so many passes it is asked whether the change has become this share of what it was. If not, the iteration
+/// goes around its solution: it begins again at the best model, and takes half as much of each change.
+pub(super) const ROUND: usize = 25;
+pub(super) const PROGRESS: f64 = 0.3;
 
 /// The relative step at which an iteration has converged.
 pub(super) const REST: f64 = 1e-12;
@@ -27,6 +33,8 @@ macro_rules! iteration {
         pub struct $options {
             /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
             pub orders: Option<Orders>,
+            /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method fails).
+            pub stabilise: Option<Stabilise>,
         }
 
         impl MethodKind for $options {
@@ -41,7 +49,8 @@ macro_rules! iteration {
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = output_error(self.orders, problem.shape.order);
                 let window = problem.shape.window;
-                let iteration = OutputErrorIteration::new(orders, window, $refined)?;
+                let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
+                let iteration = OutputErrorIteration::new(orders, window, $refined, stabilise)?;
                 Ok(Box::new(iteration))
             }
         }
@@ -89,6 +98,10 @@ pub struct OutputErrorIteration {
     x: Vec<f64>,
     e: Vec<f64>,
     scratch: Vec<f64>,
+    stabilise: Stabilise,
+    /// The stable model with the lowest sum of squared output errors, and that sum.
+    best: LinearModel,
+    least: f64,
     /// The number of passes taken.
     pub(super) passes: usize,
 }
@@ -98,7 +111,12 @@ impl OutputErrorIteration {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
-    pub fn new(orders: Orders, window: usize, refined: bool) -> Result<Self, SetupError> {
+    pub fn new(
+        orders: Orders,
+        window: usize,
+        refined: bool,
+        stabilise: Stabilise,
+    ) -> Result<Self, SetupError> {
         let linear = Orders::arx(orders.nf, orders.nb, orders.nk);
         let rows = Rows::Prewindow;
         let signal = || vec![0.0; window];
@@ -114,17 +132,20 @@ impl OutputErrorIteration {
             x: signal(),
             e: signal(),
             scratch: vec![0.0; orders.nf],
+            stabilise,
+            best: LinearModel::zero(orders),
+            least: f64::INFINITY,
             passes: 0,
         })
     }
 
-    /// Returns the last model.
+    /// Returns the model of the last [`Self::find`], unless it failed without one.
     pub(super) fn model(&self) -> &LinearModel {
         &self.model
     }
 
-    /// Takes (f, b) from the solved linear problem and sets their relative change.
-    fn take(&mut self, change: &mut f64) {
+    /// Changes (f, b) by a share of the way to the solved linear problem's; returns the way's relative length.
+    fn take(&mut self, share: f64) -> f64 {
         let theta = match (&self.refined, self.passes) {
             (Some(refined), 1..) => refined.theta(),
             _ => self.first.theta(),
@@ -133,9 +154,17 @@ impl OutputErrorIteration {
         for (old, new) in self.theta.iter_mut().zip(theta) {
             difference = difference.max((*old - new).abs());
             size = size.max(new.abs());
-            *old = *new;
+            *old = if share < 1.0 {
+                share.mul_add(new - *old, *old)
+            } else {
+                *new
+            };
         }
-        *change = difference / size;
+        self.set_model();
+        difference / size
+    }
+
+    fn set_model(&mut self) {
         let (f, b) = self.theta.split_at(self.orders.nf);
         self.model.f[1..].copy_from_slice(f);
         self.model.b[self.orders.nk..].copy_from_slice(b);
@@ -144,7 +173,8 @@ impl OutputErrorIteration {
     /// Iterates until convergence.
     ///
     /// # Errors
-    /// As for [`Regression::solve`]; [`FailureKind::UnstablePredictor`], [`FailureKind::NoConvergence`].
+    /// As for [`Regression::solve`]; [`FailureKind::UnstablePredictor`] if nothing is reflected;
+    /// [`FailureKind::IterationLimit`] with the best model of all passes.
     pub(super) fn find(
         &mut self,
         u: &[f64],
@@ -152,33 +182,80 @@ impl OutputErrorIteration {
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
         self.passes = 0;
+        self.least = f64::INFINITY;
+        self.iterate(u, y, condition).map_err(|kind| {
+            if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
+                return kind;
+            }
+            self.model.assign(&self.best);
+            FailureKind::IterationLimit
+        })
+    }
+
+    fn iterate(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
         self.first.solve(u, y, condition)?;
-        let mut change = f64::INFINITY;
-        self.take(&mut change);
+        self.take(1.0);
+        let (mut share, mut asked) = (1.0, f64::INFINITY);
         while self.passes < MOST_PASSES {
             self.passes += 1;
-            if !stable(&self.model.f, &mut self.scratch) {
-                return Err(FailureKind::UnstablePredictor);
-            }
+            self.stay_stable()?;
             for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
                 to.copy_from_slice(from);
                 divide(&self.model.f, to);
             }
+            // `self.u` is u/F, so x is B/F u here, and below it is divided by F.
+            filter(&self.model.b, &self.u, &mut self.x);
+            self.keep_best(y);
             match &mut self.refined {
                 None => self.first.solve(&self.u, &self.y, condition)?,
                 Some(refined) => {
-                    // `self.u` is u/F, so x is B/F u divided by F.
-                    self.model.simulate(&self.u, &mut self.x);
+                    divide(&self.model.f, &mut self.x);
                     let signals = Signals::new(&self.u, &self.y, &self.x);
                     refined.solve(signals, condition)?;
                 }
             }
-            self.take(&mut change);
+            let change = self.take(share);
             if change <= REST {
                 return Ok(());
             }
+            if self.passes.is_multiple_of(ROUND) {
+                if change > PROGRESS * asked {
+                    share /= 2.0;
+                    let (f, b) = self.theta.split_at_mut(self.orders.nf);
+                    f.copy_from_slice(&self.best.f[1..]);
+                    b.copy_from_slice(&self.best.b[self.orders.nk..]);
+                    self.set_model();
+                }
+                asked = change;
+            }
         }
-        Err(FailureKind::NoConvergence)
+        Err(FailureKind::IterationLimit)
+    }
+
+    /// Reflects the zeros of F outside the unit circle.
+    fn stay_stable(&mut self) -> Result<(), FailureKind> {
+        if stable(&self.model.f, &mut self.scratch) {
+            return Ok(());
+        }
+        match self.stabilise {
+            Stabilise::None => Err(FailureKind::UnstablePredictor),
+            Stabilise::Reflect => {
+                if !reflect_zeros(&mut self.model.f) {
+                    return Err(FailureKind::NonFinite);
+                }
+                self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
+                Ok(())
+            }
+        }
+    }
+
+    /// Keeps the model if its output `x = B/F u` is the closest to y so far.
+    fn keep_best(&mut self, y: &[f64]) {
+        let sum: f64 = y.iter().zip(&self.x).map(|(y, x)| (y - x).powi(2)).sum();
+        if sum < self.least {
+            self.least = sum;
+            self.best.assign(&self.model);
+        }
     }
 }
 
@@ -198,33 +275,39 @@ impl Estimator for OutputErrorIteration {
         };
         let Window { u, y, .. } = window;
         let mut condition = f64::NAN;
-        let found = self.find(u, y, &mut condition).and_then(|()| {
-            let (n, d) = (y.len() as f64, self.theta.len() as f64);
-            self.model.residuals(u, y, &mut self.e, &mut self.x);
-            let sum: f64 = self.e.iter().map(|e| e * e).sum();
-            self.model.noise_variance = sum / (n - d);
-            self.model.covariance.clear();
-            if let Some(refined) = &mut self.refined {
-                let variance = self.model.noise_variance;
-                let mut covariance = std::mem::take(&mut self.model.covariance);
-                refined.covariance_of_instruments(variance, &mut covariance);
-                move_first_to_last(&mut covariance, self.theta.len(), self.orders.nf);
-                self.model.covariance = covariance;
+        let found = self.find(u, y, &mut condition);
+        pass.iterations = Some(self.passes);
+        let set = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => {
+                let (n, d) = (y.len() as f64, self.theta.len() as f64);
+                self.model.residuals(u, y, &mut self.e, &mut self.x);
+                let sum: f64 = self.e.iter().map(|e| e * e).sum();
+                self.model.noise_variance = sum / (n - d);
+                self.model.covariance.clear();
+                if let (Some(refined), Ok(())) = (&mut self.refined, found) {
+                    let variance = self.model.noise_variance;
+                    let mut covariance = std::mem::take(&mut self.model.covariance);
+                    refined.covariance_of_instruments(variance, &mut covariance);
+                    move_first_to_last(&mut covariance, self.theta.len(), self.orders.nf);
+                    self.model.covariance = covariance;
+                }
+                pass.loss = sum / n;
+                if found.is_err() {
+                    condition = f64::NAN;
+                }
+                pass.set_model(&self.model, condition)
             }
-            pass.loss = sum / n;
-            pass.iterations = Some(self.passes);
-            pass.set_model(&self.model, condition)
-        });
-        match found {
-            Ok(()) => pass.start_at_zero(),
-            Err(kind) => {
-                pass.iterations = Some(self.passes);
-                pass.fail(Failure {
-                    kind,
-                    stage: Stage::Instruments,
-                    pass: 0,
-                });
-            }
+        };
+        if set.is_ok() {
+            pass.start_at_zero();
+        }
+        if let Err(kind) = set.and(found) {
+            pass.fail(Failure {
+                kind,
+                stage: Stage::Other,
+                pass: 0,
+            });
         }
     }
 }

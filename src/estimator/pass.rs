@@ -26,6 +26,8 @@ pub enum Stage {
     Instruments = 10,
     /// Stage 12: the observer.
     Observer = 12,
+    /// A step of a method that does not have the paper's stages.
+    Other = 0,
 }
 
 /// A numerical failure, which is data: it is recorded and counted.
@@ -63,11 +65,14 @@ impl From<DrawFailure> for Failure {
 
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} (stage {}, pass {})",
-            self.kind, self.stage as usize, self.pass
-        )
+        match self.stage {
+            Stage::Other => write!(f, "{}", self.kind),
+            stage => write!(
+                f,
+                "{} (stage {}, pass {})",
+                self.kind, stage as usize, self.pass
+            ),
+        }
     }
 }
 

@@ -74,6 +74,23 @@ impl PoleReflection {
     }
 }
 
+/// Reflects the zeros outside the unit circle of a monic polynomial in q^-1, `1 + d_1 q^-1 + ...`, as
+/// [`PoleReflection`] does poles. Returns false if the result is not finite.
+pub(super) fn reflect_zeros(polynomial: &mut [f64]) -> bool {
+    let degree = polynomial.len() - 1;
+    if degree == 0 {
+        return true;
+    }
+    let mut reflection = PoleReflection::new(degree);
+    let mut a = vec![0.0; degree];
+    reverse_negated(&polynomial[1..], &mut a);
+    let Ok((reflected, _)) = reflection.run(&a, &vec![0.0; degree]) else {
+        return false;
+    };
+    reverse_negated(reflected, &mut polynomial[1..]);
+    true
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,6 +9,7 @@ use super::output_error_iteration::{SrivOptions, StmcbOptions};
 use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
 use super::riv::RivOptions;
 use super::subspace::{MoespOptions, N4sidOptions};
+use super::wnsf::WnsfOptions;
 use super::{Estimator, IvOptions, LsOptions, SetupError};
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -132,6 +133,8 @@ estimators! {
     Stmcb = "stmcb": StmcbOptions,
     /// Refined instrumental variables of Young, iterated until convergence: the Box-Jenkins model B/F, C/D.
     Riv = "riv": RivOptions,
+    /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, without a search.
+    Wnsf = "wnsf": WnsfOptions,
     /// Prediction error method: the output-error model B/F.
     Oe = "oe": OeOptions,
     /// Prediction error method: the ARMAX model A, B, C.

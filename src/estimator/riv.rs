@@ -5,8 +5,11 @@
 use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::method::{MethodKind, OptionError, Problem};
-use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, REST, stable};
+use super::output_error_iteration::{
+    MOST_PASSES, OutputErrorIteration, PROGRESS, REST, ROUND, stable,
+};
 use super::prediction_error::{BjOptions, Descent};
+use super::reflection::{Stabilise, reflect_zeros};
 use super::regression::Rows;
 use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
 use crate::model::polynomial::{divide, filter};
@@ -20,6 +23,8 @@ use serde::{Deserialize, Serialize};
 pub struct RivOptions {
     /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.
     pub orders: Option<Orders>,
+    /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method fails).
+    pub stabilise: Option<Stabilise>,
 }
 
 impl RivOptions {
@@ -42,7 +47,9 @@ impl MethodKind for RivOptions {
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.as_bj().orders(problem.shape.order);
-        Ok(Box::new(RefinedIv::new(orders, problem.shape.window)?))
+        let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
+        let method = RefinedIv::new(orders, problem.shape.window, stabilise)?;
+        Ok(Box::new(method))
     }
 }
 
@@ -60,7 +67,11 @@ pub struct RefinedIv {
     instruments: InstrumentalRegression,
     /// The search for the noise model; `None`: white noise.
     noise: Option<Descent>,
+    stabilise: Stabilise,
     model: LinearModel,
+    /// The stable model with the lowest sum of squared prediction errors, and that sum.
+    best: LinearModel,
+    least: f64,
     /// (f, b) here, and (d, c) below.
     theta: Vec<f64>,
     noise_theta: Vec<f64>,
@@ -78,7 +89,7 @@ impl RefinedIv {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
-    pub fn new(orders: Orders, window: usize) -> Result<Self, SetupError> {
+    pub fn new(orders: Orders, window: usize, stabilise: Stabilise) -> Result<Self, SetupError> {
         let Orders {
             nb, nc, nd, nf, nk, ..
         } = orders;
@@ -106,7 +117,7 @@ impl RefinedIv {
         let signal = || vec![0.0; window];
         Ok(Self {
             orders,
-            start: OutputErrorIteration::new(output_error, window, true)?,
+            start: OutputErrorIteration::new(output_error, window, true, stabilise)?,
             instruments: InstrumentalRegression::new(
                 linear,
                 Instruments::Signal,
@@ -114,7 +125,10 @@ impl RefinedIv {
                 window,
             )?,
             noise: (nc + nd > 0).then(|| Descent::new(arma, 0, window)),
+            stabilise,
             model: LinearModel::zero(orders),
+            best: LinearModel::zero(orders),
+            least: f64::INFINITY,
             theta: vec![0.0; nf + nb],
             noise_theta: vec![0.0; nd + nc],
             silence: signal(),
@@ -135,25 +149,59 @@ impl RefinedIv {
         }
     }
 
-    /// Fits C and D to w; returns their change relative to their size.
-    fn fit_noise(&mut self) -> Result<f64, FailureKind> {
+    /// Fits C and D to w; returns their change relative to their size, and the sum of squared prediction errors. Where
+    /// the fit has no minimum its best model is taken, and why it has none is written to `unfinished`.
+    fn fit_noise(&mut self, unfinished: &mut Option<FailureKind>) -> Result<[f64; 2], FailureKind> {
+        *unfinished = None;
         let Some(noise) = &mut self.noise else {
-            return Ok(0.0);
+            return Ok([0.0, self.w.iter().map(|w| w * w).sum()]);
         };
         let found = noise.run(&self.silence, &self.w, &self.noise_theta, REST);
-        found.failure.map_or(Ok(()), Err)?;
-        let change = replace(&mut self.noise_theta, noise.theta());
+        match found.failure {
+            Some(kind) if !kind.leaves_a_model() => return Err(kind),
+            failure => *unfinished = failure,
+        }
+        let change = replace(&mut self.noise_theta, noise.theta(), 1.0);
+        self.set_noise();
+        Ok([change, found.sum])
+    }
+
+    fn set_noise(&mut self) {
         let (d, c) = self.noise_theta.split_at(self.orders.nd);
         self.model.d[1..].copy_from_slice(d);
         self.model.c[1..].copy_from_slice(c);
-        Ok(change)
     }
 
-    /// Computes F and B given C and D; returns their relative change.
-    fn refine(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<f64, FailureKind> {
-        if !stable(&self.model.f, &mut self.scratch) {
+    fn set_plant(&mut self) {
+        let (f, b) = self.theta.split_at(self.orders.nf);
+        self.model.f[1..].copy_from_slice(f);
+        self.model.b[self.orders.nk..].copy_from_slice(b);
+    }
+
+    /// Reflects the zeros of F outside the unit circle.
+    fn stay_stable(&mut self) -> Result<(), FailureKind> {
+        if stable(&self.model.f, &mut self.scratch) {
+            return Ok(());
+        }
+        if self.stabilise == Stabilise::None {
             return Err(FailureKind::UnstablePredictor);
         }
+        if !reflect_zeros(&mut self.model.f) {
+            return Err(FailureKind::NonFinite);
+        }
+        self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
+        Ok(())
+    }
+
+    /// Changes F and B by a share of the way to those of the instruments, given C and D; returns the way's relative
+    /// length.
+    fn refine(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        share: f64,
+        condition: &mut f64,
+    ) -> Result<f64, FailureKind> {
         for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
             filter(&self.model.d, from, to);
             divide(&self.model.c, to);
@@ -162,19 +210,12 @@ impl RefinedIv {
         self.model.simulate(&self.u, &mut self.x);
         let (u, y, x) = (&self.u, &self.y, &self.x);
         self.instruments.solve(Signals::new(u, y, x), condition)?;
-        Ok(self.take())
+        let change = replace(&mut self.theta, self.instruments.theta(), share);
+        self.set_plant();
+        Ok(change)
     }
 
-    /// Takes (f, b) from the instruments; returns their relative change.
-    fn take(&mut self) -> f64 {
-        let change = replace(&mut self.theta, self.instruments.theta());
-        let (f, b) = self.theta.split_at(self.orders.nf);
-        self.model.f[1..].copy_from_slice(f);
-        self.model.b[self.orders.nk..].copy_from_slice(b);
-        change
-    }
-
-    /// Iterates until convergence and counts the passes.
+    /// Iterates until convergence and counts the passes. If it does not converge, the model is the best of all passes.
     fn find(
         &mut self,
         u: &[f64],
@@ -183,26 +224,72 @@ impl RefinedIv {
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
         *passes = 0;
-        self.start.find(u, y, condition)?;
+        self.least = f64::INFINITY;
+        let found = self.start.find(u, y, condition);
+        if let Err(kind) = found
+            && !kind.leaves_a_model()
+        {
+            return Err(kind);
+        }
         let start = self.start.model();
         self.model.f.copy_from_slice(&start.f);
         self.model.b.copy_from_slice(&start.b);
+        let (f, b) = self.theta.split_at_mut(self.orders.nf);
+        f.copy_from_slice(&start.f[1..]);
+        b.copy_from_slice(&start.b[self.orders.nk..]);
         self.noise_theta.fill(0.0);
-        while *passes < MOST_PASSES {
-            *passes += 1;
-            self.noise_of(u, y);
-            let of_noise = self.fit_noise()?;
-            let of_plant = self.refine(u, y, condition)?;
-            // Both have converged if the plant has, because the noise model follows from it.
-            if of_plant <= REST && of_noise <= REST.sqrt() {
-                return Ok(());
+        self.iterate(u, y, passes, condition).map_err(|kind| {
+            if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
+                return kind;
             }
-        }
-        Err(FailureKind::NoConvergence)
+            self.model.assign(&self.best);
+            if kind.leaves_a_model() {
+                kind
+            } else {
+                FailureKind::IterationLimit
+            }
+        })
     }
 
-    /// Computes the noise variance and the covariance of the solution.
-    fn errors(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
+    fn iterate(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        let (mut share, mut asked) = (1.0, f64::INFINITY);
+        let mut unfinished = None;
+        while *passes < MOST_PASSES {
+            *passes += 1;
+            self.stay_stable()?;
+            self.noise_of(u, y);
+            let [of_noise, sum] = self.fit_noise(&mut unfinished)?;
+            if sum < self.least {
+                self.least = sum;
+                self.best.assign(&self.model);
+            }
+            let of_plant = self.refine(u, y, share, condition)?;
+            // Both have converged if the plant has, because the noise model follows from it.
+            if of_plant <= REST && of_noise <= REST.sqrt() {
+                return unfinished.map_or(Ok(()), Err);
+            }
+            if passes.is_multiple_of(ROUND) {
+                if of_plant > PROGRESS * asked {
+                    share /= 2.0;
+                    let (f, b) = self.theta.split_at_mut(self.orders.nf);
+                    f.copy_from_slice(&self.best.f[1..]);
+                    b.copy_from_slice(&self.best.b[self.orders.nk..]);
+                    self.set_plant();
+                }
+                asked = of_plant;
+            }
+        }
+        Err(unfinished.unwrap_or(FailureKind::IterationLimit))
+    }
+
+    /// Computes the noise variance, and the covariance of a solution; returns the sum of squared prediction errors.
+    fn errors(&mut self, u: &[f64], y: &[f64], converged: bool) -> Result<f64, FailureKind> {
         self.noise_of(u, y);
         let Orders { nb, nc, nd, nf, .. } = self.orders;
         let total = self.orders.parameters();
@@ -211,8 +298,11 @@ impl RefinedIv {
         let sum: f64 = self.x.iter().map(|e| e * e).sum();
         let variance = sum / (y.len() - total) as f64;
         self.model.noise_variance = variance;
+        self.model.covariance.clear();
+        if !converged {
+            return Ok(sum);
+        }
         let mut covariance = std::mem::take(&mut self.model.covariance);
-        covariance.clear();
         covariance.resize(total * total, 0.0);
         // Maps the positions of f, b, d, c to the order B, C, D, F.
         let place = |i: usize| if i < nf { nb + nc + nd + i } else { i - nf };
@@ -230,13 +320,17 @@ impl RefinedIv {
     }
 }
 
-/// Takes new values; returns the largest change relative to the largest new value.
-fn replace(old: &mut [f64], new: &[f64]) -> f64 {
+/// Changes values by a share of the way to new ones; returns the longest way relative to the largest new value.
+fn replace(old: &mut [f64], new: &[f64], share: f64) -> f64 {
     let (mut difference, mut size) = (0.0_f64, f64::MIN_POSITIVE);
     for (old, new) in old.iter_mut().zip(new) {
         difference = difference.max((*old - new).abs());
         size = size.max(new.abs());
-        *old = *new;
+        *old = if share < 1.0 {
+            share.mul_add(new - *old, *old)
+        } else {
+            *new
+        };
     }
     difference / size
 }
@@ -264,18 +358,26 @@ impl Estimator for RefinedIv {
         let Window { u, y, .. } = window;
         let (mut condition, mut taken) = (f64::NAN, 0);
         let found = self.find(u, y, &mut taken, &mut condition);
-        let found = found.and_then(|()| self.errors(u, y)).and_then(|sum| {
-            pass.loss = sum / y.len() as f64;
-            pass.set_model(&self.model, condition)
-        });
         pass.iterations = Some(taken);
-        match found {
-            Ok(()) => pass.start_at_zero(),
-            Err(kind) => pass.fail(Failure {
-                kind,
-                stage: Stage::Instruments,
-                pass: 0,
+        let set = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => self.errors(u, y, found.is_ok()).and_then(|sum| {
+                pass.loss = sum / y.len() as f64;
+                if found.is_err() {
+                    condition = f64::NAN;
+                }
+                pass.set_model(&self.model, condition)
             }),
+        };
+        if set.is_ok() {
+            pass.start_at_zero();
+        }
+        if let Err(kind) = set.and(found) {
+            pass.fail(Failure {
+                kind,
+                stage: Stage::Other,
+                pass: 0,
+            });
         }
     }
 }
@@ -331,7 +433,7 @@ mod tests {
                 assert_eq!(pass.failure, None, "{orders}");
                 pass
             };
-            let riv = estimate(&mut RefinedIv::new(orders, n).unwrap());
+            let riv = estimate(&mut RefinedIv::new(orders, n, Stabilise::Reflect).unwrap());
             let bj =
                 estimate(&mut PredictionError::new(orders, 4, InitialCondition::Zero, n).unwrap());
             for (riv, bj) in riv.model.parameters().zip(bj.model.parameters()) {

@@ -5,6 +5,9 @@
 //! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
 
 use super::method::{MethodKind, OptionError, Problem};
+use super::null_space::HighOrder;
+use super::output_error_iteration::stable;
+use super::reflection::{Stabilise, reflect_zeros};
 use super::solver::Reduction;
 use super::solver::condition::check_rank_of_columns;
 use super::solver::condition::{Equilibration, triangular_condition};
@@ -21,12 +24,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 named_enum! {
-    /// The weighting of the oblique projection.
+    /// The weighting of the oblique projection `O` of the future outputs on the past along the future inputs; `P` projects
+    /// the future inputs out (Van Overschee and De Moor, *Subspace Identification for Linear Systems*, 1996, table 4.1).
     Weights, "weighting" {
-        /// The future inputs are projected out of the past too (the default).
+        /// `O` itself (the default).
+        N4sid = "n4sid",
+        /// `O P`.
         Moesp = "moesp",
-        /// The oblique projection itself.
-        None = "none",
+        /// `(Y_f P Y_f')^(-1/2) O P`: canonical variates, the correlations of future outputs with the past.
+        Cva = "cva",
     }
 }
 
@@ -51,14 +57,17 @@ macro_rules! subspace {
             /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
             /// `order`, nk = 1.
             pub orders: Option<Orders>,
-            /// Block rows s of the future and of the past, more than n.
-            pub block_rows: usize,
+            /// Block rows s of the future and of the past, more than n; by default chosen for each record: k, 3/2 k or 2 k, k being the order of
+            /// `A y = B u + e` by AIC, whichever output is closest to y.
+            pub block_rows: Option<usize>,
+            /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
+            pub stabilise: Stabilise,
             /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides them by
             /// their standard deviations.
             pub reading: Option<SubspaceReading>,
             $(
-                /// The weighting whose left singular vectors are taken: moesp (future inputs projected out, as
-                /// SLICOT's N4SID), none (the oblique projection itself).
+                /// The weighting whose left singular vectors are taken: n4sid (the oblique projection itself), moesp (future
+                /// inputs projected out, as SLICOT's N4SID), cva (canonical variates).
                 pub $weights: Weights,
             )?
         }
@@ -67,7 +76,8 @@ macro_rules! subspace {
             fn default() -> Self {
                 Self {
                     orders: None,
-                    block_rows: 15,
+                    block_rows: None,
+                    stabilise: Stabilise::None,
                     reading: None,
                     $($weights: Weights::default(),)?
                 }
@@ -95,7 +105,8 @@ macro_rules! subspace {
                 let window = problem.shape.window;
                 let weighting: fn(&Self) -> Weights = $weighting;
                 let (rows, weights) = (self.block_rows, weighting(self));
-                let method = Subspace::new(orders, rows, weights, window)?;
+                let mut method = Subspace::new(orders, rows, weights, window)?;
+                method.stabilise = self.stabilise;
                 Ok(Box::new(method.with_reading(self.reading)))
             }
         }
@@ -122,7 +133,7 @@ fn model_orders(n: usize, nk: usize) -> Orders {
     }
 }
 
-fn check(orders: Option<Orders>, block_rows: usize) -> Result<(), OptionError> {
+fn check(orders: Option<Orders>, block_rows: Option<usize>) -> Result<(), OptionError> {
     let n = orders.map_or(0, |orders| orders.na.max(orders.nf));
     if let Some(given) = orders {
         let nk = given.nk;
@@ -132,6 +143,9 @@ fn check(orders: Option<Orders>, block_rows: usize) -> Result<(), OptionError> {
             return Err(OptionError::new("orders", message));
         }
     }
+    let Some(block_rows) = block_rows else {
+        return Ok(());
+    };
     if !(2..=MOST_ROWS).contains(&block_rows) {
         let message = format!("{block_rows}; expected 2 to {MOST_ROWS}");
         return Err(OptionError::new("block_rows", message));
@@ -147,13 +161,18 @@ fn check(orders: Option<Orders>, block_rows: usize) -> Result<(), OptionError> {
 /// output is closest to y over all samples; `y = B/F u + I/F delta` is linear in them.
 pub struct Subspace {
     orders: Orders,
-    rows: usize,
     weights: Weights,
+    stabilise: Stabilise,
+    /// What the number of block rows follows from; `None` if it is given.
+    high: Option<HighOrder>,
+    window: usize,
+    rows: usize,
     columns: usize,
     hankel: Reduction,
     outputs: Reduction,
     equilibration: Equilibration,
     scratch: Vec<f64>,
+    polynomial: Vec<f64>,
     model: LinearModel,
     theta: Vec<f64>,
     u: Vec<f64>,
@@ -165,18 +184,21 @@ pub struct Subspace {
 }
 
 impl Subspace {
-    /// Makes buffers for windows of `window` samples.
+    /// Makes buffers for windows of `window` samples. Without a number of block rows it is chosen for each record.
     ///
     /// # Errors
-    /// [`SetupError::ShortRecord`] if the Hankel matrices have fewer columns than rows.
+    /// [`SetupError::ShortHankel`] if the Hankel matrices have fewer columns than rows.
     pub fn new(
         orders: Orders,
-        rows: usize,
+        rows: Option<usize>,
         weights: Weights,
         window: usize,
     ) -> Result<Self, SetupError> {
-        let columns = (window + 1).saturating_sub(2 * rows);
-        if columns < 4 * rows || orders.nf >= rows {
+        let high = rows
+            .is_none()
+            .then(|| HighOrder::new(true, 1, None, window));
+        let rows = rows.unwrap_or(orders.nf + 1);
+        if columns(rows, window) < 4 * rows || orders.nf >= rows {
             return Err(SetupError::ShortHankel {
                 rows,
                 window,
@@ -187,13 +209,17 @@ impl Subspace {
         let signal = || vec![0.0; window];
         Ok(Self {
             orders,
-            rows,
             weights,
-            columns,
-            hankel: Reduction::new(4 * rows, columns, 0),
+            stabilise: Stabilise::None,
+            high,
+            window,
+            rows,
+            columns: columns(rows, window),
+            hankel: Reduction::new(4 * rows, columns(rows, window), 0),
             outputs: Reduction::new(parameters, window, 1),
             equilibration: Equilibration::new(parameters, parameters),
             scratch: vec![0.0; parameters],
+            polynomial: Vec::new(),
             model: LinearModel::zero(orders),
             theta: vec![0.0; parameters],
             u: signal(),
@@ -207,6 +233,68 @@ impl Subspace {
     fn with_reading(mut self, reading: Option<SubspaceReading>) -> Self {
         self.scaled = reading.map(|SubspaceReading::Sippy| [self.u.clone(), self.u.clone()]);
         self
+    }
+
+    /// Returns the numbers of block rows that are tried: by default k, 3/2 k and 2 k, k being the order of the model
+    /// `A y = B u + e` by AIC, as far as the record and the order allow.
+    fn candidates(&mut self, u: &[f64], y: &[f64]) -> [usize; 3] {
+        let Some(high) = &mut self.high else {
+            return [self.rows; 3];
+        };
+        high.fit(u, y);
+        let order = high.chosen();
+        let least = self.orders.nf + 1;
+        let most = ((self.window + 1) / 6).min(MOST_ROWS).max(least);
+        [2 * order, 3 * order, 4 * order].map(|twice| (twice / 2).max(least + 1).min(most))
+    }
+
+    fn set_rows(&mut self, rows: usize) {
+        if rows != self.rows {
+            self.rows = rows;
+            self.columns = columns(rows, self.window);
+            self.hankel = Reduction::new(4 * rows, self.columns, 0);
+        }
+    }
+
+    /// Computes the model with the number of block rows, of those tried, whose simulated output is closest to y, a stable
+    /// one if there is one; returns the condition.
+    fn find(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        singular_values: &mut Vec<f64>,
+    ) -> Result<f64, FailureKind> {
+        let candidates = self.candidates(u, y);
+        let mut best = (true, f64::INFINITY, candidates[0]);
+        let mut last = None;
+        for (i, rows) in candidates.into_iter().enumerate() {
+            if candidates[..i].contains(&rows) {
+                continue;
+            }
+            let found = self.fit(rows, u, y, singular_values);
+            let unstable = !stable(&self.model.f, &mut self.polynomial);
+            if found.is_ok() && (unstable, self.sum) < (best.0, best.1) {
+                best = (unstable, self.sum, rows);
+            }
+            last = Some((rows, found));
+        }
+        match last {
+            // The last is the best, or as good as any failure.
+            Some((rows, found)) if rows == best.2 || best.1.is_infinite() => found,
+            _ => self.fit(best.2, u, y, singular_values),
+        }
+    }
+
+    fn fit(
+        &mut self,
+        rows: usize,
+        u: &[f64],
+        y: &[f64],
+        singular_values: &mut Vec<f64>,
+    ) -> Result<f64, FailureKind> {
+        self.set_rows(rows);
+        self.denominator(u, y, singular_values)?;
+        self.numerators(u, y)
     }
 
     /// Computes the denominator F, and the singular values that indicate the order.
@@ -231,9 +319,10 @@ impl Subspace {
         let r = self.hankel.r();
         // L is R transposed: rows of Y_f, columns of U_p and Y_p.
         let past = Mat::from_fn(s, 2 * s, |i, j| r[(s + j, 3 * s + i)]);
+        let mut root = None;
         let projected = match self.weights {
             Weights::Moesp => past,
-            Weights::None => {
+            Weights::N4sid => {
                 // L_32 L_22^+ [L_21 L_22], where L_21 belongs to the future inputs.
                 let of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);
                 let of_past = Mat::from_fn(2 * s, 2 * s, |i, j| r[(s + j, s + i)]);
@@ -243,6 +332,13 @@ impl Subspace {
                     Some(j) => past[(i, j)],
                 })
             }
+            Weights::Cva => {
+                // Y_f P = [L_32 L_33] Q.
+                let outputs = Mat::from_fn(s, 3 * s, |i, j| r[(s + j, 3 * s + i)]);
+                root = Some(Root::of(&outputs)?);
+                root.as_ref()
+                    .map_or(past.clone(), |root| &root.inverse * &past)
+            }
         };
         let svd = projected.thin_svd().map_err(|_| FailureKind::NonFinite)?;
         singular_values.clear();
@@ -251,7 +347,11 @@ impl Subspace {
         if !(singular_values[n - 1] > 0.0) {
             return Err(FailureKind::RankDeficient);
         }
-        let observability = svd.U().get(.., ..n);
+        let of_states = svd.U().get(.., ..n);
+        let observability = match &root {
+            None => of_states.to_owned(),
+            Some(Root { root, .. }) => root * of_states,
+        };
         let mut shift = observability.get(1.., ..).to_owned();
         observability
             .get(..s - 1, ..)
@@ -263,7 +363,10 @@ impl Subspace {
         for (f, coefficient) in self.model.f[1..].iter_mut().zip(&coefficients) {
             *f = coefficient.re;
         }
-        let finite = self.model.f.iter().all(|f| f.is_finite());
+        let finite = self.model.f.iter().all(|f| f.is_finite())
+            && (self.stabilise == Stabilise::None
+                || stable(&self.model.f, &mut self.polynomial)
+                || reflect_zeros(&mut self.model.f));
         finite.then_some(()).ok_or(FailureKind::NonFinite)
     }
 
@@ -326,6 +429,37 @@ impl Subspace {
     }
 }
 
+/// Returns the number of columns of the Hankel matrices.
+fn columns(rows: usize, window: usize) -> usize {
+    (window + 1).saturating_sub(2 * rows)
+}
+
+/// The symmetric square root of `M M'`, and its inverse.
+struct Root {
+    root: Mat<f64>,
+    inverse: Mat<f64>,
+}
+
+impl Root {
+    fn of(m: &Mat<f64>) -> Result<Self, FailureKind> {
+        let svd = m.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+        let (u, values) = (svd.U(), svd.S());
+        // Directions without any output beyond rounding have no correlation.
+        let smallest = values[0] * m.nrows() as f64 * f64::EPSILON * 16.0;
+        let with = |of: fn(f64) -> f64| {
+            let scaled = Mat::from_fn(u.nrows(), u.ncols(), |i, j| {
+                let value = values[j];
+                u[(i, j)] * if value > smallest { of(value) } else { 0.0 }
+            });
+            &scaled * u.transpose()
+        };
+        Ok(Self {
+            root: with(|value| value),
+            inverse: with(f64::recip),
+        })
+    }
+}
+
 /// Writes a signal minus its first sample, divided by its standard deviation; returns the standard deviation.
 fn scale(signal: &[f64], to: &mut [f64]) -> f64 {
     let unit = variance(signal).sqrt();
@@ -370,23 +504,21 @@ impl Estimator for Subspace {
             None => (window.u, window.y),
         };
         let mut values = std::mem::take(&mut pass.singular_values);
-        let found = self.denominator(u, y, &mut values);
+        let found = self.find(u, y, &mut values);
         pass.singular_values = values;
-        let set = found
-            .and_then(|()| self.numerators(u, y))
-            .and_then(|condition| {
-                self.scale_back(scales);
-                let (n, parameters) = (y.len(), 2 * self.theta.len() - self.orders.nb);
-                self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
-                pass.loss = self.sum / n as f64;
-                pass.set_model(&self.model, condition)
-            });
+        let set = found.and_then(|condition| {
+            self.scale_back(scales);
+            let (n, parameters) = (y.len(), 2 * self.theta.len() - self.orders.nb);
+            self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
+            pass.loss = self.sum / n as f64;
+            pass.set_model(&self.model, condition)
+        });
         self.scaled = scaled;
         match set {
             Ok(()) => pass.set_initial_state(&self.x0),
             Err(kind) => pass.fail(Failure {
                 kind,
-                stage: Stage::LeastSquares,
+                stage: Stage::Other,
                 pass: 0,
             }),
         }
@@ -430,12 +562,12 @@ mod tests {
             let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
             input.fill(&mut stream(21, order as u64, Purpose::Input), &mut u);
             truth.simulate(&u, &mut y);
-            for weights in [Weights::Moesp, Weights::None] {
+            for weights in [Weights::N4sid, Weights::Moesp, Weights::Cva] {
                 let options = N4sidOptions {
                     orders: Some(Orders::arx(order, order, nk)),
-                    block_rows: 6,
-                    reading: None,
+                    block_rows: Some(6),
                     weights,
+                    ..N4sidOptions::default()
                 };
                 let shape = Shape { order, window: N };
                 let mut method = options.prepare(&shape.into()).unwrap();
@@ -469,7 +601,7 @@ mod tests {
         u[0] = 0.0;
         truth.simulate(&u, &mut y);
         let options = MoespOptions {
-            block_rows: 6,
+            block_rows: Some(6),
             reading: Some(SubspaceReading::Sippy),
             ..MoespOptions::default()
         };
@@ -496,10 +628,10 @@ mod tests {
             (orders(4, 1), 4, "more than the order 4"),
             (orders(4, 1), 900, "expected 2 to 200"),
         ] {
-            let error = check(orders, rows).unwrap_err().to_string();
+            let error = check(orders, Some(rows)).unwrap_err().to_string();
             assert!(error.contains(part), "{error}");
         }
-        let short = Subspace::new(plant(2, 1).orders(), 15, Weights::Moesp, 88);
+        let short = Subspace::new(plant(2, 1).orders(), Some(15), Weights::Moesp, 88);
         let error = short.err().unwrap().to_string();
         assert!(error.contains("at least 89 samples"), "{error}");
     }

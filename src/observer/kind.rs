@@ -1,6 +1,6 @@
-//! The choice of an observer: by pole placement, or the Kalman filter.
+//! The choice of an observer: by pole placement, the Kalman filter, or GPEBO.
 
-use super::{Gain, GainError};
+use super::{Gain, GainError, ThetaEstimator};
 
 /// A method's own observer, used instead of the setting's gain. Every kind is a one-step predictor: xhat(k) uses data
 /// up to k - 1.
@@ -16,6 +16,8 @@ pub enum ObserverKind {
     KalmanColoured,
     /// The time-varying Kalman filter, starting from the covariance of x(0). Everything is known.
     KalmanVarying,
+    /// GPEBO: no feedback, and an estimate of the error of the start.
+    Gpebo(ThetaEstimator),
 }
 
 /// Why an observer was refused.
@@ -24,13 +26,19 @@ pub enum ObserverKindError {
     /// The text has none of the known forms.
     #[error(
         "unknown observer '{0}'; expected kalman, kalman-coloured, kalman-varying, dead-beat, \
-        scaled:RHO or poles:LIST"
+        gpebo-drem:GAMMA, gpebo-squares:RHO, scaled:RHO or poles:LIST"
     )]
     Form(String),
+    /// The number of a GPEBO is wrong.
+    #[error("observer '{0}': expected a number above 0 after the colon")]
+    Positive(String),
     /// The gain is wrong.
     #[error(transparent)]
     Gain(#[from] GainError),
 }
+
+const DREM: &str = "gpebo-drem:";
+const SQUARES: &str = "gpebo-squares:";
 
 impl std::fmt::Display for ObserverKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -39,6 +47,8 @@ impl std::fmt::Display for ObserverKind {
             Self::Kalman => f.write_str("kalman"),
             Self::KalmanColoured => f.write_str("kalman-coloured"),
             Self::KalmanVarying => f.write_str("kalman-varying"),
+            Self::Gpebo(ThetaEstimator::Drem(gamma)) => write!(f, "{DREM}{gamma:?}"),
+            Self::Gpebo(ThetaEstimator::Squares(rho)) => write!(f, "{SQUARES}{rho:?}"),
         }
     }
 }
@@ -47,6 +57,19 @@ impl std::str::FromStr for ObserverKind {
     type Err = ObserverKindError;
 
     fn from_str(text: &str) -> Result<Self, ObserverKindError> {
+        type Estimator = fn(f64) -> ThetaEstimator;
+        let estimators: [(&str, Estimator); 2] = [
+            (DREM, ThetaEstimator::Drem),
+            (SQUARES, ThetaEstimator::Squares),
+        ];
+        for (name, estimator) in estimators {
+            if let Some(number) = text.strip_prefix(name) {
+                let number = number.parse().ok();
+                let positive = number.filter(|x: &f64| x.is_finite() && *x > 0.0);
+                let kind = positive.map(|number| Self::Gpebo(estimator(number)));
+                return kind.ok_or_else(|| ObserverKindError::Positive(text.to_owned()));
+            }
+        }
         match text {
             "kalman" => Ok(Self::Kalman),
             "kalman-coloured" => Ok(Self::KalmanColoured),
@@ -69,6 +92,8 @@ mod tests {
             "kalman",
             "kalman-coloured",
             "kalman-varying",
+            "gpebo-drem:2.0",
+            "gpebo-squares:1e-6",
             "dead-beat",
             "scaled:0.5",
         ] {
@@ -76,6 +101,10 @@ mod tests {
         }
         let error = "kalmann".parse::<ObserverKind>().unwrap_err().to_string();
         assert!(error.contains("'kalmann'; expected kalman,"), "{error}");
+        for wrong in ["gpebo-drem:0", "gpebo-squares:-1", "gpebo-drem:inf"] {
+            let error = wrong.parse::<ObserverKind>().unwrap_err().to_string();
+            assert!(error.contains("above 0"), "{error}");
+        }
         let error = "scaled:x".parse::<ObserverKind>().unwrap_err().to_string();
         assert!(error.contains("'x' is not a finite number"), "{error}");
     }

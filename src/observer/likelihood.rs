@@ -135,16 +135,16 @@ pub fn maximum_likelihood_ratio(
     if u.is_empty() || u.len() != y.len() || model.x0.len() != model.a.len() {
         return Err(RatioError::Record);
     }
+    let white = noise == MeasurementNoise::white(1.0);
+    let fast = p0.is_none() && process == ProcessNoise::States && white;
     let mut steady = SteadyLikelihood::new(model, u, y);
     let mut search = Search {
         best: Err(RatioError::NonFinite),
         evaluate: |rho| {
-            let q = process.covariance(model.b, rho);
-            // Only with a positive definite Q is the solution that doubling finds known to be the stabilising one.
-            let white = noise == MeasurementNoise::white(1.0);
-            if p0.is_none() && process == ProcessNoise::States && white && rho > 0.0 {
-                return steady.at(q.as_ref());
+            if fast && let Some(found) = steady.at(rho) {
+                return found;
             }
+            let q = process.covariance(model.b, rho);
             likelihood(model, u, y, q.as_ref(), noise, p0)
         },
     };
@@ -167,36 +167,24 @@ struct SteadyLikelihood<'a> {
     u: &'a [f64],
     y: &'a [f64],
     steady: SteadyGain,
-    /// Q by columns.
-    q: Vec<f64>,
     x: Vec<f64>,
 }
 
 impl<'a> SteadyLikelihood<'a> {
     fn new(model: ObservedModel<'a>, u: &'a [f64], y: &'a [f64]) -> Self {
-        let n = model.a.len();
         Self {
             model,
             u,
             y,
-            steady: SteadyGain::new(n),
-            q: vec![0.0; n * n],
-            x: vec![0.0; n],
+            steady: SteadyGain::new(model.a),
+            x: vec![0.0; model.a.len()],
         }
     }
 
-    /// Returns the likelihood for one positive definite Q.
-    fn at(&mut self, q: MatRef<'_, f64>) -> Result<Likelihood, RatioError> {
+    /// Returns the likelihood for one rho, or `None` if the gain has to be found by the general solver.
+    fn at(&mut self, rho: f64) -> Option<Result<Likelihood, RatioError>> {
         let ObservedModel { a, b, x0 } = self.model;
-        for (k, to) in self.q.iter_mut().enumerate() {
-            *to = q[(k % a.len(), k / a.len())];
-        }
-        let Some((gain, innovation)) = self.steady.solve(a, &self.q) else {
-            return Err(RiccatiError::NoConvergence {
-                residual: f64::INFINITY,
-            }
-            .into());
-        };
+        let (gain, innovation) = self.steady.solve(rho)?;
         self.x.copy_from_slice(x0);
         let (y, mut squares) = (self.y, 0.0);
         observe(
@@ -213,7 +201,8 @@ impl<'a> SteadyLikelihood<'a> {
             },
         );
         let logs = y.len() as f64 * innovation.ln();
-        Likelihood::new(y.len(), squares / innovation, logs).ok_or(RatioError::NonFinite)
+        let found = Likelihood::new(y.len(), squares / innovation, logs);
+        Some(found.ok_or(RatioError::NonFinite))
     }
 }
 

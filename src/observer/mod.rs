@@ -1,5 +1,6 @@
 //! Stage 12: the observer and its gain, or a Kalman filter instead.
 
+mod discrete_gpebo;
 mod gain;
 pub mod gpebo;
 mod kalman;
@@ -12,6 +13,7 @@ mod riccati;
 mod steady;
 mod stochastic_model;
 
+pub use discrete_gpebo::{DiscreteGpebo, ThetaEstimator};
 pub use gain::{Gain, GainError, Poles};
 pub use kalman::{GainSequence, Kalman};
 pub use kind::{ObserverKind, ObserverKindError};
@@ -22,5 +24,6 @@ pub use luenberger::{ObservedModel, Observer};
 pub use lyapunov::lyapunov;
 pub use placement::{butterworth, parse_poles, place};
 pub use riccati::{Riccati, RiccatiError, care, dare};
+pub use steady::SteadyGain;
 use steady::eliminate;
 pub use stochastic_model::{MeasurementNoise, StochasticModel};

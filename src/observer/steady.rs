@@ -1,146 +1,117 @@
-//! Steady gains of one canonical plant for many process noises: the doubling of `riccati`, without allocation.
+//! Steady gains of one canonical plant for many process noises, by spectral factorisation.
 
-/// The steady-state filter of `x(k+1) = A x(k) + w(k)`, `y(k) = x_1(k) + v(k)`, `A = [0 | I; a']`, `E[v v] = 1`.
+use crate::plant::canonical::solve_toeplitz;
+
+/// The steady-state filter of `x(k+1) = A x(k) + w(k)`, `y(k) = x_1(k) + v(k)`, `A = [0 | I; a']`, `E[v v] = 1`,
+/// `E[w w'] = rho I`.
+///
+/// With `A(q) = det(q I - A)` and `N_i(q)` the polynomial from w_i to `A(q) y(k)`, the first i coefficients of A(q), the
+/// spectrum of A(q) y is `A A* + rho sum_i N_i N_i* = v C C*`. C, monic and stable, is the characteristic polynomial of
+/// `A - K c'`, and v is the variance of the innovations: the stabilising solution of the Riccati equation without P. C is
+/// found by Newton's method on its coefficients, which converges from every stable C. Source: G. Wilson, Factorization of
+/// the covariance generating function of a pure moving average process, SIAM J. Numer. Anal. 6 (1969) 1-7.
 #[derive(Clone, Debug)]
-pub(super) struct SteadyGain {
-    n: usize,
-    /// A', G and H of the doubling, then scratch; each n x n by columns.
+pub struct SteadyGain {
     a: Vec<f64>,
-    g: Vec<f64>,
-    h: Vec<f64>,
-    w: Vec<f64>,
-    wa: Vec<f64>,
-    wg: Vec<f64>,
-    product: Vec<f64>,
-    more: Vec<f64>,
+    /// The coefficients of A(q), from 1 on.
+    alpha: Vec<f64>,
+    /// The coefficients of `A A*` and of `sum_i N_i N_i*` at q^0 ... q^n.
+    plant: Vec<f64>,
+    states: Vec<f64>,
+    /// The coefficients of `sqrt(v) C`, of the last rho that was solved.
+    c: Vec<f64>,
+    /// Those of the next step, and its equations, by columns.
+    next: Vec<f64>,
+    matrix: Vec<f64>,
     gain: Vec<f64>,
 }
 
+/// Steps of Newton's method: it takes fewer than ten, unless zeros of C are near the unit circle, and halves the error on it.
+const STEPS: usize = 25;
+/// The change at which a quadratic convergence has reached rounding.
+const CONVERGED: f64 = 1e-10;
+
 impl SteadyGain {
-    /// Returns the buffers for order n.
-    pub(super) fn new(n: usize) -> Self {
-        let square = || vec![0.0; n * n];
+    /// Makes the buffers for the plant with the last row `a` of A.
+    pub fn new(a: &[f64]) -> Self {
+        let n = a.len();
+        let alpha: Vec<f64> = std::iter::once(1.0)
+            .chain(a.iter().rev().map(|a| -a))
+            .collect();
+        let states = (0..=n).map(|lag| (1..=n).map(|i| correlation(&alpha[..i], lag)).sum());
+        let mut c = vec![0.0; n + 1];
+        c[0] = 1.0;
         Self {
-            n,
-            a: square(),
-            g: square(),
-            h: square(),
-            w: square(),
-            wa: square(),
-            wg: square(),
-            product: square(),
-            more: square(),
+            a: a.to_vec(),
+            plant: (0..=n).map(|lag| correlation(&alpha, lag)).collect(),
+            states: states.collect(),
+            alpha,
+            c,
+            next: vec![0.0; n + 1],
+            matrix: vec![0.0; (n + 1) * (n + 1)],
             gain: vec![0.0; n],
         }
     }
 
-    /// Returns the gain `K = A P e_1 / (P_11 + 1)`, n numbers, and the innovation variance `P_11 + 1` for E[w w'] = Q
-    /// (n x n, by columns), which must be positive definite: then the only solution P >= 0 stabilises. `None` if the
-    /// doubling overflows or does not settle.
-    pub(super) fn solve(&mut self, a: &[f64], q: &[f64]) -> Option<(&[f64], f64)> {
-        let n = self.n;
-        self.a.fill(0.0);
-        for (i, a) in a.iter().enumerate() {
-            self.a[(n - 1) * n + i] = *a;
-            if i + 1 < n {
-                self.a[i * n + i + 1] = 1.0;
+    /// Returns the gain K, n numbers, and the innovation variance. `None` if Newton's method does not converge, as where
+    /// a pole of the filter is at the unit circle.
+    pub fn solve(&mut self, rho: f64) -> Option<(&[f64], f64)> {
+        let size = self.plant[0] + rho * self.states[0];
+        let scale = (size / correlation(&self.c, 0)).sqrt();
+        self.c.iter_mut().for_each(|c| *c *= scale);
+        for _ in 0..STEPS {
+            if self.step(rho)? <= CONVERGED * size.sqrt() {
+                return Some(self.gain());
             }
         }
-        self.g.fill(0.0);
-        self.g[0] = 1.0;
-        self.h.copy_from_slice(q);
-        for _ in 0..60 {
-            self.double()?;
-            let (norm, change) = (square(&self.h), square(&self.more));
-            if !(norm.is_finite() && square(&self.g).is_finite() && square(&self.a).is_finite()) {
-                return None;
+        self.restart()
+    }
+
+    /// Does one step, `C X* + X C* = S + C C*` for the next C = X, and returns the largest change of a coefficient.
+    fn step(&mut self, rho: f64) -> Option<f64> {
+        let order = self.c.len();
+        for l in 0..order {
+            for j in 0..order {
+                let before = if l >= j { self.c[l - j] } else { 0.0 };
+                let after = self.c.get(l + j).copied().unwrap_or(0.0);
+                self.matrix[l * order + j] = before + after;
             }
-            if change <= f64::EPSILON * f64::EPSILON * norm {
-                return Some(self.gain(a));
-            }
+            self.next[l] = self.plant[l] + rho * self.states[l] + correlation(&self.c, l);
         }
+        if eliminate(order, &mut self.matrix, &mut [&mut self.next]).is_none() {
+            return self.restart();
+        }
+        let changes = self.c.iter().zip(&self.next);
+        let change = changes.fold(0.0_f64, |most, (c, next)| most.max((c - next).abs()));
+        if !change.is_finite() {
+            return self.restart();
+        }
+        std::mem::swap(&mut self.c, &mut self.next);
+        Some(change)
+    }
+
+    /// Forgets a C that may not be stable.
+    fn restart<T>(&mut self) -> Option<T> {
+        self.c.fill(0.0);
+        self.c[0] = 1.0;
         None
     }
 
-    /// Does one step: `H+ = H + A'H W^-1 A`, `G+ = G + A W^-1 G A'`, `A+ = A W^-1 A` with `W = I + G H`, for the
-    /// transposed plant.
-    fn double(&mut self) -> Option<()> {
-        let n = self.n;
-        multiply(n, &self.g, &self.h, &mut self.w);
-        for i in 0..n {
-            self.w[i * n + i] += 1.0;
+    /// Returns the gain of C, by `T K = C - A(q)` as in pole placement, and v.
+    fn gain(&mut self) -> (&[f64], f64) {
+        let first = self.c[0];
+        for (i, gain) in self.gain.iter_mut().enumerate() {
+            *gain = self.c[i + 1] / first - self.alpha[i + 1];
         }
-        self.wa.copy_from_slice(&self.a);
-        self.wg.copy_from_slice(&self.g);
-        eliminate(n, &mut self.w, &mut [&mut self.wa, &mut self.wg])?;
-        multiply(n, &self.h, &self.wa, &mut self.product);
-        multiply_transposed(n, &self.a, &self.product, &mut self.more);
-        add_symmetric(n, &self.more, &mut self.h);
-        multiply(n, &self.a, &self.wg, &mut self.product);
-        // product A', by the transposed a
-        transpose(n, &self.a, &mut self.w);
-        multiply(n, &self.product, &self.w, &mut self.wg);
-        add_symmetric(n, &self.wg, &mut self.g);
-        multiply(n, &self.a, &self.wa, &mut self.product);
-        std::mem::swap(&mut self.a, &mut self.product);
-        Some(())
-    }
-
-    /// Returns the gain of P = H and the innovation variance.
-    fn gain(&mut self, a: &[f64]) -> (&[f64], f64) {
-        let (n, p) = (self.n, &self.h[..self.n]);
-        let innovation = p[0] + 1.0;
-        let last: f64 = a.iter().zip(p).map(|(a, p)| a * p).sum();
-        for i in 0..n {
-            let predicted = if i + 1 < n { p[i + 1] } else { last };
-            self.gain[i] = predicted / innovation;
-        }
-        (&self.gain, innovation)
+        solve_toeplitz(&self.a, &mut self.gain);
+        (&self.gain, first * first)
     }
 }
 
-/// Returns the sum of squares.
-fn square(m: &[f64]) -> f64 {
-    m.iter().map(|x| x * x).sum()
-}
-
-/// Computes `C = A B`.
-fn multiply(n: usize, a: &[f64], b: &[f64], c: &mut [f64]) {
-    c.fill(0.0);
-    for (b, c) in b.chunks_exact(n).zip(c.chunks_exact_mut(n)) {
-        for (a, b) in a.chunks_exact(n).zip(b) {
-            for (c, a) in c.iter_mut().zip(a) {
-                *c += a * b;
-            }
-        }
-    }
-}
-
-/// Computes `C = A'B`.
-fn multiply_transposed(n: usize, a: &[f64], b: &[f64], c: &mut [f64]) {
-    for (b, c) in b.chunks_exact(n).zip(c.chunks_exact_mut(n)) {
-        for (a, c) in a.chunks_exact(n).zip(c) {
-            *c = a.iter().zip(b).map(|(a, b)| a * b).sum();
-        }
-    }
-}
-
-/// Computes `B = A'`.
-fn transpose(n: usize, a: &[f64], b: &mut [f64]) {
-    for i in 0..n {
-        for j in 0..n {
-            b[i * n + j] = a[j * n + i];
-        }
-    }
-}
-
-/// Adds the symmetric part of M.
-fn add_symmetric(n: usize, m: &[f64], to: &mut [f64]) {
-    for i in 0..n {
-        for j in 0..n {
-            to[i * n + j] += 0.5 * (m[i * n + j] + m[j * n + i]);
-        }
-    }
+/// Returns the coefficient of `P P*` at q^lag.
+fn correlation(p: &[f64], lag: usize) -> f64 {
+    let later = p.get(lag..).unwrap_or(&[]);
+    p.iter().zip(later).map(|(a, b)| a * b).sum()
 }
 
 /// Replaces the columns b of each matrix by the solutions of `W x = b`, by elimination with row exchanges, which
@@ -208,12 +179,11 @@ mod tests {
             let n = poles.len();
             let phi = polynomial_from_poles(&poles);
             let a: Vec<f64> = (0..n).map(|i| -phi[n - 1 - i].re).collect();
-            let mut steady = SteadyGain::new(n);
+            let mut steady = SteadyGain::new(&a);
             for exponent in -7..=4 {
                 let rho = 10_f64.powi(exponent);
                 let q = Mat::from_fn(n, n, |i, j| rho * f64::from(u8::from(i == j)));
-                let flat: Vec<f64> = (0..n * n).map(|k| q[(k % n, k / n)]).collect();
-                let (gain, innovation) = steady.solve(&a, &flat).unwrap();
+                let (gain, innovation) = steady.solve(rho).unwrap();
                 let white = MeasurementNoise::white(1.0);
                 let model = StochasticModel::new(&a, &vec![1.0; n], q.as_ref(), white).unwrap();
                 let exact = model.riccati().unwrap();

@@ -5,9 +5,11 @@ use super::experiment::ObserverStart;
 use crate::estimator::{FailureKind, Method, Pass, SetupError};
 use crate::model::polynomial::multiply;
 use crate::observer::{
-    GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind, ProcessNoise,
-    RiccatiError, StochasticModel, VarianceRatio, maximum_likelihood_ratio,
+    DiscreteGpebo, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind,
+    ProcessNoise, RiccatiError, SteadyGain, StochasticModel, ThetaEstimator, VarianceRatio,
+    maximum_likelihood_ratio,
 };
+use crate::plant::observe;
 use crate::signal::LevelOver;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
@@ -16,6 +18,8 @@ use std::sync::Arc;
 pub(super) enum CellObserver {
     /// An observer with placed poles, for any model.
     Luenberger(Observer),
+    /// GPEBO, for any model.
+    Gpebo(DiscreteGpebo),
     /// The Kalman filter of the true plant, with gains computed once; or why there is none.
     Known(Result<Box<Filter>, FailureKind>),
     /// The steady-state Kalman filter of an identified model, with the most likely ratio of the noises in the first
@@ -48,6 +52,12 @@ impl CellObserver {
         let gain = match method.observer() {
             None => &cell.gain,
             Some(ObserverKind::Luenberger(gain)) => gain,
+            Some(ObserverKind::Gpebo(by)) => {
+                return Ok(Self::Gpebo(DiscreteGpebo::new(
+                    *by,
+                    method.order(cell.order),
+                )));
+            }
             Some(kind) if known => return Ok(Self::Known(known_filter(cell, kind)?)),
             Some(kind) => {
                 return Ok(Self::Identified {
@@ -79,11 +89,20 @@ impl CellObserver {
     ) -> Result<(), FailureKind> {
         match self {
             Self::Luenberger(observer) => observer.run(model, u, y, visit),
+            Self::Gpebo(observer) => observer.run(model, u, y, visit),
             Self::Known(Ok(filter)) => filter.kalman.run(u, y, model.x0, visit),
             Self::Known(Err(kind)) => Err(*kind),
             Self::Identified { window, coloured } => {
                 let pass = coloured.then_some(pass);
-                let filter = identified_filter(pass, model, &u[..*window], &y[..*window]);
+                let (first_u, first_y) = (&u[..*window], &y[..*window]);
+                if pass.is_none() {
+                    let ratio = most_likely(model, first_u, first_y, MeasurementNoise::white(1.0))?;
+                    let mut steady = SteadyGain::new(model.a);
+                    if let Some((gain, _)) = steady.solve(ratio.rho) {
+                        return observe_with(gain, model, u, y, visit);
+                    }
+                }
+                let filter = identified_filter(pass, model, first_u, first_y);
                 filter?.kalman.run(u, y, model.x0, visit)
             }
         }
@@ -114,6 +133,17 @@ pub fn stage_twelve(
         CellObserver::Luenberger(mut observer) => {
             observer.run(model, u, y, visit).ok()?;
             vec![("g", observer.g().to_vec())]
+        }
+        CellObserver::Gpebo(mut observer) => {
+            observer.run(model, u, y, visit).ok()?;
+            let (name, value) = match observer.estimator() {
+                ThetaEstimator::Drem(gamma) => ("gamma", gamma),
+                ThetaEstimator::Squares(rho) => ("rho", rho),
+            };
+            vec![
+                (name, vec![value]),
+                ("theta_hat(K)", observer.theta().to_vec()),
+            ]
         }
         CellObserver::Known(filter) => filter.ok()?.replay(model, u, y, visit)?,
         CellObserver::Identified { window, coloured } => {
@@ -227,6 +257,34 @@ fn known_filter(
     }
 }
 
+/// Returns the ratio rho of process noise `rho I` to measurement noise that maximises the likelihood in a window.
+fn most_likely(
+    model: ObservedModel<'_>,
+    u: &[f64],
+    y: &[f64],
+    noise: MeasurementNoise<'_>,
+) -> Result<VarianceRatio, FailureKind> {
+    maximum_likelihood_ratio(model, u, y, ProcessNoise::States, noise, None)
+        .map_err(|_| FailureKind::NoFilter)
+}
+
+/// Runs the observer of a model with a given gain.
+fn observe_with(
+    gain: &[f64],
+    model: ObservedModel<'_>,
+    u: &[f64],
+    y: &[f64],
+    visit: impl FnMut(usize, &[f64]),
+) -> Result<(), FailureKind> {
+    let mut x = model.x0.to_vec();
+    observe(model.a, model.b, gain, &mut x, u, y, visit);
+    if x.iter().all(|x| x.is_finite()) {
+        Ok(())
+    } else {
+        Err(FailureKind::NonFinite)
+    }
+}
+
 /// Makes the steady-state Kalman filter of a model with process noise of covariance `rho I` and measurement noise
 /// driven by white noise of variance 1: white, or `C / (A D) e` of the model `A y = B/F u + C/D e` of a pass. rho >= 0
 /// maximises the likelihood in a window.
@@ -248,8 +306,7 @@ fn identified_filter(
     } else {
         MeasurementNoise::white(1.0)
     };
-    let ratio = maximum_likelihood_ratio(model, u, y, states, noise, None);
-    let ratio = ratio.map_err(|_| FailureKind::NoFilter)?;
+    let ratio = most_likely(model, u, y, noise)?;
     let process = states.covariance(model.b, ratio.rho);
     let stochastic = StochasticModel::new(model.a, model.b, process.as_ref(), noise);
     let filter = stochastic.and_then(|model| {

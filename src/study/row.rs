@@ -52,14 +52,14 @@ impl Row {
     /// Returns a measure as statistics use it: NaN for a failed row, even if it has a value.
     pub fn counted(&self, measure: Measure) -> f64 {
         match self.failure {
-            None => self[measure],
-            Some(_) => f64::NAN,
+            Some(failure) if !failure.kind.is_counted() => f64::NAN,
+            _ => self[measure],
         }
     }
 
     /// Whether the trial failed or left an unstable A-hat.
     pub fn is_lost(&self) -> bool {
-        self.failure.is_some() || self.unstable == Some(true)
+        self.failure.is_some_and(|of| !of.kind.is_counted()) || self.unstable == Some(true)
     }
 }
 

@@ -101,8 +101,10 @@ impl OutputRows {
             return Cow::Borrowed(column);
         }
         let mut counted = column.to_vec();
-        for (place, _) in &self.failures {
-            counted[*place] = f64::NAN;
+        for (place, failure) in &self.failures {
+            if !failure.kind.is_counted() {
+                counted[*place] = f64::NAN;
+            }
         }
         Cow::Owned(counted)
     }

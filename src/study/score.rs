@@ -1,6 +1,7 @@
 //! Measures passes against the truth.
 
 use super::experiment::ObserverStart;
+use super::file::Unfinished;
 use super::measure::Measure;
 use super::observers::CellObserver;
 use super::row::Row;
@@ -20,6 +21,7 @@ pub(super) const RESPONSE_SAMPLES: usize = 200;
 pub(super) struct Scorer {
     /// The first sample at which the state's error counts.
     from: usize,
+    unfinished: Unfinished,
     start: ObserverStart,
     zero: Vec<f64>,
     /// The order for which each method's observer was made.
@@ -71,6 +73,7 @@ impl Scorer {
             .collect();
         Ok(Self {
             from: cell.first_scored(),
+            unfinished: experiment.file.unfinished,
             start: cell.observer_start,
             zero: vec![0.0; process.order()],
             orders: experiment
@@ -148,6 +151,9 @@ impl Scorer {
         row: &mut Row,
     ) {
         row.failure = pass.failure;
+        if let (Some(failure), Unfinished::Counted) = (&mut row.failure, self.unfinished) {
+            failure.kind = failure.kind.counted();
+        }
         let truth = &record.truth;
         row[Measure::Condition] = pass.condition;
         row[Measure::FedBackMax] = self.fed_back.maximum();

@@ -44,9 +44,10 @@ pub struct Outcomes {
 }
 
 impl Outcomes {
-    /// Returns the number of trials with a failure.
+    /// Returns the number of trials with a failure. Models without a minimum that the study counts are not failures.
     pub fn failed(&self) -> u64 {
-        self.failures.values().sum()
+        let lost = self.failures.iter().filter(|(kind, _)| !is_counted(kind));
+        lost.map(|(_, count)| count).sum()
     }
 
     /// Returns the number of lost trials (failed or unstable), and whether it is exact. Summaries of older versions are
@@ -62,7 +63,8 @@ impl Outcomes {
     pub(super) fn are_of(&self, trials: u64) -> bool {
         let known = |kind: &String| kind.parse::<FailureKind>().is_ok();
         let mut counts = self.failures.values();
-        let failed = counts.try_fold(0, |sum: u64, count| sum.checked_add(*count));
+        let all = counts.try_fold(0, |sum: u64, count| sum.checked_add(*count));
+        let failed = all.filter(|all| *all <= trials).map(|_| self.failed());
         let both = failed.and_then(|failed| failed.checked_add(self.unstable));
         self.trials == trials
             && self.unstable <= self.unstable_so_far
@@ -460,6 +462,11 @@ fn sample(column: &[f64]) -> Sample {
     Sample::from_values(column.iter().copied())
 }
 
+/// Whether trials of this kind count ([`FailureKind::is_counted`]).
+fn is_counted(kind: &str) -> bool {
+    kind.parse().is_ok_and(FailureKind::is_counted)
+}
+
 /// Counts the outcomes of trials from `first` on.
 pub(super) fn outcomes(rows: &OutputRows, first: u64) -> Outcomes {
     let count =
@@ -475,7 +482,8 @@ pub(super) fn outcomes(rows: &OutputRows, first: u64) -> Outcomes {
         failed_trials: BTreeMap::new(),
     };
     for (place, failure) in rows.failures() {
-        outcomes.lost += u64::from(!is_unstable(&rows.flags()[*place]));
+        let lost = !failure.kind.is_counted() && !is_unstable(&rows.flags()[*place]);
+        outcomes.lost += u64::from(lost);
         outcomes.add_failure(failure.kind.name(), first + *place as u64);
     }
     outcomes

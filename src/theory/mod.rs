@@ -265,7 +265,12 @@ fn estimates(
         M::Iv4(_) => prediction_error::four_steps(population, orders),
         M::Sriv(_) | M::Oe(_) => prediction_error::output_error(population, orders, false),
         M::Stmcb(_) => prediction_error::output_error(population, orders, true),
-        M::Armax(_) => prediction_error::armax(population, orders),
+        // Asymptotically efficient, as prediction error methods of the same structure.
+        M::Wnsf(_) if orders.na == 0 && orders.nc + orders.nd == 0 => {
+            prediction_error::output_error(population, orders, false)
+        }
+        M::Wnsf(_) if orders.na == 0 => prediction_error::bj(population, orders),
+        M::Wnsf(_) | M::Armax(_) => prediction_error::armax(population, orders),
         // At a fixed point of `riv` the gradient of `bj` is zero.
         M::Riv(_) | M::Bj(_) => prediction_error::bj(population, orders),
         M::Moesp(_) | M::N4sid(_) => Err(Missing::Method("subspace methods")),

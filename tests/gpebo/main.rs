@@ -3,6 +3,7 @@
 mod common;
 mod delays;
 mod example;
+mod family;
 mod invariance;
 mod kalman_bucy;
 mod linear;

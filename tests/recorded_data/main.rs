@@ -2,6 +2,7 @@
 //! the solvers of `ls`.
 
 mod methods;
+mod optima;
 
 use asobench::data::{Detrend, Trend, csv};
 use asobench::estimator::{Estimator, LeastSquares, Pass, Shape, Solver, Window};

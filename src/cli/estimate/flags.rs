@@ -96,18 +96,20 @@ impl Flag {
                 return Err(UnknownName::new(what, text, &valid).to_string());
             }
         }
-        if self.schema["type"] == "integer" {
+        // An option without a default may also be null.
+        let is = |name: &str| {
+            let kind = &self.schema["type"];
+            let kinds = kind
+                .as_array()
+                .map_or(std::slice::from_ref(kind), Vec::as_slice);
+            kinds.iter().any(|kind| kind == name)
+        };
+        if is("integer") {
             let number: Result<u64, _> = text.parse();
             let expected = |_| "expected a whole number".to_owned();
             return number.map(Value::from).map_err(expected);
         }
-        let is_number = |kind: &Value| kind == "number";
-        let kind = &self.schema["type"];
-        if is_number(kind)
-            || kind
-                .as_array()
-                .is_some_and(|kinds| kinds.iter().any(is_number))
-        {
+        if is("number") {
             let number: Option<f64> = text.parse().ok().filter(|number: &f64| number.is_finite());
             return number
                 .map(Value::from)

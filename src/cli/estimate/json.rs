@@ -25,6 +25,7 @@ pub(super) fn render(report: &Report) -> Value {
         "unit": report.unit,
         "detrend": report.detrend,
         "gain": report.gain,
+        "feedback_p_value": report.feedback,
         "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record; \
                        x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; alpha_i = -a_(n+1-i), beta_i = h_i; \
                        for ls and iv with delay nk, y(k) there is y(k + nk - 1) of the file",
@@ -37,6 +38,7 @@ fn estimate(estimate: &Estimate) -> Value {
     object.insert("estimator".to_owned(), json!(estimate.name));
     object.insert("options".to_owned(), json!(estimate.options));
     object.append(&mut pass(estimate.last()));
+    object.insert("hints".to_owned(), json!(estimate.hints));
     if estimate.passes[0].0 > 0 {
         let passes = estimate.passes.iter().map(|(number, report)| {
             let mut object = pass(report);
@@ -118,7 +120,10 @@ fn pass(report: &PassReport) -> Map<String, Value> {
             .map(|(theta, se)| [theta - Z_95 * se, theta + Z_95 * se])
             .collect()
     });
-    let failure = pass.failure.map(|failure| {
+    let failure = pass
+        .failure
+        .filter(|failure| !failure.kind.leaves_a_model());
+    let failure = failure.map(|failure| {
         json!({ "kind": failure.kind, "stage": failure.stage as u32, "pass": failure.pass })
     });
     let fields = [

@@ -95,7 +95,13 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
 fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
     let last = estimate.last();
     if let Some(failure) = last.pass.failure {
-        section.paragraph(&format!("Failed: {failure}."));
+        match words::unfinished(estimate) {
+            Some(sentence) => section.paragraph(&format!("Status {}: {sentence}.", failure.kind)),
+            None => section.paragraph(&format!("Failed: {failure}.")),
+        };
+    }
+    for hint in &estimate.hints {
+        section.paragraph(&format!("{}.", words::capitalised(hint)));
     }
     let Some(model) = last.known_model() else {
         return;
@@ -125,7 +131,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
     match &last.residuals {
         None => section.paragraph(&format!("{}.", words::capitalised(words::NOT_TESTED))),
         Some(residuals) => {
-            section.list(&words::residual_tests(residuals));
+            section.list(&words::residual_tests(residuals, last.feedback));
             section.figure(
                 &pictures::correlations(slot, residuals),
                 &format!(

@@ -64,7 +64,16 @@ fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
     let report = estimate.last();
     writeln!(text, "\n{}", words::heading(estimate))?;
     if let Some(failure) = report.pass.failure {
-        writeln!(text, "  FAILED: {failure}")?;
+        if let Some(sentence) = words::unfinished(estimate) {
+            let line = format!("  {:<18} {}: {sentence}", "status", failure.kind);
+            text.push_str(&wrap(&line, 80, &" ".repeat(21)));
+        } else {
+            writeln!(text, "  FAILED: {failure}")?;
+        }
+    }
+    for hint in &estimate.hints {
+        let line = format!("  {:<18} {hint}", "hint");
+        text.push_str(&wrap(&line, 80, &" ".repeat(21)));
     }
     write_pass(text, report)?;
     if let Some(fit) = &estimate.fit {
@@ -140,7 +149,7 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
         writeln!(text, "  {:<18} {radius:.6}{note}", "spectral radius")?;
     }
     match &report.residuals {
-        Some(residuals) => write_residuals(text, residuals)?,
+        Some(residuals) => write_residuals(text, residuals, report.feedback)?,
         None if pass.progress >= Progress::Parameters => {
             writeln!(text, "  {:<18} {}", "residuals", words::NOT_TESTED)?;
         }
@@ -207,9 +216,9 @@ fn plus_minus(error: f64) -> String {
 }
 
 /// Writes the results of the residual tests in words.
-fn write_residuals(text: &mut String, residuals: &Residuals) -> fmt::Result {
+fn write_residuals(text: &mut String, residuals: &Residuals, feedback: Option<f64>) -> fmt::Result {
     let names = ["residuals", "", ""];
-    for (name, verdict) in names.iter().zip(words::residual_tests(residuals)) {
+    for (name, verdict) in names.iter().zip(words::residual_tests(residuals, feedback)) {
         writeln!(text, "  {name:<18} {verdict}")?;
     }
     writeln!(text, "  {:<18} {}", "", words::residual_basis(residuals))

@@ -1,8 +1,11 @@
 //! Words about a model, shared by the text and the page.
 
 use super::Estimate;
-use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness};
+use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness, is_feedback};
+use crate::estimator::FailureKind;
 use crate::model::{LinearModel, Orders};
+use crate::plant::PoleFinder;
+use crate::plant::canonical::reverse_negated;
 use crate::text::rounded;
 use faer::c64;
 
@@ -44,12 +47,47 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
     names.collect()
 }
 
+/// Zeros outside the circle of this radius are said to be on the unit circle.
+const ON_THE_CIRCLE: f64 = 0.999;
+
+/// Returns what is known of a model that a search left without coming to a minimum, with advice; `None` for others.
+pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
+    let report = estimate.last();
+    match report.pass.failure?.kind {
+        FailureKind::Boundary if largest_zero(&report.model.c) > ON_THE_CIRCLE => {
+            Some(if report.model.a.len() > 1 {
+                "a zero of C lies on the unit circle: lower nc, or use oe; there are no standard errors"
+            } else {
+                "a zero of C lies on the unit circle: lower nc; there are no standard errors"
+            })
+        }
+        FailureKind::Boundary => Some(
+            "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard errors",
+        ),
+        FailureKind::IterationLimit if !estimate.name.takes("starts") => Some(
+            "the iteration does not converge; this is its best model: lower the orders, or use oe or bj; there are no standard errors",
+        ),
+        FailureKind::IterationLimit => Some(
+            "the best model so far, not at a minimum: lower the orders, or raise --starts; there are no standard errors",
+        ),
+        _ => None,
+    }
+}
+
+/// Returns the largest modulus of the zeros of `1 + d_1 q^-1 + ...`; 0 without zeros.
+fn largest_zero(polynomial: &[f64]) -> f64 {
+    let mut a = vec![0.0; polynomial.len() - 1];
+    reverse_negated(&polynomial[1..], &mut a);
+    let zeros = PoleFinder::new(a.len()).poles(&a);
+    zeros.iter().map(|zero| zero.norm()).fold(0.0, f64::max)
+}
+
 /// Why there are no residual tests.
 pub(super) const NOT_TESTED: &str =
     "not tested: fewer than 4 residuals, all of them zero, or an unstable predictor";
 
-/// Returns the verdict of each residual test, with its p-value.
-pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
+/// Returns the verdict of each residual test, with its p-value. The last is that of the record, if there is one.
+pub(super) fn residual_tests(residuals: &Residuals, feedback: Option<f64>) -> [String; 3] {
     let verdict = |test: Whiteness, good: &str, bad: &str| {
         let verdict = if test.passed { good } else { bad };
         let p = chance(test.p_value);
@@ -66,11 +104,15 @@ pub(super) fn residual_tests(residuals: &Residuals) -> [String; 3] {
             "not correlated with past input",
             "correlated with past input: B, F or delay is wrong",
         ),
-        verdict(
-            residuals.free_of_future_input,
-            "no sign of feedback",
-            "correlated with future input: feedback",
-        ),
+        match feedback {
+            Some(p) if is_feedback(p) => format!("u follows y: feedback ({})", chance(p)),
+            Some(p) => format!("no sign of feedback ({})", chance(p)),
+            None => verdict(
+                residuals.free_of_future_input,
+                "no sign of feedback",
+                "correlated with future input: feedback",
+            ),
+        },
     ]
 }
 

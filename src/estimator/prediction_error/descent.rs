@@ -1,17 +1,12 @@
-//! One search: Levenberg-Marquardt steps from a start to the minimum that it leads to.
+//! One search: Gauss-Newton steps with the damping of Levenberg and Marquardt, from a start to the minimum that it
+//! leads to.
 
+use super::kernels::Triangle;
+use super::predictor::{Predictor, Reduction};
 use crate::estimator::FailureKind;
-use crate::estimator::covariance::{Covariance, Influence};
-use crate::estimator::output_error_iteration::stable;
-use crate::estimator::regression::{covariance_of_triangle, solve_normal};
-use crate::estimator::solver::Reduction;
-use crate::estimator::solver::condition::{
-    Equilibration, check_rank_of_columns, triangular_condition,
-};
-use crate::model::polynomial::{divide, filter};
-use crate::model::{LinearModel, Orders};
-use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
-use faer::{Mat, MatMut, Par};
+use crate::estimator::covariance::Covariance;
+use crate::model::Orders;
+use faer::Mat;
 
 /// The largest number of linearisations of a search.
 const MOST_ITERATIONS: usize = 200;
@@ -19,103 +14,76 @@ const MOST_ITERATIONS: usize = 200;
 /// Steps shorter than this are taken although rounding hides whether the loss falls.
 const LAST: f64 = 1e-7;
 
-/// After the first iterations, Newton's method is tried once steps are shorter than this.
-const NEAR: f64 = 0.03;
-const EARLY: usize = 8;
+/// Newton's method is tried after this many iterations where steps are shorter than `NEAR` and Gauss-Newton shortens
+/// the gradient by less than `SLOW`.
+const EARLY: usize = 6;
+const NEAR: f64 = 0.1;
+const SLOW: f64 = 0.2;
 
-/// The relative step of the differences from which Newton's Hessian is computed.
-const DIFFERENCE: f64 = 1e-5;
+/// The damping that is tried for it, as shares of the squared lengths of psi's columns.
+const DAMPINGS: [f64; 6] = [0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-1];
 
-/// A search ends without success when steps get shorter than this.
+/// A search to a smaller decrement than this uses reflections.
+const ACCURATE: f64 = 1e-6;
+
+/// A search ends when steps get shorter than this.
 const SMALLEST: f64 = 1e-13;
 
 /// A sum below this share of the sum of y's squares is mere rounding.
 const ROUNDING: f64 = 1e-24;
 
-/// The largest scaled gradient that counts as a minimum.
+/// The largest scaled gradient that counts as a minimum where rounding allows no smaller one.
 const FLAT: f64 = 1e-6;
+
+/// Zeros outside the circle of this radius are near the border of stability. A search there ends after this many
+/// iterations that each lower the sum by less than this share of what their linearisation predicts.
+const BORDER: f64 = 0.999;
+const CREEP: f64 = 0.05;
+const MOST_CREEPS: usize = 10;
+
+/// How often a step that leaves the stable predictors is halved.
+const HALVINGS: usize = 8;
 
 /// The result of a search.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimator) struct Found {
-    /// `sum e(k)^2`.
+    /// `sum e(k)^2`; infinite if no model was reached.
     pub(in crate::estimator) sum: f64,
     pub(in crate::estimator) iterations: usize,
+    /// `None` at a minimum; [`FailureKind::Boundary`] and [`FailureKind::IterationLimit`] where there is a model, the
+    /// best so far.
     pub(in crate::estimator) failure: Option<FailureKind>,
+}
+
+/// What the caller of a search does after each linearisation.
+pub(super) trait Watch {
+    /// Returns whether to give the search up, from its number of iterations, the parameters, the sum, the sum that the
+    /// linearisation predicts for its best step, and psi's triangle.
+    fn stops(&mut self, iterations: usize, theta: &[f64], sums: [f64; 2], psi: &Triangle) -> bool;
+}
+
+/// Runs every search to its end.
+pub(super) struct ToTheEnd;
+
+impl Watch for ToTheEnd {
+    fn stops(&mut self, _: usize, _: &[f64], _: [f64; 2], _: &Triangle) -> bool {
+        false
+    }
 }
 
 /// Buffers for records of one length.
 pub(in crate::estimator) struct Descent {
-    orders: Orders,
-    model: LinearModel,
+    predictor: Predictor,
     theta: Vec<f64>,
     trial: Vec<f64>,
     step: Vec<f64>,
-    /// `B/F u`, `A y - B/F u` and the prediction errors.
-    x: Vec<f64>,
-    w: Vec<f64>,
-    e: Vec<f64>,
-    /// `D/C y`, `D/(C F) u`, `D/(C F) x`, `e/C`, `w/C`. Each column of psi is one of these, delayed.
-    filtered: [Vec<f64>; 5],
-    /// How many numbers represent the signals before the record; they follow the parameters in theta.
-    initial: usize,
-    /// The impulse response of `1/(C F)`, and the contribution of the initial numbers to e.
-    impulse: Vec<f64>,
-    free: Vec<f64>,
     /// The root mean square of y, in whose units the initial numbers are.
     unit: f64,
-    scratch: Vec<f64>,
-    psi: Reduction,
-    damped: Reduction,
-    equilibration: Equilibration,
-    column: Vec<f64>,
-    beside: Vec<f64>,
+    damped: Triangle,
+    gradient: Vec<f64>,
+    squares: Vec<f64>,
     hessian: Mat<f64>,
-    influence: Influence,
-}
-
-/// Returns how many numbers represent the effect on e of the signals before the record. The effect is `P(q)/(C F)` of
-/// an impulse at k = 0; P has as many coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
-pub(in crate::estimator) fn initial_numbers(orders: Orders) -> usize {
-    let Orders {
-        na,
-        nb,
-        nc,
-        nd,
-        nf,
-        nk,
-    } = orders;
-    (nc + nf)
-        .max(nd + na + nf)
-        .max((nd + nb + nk).saturating_sub(1))
-}
-
-/// Columns of psi: a signal, the number of columns, the first delay, a sign.
-type Block<'a> = (&'a [f64], usize, usize, f64);
-
-fn blocks<'a>(
-    signals: &'a [Vec<f64>; 5],
-    impulse: &'a [f64],
-    orders: Orders,
-    initial: usize,
-) -> [Block<'a>; 6] {
-    let Orders {
-        na,
-        nb,
-        nc,
-        nd,
-        nf,
-        nk,
-    } = orders;
-    let [of_y, of_u, of_x, of_e, of_w] = signals;
-    [
-        (of_y, na, 1, 1.0),
-        (of_u, nb, nk, -1.0),
-        (of_e, nc, 1, -1.0),
-        (of_w, nd, 1, 1.0),
-        (of_x, nf, 1, 1.0),
-        (impulse, initial, 0, 1.0),
-    ]
+    factor: Mat<f64>,
 }
 
 /// Solves `H x = b` in place by Cholesky, using H's lower triangle; returns false if H is not positive definite.
@@ -144,34 +112,26 @@ fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
     true
 }
 
+fn size(values: &[f64]) -> f64 {
+    values.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
+}
+
 impl Descent {
     /// Makes buffers for windows of `window` samples, with `initial` numbers for the signals before them.
     pub(in crate::estimator) fn new(orders: Orders, initial: usize, window: usize) -> Self {
         let n = orders.parameters() + initial;
-        let signal = || vec![0.0; window];
         let column = || vec![0.0; n];
         Self {
-            orders,
-            model: LinearModel::zero(orders),
+            predictor: Predictor::new(orders, initial, window),
             theta: column(),
             trial: column(),
             step: column(),
-            x: signal(),
-            w: signal(),
-            e: signal(),
-            filtered: [signal(), signal(), signal(), signal(), signal()],
-            initial,
-            impulse: signal(),
-            free: signal(),
             unit: 1.0,
-            scratch: Vec::new(),
-            psi: Reduction::new(n, window, 1),
-            damped: Reduction::new(n, 2 * n, 1),
-            equilibration: Equilibration::new(n, n),
-            column: column(),
-            beside: column(),
+            damped: Triangle::new(n),
+            gradient: column(),
+            squares: column(),
             hessian: Mat::zeros(n, n),
-            influence: Influence::default(),
+            factor: Mat::zeros(n, n),
         }
     }
 
@@ -180,149 +140,8 @@ impl Descent {
         &self.theta
     }
 
-    /// Computes `sum e(k)^2` at the trial or the present parameters. `None` if the predictor is not stable or something
-    /// overflows.
-    fn sum(&mut self, u: &[f64], y: &[f64], trial: bool) -> Option<f64> {
-        let theta = if trial { &self.trial } else { &self.theta };
-        let (parameters, initial) = theta.split_at(theta.len() - self.initial);
-        self.model.set_parameters(parameters);
-        let LinearModel { a, b, c, d, f, .. } = &self.model;
-        if !(stable(f, &mut self.scratch) && stable(c, &mut self.scratch)) {
-            return None;
-        }
-        filter(b, u, &mut self.x);
-        divide(f, &mut self.x);
-        filter(a, y, &mut self.w);
-        for (w, x) in self.w.iter_mut().zip(&self.x) {
-            *w -= x;
-        }
-        filter(d, &self.w, &mut self.e);
-        divide(c, &mut self.e);
-        if self.initial > 0 {
-            self.impulse.fill(0.0);
-            self.impulse[0] = 1.0;
-            divide(c, &mut self.impulse);
-            divide(f, &mut self.impulse);
-            filter(initial, &self.impulse, &mut self.free);
-            for (e, free) in self.e.iter_mut().zip(&self.free) {
-                *e += free;
-            }
-        }
-        let sum: f64 = self.e.iter().map(|e| e * e).sum();
-        sum.is_finite().then_some(sum)
-    }
-
-    /// Computes the signals that make up psi = de/dtheta, at the parameters of the last [`Self::sum`].
-    fn filter_signals(&mut self, u: &[f64], y: &[f64]) {
-        let LinearModel { c, d, f, .. } = &self.model;
-        let [of_y, of_u, of_x, of_e, of_w] = &mut self.filtered;
-        for (to, from) in [(&mut *of_y, y), (&mut *of_u, u), (&mut *of_x, &self.x)] {
-            filter(d, from, to);
-            divide(c, to);
-        }
-        if self.initial > 0 {
-            // The contribution of the initial numbers has C F in the denominator too.
-            for (of_x, free) in of_x.iter_mut().zip(&self.free) {
-                *of_x -= free;
-            }
-        }
-        divide(f, of_u);
-        divide(f, of_x);
-        for (to, from) in [(&mut *of_e, &self.e), (&mut *of_w, &self.w)] {
-            to.copy_from_slice(from);
-            divide(c, to);
-        }
-    }
-
-    /// Computes `psi'e` at the parameters of the last [`Self::sum`].
-    fn gradient_of_sum(&mut self, u: &[f64], y: &[f64], to: &mut [f64]) {
-        self.filter_signals(u, y);
-        let mut to = to.iter_mut();
-        let blocks = blocks(&self.filtered, &self.impulse, self.orders, self.initial);
-        for (signal, count, delay, sign) in blocks {
-            for (lag, to) in (delay..delay + count).zip(&mut to) {
-                let late = self.e.get(lag..).unwrap_or_default();
-                *to = sign * late.iter().zip(signal).map(|(e, s)| e * s).sum::<f64>();
-            }
-        }
-    }
-
-    /// Computes R and `Q'e` of psi at the parameters of the last [`Self::sum`].
-    fn gradient(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
-        self.filter_signals(u, y);
-        let blocks = blocks(&self.filtered, &self.impulse, self.orders, self.initial);
-        let e = &self.e;
-        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
-            let rows = z.nrows();
-            let mut column = 0;
-            for (signal, count, delay, sign) in blocks {
-                for lag in delay..delay + count {
-                    for row in 0..rows {
-                        let k = (first + row).checked_sub(lag);
-                        z[(row, column)] = k.map_or(0.0, |k| sign * signal[k]);
-                    }
-                    column += 1;
-                }
-            }
-            for row in 0..rows {
-                right[(row, 0)] = e[first + row];
-            }
-        };
-        self.psi.run(e.len(), fill)
-    }
-
-    /// Computes the step that minimises `|| R step + Q'e ||^2 + damping || S step ||^2`, S being the lengths of psi's
-    /// columns. Returns false if there is none.
-    fn damped_step(&mut self, damping: f64) -> bool {
-        let n = self.step.len();
-        let (r, top, root) = (self.psi.r(), self.psi.top(), damping.sqrt());
-        let length = |j: usize| (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum::<f64>().sqrt();
-        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
-            for row in 0..z.nrows() {
-                let i = first + row;
-                for j in 0..n {
-                    z[(row, j)] = match i.checked_sub(n) {
-                        None if j >= i => r[(i, j)],
-                        Some(of) if of == j => root * length(j),
-                        _ => 0.0,
-                    };
-                }
-                right[(row, 0)] = if i < n { -top[(i, 0)] } else { 0.0 };
-            }
-        };
-        let rows = if damping > 0.0 { 2 * n } else { n };
-        if self.damped.run(rows, fill).is_err() {
-            return false;
-        }
-        let (r, top) = (self.damped.r(), self.damped.top());
-        if (0..n).any(|i| r[(i, i)] == 0.0) {
-            return false;
-        }
-        for (i, step) in self.step.iter_mut().enumerate() {
-            *step = top[(i, 0)];
-        }
-        let step = MatMut::from_column_major_slice_mut(&mut self.step, n, 1);
-        solve_upper_triangular_in_place(r, step, Par::Seq);
-        self.step.iter().all(|step| step.is_finite())
-    }
-
-    /// Returns the largest cosine between e and a column of psi.
-    fn scaled_gradient(&self, sum: f64) -> f64 {
-        let (r, top) = (self.psi.r(), self.psi.top());
-        let cosine = |j: usize| {
-            let column = (0..=j).map(|i| (r[(i, j)], top[(i, 0)]));
-            let (product, square) =
-                column.fold((0.0, 0.0), |(p, s), (r, e)| (p + r * e, s + r * r));
-            if square > 0.0 {
-                (product / (square * sum).sqrt()).abs()
-            } else {
-                0.0
-            }
-        };
-        (0..self.step.len()).map(cosine).fold(0.0, f64::max)
-    }
-
-    /// Searches from a start until steps are shorter than `rest`, relative to the parameters.
+    /// Searches from a start until the decrement is below `rest`: the share of e that the best step of a linearisation
+    /// removes, `|| Q'e || / || e ||`.
     pub(in crate::estimator) fn run(
         &mut self,
         u: &[f64],
@@ -330,137 +149,144 @@ impl Descent {
         start: &[f64],
         rest: f64,
     ) -> Found {
+        self.run_watched(u, y, start, rest, &mut ToTheEnd)
+    }
+
+    /// Does the same until `watch` stops it. A search that was stopped has [`FailureKind::NoConvergence`].
+    pub(super) fn run_watched(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        start: &[f64],
+        rest: f64,
+        watch: &mut impl Watch,
+    ) -> Found {
         self.theta.fill(0.0);
         self.theta[..start.len()].copy_from_slice(start);
-        self.unit = (y.iter().map(|y| y * y).sum::<f64>() / y.len() as f64).sqrt();
         let mut found = Found {
             sum: f64::INFINITY,
             iterations: 0,
             failure: None,
         };
-        let Some(sum) = self.sum(u, y, false) else {
-            found.failure = Some(FailureKind::UnstablePredictor);
-            return found;
-        };
-        found.sum = sum;
-        let rounding = ROUNDING * y.iter().map(|y| y * y).sum::<f64>();
-        let mut damping = 1e-3;
-        let mut near = false;
-        for iteration in 1..=MOST_ITERATIONS {
-            found.iterations = iteration;
-            if found.sum <= rounding {
-                return found;
-            }
-            let mut taken = None;
-            if near && iteration > EARLY {
-                taken = self.newton(u, y, &mut found.sum);
-            }
-            if taken.is_none() {
-                if let Err(kind) = self.linearise(u, y) {
-                    found.failure = Some(kind);
-                    return found;
-                }
-                taken = self.improve(u, y, &mut found.sum, &mut damping);
-            }
-            near = taken.is_some_and(|step| step < NEAR);
-            // Small steps alone do not show a minimum: they are also small near the border of stability.
-            let rests = taken.is_none_or(|step| step <= rest);
-            if rests && (found.sum <= rounding || self.is_flat(u, y, found.sum, rest)) {
-                return found;
-            }
-            if taken.is_none_or(|step| step < SMALLEST) {
-                break;
-            }
-        }
-        found.failure = Some(FailureKind::NoConvergence);
+        found.failure = self.descend(u, y, rest, watch, &mut found).err();
         found
     }
 
-    /// Computes psi's triangle at theta.
-    fn linearise(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
-        let there = self.sum(u, y, false);
-        there.ok_or(FailureKind::UnstablePredictor)?;
-        self.gradient(u, y)
-    }
-
-    /// Takes a Newton step. It helps if the second derivatives of e matter, so that Gauss-Newton converges slowly. The
-    /// Hessian comes from central differences of the exact gradient. Returns the relative length of the step; `None` if
-    /// it does not help.
-    fn newton(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
-        let n = self.theta.len();
-        let mut gradient = std::mem::take(&mut self.column);
-        let mut there = std::mem::take(&mut self.beside);
-        let hessian = self.fill_hessian(u, y, &mut gradient, &mut there);
-        (self.column, self.beside) = (gradient, there);
-        hessian?;
-        for (step, gradient) in self.step.iter_mut().zip(&self.column) {
-            *step = -gradient;
-        }
-        for j in 0..n {
-            for i in 0..j {
-                let mean = f64::midpoint(self.hessian[(i, j)], self.hessian[(j, i)]);
-                self.hessian[(j, i)] = mean;
-            }
-        }
-        solve_positive(&mut self.hessian, &mut self.step).then_some(())?;
-        self.take_step(u, y, sum)
-    }
-
-    /// Computes the gradient and its differences; `None` if the predictor is unstable at a neighbouring point.
-    fn fill_hessian(
+    fn descend(
         &mut self,
         u: &[f64],
         y: &[f64],
-        gradient: &mut [f64],
-        there: &mut [f64],
-    ) -> Option<()> {
-        let n = self.theta.len();
-        self.sum(u, y, false)?;
-        self.gradient_of_sum(u, y, gradient);
-        for j in 0..n {
-            let h = DIFFERENCE * self.theta[j].abs().max(1e-3);
-            self.hessian.col_mut(j).fill(0.0);
-            for side in [-1.0, 1.0] {
-                self.trial.copy_from_slice(&self.theta);
-                self.trial[j] += side * h;
-                self.sum(u, y, true)?;
-                self.gradient_of_sum(u, y, there);
-                for (i, there) in there.iter().enumerate() {
-                    self.hessian[(i, j)] += side * there / (2.0 * h);
-                }
+        rest: f64,
+        watch: &mut impl Watch,
+        found: &mut Found,
+    ) -> Result<(), FailureKind> {
+        let square = y.iter().map(|y| y * y).sum::<f64>();
+        self.unit = (square / y.len() as f64).sqrt();
+        let there = self.predictor.sum(u, y, &self.theta);
+        let mut sum = there.ok_or(FailureKind::UnstablePredictor)?;
+        let mut damping = 1e-3;
+        let (mut last, mut length, mut creeps) = (f64::INFINITY, f64::INFINITY, 0);
+        let mut slow = false;
+        let reduction = if rest < ACCURATE {
+            Reduction::Reflections
+        } else {
+            Reduction::Products
+        };
+        for iteration in 1..=MOST_ITERATIONS {
+            found.iterations = iteration;
+            // Only a point that can be linearised is a model.
+            self.predictor.linearise(y, reduction)?;
+            found.sum = sum;
+            if sum <= ROUNDING * square {
+                return Ok(());
+            }
+            let top = self.predictor.psi.top();
+            let predicted = sum - top.iter().map(|x| x * x).sum::<f64>();
+            if watch.stops(
+                iteration,
+                &self.theta,
+                [sum, predicted],
+                &self.predictor.psi,
+            ) {
+                return Err(FailureKind::NoConvergence);
+            }
+            let slope = self.predictor.decrement(sum);
+            if slope <= rest {
+                return Ok(());
+            }
+            let before = sum;
+            let mut taken = None;
+            slow = iteration > EARLY && length < NEAR && (slow || slope > SLOW * last);
+            if slow {
+                taken = self.newton(u, y, &mut sum);
+            }
+            if taken.is_none() {
+                taken = self.improve(u, y, &mut sum, &mut damping);
+            }
+            last = slope;
+            length = taken.unwrap_or(0.0);
+            if length < SMALLEST {
+                break;
+            }
+            creeps = if before - sum < CREEP * slope * slope * before {
+                creeps + 1
+            } else {
+                0
+            };
+            if creeps >= MOST_CREEPS && self.is_at_the_border() {
+                return Err(FailureKind::Boundary);
             }
         }
-        Some(())
-    }
-
-    /// Takes the step if it does not raise the sum; returns its relative length.
-    fn take_step(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
-        let size = |values: &[f64]| values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        for ((trial, theta), step) in self.trial.iter_mut().zip(&self.theta).zip(&self.step) {
-            *trial = theta + step;
+        // No step helps, or there were too many: rounding, or the border.
+        if self.predictor.scaled_gradient(sum) < FLAT.max(rest) {
+            return Ok(());
         }
-        let n = self.step.len() - self.initial;
-        let of_parameters = size(&self.step[..n]) / size(&self.trial[..n]).max(f64::MIN_POSITIVE);
-        let initial = size(&self.trial[n..]).max(self.unit);
-        let length = of_parameters.max(size(&self.step[n..]) / initial.max(f64::MIN_POSITIVE));
-        // Rounding hides whether the last steps lower the sum.
-        let allowed = if length < LAST {
-            *sum * (1.0 + 1e-12)
+        Err(self.outcome())
+    }
+
+    fn is_at_the_border(&mut self) -> bool {
+        self.predictor.set(&self.theta);
+        self.predictor.exceeds(BORDER)
+    }
+
+    /// Why a search ends without a minimum.
+    fn outcome(&mut self) -> FailureKind {
+        if self.is_at_the_border() {
+            FailureKind::Boundary
         } else {
-            *sum
-        };
-        let lower = self.sum(u, y, true).filter(|lower| *lower <= allowed)?;
-        self.theta.copy_from_slice(&self.trial);
-        *sum = lower;
-        Some(length)
+            FailureKind::IterationLimit
+        }
     }
 
-    /// Returns whether the gradient at theta is small enough for a minimum.
-    fn is_flat(&mut self, u: &[f64], y: &[f64], sum: f64, rest: f64) -> bool {
-        self.linearise(u, y).is_ok() && self.scaled_gradient(sum) < FLAT.max(rest)
+    /// Computes the step that minimises `|| R step + Q'e ||^2 + damping || S step ||^2`, S being the lengths of psi's
+    /// columns. Returns false if there is none.
+    fn damped_step(&mut self, damping: f64) -> bool {
+        let n = self.step.len();
+        let (r, top, root) = (
+            self.predictor.psi.r(),
+            self.predictor.psi.top(),
+            damping.sqrt(),
+        );
+        let rows = if damping > 0.0 { 2 * n } else { n };
+        let reduced = self.damped.run(rows, |j, first, to| {
+            let entry = |i: usize| match i.checked_sub(n) {
+                None if j == n => -top[i],
+                None if j >= i => r[(i, j)],
+                Some(of) if of == j => {
+                    root * (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum::<f64>().sqrt()
+                }
+                _ => 0.0,
+            };
+            for (i, to) in to.iter_mut().enumerate() {
+                *to = entry(first + i);
+            }
+        });
+        self.step.copy_from_slice(self.damped.top());
+        reduced.is_ok() && self.damped.solve(&mut self.step)
     }
 
-    /// Increases the damping until a step lowers the sum, and takes it; returns its relative length.
+    /// Increases the damping until a step lowers the sum, and takes it; returns its relative length. The predictor is
+    /// then at theta.
     fn improve(&mut self, u: &[f64], y: &[f64], sum: &mut f64, damping: &mut f64) -> Option<f64> {
         for _ in 0..24 {
             if self.damped_step(*damping)
@@ -478,6 +304,67 @@ impl Descent {
         None
     }
 
+    /// Takes the step if it does not raise the sum; returns its relative length. A step that leaves the stable
+    /// predictors is shortened.
+    fn take_step(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
+        let mut inside = false;
+        for _ in 0..HALVINGS {
+            for ((trial, theta), step) in self.trial.iter_mut().zip(&self.theta).zip(&self.step) {
+                *trial = theta + step;
+            }
+            inside = self.predictor.set(&self.trial);
+            if inside {
+                break;
+            }
+            self.step.iter_mut().for_each(|step| *step /= 2.0);
+        }
+        if !inside {
+            return None;
+        }
+        let n = self.step.len() - self.predictor.initial;
+        let of_parameters = size(&self.step[..n]) / size(&self.trial[..n]).max(f64::MIN_POSITIVE);
+        let initial = size(&self.trial[n..]).max(self.unit);
+        let length = of_parameters.max(size(&self.step[n..]) / initial.max(f64::MIN_POSITIVE));
+        // Rounding hides whether the last steps lower the sum.
+        let allowed = if length < LAST {
+            *sum * (1.0 + 1e-12)
+        } else {
+            *sum
+        };
+        let lower = self.predictor.sum(u, y, &self.trial);
+        let lower = lower.filter(|lower| *lower <= allowed)?;
+        self.theta.copy_from_slice(&self.trial);
+        *sum = lower;
+        Some(length)
+    }
+
+    /// Takes a Newton step. It helps if the second derivatives of e matter, so that Gauss-Newton converges slowly. As much of Levenberg and Marquardt's damping is added as
+    /// makes it positive definite and lowers the sum. Returns the relative length of the step; `None` if it does not
+    /// help.
+    fn newton(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
+        self.predictor.gradient(&mut self.gradient);
+        self.predictor.hessian(y, &mut self.hessian);
+        let r = self.predictor.psi.r();
+        for (j, square) in self.squares.iter_mut().enumerate() {
+            *square = (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum();
+        }
+        for damping in DAMPINGS {
+            self.factor.copy_from(&self.hessian);
+            for (j, square) in self.squares.iter().enumerate() {
+                self.factor[(j, j)] += damping * square;
+            }
+            for (step, gradient) in self.step.iter_mut().zip(&self.gradient) {
+                *step = -gradient;
+            }
+            if solve_positive(&mut self.factor, &mut self.step)
+                && let Some(length) = self.take_step(u, y, sum)
+            {
+                return Some(length);
+            }
+        }
+        None
+    }
+
     /// Computes psi's triangle at the parameters, and its condition with columns scaled.
     ///
     /// # Errors
@@ -488,69 +375,45 @@ impl Descent {
         y: &[f64],
         theta: &[f64],
     ) -> Result<f64, FailureKind> {
-        self.theta.copy_from_slice(theta);
-        self.linearise(u, y)?;
-        let singular = |_| FailureKind::NotIdentifiable;
-        let r = self.psi.r();
-        self.equilibration.of_columns(r).map_err(singular)?;
-        let columns = &self.equilibration.columns;
-        let condition = triangular_condition(r, columns, &mut self.column).map_err(singular)?;
-        check_rank_of_columns(condition, theta.len()).map_err(singular)?;
-        Ok(condition)
+        let there = self.predictor.sum(u, y, theta);
+        there.ok_or(FailureKind::UnstablePredictor)?;
+        self.predictor.linearise(y, Reduction::Reflections)?;
+        self.predictor.condition()
     }
 
-    /// Computes the covariance at the last linearisation. For white prediction errors it is `variance (psi'psi)^-1`;
-    /// otherwise it follows from each sample's contribution to theta, `-(psi'psi)^-1 psi(k) e(k)`.
+    /// Computes the covariance at the last [`Self::condition`].
     pub(in crate::estimator) fn covariance(
         &mut self,
         kind: Covariance,
         variance: f64,
         to: &mut Vec<f64>,
     ) {
-        let r = self.psi.r();
-        if kind == Covariance::White {
-            covariance_of_triangle(r, variance, &mut self.column, to);
-        } else {
-            let all = blocks(&self.filtered, &self.impulse, self.orders, self.initial);
-            self.influence.clear();
-            for (k, e) in self.e.iter().enumerate() {
-                self.influence.push(self.theta.len(), *e, |row| {
-                    let delayed = all.iter().flat_map(|(signal, count, delay, sign)| {
-                        let value = move |lag| if k < lag { 0.0 } else { sign * signal[k - lag] };
-                        (*delay..delay + count).map(value)
-                    });
-                    row.iter_mut().zip(delayed).for_each(|(psi, x)| *psi = x);
-                    solve_normal(r, row);
-                });
-            }
-            self.influence.covariance(kind, to);
-        }
-        // Keep the covariance of the parameters alone.
-        let all = self.theta.len();
-        let n = all - self.initial;
-        for i in 1..n {
-            to.copy_within(i * all..i * all + n, i * n);
-        }
-        to.truncate(n * n);
+        self.predictor.covariance(kind, variance, to);
     }
 
     /// Returns `sum e(k)^2` at the given parameters.
     #[cfg(test)]
     pub(super) fn sum_at(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> f64 {
-        self.theta.copy_from_slice(theta);
-        self.sum(u, y, false).unwrap()
+        self.predictor.sum(u, y, theta).unwrap()
     }
 
-    /// Returns `psi'e` at the given parameters, from psi's triangle and from the sum itself.
+    /// Returns `psi'e` at the given parameters, by reflections and by products.
     #[cfg(test)]
     pub(super) fn gradients(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> [Vec<f64>; 2] {
-        self.theta.copy_from_slice(theta);
-        self.linearise(u, y).unwrap();
-        let (r, top) = (self.psi.r(), self.psi.top());
-        let product = |j: usize| (0..=j).map(|i| r[(i, j)] * top[(i, 0)]).sum();
-        let by_triangle = (0..theta.len()).map(product).collect();
-        let mut by_sum = vec![0.0; theta.len()];
-        self.gradient_of_sum(u, y, &mut by_sum);
-        [by_triangle, by_sum]
+        self.sum_at(u, y, theta);
+        [Reduction::Reflections, Reduction::Products].map(|by| {
+            self.predictor.linearise(y, by).unwrap();
+            let mut gradient = vec![0.0; theta.len()];
+            self.predictor.gradient(&mut gradient);
+            gradient
+        })
+    }
+
+    /// Returns half the Hessian of the sum at the given parameters; its lower triangle counts.
+    #[cfg(test)]
+    pub(super) fn hessian(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> &Mat<f64> {
+        self.gradients(u, y, theta);
+        self.predictor.hessian(y, &mut self.hessian);
+        &self.hessian
     }
 }

@@ -5,20 +5,28 @@
 //! at several starts.
 
 mod descent;
+mod draws;
+mod instrumental;
+pub(super) mod kernels;
+mod predictor;
+mod search;
+mod search_starts;
 mod starts;
 
 use super::covariance::Covariance;
 use super::known::KnownModel;
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, Needs, OptionError, Problem};
-use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
+use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 pub(super) use descent::Descent;
-use descent::{Found, initial_numbers};
+use descent::Found;
+pub(crate) use predictor::initial_numbers;
 use schemars::JsonSchema;
+use search::Search;
+pub use search_starts::SearchStarts;
 use serde::{Deserialize, Serialize};
-pub use starts::SearchStarts;
 use starts::Starts;
 
 named_enum! {
@@ -31,13 +39,6 @@ named_enum! {
     }
 }
 
-/// The relative step at which the search from each start ends, and at which the final search from the best ends.
-const NEAR: f64 = 1e-4;
-const REST: f64 = 1e-12;
-
-/// Losses that agree to this relative accuracy at the end of searches belong to the same minimum.
-const SAME: f64 = 1e-6;
-
 /// Defines the options of a structure; all structures have the same.
 macro_rules! structure {
     ($options:ident, $doc:literal, $orders_doc:literal, $check:expr, $default:expr) => {
@@ -47,8 +48,8 @@ macro_rules! structure {
         pub struct $options {
             #[doc = $orders_doc]
             pub orders: Option<Orders>,
-            /// Number of random starts, besides those from linear methods; or truth: the true plant alone, which shows
-            /// whether errors come from missed minima or from the method.
+            /// The largest number of random starts, besides those from linear methods; rule: by N, 8 to 128; truth: the true
+            /// plant alone, which shows whether errors come from missed minima or from the method.
             pub starts: SearchStarts,
             /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
             pub initial: InitialCondition,
@@ -99,12 +100,13 @@ macro_rules! structure {
                 let window = problem.shape.window;
                 let initial = self.initial;
                 let mut method = match self.starts {
-                    SearchStarts::Random(count) => {
-                        PredictionError::new(orders, count, initial, window)?
-                    }
                     SearchStarts::Truth => {
                         let truth = problem.known.ok_or(SetupError::NoKnownPlant)?;
                         PredictionError::from_truth(orders, truth, initial, window)?
+                    }
+                    starts => {
+                        let random = starts.random(window);
+                        PredictionError::new(orders, random, initial, window)?
                     }
                 };
                 method.covariance = self.covariance.unwrap_or_default();
@@ -159,16 +161,13 @@ structure!(
     }
 );
 
-/// Searches for the minimum from every start and takes the lowest. For white errors the covariance is
-/// `s^2 (psi'psi)^-1`, `s^2 = N V / (N - parameters)`.
+/// Takes the lowest minimum of [`Search`]. For white errors the covariance is `s^2 (psi'psi)^-1`,
+/// `s^2 = N V / (N - parameters)`.
+///
+/// If no search ends at a minimum, the best model is returned with [`FailureKind::Boundary`] or
+/// [`FailureKind::IterationLimit`], without covariance.
 pub struct PredictionError {
-    starts: Starts,
-    descent: Descent,
-    /// The lowest minimum so far.
-    best: Option<Found>,
-    theta: Vec<f64>,
-    /// Losses of the minima found, each once.
-    minima: Vec<f64>,
+    search: Search,
     model: LinearModel,
     covariance: Covariance,
     /// Estimates x0 if the signals before the record are not taken as zero.
@@ -186,7 +185,7 @@ impl PredictionError {
         initial: InitialCondition,
         window: usize,
     ) -> Result<Self, SetupError> {
-        let starts = Starts::new(orders, random, window)?;
+        let starts = Starts::new(orders, random, window);
         Self::with_starts(orders, starts, initial, window)
     }
 
@@ -201,7 +200,7 @@ impl PredictionError {
         initial: InitialCondition,
         window: usize,
     ) -> Result<Self, SetupError> {
-        let starts = Starts::new(orders, 0, window)?.with_truth(truth)?;
+        let starts = Starts::new(orders, 0, window).with_truth(truth)?;
         Self::with_starts(orders, starts, initial, window)
     }
 
@@ -228,47 +227,47 @@ impl PredictionError {
             });
         }
         Ok(Self {
-            starts,
-            descent: Descent::new(orders, initial, window),
-            best: None,
-            theta: vec![0.0; fitted],
-            minima: Vec::new(),
+            search: Search::new(starts, Descent::new(orders, initial, window), window),
             model: LinearModel::zero(orders),
             covariance: Covariance::White,
             state,
         })
     }
 
-    /// Searches from each start.
-    fn search(&mut self, u: &[f64], y: &[f64]) -> Option<Found> {
-        self.best = None;
-        self.minima.clear();
-        self.starts.begin(u, y);
-        let mut failed: Option<Found> = None;
-        while let Some(start) = self.starts.next(u, y) {
-            let found = self.descent.run(u, y, start, NEAR);
-            if found.failure.is_some() {
-                failed.get_or_insert(found);
-                continue;
+    /// Fills the pass from the result of the search.
+    fn report(
+        &mut self,
+        window: Window<'_>,
+        found: Found,
+        pass: &mut Pass,
+    ) -> Result<(), FailureKind> {
+        let Window { u, y, .. } = window;
+        pass.iterations = Some(found.iterations);
+        let theta = self.search.theta();
+        let (n, d) = (y.len() as f64, theta.len() as f64);
+        let parameters = self.model.orders().parameters();
+        self.model.set_parameters(&theta[..parameters]);
+        let variance = found.sum / (n - d);
+        self.model.noise_variance = variance;
+        self.model.covariance.clear();
+        let mut condition = f64::NAN;
+        match found.failure {
+            None => {
+                let descent = &mut self.search.descent;
+                condition = descent.condition(u, y, &self.search.theta)?;
+                descent.covariance(self.covariance, variance, &mut self.model.covariance);
+                pass.minima = Some(self.search.minima());
             }
-            let loss = found.sum;
-            let same = |other: &f64| (loss - other).abs() <= SAME * other;
-            if !self.minima.iter().any(same) {
-                self.minima.push(loss);
-            }
-            // A later loss that is equal is not better.
-            if self.best.is_none_or(|best| loss < best.sum * (1.0 - SAME)) {
-                self.best = Some(found);
-                self.theta.copy_from_slice(self.descent.theta());
-            }
+            Some(kind) if !kind.leaves_a_model() => return Err(kind),
+            Some(_) => {}
         }
-        let Some(best) = self.best else {
-            return failed;
-        };
-        let mut found = self.descent.run(u, y, &self.theta, REST);
-        found.iterations += best.iterations;
-        self.theta.copy_from_slice(self.descent.theta());
-        Some(found)
+        pass.loss = found.sum / n;
+        pass.set_model(&self.model, condition)?;
+        match &mut self.state {
+            None => pass.start_at_zero(),
+            Some(state) => state.estimate(window, 0, pass),
+        }
+        found.failure.map_or(Ok(()), Err)
     }
 }
 
@@ -277,41 +276,13 @@ impl Estimator for PredictionError {
         let Some(pass) = passes.first_mut() else {
             return;
         };
-        let Window { u, y, .. } = window;
-        let stage = Stage::Instruments;
-        let fail = |kind| Failure {
-            kind,
-            stage,
-            pass: 0,
-        };
-        let Some(found) = self.search(u, y) else {
-            pass.fail(fail(super::FailureKind::NoConvergence));
-            return;
-        };
-        pass.iterations = Some(found.iterations);
-        if let Some(kind) = found.failure {
-            pass.fail(fail(kind));
-            return;
-        }
-        let parameters = self.model.orders().parameters();
-        self.model.set_parameters(&self.theta[..parameters]);
-        let (n, d) = (y.len() as f64, self.theta.len() as f64);
-        let variance = found.sum / (n - d);
-        self.model.noise_variance = variance;
-        let condition = self.descent.condition(u, y, &self.theta);
-        let set = condition.and_then(|condition| {
-            self.descent
-                .covariance(self.covariance, variance, &mut self.model.covariance);
-            pass.loss = found.sum / n;
-            pass.minima = Some(self.minima.len());
-            pass.set_model(&self.model, condition)
-        });
-        match set {
-            Ok(()) => match &mut self.state {
-                None => pass.start_at_zero(),
-                Some(state) => state.estimate(window, 0, pass),
-            },
-            Err(kind) => pass.fail(fail(kind)),
+        let found = self.search.run(window.u, window.y);
+        if let Err(kind) = self.report(window, found, pass) {
+            pass.fail(Failure {
+                kind,
+                stage: Stage::Other,
+                pass: 0,
+            });
         }
     }
 }

@@ -1,107 +1,118 @@
 //! The starts of searches: F, C and D from linear methods and from random stable models. A and B follow by least
 //! squares.
 
+use super::draws::{draw, move_zeros};
+use super::instrumental::{Instrumental, Kind};
+use super::kernels::{Triangle, divide, filter};
 use crate::estimator::SetupError;
 use crate::estimator::known::KnownModel;
-use crate::estimator::output_error_iteration::{OutputErrorIteration, stable};
-use crate::estimator::regression::{Regression, Rows};
-use crate::model::polynomial::{divide, filter};
+use crate::estimator::lag_sums::{System, TINY, lagged_products};
+use crate::estimator::null_space::NullSpaceFit;
+use crate::estimator::output_error_iteration::stable;
+use crate::estimator::reflection::reflect_zeros;
 use crate::model::{LinearModel, Orders};
-use crate::plant::random_stable;
 use crate::signal::{Purpose, stream};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use serde_json::Value;
 
 /// Seed of the random starts, which are the same for every record.
 const SEED: u64 = 0x7065_6d00;
 
-/// Random zeros have moduli up to this.
-const RADIUS: f64 = 0.98;
+/// The moduli of random zeros of C that are near those of D, as shares of these.
+const NEARLY: f64 = 0.9;
 
 /// Lags of the long autoregression in the method of Hannan and Rissanen.
 const LONG: usize = 20;
 
-/// Random starts besides those from linear methods: the default and the largest number.
-const RANDOM_STARTS: usize = 12;
-const MOST_STARTS: usize = 10_000;
+/// Weighted solutions of null-space fitting.
+const REFINEMENTS: usize = 3;
 
-/// The starts of the searches of a prediction error method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SearchStarts {
-    /// Linear methods, and this number of random stable models.
-    Random(usize),
-    /// The true plant alone, which no user has: the remaining error is then not due to other minima.
+/// How a start is made.
+#[derive(Clone, Copy, Debug)]
+enum Recipe {
+    /// The true plant, with the noise model of its residuals.
     Truth,
+    /// A denominator by instruments or least squares, with a noise model.
+    Denominator(Kind, Noise),
+    /// Weighted null-space fitting from the high-order model of this number.
+    NullSpace(usize),
+    /// F = 1 and white noise.
+    White,
+    /// Random F, C and D.
+    Drawn(usize),
 }
 
-impl Default for SearchStarts {
-    fn default() -> Self {
-        Self::Random(RANDOM_STARTS)
-    }
+/// The noise model beside a denominator.
+#[derive(Clone, Copy, Debug)]
+enum Noise {
+    /// C = D = 1.
+    White,
+    /// C and D of the residuals by the method of Hannan and Rissanen.
+    Residuals,
+    /// C is the denominator: the noise is white at the output.
+    Output,
 }
 
-impl Serialize for SearchStarts {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Random(count) => serializer.serialize_u64(*count as u64),
-            Self::Truth => serializer.serialize_str("truth"),
+/// Returns the starts of a structure, the most promising first.
+fn recipes(orders: Orders) -> Vec<Recipe> {
+    use Recipe::{Denominator, NullSpace, White};
+    let Orders { na, nc, nd, nf, .. } = orders;
+    let mut all = Vec::new();
+    let noise = nc + nd > 0;
+    if na + nf == 0 {
+        if noise {
+            all.push(NullSpace(0));
+        }
+    } else if na * nf > 0 {
+        for kind in [Kind::Refined, Kind::SteiglitzMcBride, Kind::LeastSquares] {
+            all.push(Denominator(kind, Noise::Residuals));
+        }
+    } else if na > 0 && noise {
+        all.extend([
+            NullSpace(0),
+            Denominator(Kind::Refined, Noise::Output),
+            NullSpace(1),
+            NullSpace(2),
+            Denominator(Kind::LeastSquares, Noise::Residuals),
+            Denominator(Kind::Refined, Noise::Residuals),
+        ]);
+    } else if nf > 0 {
+        let white = if noise {
+            Noise::Residuals
+        } else {
+            Noise::White
+        };
+        all.extend([
+            Denominator(Kind::Refined, white),
+            NullSpace(0),
+            NullSpace(1),
+            NullSpace(2),
+            Denominator(Kind::SteiglitzMcBride, white),
+            Denominator(Kind::LeastSquares, white),
+        ]);
+        if noise {
+            all.push(Denominator(Kind::Refined, Noise::White));
         }
     }
-}
-
-impl<'de> Deserialize<'de> for SearchStarts {
-    /// Reads a number, or "truth".
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let given = Value::deserialize(deserializer)?;
-        let count = match &given {
-            Value::String(text) if text == "truth" => return Ok(Self::Truth),
-            Value::String(text) => text.parse().ok(),
-            other => other.as_u64().and_then(|count| usize::try_from(count).ok()),
-        };
-        let count = count.filter(|count| *count <= MOST_STARTS);
-        count.map(Self::Random).ok_or_else(|| {
-            serde::de::Error::custom(format!("{given}; expected 0 to {MOST_STARTS}, or truth"))
-        })
-    }
-}
-
-impl schemars::JsonSchema for SearchStarts {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "SearchStarts".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({
-            "anyOf": [
-                { "type": "integer", "minimum": 0, "maximum": MOST_STARTS },
-                { "const": "truth" }
-            ]
-        })
-    }
+    all.push(White);
+    all
 }
 
 /// Starts for records of one length.
 pub(super) struct Starts {
     orders: Orders,
+    recipes: Vec<Recipe>,
     /// The true model if it is the only start.
     truth: Option<LinearModel>,
-    /// F, or A, by least squares, Steiglitz-McBride and refined IV.
-    least_squares: Option<Regression>,
-    iterations: Vec<OutputErrorIteration>,
-    /// The regression for A and B given F, C and D.
-    linear: Regression,
-    /// A long autoregression of the noise, then C and D of it.
-    long: Option<Regression>,
-    /// For `w = C/D e` with e known: the regression of `[w, e]` on their past.
-    noise: Option<Regression>,
-    /// The denominators found so far, one after another. Each is combined with every noise model.
-    denominators: Vec<f64>,
-    /// F, C and D of the random starts.
-    drawn: Vec<[Vec<f64>; 3]>,
+    instrumental: Instrumental,
+    null_space: NullSpaceFit,
+    /// The orders of the high-order models of the record, once they are known.
+    high_orders: Option<[usize; 3]>,
     /// The next start.
     turn: usize,
     model: LinearModel,
     theta: Vec<f64>,
+    /// The regression for A and B given F, C and D.
+    linear: Triangle,
+    system: System,
     u: Vec<f64>,
     y: Vec<f64>,
     e: Vec<f64>,
@@ -109,62 +120,27 @@ pub(super) struct Starts {
 }
 
 impl Starts {
-    pub(super) fn new(orders: Orders, random: usize, window: usize) -> Result<Self, SetupError> {
-        let Orders {
-            na,
-            nb,
-            nc,
-            nd,
-            nf,
-            nk,
-        } = orders;
-        let rows = Rows::Prewindow;
-        let output_error = Orders {
-            nb,
-            nf,
-            nk,
-            ..Orders::default()
-        };
-        let mut iterations = Vec::new();
-        let mut least_squares = None;
-        if nf > 0 {
-            least_squares = Some(Regression::new(Orders::arx(nf, nb, nk), rows, window)?);
-            for refined in [false, true] {
-                iterations.push(OutputErrorIteration::new(output_error, window, refined)?);
-            }
-        }
-        let lags = LONG.min(window / 4);
-        let has_noise = nc + nd > 0 && lags > 0;
-        let regression = |orders| Regression::new(orders, rows, window);
+    pub(super) fn new(orders: Orders, random: usize, window: usize) -> Self {
         let signal = || vec![0.0; window];
-        Ok(Self {
-            least_squares,
-            iterations,
-            linear: regression(Orders::arx(na, nb, nk))?,
-            long: if has_noise {
-                Some(regression(Orders::arx(lags, 0, 1))?)
-            } else {
-                None
-            },
-            noise: if has_noise {
-                Some(regression(Orders::arx(nd, nc, 1))?)
-            } else {
-                None
-            },
-            orders,
+        let mut recipes = recipes(orders);
+        recipes.extend((0..random).map(Recipe::Drawn));
+        Self {
+            recipes,
             truth: None,
-            denominators: Vec::with_capacity(4 * (nf + 1)),
-            drawn: (0..random as u64)
-                .map(|number| draw(orders, number))
-                .collect(),
+            instrumental: Instrumental::new(orders, window),
+            null_space: NullSpaceFit::new(orders, None, window),
+            high_orders: None,
             turn: 0,
             model: LinearModel::zero(orders),
             theta: vec![0.0; orders.parameters()],
+            linear: Triangle::new(orders.na + orders.nb),
+            system: System::default(),
+            orders,
             u: signal(),
             y: signal(),
             e: signal(),
             scratch: Vec::new(),
-        })
+        }
     }
 
     /// Changes the starts to the true plant alone.
@@ -190,107 +166,130 @@ impl Starts {
             return Err(SetupError::TruthOfOtherOrders { orders });
         }
         self.truth = Some(model);
+        self.recipes = vec![Recipe::Truth];
         Ok(self)
     }
 
-    /// Computes the denominators for a record.
-    pub(super) fn begin(&mut self, u: &[f64], y: &[f64]) {
+    /// Prepares for a record.
+    pub(super) fn begin(&mut self) {
         self.turn = 0;
-        if self.truth.is_some() {
-            return;
-        }
-        self.denominators.clear();
-        self.take_denominator(None);
-        let mut condition = f64::NAN;
-        if let Some(mut regression) = self.least_squares.take() {
-            if regression.solve(u, y, &mut condition).is_ok() {
-                self.take_denominator(Some(&regression.theta()[..self.orders.nf]));
-            }
-            self.least_squares = Some(regression);
-        }
-        let mut iterations = std::mem::take(&mut self.iterations);
-        for iteration in &mut iterations {
-            // If it did not converge, the point where it stopped is a start too.
-            let _ = iteration.find(u, y, &mut condition);
-            self.take_denominator(Some(&iteration.model().f[1..]));
-        }
-        self.iterations = iterations;
+        self.high_orders = None;
+        self.instrumental.begin();
     }
 
-    /// Adds the denominator F = 1, or `1 + f_1 q^-1 + ...` if that is stable.
-    fn take_denominator(&mut self, f: Option<&[f64]>) {
-        let (first, degree) = (self.denominators.len(), self.orders.nf);
-        self.denominators.resize(first + degree + 1, 0.0);
-        let place = &mut self.denominators[first..];
-        place[0] = 1.0;
-        if let Some(f) = f {
-            place[1..].copy_from_slice(f);
-            if !(f.iter().all(|f| f.is_finite()) && stable(place, &mut self.scratch)) {
-                self.denominators.truncate(first);
-            }
-        }
+    /// Returns whether the last start was random in all of F, C and D.
+    pub(super) fn was_drawn(&self) -> bool {
+        let kinds = kinds_of_draws(self.orders);
+        matches!(self.recipes[self.turn - 1], Recipe::Drawn(number) if number % kinds == 0)
     }
 
-    /// Returns the next start; `None` after the last.
-    pub(super) fn next(&mut self, u: &[f64], y: &[f64]) -> Option<&[f64]> {
-        if let Some(truth) = self.truth.take() {
-            let first = self.turn == 0;
-            self.turn = 1;
-            self.model.assign(&truth);
-            // Without a noise model that differs from white noise, C = D = 1.
-            if first && !self.hannan_rissanen(u, y) {
-                self.model.assign(&truth);
-            }
-            self.truth = Some(truth);
-            self.take();
-            return first.then_some(&self.theta);
-        }
-        let noises = if self.long.is_some() { 2 } else { 1 };
-        let degree = self.orders.nf;
+    /// Returns the next start; `None` after the last. Some random starts are near the best point so far.
+    pub(super) fn next(&mut self, u: &[f64], y: &[f64], best: Option<&[f64]>) -> Option<&[f64]> {
         loop {
-            let structured = self.denominators.len() / (degree + 1) * noises;
-            let turn = self.turn;
-            if turn >= structured + self.drawn.len() {
-                return None;
-            }
+            let recipe = *self.recipes.get(self.turn)?;
             self.turn += 1;
-            let ready = if turn < structured {
-                let first = turn / noises * (degree + 1);
-                let denominator = &self.denominators[first..=first + degree];
-                self.model.f.copy_from_slice(denominator);
-                for polynomial in [&mut self.model.c, &mut self.model.d] {
-                    polynomial[1..].fill(0.0);
+            if self.make(recipe, u, y, best) {
+                for (theta, parameter) in self.theta.iter_mut().zip(self.model.parameters()) {
+                    *theta = parameter;
                 }
-                let found = self.solve_linear(u, y);
-                if turn % noises == 1 {
-                    found && self.hannan_rissanen(u, y) && self.solve_linear(u, y)
-                } else {
-                    found
-                }
-            } else {
-                let [f, c, d] = &self.drawn[turn - structured];
-                self.model.f.copy_from_slice(f);
-                self.model.c.copy_from_slice(c);
-                self.model.d.copy_from_slice(d);
-                self.solve_linear(u, y)
-            };
-            if ready {
-                break;
+                return Some(&self.theta);
             }
         }
-        self.take();
-        Some(&self.theta)
     }
 
-    /// Copies the parameters of the model to theta.
-    fn take(&mut self) {
-        for (theta, parameter) in self.theta.iter_mut().zip(self.model.parameters()) {
-            *theta = parameter;
+    /// Computes the model of a start; false if there is none.
+    fn make(&mut self, recipe: Recipe, u: &[f64], y: &[f64], best: Option<&[f64]>) -> bool {
+        let LinearModel { a, c, d, f, .. } = &mut self.model;
+        for polynomial in [&mut *c, &mut *d, &mut *f] {
+            polynomial[1..].fill(0.0);
+        }
+        match recipe {
+            Recipe::Truth => {
+                let Some(truth) = &self.truth else {
+                    return false;
+                };
+                self.model.assign(truth);
+                if !self.hannan_rissanen(u, y) {
+                    self.model.c[1..].fill(0.0);
+                    self.model.d[1..].fill(0.0);
+                }
+                true
+            }
+            Recipe::White => self.solve_linear(u, y),
+            Recipe::Drawn(number) => {
+                let mut random = stream(SEED, number as u64, Purpose::Plant);
+                let turn = number % kinds_of_draws(self.orders);
+                if let Some(best) = best.filter(|_| turn > 0) {
+                    self.model.set_parameters(&best[..self.theta.len()]);
+                }
+                let LinearModel { c, d, f, .. } = &mut self.model;
+                match turn {
+                    0 => [f, c, d].into_iter().for_each(|of| draw(of, &mut random)),
+                    1 => move_zeros(&mut [f, c, d], &mut random),
+                    // Noise models have minima of their own.
+                    2 => [c, d].into_iter().for_each(|of| draw(of, &mut random)),
+                    // C and D that nearly cancel: a narrow peak or dip of the noise's spectrum.
+                    _ => {
+                        draw(d, &mut random);
+                        let mut power = 1.0;
+                        c[1..].fill(0.0);
+                        for (c, d) in c.iter_mut().zip(&*d) {
+                            *c = power * d;
+                            power *= NEARLY;
+                        }
+                    }
+                }
+                self.solve_linear(u, y)
+            }
+            Recipe::NullSpace(number) => {
+                let fit = &mut self.null_space;
+                let orders = *self.high_orders.get_or_insert_with(|| fit.begin(u, y));
+                let order = orders[number];
+                if orders[..number].contains(&order) || !fit.start(order) {
+                    return false;
+                }
+                for _ in 0..REFINEMENTS {
+                    if !fit.refine() {
+                        return false;
+                    }
+                }
+                if !fit.stabilise() {
+                    return false;
+                }
+                self.model.assign(&fit.model);
+                self.solve_linear(u, y)
+            }
+            Recipe::Denominator(kind, noise) => {
+                let Some(found) = self.instrumental.find(kind, u, y) else {
+                    return false;
+                };
+                if self.orders.nf > 0 {
+                    f.copy_from_slice(found);
+                } else {
+                    a.copy_from_slice(found);
+                }
+                match noise {
+                    Noise::White => self.solve_linear(u, y),
+                    Noise::Output => {
+                        for (c, found) in c.iter_mut().zip(found) {
+                            *c = *found;
+                        }
+                        (stable(c, &mut self.scratch) || reflect_zeros(c))
+                            && self.solve_linear(u, y)
+                    }
+                    Noise::Residuals => {
+                        self.solve_linear(u, y)
+                            && self.hannan_rissanen(u, y)
+                            && self.solve_linear(u, y)
+                    }
+                }
+            }
         }
     }
 
     /// Computes A and B that minimise the sum of squares given F, C and D: linear in `D/C y` and `D/(C F) u`.
     fn solve_linear(&mut self, u: &[f64], y: &[f64]) -> bool {
+        let Orders { na, nb, nk, .. } = self.orders;
         let LinearModel { c, d, f, .. } = &self.model;
         for (to, from, with_f) in [(&mut self.u, u, true), (&mut self.y, y, false)] {
             filter(d, from, to);
@@ -299,51 +298,93 @@ impl Starts {
                 divide(f, to);
             }
         }
-        let mut condition = f64::NAN;
-        if self.linear.solve(&self.u, &self.y, &mut condition).is_err() {
-            return false;
+        let (u, y) = (&self.u, &self.y);
+        let reduced = self.linear.run(y.len(), |j, first, to| {
+            let (signal, lag, sign) = if j < na {
+                (y, j + 1, -1.0)
+            } else if j < na + nb {
+                (u, j - na + nk, 1.0)
+            } else {
+                (y, 0, 1.0)
+            };
+            for (row, to) in to.iter_mut().enumerate() {
+                *to = (first + row)
+                    .checked_sub(lag)
+                    .map_or(0.0, |k| sign * signal[k]);
+            }
+        });
+        let mut solution = std::mem::take(&mut self.scratch);
+        solution.clear();
+        solution.extend_from_slice(self.linear.top());
+        let solved = reduced.is_ok() && self.linear.solve(&mut solution);
+        if solved {
+            let (a, b) = solution.split_at(na);
+            self.model.a[1..].copy_from_slice(a);
+            self.model.b[nk..].copy_from_slice(b);
         }
-        let (a, b) = self.linear.theta().split_at(self.orders.na);
-        self.model.a[1..].copy_from_slice(a);
-        self.model.b[self.orders.nk..].copy_from_slice(b);
-        true
+        self.scratch = solution;
+        solved
     }
 
     /// Computes C and D from the noise `w = A y - B/F u` of the present model: e by a long autoregression, then w on
-    /// the past of both. Returns false if C is unstable.
+    /// the past of both. The zeros of C are reflected. Returns false if there is no solution.
     fn hannan_rissanen(&mut self, u: &[f64], y: &[f64]) -> bool {
-        let (Some(long), Some(noise)) = (&mut self.long, &mut self.noise) else {
-            return false;
-        };
-        // w, with C = D = 1.
-        self.model.residuals(u, y, &mut self.e, &mut self.y);
-        let w = &mut self.u;
-        w.copy_from_slice(&self.e);
-        self.y.fill(0.0);
-        let mut condition = f64::NAN;
-        if long.solve(&self.y, w, &mut condition).is_err() {
+        let Orders { nc, nd, .. } = self.orders;
+        let lags = LONG.min(y.len() / 4);
+        if nc + nd == 0 || lags == 0 {
             return false;
         }
+        let LinearModel { a, b, f, .. } = &self.model;
+        filter(b, u, &mut self.u);
+        divide(f, &mut self.u);
+        filter(a, y, &mut self.y);
+        for (w, x) in self.y.iter_mut().zip(&self.u) {
+            *w -= x;
+        }
+        let (w, system) = (&self.y, &mut self.system);
+        system.clear(lags);
+        lagged_products(w, w, (1, lags), (1, lags), |i, j, value| {
+            system.put(i, j, value);
+        });
+        lagged_products(w, w, (1, lags), (0, 1), |i, _, value| {
+            system.put(i, lags, -value);
+        });
+        let reached = system.factorise(TINY);
         self.scratch.clear();
-        self.scratch.push(1.0);
-        self.scratch.extend_from_slice(long.theta());
+        self.scratch.resize(reached + 1, 1.0);
+        system.back_substitute(&mut self.scratch[1..]);
         filter(&self.scratch, w, &mut self.e);
         // w(k) = -d_1 w(k-1) - ... + c_1 e(k-1) + ... + e(k).
-        if noise.solve(&self.e, w, &mut condition).is_err() {
+        let (e, width) = (&self.e, nd + nc);
+        system.clear(width);
+        lagged_products(w, w, (1, nd), (0, nd + 1), |i, j, value| match j {
+            0 => system.put(i, width, -value),
+            _ => system.put(i, j - 1, value),
+        });
+        lagged_products(e, e, (1, nc), (1, nc), |i, j, value| {
+            system.put(nd + i, nd + j, value);
+        });
+        lagged_products(e, w, (1, nc), (0, nd + 1), |i, j, value| match j {
+            0 => system.put(nd + i, width, value),
+            _ => {
+                system.put(nd + i, j - 1, -value);
+                system.put(j - 1, nd + i, -value);
+            }
+        });
+        if system.factorise(TINY) < width {
             return false;
         }
-        let (d, c) = noise.theta().split_at(self.orders.nd);
+        self.scratch.resize(width, 0.0);
+        system.back_substitute(&mut self.scratch);
+        let (d, c) = self.scratch.split_at(nd);
         self.model.d[1..].copy_from_slice(d);
         self.model.c[1..].copy_from_slice(c);
-        stable(&self.model.c, &mut self.scratch)
+        stable(&self.model.c, &mut self.scratch) || reflect_zeros(&mut self.model.c)
     }
 }
 
-/// Draws F, C and D with random zeros.
-fn draw(orders: Orders, number: u64) -> [Vec<f64>; 3] {
-    let mut random = stream(SEED, number, Purpose::Plant);
-    [orders.nf, orders.nc, orders.nd].map(|degree| match degree {
-        0 => vec![1.0],
-        degree => random_stable(degree, RADIUS, &mut random).denominator(),
-    })
+/// Returns after how many random starts the next is random in all of F, C and D; those between are near the best point so
+/// far.
+fn kinds_of_draws(orders: Orders) -> usize {
+    if orders.nc > 0 && orders.nd > 0 { 4 } else { 2 }
 }

@@ -245,7 +245,7 @@ fn gradients_with_initial_numbers() {
     for (trial, orders) in structures().into_iter().enumerate() {
         let trial = trial as u64;
         let (u, y) = record(&model(orders, trial), trial, 0.3);
-        let initial = descent::initial_numbers(orders);
+        let initial = initial_numbers(orders);
         let mut theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
         theta.extend(uniform(900 + trial, initial));
         let mut descent = Descent::new(orders, initial, N);
@@ -262,6 +262,41 @@ fn gradients_with_initial_numbers() {
             for found in [gradient[j], other[j]] {
                 let error = (found - expected).abs() / size;
                 assert!(error < 1e-7, "{orders} {j}: {found} {expected}");
+            }
+        }
+    }
+}
+
+/// The Hessian against differences of the gradient, with and without initial numbers.
+#[test]
+fn hessians_are_exact() {
+    for (trial, orders) in structures().into_iter().enumerate() {
+        let trial = trial as u64;
+        let (u, y) = record(&model(orders, trial), trial, 0.3);
+        for initial in [0, initial_numbers(orders)] {
+            let mut theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
+            theta.extend(uniform(900 + trial, initial));
+            let mut descent = Descent::new(orders, initial, N);
+            let hessian = descent.hessian(&u, &y, &theta).clone();
+            let scale = |i: usize| hessian[(i, i)].abs().sqrt().max(1.0);
+            for j in 0..theta.len() {
+                let h = 1e-5;
+                let mut beside = |sign: f64| {
+                    let mut shifted = theta.clone();
+                    shifted[j] += sign * h;
+                    let [gradient, _] = descent.gradients(&u, &y, &shifted);
+                    gradient
+                };
+                let (after, before) = (beside(1.0), beside(-1.0));
+                for i in j..theta.len() {
+                    let expected = (after[i] - before[i]) / (2.0 * h);
+                    let error = (hessian[(i, j)] - expected).abs() / (scale(i) * scale(j));
+                    assert!(
+                        error < 1e-7,
+                        "{orders} {i} {j}: {} {expected}",
+                        hessian[(i, j)]
+                    );
+                }
             }
         }
     }

@@ -301,8 +301,9 @@ impl Run<'_> {
         let halfway = &mut self.information_middle;
         halfway.add(half_simpson, *h, &nodes.phi, &nodes.z);
         self.information.add(simpson, *h, &nodes.phi, &nodes.z);
+        let information = [&self.information_middle, &self.information];
         for estimator in &mut self.estimators {
-            estimator.step(*h, nodes);
+            estimator.step(*h, nodes, information);
         }
         self.taken += 1;
     }

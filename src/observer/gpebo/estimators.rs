@@ -1,6 +1,7 @@
 //! The observers of one run.
 
 use super::filter::Nodes;
+use super::least_squares_mixing::MixedSquares;
 use super::linear::LinearState;
 use super::proposed::Proposed;
 use super::recursive::{LeastSquares, LeastSquaresIntegrals};
@@ -41,6 +42,8 @@ pub enum Estimator {
     Gradient(Vec<ScalarEstimator>),
     /// The same with their estimates corrected: the share that must have been learnt.
     FiniteTime(Vec<ScalarEstimator>, f64),
+    /// Scalar estimators on mixed least squares.
+    LsDrem(Vec<ScalarEstimator>, MixedSquares),
     /// Eqs. (11) to (17).
     Proposed(Proposed),
     /// Least squares on Eq. (9).
@@ -59,6 +62,9 @@ impl Estimator {
             ObserverSpec::Filter { .. } => Self::Filter(filter.next().unwrap_or_default()),
             ObserverSpec::Gradient { gains } => Self::Gradient(scalars(gains)),
             ObserverSpec::FiniteTime { gains, share } => Self::FiniteTime(scalars(gains), *share),
+            ObserverSpec::LsDrem { gains, p0, r } => {
+                Self::LsDrem(scalars(gains), MixedSquares::new(r / p0, n))
+            }
             ObserverSpec::Proposed {
                 k,
                 order,
@@ -71,14 +77,20 @@ impl Estimator {
         specs.iter().map(build).collect()
     }
 
-    /// Advances one step of length h.
+    /// Advances one step of length h, given the nodes and the integrals in the middle and at the end of the step.
     #[inline]
-    pub fn step(&mut self, h: f64, nodes: &MixedNodes) {
+    pub fn step(&mut self, h: f64, nodes: &MixedNodes, information: [&LeastSquaresIntegrals; 2]) {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
             Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
                 for (scalar, mbar) in scalars.iter_mut().zip(&nodes.mbar) {
                     scalar.step(h, &nodes.delta, mbar);
+                }
+            }
+            Self::LsDrem(scalars, squares) => {
+                squares.step(information);
+                for (scalar, mixed) in scalars.iter_mut().zip(&squares.mixed) {
+                    scalar.step(h, &squares.delta, mixed);
                 }
             }
             Self::Proposed(proposed) => proposed.step(h, &nodes.delta, &nodes.mbar),
@@ -89,7 +101,7 @@ impl Estimator {
     pub fn record(&mut self, t: f64) {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
-            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
+            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) | Self::LsDrem(scalars, _) => {
                 for scalar in scalars.iter_mut() {
                     scalar.record(t);
                 }
@@ -117,7 +129,9 @@ impl Estimator {
                 out.x.copy_from_slice(linear.filters[*k].x());
                 return;
             }
-            Self::Gradient(scalars) => collect(scalars.iter(), at, &mut out.theta),
+            Self::Gradient(scalars) | Self::LsDrem(scalars, _) => {
+                collect(scalars.iter(), at, &mut out.theta);
+            }
             Self::FiniteTime(scalars, share) => {
                 for (scalar, theta) in scalars.iter().zip(&mut out.theta) {
                     let (found, learnt) = scalar.state(at);
@@ -134,7 +148,7 @@ impl Estimator {
     pub fn excitation(&self, horizon: f64) -> Excitation {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => Excitation::default(),
-            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
+            Self::Gradient(scalars) | Self::FiniteTime(scalars, _) | Self::LsDrem(scalars, _) => {
                 excitation(scalars.iter(), horizon)
             }
             Self::Proposed(proposed) => excitation(proposed.scalars(), horizon),

@@ -28,6 +28,7 @@ mod expansion;
 mod filter;
 mod grid;
 mod halving;
+mod least_squares_mixing;
 mod linear;
 mod matrices;
 mod mixing;

@@ -37,6 +37,11 @@ impl LeastSquaresIntegrals {
         }
     }
 
+    /// Returns S, of which the lower triangle counts, row-major, and s.
+    pub(super) fn parts(&self) -> (&[f64], &[f64]) {
+        (&self.matrix, &self.vector)
+    }
+
     /// Takes over the integrals of another of the same order.
     pub fn copy_from(&mut self, other: &Self) {
         self.matrix.copy_from_slice(&other.matrix);
@@ -97,13 +102,20 @@ impl LeastSquares {
                 };
             }
         }
+        theta.copy_from_slice(&information.vector);
+        self.substitute(theta);
+    }
+
+    /// Replaces `b` by the solution of `(I r / p0 + S) x = b`, with the matrix of the last [`Self::solve`].
+    pub(super) fn substitute(&self, b: &mut [f64]) {
+        let (n, l) = (b.len(), &self.factor);
         for i in 0..n {
-            let sum: f64 = (0..i).map(|k| l[i * n + k] * theta[k]).sum();
-            theta[i] = (information.vector[i] - sum) / l[i * n + i];
+            let sum: f64 = (0..i).map(|k| l[i * n + k] * b[k]).sum();
+            b[i] = (b[i] - sum) / l[i * n + i];
         }
         for i in (0..n).rev() {
-            let sum: f64 = (i + 1..n).map(|k| l[k * n + i] * theta[k]).sum();
-            theta[i] = (theta[i] - sum) / l[i * n + i];
+            let sum: f64 = (i + 1..n).map(|k| l[k * n + i] * b[k]).sum();
+            b[i] = (b[i] - sum) / l[i * n + i];
         }
     }
 }

@@ -57,6 +57,18 @@ pub enum ObserverSpec {
         /// From which share learnt on the estimate is corrected in full, above 0 and below 1.
         share: f64,
     },
+    /// Eq. (8) with theta from least squares on Eq. (9), mixed: `H theta = theta_g`, `H = (r / p0 I + S)^-1 S` with
+    /// `theta_g = (r / p0 I + S)^-1 s` of [`Self::KalmanBucy`], and a scalar gradient estimator for each component of
+    /// `adj(H) theta_g = det(H) theta`, starting from zero. Source: Ortega, Romero, Aranovskiy, A new least squares
+    /// parameter estimator, arXiv 2205.00099, Eqs. (8) to (12) without forgetting, where H is `I - f0 F`.
+    LsDrem {
+        /// gamma, n positive numbers.
+        gains: Vec<f64>,
+        /// Prior variance of least squares.
+        p0: f64,
+        /// Its intensity of the noise.
+        r: f64,
+    },
     /// Eq. (8) with theta from Eq. (17), starting from zero.
     Proposed {
         /// Pole (1/s) of the filter of Eq. (11).
@@ -287,6 +299,11 @@ impl ObserverSpec {
                 } else {
                     Err(SettingError::Share(*share))
                 }
+            }
+            Self::LsDrem { gains, p0, r } => {
+                positive("the gains", gains, n)?;
+                positive("the prior variance p0", &[*p0], 1)?;
+                positive("the noise intensity r", &[*r], 1)
             }
             Self::Proposed {
                 k,

@@ -320,6 +320,14 @@ fn observer(
             gains: gains(table, n, scale)?,
             share: table.share.unwrap_or(0.5),
         }),
+        ObserverName::LsDrem => match (table.measurement, table.prior) {
+            (Some(r), Some(p0)) => Ok(ObserverSpec::LsDrem {
+                gains: gains(table, n, scale)?,
+                p0,
+                r,
+            }),
+            _ => Err("expected 'measurement' and 'prior', whose ratio r / p0 counts".to_owned()),
+        },
         ObserverName::Proposed => {
             let order = table.expansion.unwrap_or(2);
             // The default: the paper's filters, 2/(p + 2) and 6/(p + 6).

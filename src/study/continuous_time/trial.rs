@@ -131,6 +131,7 @@ impl<'e> ContinuousTrial<'e> {
         let gains: &[f64] = match &self.cell.observers[row.output] {
             ObserverSpec::Gradient { gains }
             | ObserverSpec::FiniteTime { gains, .. }
+            | ObserverSpec::LsDrem { gains, .. }
             | ObserverSpec::Proposed { gains, .. } => gains,
             ObserverSpec::Luenberger { .. }
             | ObserverSpec::Filter { .. }

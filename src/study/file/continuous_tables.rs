@@ -151,6 +151,8 @@ named_enum! {
         Gradient = "gradient",
         /// GPEBO with the gradient estimator on Eq. (10), corrected so that it converges in finite time.
         FiniteTime = "finite-time",
+        /// GPEBO with gradient estimators on mixed least squares (LS+DREM).
+        LsDrem = "ls-drem",
         /// The full-order observer, Eq. (4).
         Luenberger = "luenberger",
         /// The Kalman-Bucy filter: the time-varying one with a prior, else the steady-state one.
@@ -186,7 +188,7 @@ pub struct ObserverTable {
     /// luenberger, instead of L: all n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<f64>,
-    /// gradient, finite-time, proposed: adaptation gains, one for each component of theta, or one for all.
+    /// gradient, finite-time, ls-drem, proposed: adaptation gains, one for each component of theta, or one for all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<Vec<f64>>,
     /// finite-time: the share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if
@@ -208,11 +210,11 @@ pub struct ObserverTable {
     /// kalman-bucy: intensity q of the process noise assumed in every state, Q = q I.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<f64>,
-    /// kalman-bucy: intensity r of the measurement noise assumed.
+    /// kalman-bucy, ls-drem: intensity r of the measurement noise assumed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measurement: Option<f64>,
-    /// kalman-bucy, for the time-varying filter: variance p0 of every component of theta, P(0) = p0 I. Without it the
-    /// filter is in its steady state, which needs process noise.
+    /// kalman-bucy, for the time-varying filter, and ls-drem: variance p0 of every component of theta, P(0) = p0 I.
+    /// Without it the filter is in its steady state, which needs process noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<f64>,
 }
@@ -227,7 +229,8 @@ impl ObserverTable {
     /// Returns the options given in the table, each with the observers that take it.
     fn given(&self) -> impl Iterator<Item = (&'static str, &'static [ObserverName])> {
         use ObserverName as O;
-        const ADAPTIVE: &[O] = &[O::Gradient, O::FiniteTime, O::Proposed];
+        const ADAPTIVE: &[O] = &[O::Gradient, O::FiniteTime, O::LsDrem, O::Proposed];
+        const SQUARES: &[O] = &[O::KalmanBucy, O::LsDrem];
         [
             ("gain", self.gain.is_some(), &[O::Luenberger][..]),
             ("poles", self.poles.is_some(), &[O::Luenberger]),
@@ -239,8 +242,8 @@ impl ObserverTable {
             ("filters", self.filters.is_some(), &[O::Proposed]),
             ("factor", self.factor.is_some(), &[O::Proposed]),
             ("process", self.process.is_some(), &[O::KalmanBucy]),
-            ("measurement", self.measurement.is_some(), &[O::KalmanBucy]),
-            ("prior", self.prior.is_some(), &[O::KalmanBucy]),
+            ("measurement", self.measurement.is_some(), SQUARES),
+            ("prior", self.prior.is_some(), SQUARES),
         ]
         .into_iter()
         .filter_map(|(name, given, observers)| given.then_some((name, observers)))

@@ -49,6 +49,24 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// What becomes of trials whose search for the lowest minimum left a model that is not at one (status `boundary` or
+    /// `iteration-limit`).
+    Unfinished, "treatment" {
+        /// They are failures, and lost (the default).
+        Lost = "lost",
+        /// Their models count as others do; the trials are still listed under these kinds, with "-counted".
+        Counted = "counted",
+    }
+}
+
+impl Unfinished {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "what serde calls")]
+    fn is_lost(&self) -> bool {
+        *self == Self::Lost
+    }
+}
+
 /// A study: what is asked, the data-generating process, the grid, the methods, what is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -89,6 +107,10 @@ pub struct ExperimentFile {
     pub engine: Engine,
     /// What is kept: "summaries" or "trials".
     pub store: Store,
+    /// Whether trials whose search left a model that is not at a minimum (`boundary`, `iteration-limit`) are "lost" (the
+    /// default) or "counted".
+    #[serde(skip_serializing_if = "Unfinished::is_lost")]
+    pub unfinished: Unfinished,
     /// The measures that are computed and summarised.
     pub measures: Vec<Measure>,
     /// Whether the signed error of every coefficient of a and h is summarised too: bias, SD, RMSE.
@@ -156,6 +178,7 @@ impl Default for ExperimentFile {
             looks: None,
             engine: Engine::default(),
             store: Store::default(),
+            unfinished: Unfinished::default(),
             measures: vec![
                 Measure::Ea,
                 Measure::Eb,
@@ -279,6 +302,10 @@ impl ExperimentFile {
             ("coverage", continuous && self.coverage),
             ("curves", continuous && self.curves),
             ("timing", continuous && self.timing),
+            (
+                "unfinished",
+                continuous && self.unfinished == Unfinished::Counted,
+            ),
             (
                 "continuous_plants",
                 !continuous && !self.continuous_plants.is_empty(),

@@ -1,6 +1,8 @@
 //! Discrete observers: records with process noise and random initial states, and the law that with the plant and the
 //! noise known no observer of the same information beats the Kalman filter.
 
+mod reference;
+
 use asobench::data::{Process, ProcessError, ProcessSettings, Realisation};
 use asobench::estimator::{FailureKind, Stage};
 use asobench::metric::Estimate;
@@ -13,7 +15,7 @@ use asobench::study::{
 };
 
 const SEED: u64 = 2023;
-const STUDY: &str = include_str!("../experiments/observer-comparison.toml");
+const STUDY: &str = include_str!("../../experiments/observer-comparison.toml");
 const BEST: &str = "known observer=kalman-varying";
 
 /// A(q) = 1 - 1.5 q^-1 + 0.7 q^-2.

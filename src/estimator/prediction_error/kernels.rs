@@ -1,0 +1,272 @@
+//! The arithmetic of a search: filters and a triangle by Householder reflections, compiled for the machine's vectors.
+//!
+//! The rules of [`crate::signal::arithmetic`] make the bits the same on every machine.
+
+use crate::estimator::FailureKind;
+use crate::estimator::lag_sums::System;
+use crate::real::with_fma;
+use crate::signal::arithmetic;
+use faer::MatRef;
+
+/// Rows that are reduced at a time: a block of some ten columns stays in the first cache.
+const BLOCK_ROWS: usize = 256;
+
+/// Returns `sum x(k) y(k)`.
+pub(in crate::estimator) fn dot(x: &[f64], y: &[f64]) -> f64 {
+    with_fma(
+        #[inline(always)]
+        || arithmetic::dot(x, y),
+    )
+}
+
+/// Computes `to += factor x` over the shorter length.
+#[inline(always)]
+fn add_multiple(factor: f64, x: &[f64], to: &mut [f64]) {
+    for (to, x) in to.iter_mut().zip(x) {
+        *to = factor.mul_add(*x, *to);
+    }
+}
+
+/// Computes `to(k) = sum_i c_i x(k-i)`, with zeros before the record.
+pub(in crate::estimator) fn filter(c: &[f64], x: &[f64], to: &mut [f64]) {
+    with_fma(
+        #[inline(always)]
+        || {
+            to.fill(0.0);
+            for (lag, c) in c.iter().enumerate().take(x.len()) {
+                if *c != 0.0 {
+                    add_multiple(*c, x, &mut to[lag..]);
+                }
+            }
+        },
+    );
+}
+
+/// Divides a signal by a monic polynomial, in place: `x(k) <- x(k) - sum_(i >= 1) d_i x(k-i)`.
+///
+/// The oldest term is subtracted first, so that a sample waits for the one before it during one operation only.
+pub(in crate::estimator) fn divide(d: &[f64], x: &mut [f64]) {
+    #[inline(always)]
+    fn of_order<const N: usize>(d: &[f64], x: &mut [f64]) {
+        let (mut past, mut minus) = ([0.0; N], [0.0; N]);
+        for (minus, d) in minus.iter_mut().zip(&d[1..]) {
+            *minus = -d;
+        }
+        for x in x {
+            let mut value = *x;
+            for i in (0..N).rev() {
+                value = minus[i].mul_add(past[i], value);
+            }
+            for i in (1..N).rev() {
+                past[i] = past[i - 1];
+            }
+            past[0] = value;
+            *x = value;
+        }
+    }
+    #[inline(always)]
+    fn of_any_order(d: &[f64], x: &mut [f64]) {
+        for k in 0..x.len() {
+            let mut value = x[k];
+            for i in (1..=(d.len() - 1).min(k)).rev() {
+                value = (-d[i]).mul_add(x[k - i], value);
+            }
+            x[k] = value;
+        }
+    }
+    with_fma(
+        #[inline(always)]
+        || match d.len() {
+            0 | 1 => {}
+            2 => of_order::<1>(d, x),
+            3 => of_order::<2>(d, x),
+            4 => of_order::<3>(d, x),
+            5 => of_order::<4>(d, x),
+            6 => of_order::<5>(d, x),
+            7 => of_order::<6>(d, x),
+            _ => of_any_order(d, x),
+        },
+    );
+}
+
+/// `Z = Q R` and `Q'` applied to one more column, by Householder reflections of blocks of rows below the triangle so
+/// far, in memory independent of the number of rows.
+pub(in crate::estimator) struct Triangle {
+    width: usize,
+    /// R by columns; below it are zeros.
+    r: Vec<f64>,
+    top: Vec<f64>,
+    /// A block of rows of `[Z | column]`, by columns.
+    block: Vec<f64>,
+}
+
+impl Triangle {
+    /// Makes buffers for a Z with `width` columns.
+    pub(in crate::estimator) fn new(width: usize) -> Self {
+        Self {
+            width,
+            r: vec![0.0; width * width],
+            top: vec![0.0; width],
+            block: vec![0.0; (width + 1) * BLOCK_ROWS],
+        }
+    }
+
+    /// Reduces `total` rows. `fill(column, first, to)` writes the rows from `first` on of a column; the one after the
+    /// last of Z is the other column.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] if an entry overflows.
+    pub(in crate::estimator) fn run(
+        &mut self,
+        total: usize,
+        mut fill: impl FnMut(usize, usize, &mut [f64]),
+    ) -> Result<(), FailureKind> {
+        self.r.fill(0.0);
+        self.top.fill(0.0);
+        let mut first = 0;
+        while first < total {
+            let rows = BLOCK_ROWS.min(total - first);
+            for (j, column) in self.block.chunks_exact_mut(BLOCK_ROWS).enumerate() {
+                fill(j, first, &mut column[..rows]);
+            }
+            with_fma(
+                #[inline(always)]
+                || self.reduce(rows),
+            );
+            first += rows;
+        }
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        if finite(&self.r) && finite(&self.top) {
+            Ok(())
+        } else {
+            Err(FailureKind::NonFinite)
+        }
+    }
+
+    /// Annihilates the block. Column j's reflection involves row j of R and the block alone.
+    #[inline(always)]
+    fn reduce(&mut self, rows: usize) {
+        let n = self.width;
+        for j in 0..n {
+            let (done, rest) = self.block.split_at_mut((j + 1) * BLOCK_ROWS);
+            let v = &done[j * BLOCK_ROWS..][..rows];
+            let below = arithmetic::dot(v, v);
+            if below == 0.0 {
+                continue;
+            }
+            let diagonal = self.r[j * n + j];
+            let norm = diagonal.mul_add(diagonal, below).sqrt();
+            let alpha = if diagonal > 0.0 { -norm } else { norm };
+            let first = diagonal - alpha;
+            let scale = 2.0 / first.mul_add(first, below);
+            self.r[j * n + j] = alpha;
+            for (l, column) in (j + 1..=n).zip(rest.chunks_exact_mut(BLOCK_ROWS)) {
+                let column = &mut column[..rows];
+                let above = if l < n {
+                    &mut self.r[l * n + j]
+                } else {
+                    &mut self.top[j]
+                };
+                let product = scale * first.mul_add(*above, arithmetic::dot(v, column));
+                *above = (-product).mul_add(first, *above);
+                add_multiple(-product, v, column);
+            }
+        }
+    }
+
+    /// Takes L of `Z'Z = L L'` as R', and `L^-1 Z'column`.
+    pub(in crate::estimator) fn take(&mut self, normal: &System) {
+        for j in 0..self.width {
+            let row = normal.row(j);
+            let column = &mut self.r[j * self.width..];
+            column[..row.len()].copy_from_slice(row);
+            column[row.len()..self.width].fill(0.0);
+        }
+        self.top.copy_from_slice(&normal.right);
+    }
+
+    /// Returns R.
+    pub(in crate::estimator) fn r(&self) -> MatRef<'_, f64> {
+        MatRef::from_column_major_slice(&self.r, self.width, self.width)
+    }
+
+    /// Returns the first rows of `Q'` times the other column, as many as R has.
+    pub(in crate::estimator) fn top(&self) -> &[f64] {
+        &self.top
+    }
+
+    /// Computes `x = R^-1 x`; false if R is singular.
+    pub(in crate::estimator) fn solve(&self, x: &mut [f64]) -> bool {
+        let n = self.width;
+        for j in (0..n).rev() {
+            let column = &self.r[j * n..];
+            if column[j] == 0.0 {
+                return false;
+            }
+            x[j] /= column[j];
+            let (above, solved) = x.split_at_mut(j);
+            add_multiple(-solved[0], &column[..j], above);
+        }
+        x.iter().all(|x| x.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::polynomial;
+
+    fn signal(count: usize, factor: f64) -> Vec<f64> {
+        (0..count)
+            .map(|k| (factor * (k * k) as f64).sin())
+            .collect()
+    }
+
+    /// Every order of the filters against those of [`crate::model::polynomial`].
+    #[test]
+    fn filters_agree_with_the_model() {
+        let x = signal(400, 0.37);
+        for order in 0..=9 {
+            let mut d = vec![1.0];
+            d.extend((1..=order).map(|i| 0.5_f64.powi(i) * (1.3 * f64::from(i)).cos()));
+            let (mut found, mut expected) = (x.clone(), x.clone());
+            divide(&d, &mut found);
+            polynomial::divide(&d, &mut expected);
+            let close = |(f, e): (&f64, &f64)| (f - e).abs() < 1e-13;
+            assert!(found.iter().zip(&expected).all(close), "{order}");
+            filter(&d, &x, &mut found);
+            polynomial::filter(&d, &x, &mut expected);
+            assert!(found.iter().zip(&expected).all(close), "{order}");
+        }
+    }
+
+    /// `R'R = Z'Z` and `R' top = Z' y` over several blocks; the solution leaves residuals orthogonal to Z.
+    #[test]
+    fn the_triangle_is_that_of_the_normal_equations() {
+        let (rows, width) = (3 * BLOCK_ROWS + 17, 4);
+        let columns: Vec<Vec<f64>> = (0..=width)
+            .map(|j| signal(rows, 0.11 + 0.07 * j as f64))
+            .collect();
+        let mut triangle = Triangle::new(width);
+        let fill = |j: usize, first: usize, to: &mut [f64]| {
+            to.copy_from_slice(&columns[j][first..][..to.len()]);
+        };
+        triangle.run(rows, fill).unwrap();
+        let r = triangle.r();
+        for i in 0..width {
+            for j in 0..width {
+                let product: f64 = (0..=i.min(j)).map(|l| r[(l, i)] * r[(l, j)]).sum();
+                assert!((product - dot(&columns[i], &columns[j])).abs() < 1e-10);
+            }
+        }
+        let mut theta = triangle.top().to_vec();
+        assert!(triangle.solve(&mut theta));
+        let mut residual = columns[width].clone();
+        for (theta, column) in theta.iter().zip(&columns) {
+            add_multiple(-theta, column, &mut residual);
+        }
+        for column in &columns[..width] {
+            assert!(dot(column, &residual).abs() < 1e-10);
+        }
+    }
+}
