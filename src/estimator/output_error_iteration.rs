@@ -3,7 +3,7 @@
 
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::method::{MethodKind, OptionError, Problem};
-use super::reflection::{Stabilise, reflect_zeros};
+use super::reflection::{Stabilise, stay_stable};
 use super::regression::{Regression, Rows};
 use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
 use crate::model::polynomial::{divide, filter};
@@ -198,7 +198,8 @@ impl OutputErrorIteration {
         let (mut share, mut asked) = (1.0, f64::INFINITY);
         while self.passes < MOST_PASSES {
             self.passes += 1;
-            self.stay_stable()?;
+            stay_stable(&mut self.model.f, self.stabilise, &mut self.scratch)?;
+            self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
             for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
                 to.copy_from_slice(from);
                 divide(&self.model.f, to);
@@ -230,23 +231,6 @@ impl OutputErrorIteration {
             }
         }
         Err(FailureKind::IterationLimit)
-    }
-
-    /// Reflects the zeros of F outside the unit circle.
-    fn stay_stable(&mut self) -> Result<(), FailureKind> {
-        if stable(&self.model.f, &mut self.scratch) {
-            return Ok(());
-        }
-        match self.stabilise {
-            Stabilise::None => Err(FailureKind::UnstablePredictor),
-            Stabilise::Reflect => {
-                if !reflect_zeros(&mut self.model.f) {
-                    return Err(FailureKind::NonFinite);
-                }
-                self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
-                Ok(())
-            }
-        }
     }
 
     /// Keeps the model if its output `x = B/F u` is the closest to y so far.

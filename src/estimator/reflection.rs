@@ -1,6 +1,7 @@
 //! Stabilisation of the auxiliary model: poles outside the unit circle are reflected into it.
 
 use super::FailureKind;
+use super::output_error_iteration::stable;
 use crate::names::named_enum;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz};
 use crate::plant::{PoleFinder, polynomial_from_poles};
@@ -89,6 +90,23 @@ pub(super) fn reflect_zeros(polynomial: &mut [f64]) -> bool {
     };
     reverse_negated(reflected, &mut polynomial[1..]);
     true
+}
+
+/// Reflects the zeros of a monic polynomial outside the unit circle, if that is wanted.
+///
+/// # Errors
+/// [`FailureKind::UnstablePredictor`] if it is not wanted; [`FailureKind::NonFinite`].
+pub(super) fn stay_stable(
+    polynomial: &mut [f64],
+    stabilise: Stabilise,
+    scratch: &mut Vec<f64>,
+) -> Result<(), FailureKind> {
+    match stabilise {
+        _ if stable(polynomial, scratch) => Ok(()),
+        Stabilise::None => Err(FailureKind::UnstablePredictor),
+        Stabilise::Reflect if reflect_zeros(polynomial) => Ok(()),
+        Stabilise::Reflect => Err(FailureKind::NonFinite),
+    }
 }
 
 #[cfg(test)]

@@ -5,11 +5,9 @@
 use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::method::{MethodKind, OptionError, Problem};
-use super::output_error_iteration::{
-    MOST_PASSES, OutputErrorIteration, PROGRESS, REST, ROUND, stable,
-};
+use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS, REST, ROUND};
 use super::prediction_error::{BjOptions, Descent};
-use super::reflection::{Stabilise, reflect_zeros};
+use super::reflection::{Stabilise, stay_stable};
 use super::regression::Rows;
 use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
 use crate::model::polynomial::{divide, filter};
@@ -178,21 +176,6 @@ impl RefinedIv {
         self.model.b[self.orders.nk..].copy_from_slice(b);
     }
 
-    /// Reflects the zeros of F outside the unit circle.
-    fn stay_stable(&mut self) -> Result<(), FailureKind> {
-        if stable(&self.model.f, &mut self.scratch) {
-            return Ok(());
-        }
-        if self.stabilise == Stabilise::None {
-            return Err(FailureKind::UnstablePredictor);
-        }
-        if !reflect_zeros(&mut self.model.f) {
-            return Err(FailureKind::NonFinite);
-        }
-        self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
-        Ok(())
-    }
-
     /// Changes F and B by a share of the way to those of the instruments, given C and D; returns the way's relative
     /// length.
     fn refine(
@@ -262,7 +245,8 @@ impl RefinedIv {
         let mut unfinished = None;
         while *passes < MOST_PASSES {
             *passes += 1;
-            self.stay_stable()?;
+            stay_stable(&mut self.model.f, self.stabilise, &mut self.scratch)?;
+            self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
             self.noise_of(u, y);
             let [of_noise, sum] = self.fit_noise(&mut unfinished)?;
             if sum < self.least {
