@@ -24,6 +24,5 @@ pub use luenberger::{ObservedModel, Observer};
 pub use lyapunov::lyapunov;
 pub use placement::{butterworth, parse_poles, place};
 pub use riccati::{Riccati, RiccatiError, care, dare};
-pub use steady::SteadyGain;
 use steady::eliminate;
 pub use stochastic_model::{MeasurementNoise, StochasticModel};

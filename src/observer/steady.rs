@@ -11,7 +11,7 @@ use crate::plant::canonical::solve_toeplitz;
 /// found by Newton's method on its coefficients, which converges from every stable C. Source: G. Wilson, Factorization of
 /// the covariance generating function of a pure moving average process, SIAM J. Numer. Anal. 6 (1969) 1-7.
 #[derive(Clone, Debug)]
-pub struct SteadyGain {
+pub(super) struct SteadyGain {
     a: Vec<f64>,
     /// The coefficients of A(q), from 1 on.
     alpha: Vec<f64>,
@@ -33,7 +33,7 @@ const CONVERGED: f64 = 1e-10;
 
 impl SteadyGain {
     /// Makes the buffers for the plant with the last row `a` of A.
-    pub fn new(a: &[f64]) -> Self {
+    pub(super) fn new(a: &[f64]) -> Self {
         let n = a.len();
         let alpha: Vec<f64> = std::iter::once(1.0)
             .chain(a.iter().rev().map(|a| -a))
@@ -55,7 +55,7 @@ impl SteadyGain {
 
     /// Returns the gain K, n numbers, and the innovation variance. `None` if Newton's method does not converge, as where
     /// a pole of the filter is at the unit circle.
-    pub fn solve(&mut self, rho: f64) -> Option<(&[f64], f64)> {
+    pub(super) fn solve(&mut self, rho: f64) -> Option<(&[f64], f64)> {
         let size = self.plant[0] + rho * self.states[0];
         let scale = (size / correlation(&self.c, 0)).sqrt();
         self.c.iter_mut().for_each(|c| *c *= scale);

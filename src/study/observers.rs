@@ -6,10 +6,9 @@ use crate::estimator::{FailureKind, Method, Pass, SetupError};
 use crate::model::polynomial::multiply;
 use crate::observer::{
     DiscreteGpebo, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind,
-    ProcessNoise, RiccatiError, SteadyGain, StochasticModel, ThetaEstimator, VarianceRatio,
+    ProcessNoise, RiccatiError, StochasticModel, ThetaEstimator, VarianceRatio,
     maximum_likelihood_ratio,
 };
-use crate::plant::observe;
 use crate::signal::LevelOver;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
@@ -94,15 +93,7 @@ impl CellObserver {
             Self::Known(Err(kind)) => Err(*kind),
             Self::Identified { window, coloured } => {
                 let pass = coloured.then_some(pass);
-                let (first_u, first_y) = (&u[..*window], &y[..*window]);
-                if pass.is_none() {
-                    let ratio = most_likely(model, first_u, first_y, MeasurementNoise::white(1.0))?;
-                    let mut steady = SteadyGain::new(model.a);
-                    if let Some((gain, _)) = steady.solve(ratio.rho) {
-                        return observe_with(gain, model, u, y, visit);
-                    }
-                }
-                let filter = identified_filter(pass, model, first_u, first_y);
+                let filter = identified_filter(pass, model, &u[..*window], &y[..*window]);
                 filter?.kalman.run(u, y, model.x0, visit)
             }
         }
@@ -257,34 +248,6 @@ fn known_filter(
     }
 }
 
-/// Returns the ratio rho of process noise `rho I` to measurement noise that maximises the likelihood in a window.
-fn most_likely(
-    model: ObservedModel<'_>,
-    u: &[f64],
-    y: &[f64],
-    noise: MeasurementNoise<'_>,
-) -> Result<VarianceRatio, FailureKind> {
-    maximum_likelihood_ratio(model, u, y, ProcessNoise::States, noise, None)
-        .map_err(|_| FailureKind::NoFilter)
-}
-
-/// Runs the observer of a model with a given gain.
-fn observe_with(
-    gain: &[f64],
-    model: ObservedModel<'_>,
-    u: &[f64],
-    y: &[f64],
-    visit: impl FnMut(usize, &[f64]),
-) -> Result<(), FailureKind> {
-    let mut x = model.x0.to_vec();
-    observe(model.a, model.b, gain, &mut x, u, y, visit);
-    if x.iter().all(|x| x.is_finite()) {
-        Ok(())
-    } else {
-        Err(FailureKind::NonFinite)
-    }
-}
-
 /// Makes the steady-state Kalman filter of a model with process noise of covariance `rho I` and measurement noise
 /// driven by white noise of variance 1: white, or `C / (A D) e` of the model `A y = B/F u + C/D e` of a pass. rho >= 0
 /// maximises the likelihood in a window.
@@ -306,7 +269,8 @@ fn identified_filter(
     } else {
         MeasurementNoise::white(1.0)
     };
-    let ratio = most_likely(model, u, y, noise)?;
+    let ratio = maximum_likelihood_ratio(model, u, y, states, noise, None);
+    let ratio = ratio.map_err(|_| FailureKind::NoFilter)?;
     let process = states.covariance(model.b, ratio.rho);
     let stochastic = StochasticModel::new(model.a, model.b, process.as_ref(), noise);
     let filter = stochastic.and_then(|model| {
