@@ -201,9 +201,12 @@ impl Iv4 {
             _ => Signals::new(&self.u, &self.y, &self.x),
         };
         let solved = self.instruments.solve(signals, condition);
-        solved.map_err(|kind| match self.exploding {
-            true => FailureKind::UnstableInstruments,
-            false => kind,
+        solved.map_err(|kind| {
+            if self.exploding {
+                FailureKind::UnstableInstruments
+            } else {
+                kind
+            }
         })
     }
 

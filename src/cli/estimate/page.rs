@@ -98,7 +98,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
         match words::unfinished(estimate) {
             Some(sentence) => section.paragraph(&format!("Status {}: {sentence}.", failure.kind)),
             None => section.paragraph(&format!("Failed: {failure}.")),
-        };
+        }
     }
     for hint in &estimate.hints {
         section.paragraph(&format!("{}.", words::capitalised(hint)));

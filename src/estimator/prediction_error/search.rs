@@ -150,7 +150,7 @@ impl Search {
             }
         }
         let mut result = self.finish(u, y, failed);
-        result.iterations = iterations + result.iterations;
+        result.iterations += iterations;
         result
     }
 

@@ -364,9 +364,10 @@ impl Starts {
         lagged_products(e, e, (1, nc), (1, nc), |i, j, value| {
             system.put(nd + i, nd + j, value);
         });
-        lagged_products(e, w, (1, nc), (0, nd + 1), |i, j, value| match j {
-            0 => system.put(nd + i, width, value),
-            _ => {
+        lagged_products(e, w, (1, nc), (0, nd + 1), |i, j, value| {
+            if j == 0 {
+                system.put(nd + i, width, value);
+            } else {
                 system.put(nd + i, j - 1, -value);
                 system.put(j - 1, nd + i, -value);
             }

@@ -310,7 +310,7 @@ mod tests {
         let columns = |n: usize| {
             let (r, mut found) = (Mat::from_fn(n, n, entry), Vec::new());
             columns_of_inverse(r.as_ref(), &mut vec![0.0; n], |column| {
-                found.push(column.to_vec())
+                found.push(column.to_vec());
             });
             found
         };
