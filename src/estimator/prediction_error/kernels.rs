@@ -91,6 +91,7 @@ pub(in crate::estimator) fn divide(d: &[f64], x: &mut [f64]) {
 
 /// `Z = Q R` and `Q'` applied to one more column, by Householder reflections of blocks of rows below the triangle so
 /// far, in memory independent of the number of rows.
+#[derive(Default)]
 pub(in crate::estimator) struct Triangle {
     width: usize,
     /// R by columns; below it are zeros.

@@ -235,14 +235,19 @@ impl Predictor {
         if by == Reduction::Products && self.reduce_products() {
             return Ok(());
         }
-        let mut psi = std::mem::replace(&mut self.psi, Triangle::new(0));
-        let mut columns = Vec::with_capacity(self.width() + 1);
-        for (signal, count, delay, sign) in self.blocks() {
-            columns.extend((delay..delay + count).map(|lag| (signal, lag, sign)));
-        }
-        columns.push((&self.e, 0, 1.0));
+        let mut psi = std::mem::take(&mut self.psi);
+        let blocks = self.blocks();
+        let column = |mut j: usize| {
+            for (signal, count, delay, sign) in &blocks {
+                if j < *count {
+                    return (*signal, delay + j, *sign);
+                }
+                j -= count;
+            }
+            (self.e.as_slice(), 0, 1.0)
+        };
         let reduced = psi.run(self.e.len(), |j, first, to| {
-            let (signal, lag, sign) = columns[j];
+            let (signal, lag, sign) = column(j);
             let before = lag.saturating_sub(first).min(to.len());
             let (zeros, to) = to.split_at_mut(before);
             zeros.fill(0.0);

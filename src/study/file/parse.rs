@@ -328,7 +328,7 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(
-            error.contains("methods[0] (ls)") && error.contains("'iv' only"),
+            error.contains("methods[0] (ls)") && error.contains("'iv' or 'wnsf' only"),
             "{error}"
         );
     }
