@@ -53,8 +53,11 @@ fn an_estimate_allocates_nothing() {
         (u, y)
     };
     let records: Vec<_> = (0..60).map(record).collect();
-    // The searches keep the minima that they meet, and draw polynomials; subspace methods have matrices for each record.
+    // The searches keep the minima that they meet, and draw polynomials; a reflection finds zeros in memory of its own;
+    // subspace methods have matrices for each record.
     let own_memory = [
+        EstimatorName::Riv,
+        EstimatorName::Wnsf,
         EstimatorName::Oe,
         EstimatorName::Armax,
         EstimatorName::Bj,

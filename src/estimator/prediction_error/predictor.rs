@@ -76,6 +76,7 @@ pub(super) struct Predictor {
     impulse: Vec<f64>,
     free: Vec<f64>,
     scratch: Vec<f64>,
+    scaled: Vec<f64>,
     pub(super) psi: Triangle,
     normal: System,
     /// A signal of the second derivatives.
@@ -106,6 +107,7 @@ impl Predictor {
             impulse: signal(initial > 0),
             free: signal(initial > 0),
             scratch: Vec::new(),
+            scaled: Vec::new(),
             psi: Triangle::new(n),
             normal: System::default(),
             second: signal(true),
@@ -134,15 +136,13 @@ impl Predictor {
         let LinearModel { c, f, .. } = &self.model;
         [c, f].into_iter().any(|polynomial| {
             let mut power = 1.0;
-            let scaled: Vec<f64> = polynomial
-                .iter()
-                .map(|x| {
-                    let scaled = x / power;
-                    power *= radius;
-                    scaled
-                })
-                .collect();
-            !stable(&scaled, &mut self.scratch)
+            self.scaled.clear();
+            self.scaled.extend(polynomial.iter().map(|x| {
+                let scaled = x / power;
+                power *= radius;
+                scaled
+            }));
+            !stable(&self.scaled, &mut self.scratch)
         })
     }
 
