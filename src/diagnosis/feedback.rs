@@ -6,8 +6,8 @@ use crate::estimator::long_autoregression;
 /// Returns the probability of a record like this, or one that speaks more for it, if there is no feedback from y to u;
 /// `None` if there are too few samples.
 ///
-/// The residuals are those of a long model `A y = B q^-delay u + e`, of the order by AIC, which is consistent in open and
-/// closed loop whatever the noise is. So the result does not depend on the model that is being judged, whose own
+/// The residuals are those of a long model `A y = B q^-delay u + e`, of the order by AIC, which is consistent in open
+/// and closed loop whatever the noise is. So the result does not depend on the model that is being judged, whose own
 /// residuals can hide feedback. They are tested by [`Residuals::feedback_p_value`].
 pub fn feedback_p_value(u: &[f64], y: &[f64], delay: usize) -> Option<f64> {
     let model = long_autoregression(u, y, delay)?;
@@ -31,8 +31,8 @@ mod tests {
         signal
     }
 
-    /// Coloured noise, `v(k) = 0.8 v(k-1) + e(k)`, and `u(k) = -K y(k) + r(k)`: without feedback the false alarms are as
-    /// rare as the level, with it nearly all records show it.
+    /// Coloured noise, `v(k) = 0.8 v(k-1) + e(k)`, and `u(k) = -K y(k) + r(k)`: without feedback the false alarms are
+    /// as rare as the level, with it nearly all records show it.
     #[test]
     fn feedback_is_seen_and_its_absence_too() {
         let (n, trials) = (500, 600);

@@ -57,8 +57,8 @@ pub struct Residuals {
     /// The verdict on whiteness.
     pub white: Whiteness,
     /// The test of `R_eu(tau)`, tau = nk ... 25: the largest, and all together by chi-square with as many degrees of
-    /// freedom as lags less the parameters of B and F; the p-value is that of the smaller one of two. If it fails, the model
-    /// misses part of the effect of u.
+    /// freedom as lags less the parameters of B and F; the p-value is that of the smaller one of two. If it fails, the
+    /// model misses part of the effect of u.
     pub free_of_past_input: Whiteness,
     /// The same for tau below 0. If it fails, y acts on u, as under feedback.
     pub free_of_future_input: Whiteness,
@@ -307,7 +307,8 @@ mod tests {
         assert!(found.iter().all(|found| *found >= 98), "{found:?}");
     }
 
-    /// Residuals of right models whose parameters were fitted: the p-values are spread over 0 to 1 instead of lying at 1.
+    /// Residuals of right models whose parameters were fitted: the p-values are spread over 0 to 1 instead of lying at
+    /// 1.
     #[test]
     fn fitted_parameters_do_not_hide_behind_a_p_value_of_one() {
         let (n, trials) = (300, 400);

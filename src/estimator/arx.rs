@@ -6,7 +6,7 @@ use super::method::{MethodKind, OptionError, Problem};
 use super::order_choice::{Criterion, OrderComparison};
 use super::reading::{R_SYSID_RIDGE, Reading};
 use super::regression::{Regression, Rows};
-use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -159,11 +159,7 @@ impl Estimator for Arx {
         let found = chosen.and_then(|chosen| self.fits[chosen].find(window.u, window.y, pass));
         match found {
             Ok(()) => self.state.estimate(window, 0, pass),
-            Err(kind) => pass.fail(Failure {
-                kind,
-                stage: Stage::Other,
-                pass: 0,
-            }),
+            Err(kind) => pass.fail_for(kind),
         }
     }
 }

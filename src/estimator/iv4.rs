@@ -11,7 +11,7 @@ use super::output_error_iteration::stable;
 use super::reading::{R_SYSID_RIDGE, Reading};
 use super::reflection::{Stabilise, reflect_zeros};
 use super::regression::{Regression, Rows};
-use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};
 use crate::signal::arithmetic::mean;
@@ -257,11 +257,7 @@ impl Estimator for Iv4 {
         let found = self.find(window, &mut condition);
         match found.and_then(|()| pass.set_model(&self.model, condition)) {
             Ok(()) => self.state.estimate(window, 0, pass),
-            Err(kind) => pass.fail(Failure {
-                kind,
-                stage: Stage::Other,
-                pass: 0,
-            }),
+            Err(kind) => pass.fail_for(kind),
         }
     }
 }

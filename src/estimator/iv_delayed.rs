@@ -6,7 +6,7 @@ use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, OptionError, Problem};
 use super::regression::Rows;
-use super::{Estimator, Failure, Pass, SetupError, Stage, Window};
+use super::{Estimator, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -106,11 +106,7 @@ impl Estimator for IvDelayed {
         });
         match solved {
             Ok(()) => self.state.estimate(window, 0, pass),
-            Err(kind) => pass.fail(Failure {
-                kind,
-                stage: Stage::Other,
-                pass: 0,
-            }),
+            Err(kind) => pass.fail_for(kind),
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use super::prediction_error::kernels::dot;
 
-/// Calls `put(i, j, sum_k a(k-i) b(k-j))` for delays i in `of_a` and j in `of_b` (first delay and count), k = 0 ... N-1,
-/// with zeros before the record. Only sums with the first i or the first j are inner products; the others follow:
+/// Calls `put(i, j, sum_k a(k-i) b(k-j))` for delays i in `of_a` and j in `of_b` (first delay and count), k = 0 ...
+/// N-1, with zeros before the record. Only sums with the first i or the first j are inner products; the others follow:
 /// `s(i+1, j+1) = s(i, j) - a(N-1-i) b(N-1-j)`.
 pub(super) fn lagged_products(
     a: &[f64],
@@ -70,9 +70,9 @@ impl System {
         }
     }
 
-    /// Replaces a symmetric M by L, `M = L L'`, and the right-hand side by `L^-1 right`, as far as M is positive definite
-    /// beyond rounding: as pivots exceed this share of the diagonal. Returns to how many unknowns. The lower triangle of M
-    /// is used.
+    /// Replaces a symmetric M by L, `M = L L'`, and the right-hand side by `L^-1 right`, as far as M is positive
+    /// definite beyond rounding: as pivots exceed this share of the diagonal. Returns to how many unknowns. The lower
+    /// triangle of M is used.
     pub(super) fn factorise(&mut self, tiny: f64) -> usize {
         let n = self.width;
         for i in 0..n {

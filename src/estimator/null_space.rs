@@ -129,8 +129,8 @@ impl HighOrder {
     }
 }
 
-/// Returns the model `A y = B q^-delay u + e` by least squares, of the order by AIC (at most 50, and N/6); `None` if no order
-/// has a solution.
+/// Returns the model `A y = B q^-delay u + e` by least squares, of the order by AIC (at most 50, and N/6); `None` if no
+/// order has a solution.
 pub(crate) fn long_autoregression(u: &[f64], y: &[f64], delay: usize) -> Option<LinearModel> {
     let mut high = HighOrder::new(true, delay, None, y.len());
     high.fit(u, y);
@@ -180,8 +180,8 @@ impl NullSpaceFit {
         }
     }
 
-    /// Returns how many samples the high-order model needs: one more than its coefficients, of which there must be as many
-    /// as parameters.
+    /// Returns how many samples the high-order model needs: one more than its coefficients, of which there must be as
+    /// many as parameters.
     pub(super) fn samples_needed(&self) -> usize {
         let least = self.orders.parameters().div_ceil(self.high.step());
         let samples = if self.high.with_outputs {

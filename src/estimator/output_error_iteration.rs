@@ -5,7 +5,7 @@ use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::method::{MethodKind, OptionError, Problem};
 use super::reflection::{Stabilise, stay_stable};
 use super::regression::{Regression, Rows};
-use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{LinearModel, Orders};
 use crate::plant::canonical::reverse_negated;
@@ -283,16 +283,7 @@ impl Estimator for OutputErrorIteration {
                 pass.set_model(&self.model, condition)
             }
         };
-        if set.is_ok() {
-            pass.start_at_zero();
-        }
-        if let Err(kind) = set.and(found) {
-            pass.fail(Failure {
-                kind,
-                stage: Stage::Other,
-                pass: 0,
-            });
-        }
+        pass.end(found, set);
     }
 }
 

@@ -265,4 +265,24 @@ impl Pass {
     pub fn fail(&mut self, failure: Failure) {
         self.failure = Some(failure);
     }
+
+    /// Records the failure of a method that does not have the paper's stages.
+    pub(super) fn fail_for(&mut self, kind: FailureKind) {
+        self.fail(Failure {
+            kind,
+            stage: Stage::Other,
+            pass: 0,
+        });
+    }
+
+    /// Ends an iteration: `found` says whether it came to rest or left its best model, `set` whether the model was
+    /// taken.
+    pub(super) fn end(&mut self, found: Result<(), FailureKind>, set: Result<(), FailureKind>) {
+        if set.is_ok() {
+            self.start_at_zero();
+        }
+        if let Err(kind) = set.and(found) {
+            self.fail_for(kind);
+        }
+    }
 }

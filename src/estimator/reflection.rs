@@ -118,8 +118,8 @@ mod tests {
         found.len() == expected.len() && pairs.into_iter().all(|(f, e)| (f - e).abs() < 1e-12)
     }
 
-    /// By hand: A = (1 - 2 q^-1)(1 - 0.5 q^-1) has a = (-1, 2.5); 2 goes to 0.5, so A' = (1 - 0.5 q^-1)^2, a' = (-0.25, 1).
-    /// b = (1, 3) has h = (1, 3 - 2.5) = (1, 0.5), and b' = (1, 0.5 + 1).
+    /// By hand: A = (1 - 2 q^-1)(1 - 0.5 q^-1) has a = (-1, 2.5); 2 goes to 0.5, so A' = (1 - 0.5 q^-1)^2, a' = (-0.25,
+    /// 1). b = (1, 3) has h = (1, 3 - 2.5) = (1, 0.5), and b' = (1, 0.5 + 1).
     #[test]
     fn a_real_pole_by_hand() {
         let mut reflection = PoleReflection::new(2);
@@ -128,7 +128,8 @@ mod tests {
         assert!(close(b, &[1.0, 1.5]), "{b:?}");
     }
 
-    /// By hand: poles 1 +- i (z^2 - 2z + 2) go to (1 +- i) / 2, z^2 - z + 0.5; with h = (1, 1), b = (1, 3), b' = (1, 2).
+    /// By hand: poles 1 +- i (z^2 - 2z + 2) go to (1 +- i) / 2, z^2 - z + 0.5; with h = (1, 1), b = (1, 3), b' = (1,
+    /// 2).
     #[test]
     fn a_complex_pair_by_hand() {
         let mut reflection = PoleReflection::new(2);

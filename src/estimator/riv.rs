@@ -9,7 +9,7 @@ use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS,
 use super::prediction_error::{BjOptions, Descent};
 use super::reflection::{Stabilise, stay_stable};
 use super::regression::Rows;
-use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{LinearModel, Orders};
 use schemars::JsonSchema;
@@ -353,16 +353,7 @@ impl Estimator for RefinedIv {
                 pass.set_model(&self.model, condition)
             }),
         };
-        if set.is_ok() {
-            pass.start_at_zero();
-        }
-        if let Err(kind) = set.and(found) {
-            pass.fail(Failure {
-                kind,
-                stage: Stage::Other,
-                pass: 0,
-            });
-        }
+        pass.end(found, set);
     }
 }
 

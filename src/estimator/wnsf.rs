@@ -7,7 +7,7 @@ use super::method::{MethodKind, OptionError, Problem};
 use super::null_space::NullSpaceFit;
 use super::regression::covariance_of_triangle;
 use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
-use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -192,11 +192,7 @@ impl Estimator for NullSpace {
         });
         match found {
             Ok(()) => pass.start_at_zero(),
-            Err(kind) => pass.fail(Failure {
-                kind,
-                stage: Stage::Other,
-                pass: 0,
-            }),
+            Err(kind) => pass.fail_for(kind),
         }
     }
 }

@@ -7,24 +7,24 @@ use crate::estimator::FailureKind;
 /// How theta is estimated from `z(k) = c'Phi(k) theta + f(k)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ThetaEstimator {
-    /// DREM: the regression and its delays by 1 ... n - 1 samples, mixed to `mbar = Delta theta`, and for each component
-    /// `theta_i += gamma Delta (mbar_i - Delta theta_i) / (1 + gamma Delta^2)`. Holds gamma.
+    /// DREM: the regression and its delays by 1 ... n - 1 samples, mixed to `mbar = Delta theta`, and for each
+    /// component `theta_i += gamma Delta (mbar_i - Delta theta_i) / (1 + gamma Delta^2)`. Holds gamma.
     Drem(f64),
     /// Recursive least squares from `P(0) = I / rho`. Holds rho, the variance of f over that of each theta_i.
     Squares(f64),
 }
 
-/// `xi(k+1) = A xi(k) + b u(k)`, `Phi(k+1) = A Phi(k)`, `Phi(0) = I`, `z(k) = y(k) - c'xi(k)`,
-/// `xhat(k) = xi(k) + Phi(k) theta_hat(k)` with `xi(0) = x0`, `theta_hat(0) = 0`; theta_hat(k) is made of z up to k - 1.
-/// The observer of Bobtsov et al. 2023, Eqs. (5) to (10), with differences for derivatives.
+/// `xi(k+1) = A xi(k) + b u(k)`, `Phi(k+1) = A Phi(k)`, `Phi(0) = I`, `z(k) = y(k) - c'xi(k)`, `xhat(k) = xi(k) +
+/// Phi(k) theta_hat(k)` with `xi(0) = x0`, `theta_hat(0) = 0`; theta_hat(k) is made of z up to k - 1. The observer of
+/// Bobtsov et al. 2023, Eqs. (5) to (10), with differences for derivatives.
 #[derive(Clone, Debug)]
 pub struct DiscreteGpebo {
     by: ThetaEstimator,
     n: usize,
     xi: Vec<f64>,
     theta: Vec<f64>,
-    /// c'A^j, j = k - n + 1 ... k + n - 1, each n numbers, 0 for j < 0; the last n rows are Phi(k), since c'A^j = e_(j+1)'
-    /// for j < n.
+    /// c'A^j, j = k - n + 1 ... k + n - 1, each n numbers, 0 for j < 0; the last n rows are Phi(k), since c'A^j =
+    /// e_(j+1)' for j < n.
     rows: Vec<f64>,
     /// z(k), z(k - 1), ..., z(k - n + 1).
     z: Vec<f64>,

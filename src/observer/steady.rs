@@ -5,11 +5,12 @@ use crate::plant::canonical::solve_toeplitz;
 /// The steady-state filter of `x(k+1) = A x(k) + w(k)`, `y(k) = x_1(k) + v(k)`, `A = [0 | I; a']`, `E[v v] = 1`,
 /// `E[w w'] = rho I`.
 ///
-/// With `A(q) = det(q I - A)` and `N_i(q)` the polynomial from w_i to `A(q) y(k)`, the first i coefficients of A(q), the
-/// spectrum of A(q) y is `A A* + rho sum_i N_i N_i* = v C C*`. C, monic and stable, is the characteristic polynomial of
-/// `A - K c'`, and v is the variance of the innovations: the stabilising solution of the Riccati equation without P. C is
-/// found by Newton's method on its coefficients, which converges from every stable C. Source: G. Wilson, Factorization of
-/// the covariance generating function of a pure moving average process, SIAM J. Numer. Anal. 6 (1969) 1-7.
+/// With `A(q) = det(q I - A)` and `N_i(q)` the polynomial from w_i to `A(q) y(k)`, the first i coefficients of A(q),
+/// the spectrum of A(q) y is `A A* + rho sum_i N_i N_i* = v C C*`. C, monic and stable, is the characteristic
+/// polynomial of `A - K c'`, and v is the variance of the innovations: the stabilising solution of the Riccati equation
+/// without P. C is found by Newton's method on its coefficients, which converges from every stable C. Source: G.
+/// Wilson, Factorization of the covariance generating function of a pure moving average process, SIAM J. Numer. Anal. 6
+/// (1969) 1-7.
 #[derive(Clone, Debug)]
 pub(super) struct SteadyGain {
     a: Vec<f64>,
@@ -26,7 +27,8 @@ pub(super) struct SteadyGain {
     gain: Vec<f64>,
 }
 
-/// Steps of Newton's method: it takes fewer than ten, unless zeros of C are near the unit circle, and halves the error on it.
+/// Steps of Newton's method: it takes fewer than ten, unless zeros of C are near the unit circle, and halves the error
+/// on it.
 const STEPS: usize = 25;
 /// The change at which a quadratic convergence has reached rounding.
 const CONVERGED: f64 = 1e-10;
@@ -53,8 +55,8 @@ impl SteadyGain {
         }
     }
 
-    /// Returns the gain K, n numbers, and the innovation variance. `None` if Newton's method does not converge, as where
-    /// a pole of the filter is at the unit circle.
+    /// Returns the gain K, n numbers, and the innovation variance. `None` if Newton's method does not converge, as
+    /// where a pole of the filter is at the unit circle.
     pub(super) fn solve(&mut self, rho: f64) -> Option<(&[f64], f64)> {
         let size = self.plant[0] + rho * self.states[0];
         let scale = (size / correlation(&self.c, 0)).sqrt();

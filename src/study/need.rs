@@ -41,10 +41,10 @@ const SETTINGS_STORED: f64 = 900.0;
 const STATISTICS_STORED: f64 = 720.0 + 145.0;
 const SHARE_STORED: f64 = 120.0;
 const QUANTILE_STORED: f64 = 13.0;
-/// Bytes of a report: a line of its results.csv, and one of another table; its page, pictures (which the page has too) and
-/// description, whatever the study; what these have of an output in a cell, up to the number that pictures can show; of a
-/// claim, with its picture and its tables for papers; of a cell of a claim. As 33 studies have them, within a factor of
-/// two.
+/// Bytes of a report: a line of its results.csv, and one of another table; its page, pictures (which the page has too)
+/// and description, whatever the study; what these have of an output in a cell, up to the number that pictures can
+/// show; of a claim, with its picture and its tables for papers; of a cell of a claim. As 33 studies have them, within
+/// a factor of two.
 const LINE: f64 = 240.0;
 const SHORT_LINE: f64 = 90.0;
 const PAGES: f64 = 1e5;

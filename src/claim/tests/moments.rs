@@ -278,7 +278,7 @@ fn slopes_with_heavy_tails() {
 }
 
 #[test]
-#[ignore = "minutes"]
+#[ignore = "takes minutes: cargo test --release --lib -- --ignored slopes_with_heavy"]
 fn slopes_with_heavy_tails_in_2000_studies() {
     keeps_its_level(Of::Slope, 2000);
 }

@@ -9,8 +9,8 @@ use crate::text::rounded;
 const SIZES: [f64; 2] = [1e-290, 1e300];
 /// How many times as large as that of the other column it may be.
 const RATIO: f64 = 1e100;
-/// Units from 2^-220 to 2^220 (about 1e-66 to 1e66) have fourth powers, which tests of residuals print, that are numbers
-/// of doubles.
+/// Units from 2^-220 to 2^220 (about 1e-66 to 1e66) have fourth powers, which tests of residuals print, that are
+/// numbers of doubles.
 const TOLD: i32 = 220;
 
 /// Divides a record by the unit of its window, and returns the unit. So no square of a sample overflows or underflows.

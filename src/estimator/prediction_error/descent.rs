@@ -338,9 +338,9 @@ impl Descent {
         Some(length)
     }
 
-    /// Takes a Newton step. It helps if the second derivatives of e matter, so that Gauss-Newton converges slowly. As much of Levenberg and Marquardt's damping is added as
-    /// makes it positive definite and lowers the sum. Returns the relative length of the step; `None` if it does not
-    /// help.
+    /// Takes a Newton step. It helps if the second derivatives of e matter, so that Gauss-Newton converges slowly. As
+    /// much of Levenberg and Marquardt's damping is added as makes it positive definite and lowers the sum. Returns the
+    /// relative length of the step; `None` if it does not help.
     fn newton(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
         self.predictor.gradient(&mut self.gradient);
         self.predictor.hessian(y, &mut self.hessian);

@@ -17,8 +17,8 @@ pub(super) fn draw(polynomial: &mut [f64], random: &mut Stream) {
     }
 }
 
-/// Moves a pair of zeros of one of the polynomials, chosen by their degrees, to a random place: two conjugate or two real
-/// zeros, or the only one. Minima often differ in zeros that others nearly cancel.
+/// Moves a pair of zeros of one of the polynomials, chosen by their degrees, to a random place: two conjugate or two
+/// real zeros, or the only one. Minima often differ in zeros that others nearly cancel.
 pub(super) fn move_zeros(polynomials: &mut [&mut Vec<f64>], random: &mut Stream) {
     let all: usize = polynomials
         .iter()

@@ -129,7 +129,7 @@ impl Instrumental {
         inside.then_some(())
     }
 
-    /// Solves `Z'Phi theta = Z'y` for `phi(k) = (-y(k-1) ..., u(k-nk) ...)`, Z with x in the place of y if refined.
+    /// Solves `Z'Phi theta = Z'y` for `phi(k) = (-y(k-1) ..., u(k-nk) ...)`, Z with x for y if refined.
     fn solve(&mut self, refined: bool) -> Option<()> {
         let (n, nb, nk) = (self.degree, self.nb, self.nk);
         let width = n + nb;

@@ -17,7 +17,7 @@ use super::covariance::Covariance;
 use super::known::KnownModel;
 use super::least_squares::{StartState, StateEstimate};
 use super::method::{MethodKind, Needs, OptionError, Problem};
-use super::{Estimator, Failure, FailureKind, Pass, SetupError, Stage, Window};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 pub(super) use descent::Descent;
@@ -278,11 +278,7 @@ impl Estimator for PredictionError {
         };
         let found = self.search.run(window.u, window.y);
         if let Err(kind) = self.report(window, found, pass) {
-            pass.fail(Failure {
-                kind,
-                stage: Stage::Other,
-                pass: 0,
-            });
+            pass.fail_for(kind);
         }
     }
 }

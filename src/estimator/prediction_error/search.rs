@@ -20,8 +20,8 @@ const SCREENED: usize = 16;
 /// of the sum, and so is the difference of the sums at most.
 const MERGED: f64 = 1e-3;
 
-/// A point that is no minimum is taken if the lowest minimum is this much less likely, in twice the logarithm: chi-squared
-/// with one degree of freedom exceeds it with probability 0.001.
+/// A point that is no minimum is taken if the lowest minimum is this much less likely, in twice the logarithm:
+/// chi-squared with one degree of freedom exceeds it with probability 0.001.
 const EVIDENCE: f64 = 10.828;
 
 /// Random starts end when fewer minima than this are expected besides those found.
@@ -179,8 +179,8 @@ impl Search {
         }
     }
 
-    /// Searches from the lowest minimum to its end; from the next if that fails. The best point of the other searches is
-    /// taken instead if there is no minimum, or if it is so much lower that no minimum explains the record.
+    /// Searches from the lowest minimum to its end; from the next if that fails. The best point of the other searches
+    /// is taken instead if there is no minimum, or if it is so much lower that no minimum explains the record.
     fn finish(&mut self, u: &[f64], y: &[f64], failed: FailureKind) -> Found {
         self.found
             .sort_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
@@ -214,8 +214,8 @@ impl Search {
     }
 }
 
-/// The stopping rule of Boender and Rinnooy Kan: with w minima after n searches from random starts, w (n-1) / (n-w-2) are
-/// expected in all.
+/// The stopping rule of Boender and Rinnooy Kan: with w minima after n searches from random starts, w (n-1) / (n-w-2)
+/// are expected in all.
 fn is_enough(searches: usize, minima: usize) -> bool {
     let (n, w) = (searches as f64, minima as f64);
     w > 0.0 && n > w + 2.0 && w * (n - 1.0) / (n - w - 2.0) < w + MISSED

@@ -384,8 +384,8 @@ impl Starts {
     }
 }
 
-/// Returns after how many random starts the next is random in all of F, C and D; those between are near the best point so
-/// far.
+/// Returns after how many random starts the next is random in all of F, C and D; those between are near the best point
+/// so far.
 fn kinds_of_draws(orders: Orders) -> usize {
     if orders.nc > 0 && orders.nd > 0 { 4 } else { 2 }
 }

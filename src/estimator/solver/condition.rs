@@ -206,9 +206,9 @@ pub fn triangular_condition(
     Ok(norm * inverse_norm)
 }
 
-/// Calls `take` with each column of R^-1 down to its diagonal, by back substitution; `scratch` has room for one. A large
-/// R, which is stored by columns, is copied row by row, and several columns share what is read. Every sum has the order
-/// and the bits of a column alone.
+/// Calls `take` with each column of R^-1 down to its diagonal, by back substitution; `scratch` has room for one. A
+/// large R, which is stored by columns, is copied row by row, and several columns share what is read. Every sum has the
+/// order and the bits of a column alone.
 pub fn columns_of_inverse(r: MatRef<'_, f64>, scratch: &mut [f64], mut take: impl FnMut(&[f64])) {
     const SMALL: usize = 64;
     const TOGETHER: usize = 8;
