@@ -6,6 +6,7 @@ use asobench::model::LinearModel;
 use asobench::model::polynomial::{divide, filter};
 use asobench::signal::{Input, InputLaw, Purpose, Sequence, stream};
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 
 /// The methods' options, as files have them.
 fn options(estimator: &str, orders: &str) -> MethodOptions {
@@ -180,22 +181,37 @@ fn plants_are_recovered_without_noise() {
     }
 }
 
-/// Short records of a plant under heavy noise: each failure of an iteration is reached, and none is a panic.
+/// Short records of a plant under heavy noise. Reflected iterations have a model in each, with the kind "iteration-limit"
+/// where they did not converge; without reflection each end of an iteration is reached, and none is a panic.
 #[test]
 fn failures_of_iterations_are_typed() {
     let truth = truth("nb=2,nf=2", &[1.0, 0.5, -1.5, 0.7]);
-    let mut kinds = std::collections::BTreeMap::new();
+    let mut kinds = [BTreeMap::new(), BTreeMap::new()];
     for trial in 0..400 {
         let (u, y) = record(&truth, 20.0, 1000 + trial, 40);
         for method in ["sriv", "stmcb"] {
-            let pass = estimate(&options(method, "nb=2,nf=2"), 2, &u, &y);
-            if let Some(failure) = pass.failure {
-                *kinds.entry(failure.kind.to_string()).or_insert(0) += 1;
+            for (stabilise, kinds) in ["reflect", "none"].iter().zip(&mut kinds) {
+                let name: EstimatorName = method.parse().expect("an estimator");
+                let mut given = Map::new();
+                given.insert("orders".to_owned(), Value::from("nb=2,nf=2"));
+                given.insert("stabilise".to_owned(), Value::from(*stabilise));
+                let pass = estimate(&name.parse(given).expect("options"), 2, &u, &y);
+                if let Some(failure) = pass.failure {
+                    *kinds.entry(failure.kind.to_string()).or_insert(0) += 1;
+                    if *stabilise == "reflect" {
+                        assert!(
+                            pass.model.f.iter().all(|f| f.is_finite()),
+                            "{method} {trial}"
+                        );
+                        assert!(pass.model.b.iter().any(|b| *b != 0.0), "{method} {trial}");
+                    }
+                }
             }
         }
     }
-    println!("{kinds:?}");
-    for kind in [FailureKind::NoConvergence, FailureKind::UnstablePredictor] {
-        assert!(kinds.contains_key(&kind.to_string()), "{kind}: {kinds:?}");
+    let [reflected, plain] = kinds.map(|kinds| kinds.into_keys().collect::<Vec<String>>());
+    assert_eq!(reflected, [FailureKind::IterationLimit.to_string()]);
+    for kind in [FailureKind::UnstablePredictor, FailureKind::IterationLimit] {
+        assert!(plain.contains(&kind.to_string()), "{kind}: {plain:?}");
     }
 }

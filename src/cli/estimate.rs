@@ -282,9 +282,9 @@ fn write_drawings(
     Ok(())
 }
 
-/// Warns of an output far from zero: models without an offset do not describe it.
+/// Warns of an output far from zero: models without an offset do not describe it. A step less its mean is nothing.
 fn warn_of_offset(report: &Report) {
-    if report.detrend != Detrend::None {
+    if report.detrend != Detrend::None || hints::is_constant(&report.record.u[..report.window]) {
         return;
     }
     let y = &report.record.y[..report.window];

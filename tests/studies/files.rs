@@ -439,7 +439,7 @@ fn methods() {
         ),
         (
             "estimator = \"ls\"\niterations = 3",
-            ["methods[0] (ls): 'iterations'", "'iv' only"],
+            ["methods[0] (ls): 'iterations'", "'iv' or 'wnsf' only"],
         ),
         (
             "estimator = \"ls\"\nauxiliary = \"frozen\"",

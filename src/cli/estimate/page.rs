@@ -97,7 +97,11 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
     if let Some(failure) = last.pass.failure {
         match words::unfinished(estimate) {
             Some(sentence) => section.paragraph(&format!("Status {}: {sentence}.", failure.kind)),
-            None => section.paragraph(&format!("Failed: {failure}.")),
+            None => {
+                let cause =
+                    words::cause(failure.kind).map_or(String::new(), |cause| format!(": {cause}"));
+                section.paragraph(&format!("Failed: {failure}{cause}."));
+            }
         }
     }
     for hint in &estimate.hints {

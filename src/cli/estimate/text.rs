@@ -68,7 +68,10 @@ fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
             let line = format!("  {:<18} {}: {sentence}", "status", failure.kind);
             text.push_str(&wrap(&line, 80, &" ".repeat(21)));
         } else {
-            writeln!(text, "  FAILED: {failure}")?;
+            let cause =
+                words::cause(failure.kind).map_or(String::new(), |cause| format!(": {cause}"));
+            let line = format!("  FAILED: {failure}{cause}");
+            text.push_str(&wrap(&line, 80, &" ".repeat(10)));
         }
     }
     for hint in &estimate.hints {

@@ -74,6 +74,24 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
     }
 }
 
+/// Returns why an estimate has no model, with advice; `None` where the kind's name says it.
+pub(super) fn cause(kind: FailureKind) -> Option<&'static str> {
+    Some(match kind {
+        FailureKind::NonFinite => "a number of the calculation overflowed or is none",
+        FailureKind::Singular => "the equations are singular: a signal that they need is zero",
+        FailureKind::RankDeficient | FailureKind::NotIdentifiable => {
+            "the record does not distinguish the parameters: lower the orders, or excite the plant more"
+        }
+        FailureKind::UnstablePredictor => {
+            "the model's predictor is unstable: try --stabilise reflect, or oe"
+        }
+        FailureKind::UnstableInstruments => {
+            "the model whose output makes the instruments is unstable: try --stabilise reflect, or oe"
+        }
+        _ => return None,
+    })
+}
+
 /// Returns the largest modulus of the zeros of `1 + d_1 q^-1 + ...`; 0 without zeros.
 fn largest_zero(polynomial: &[f64]) -> f64 {
     let mut a = vec![0.0; polynomial.len() - 1];
