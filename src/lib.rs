@@ -72,26 +72,16 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-pub mod claim;
 pub mod cli;
-pub mod data;
-pub mod diagnosis;
-pub mod estimator;
-pub mod files;
-pub mod lanes;
-pub mod metric;
-pub mod model;
-mod names;
-mod number;
-pub mod observer;
-pub mod plant;
-pub mod real;
-pub mod report;
 mod run_in;
-pub mod signal;
-pub mod study;
-mod text;
-pub mod theory;
-pub mod worker;
+
+pub use asobench_identification::{
+    data, diagnosis, estimator, metric, model, observer, plant, real, signal, theory,
+};
+use asobench_identification::{names, number};
+pub use asobench_lanes as lanes;
+pub use asobench_report as report;
+use asobench_study::text;
+pub use asobench_study::{claim, files, study, worker};
 
 pub use run_in::{RunInError, run_in};

@@ -42,7 +42,6 @@ use crate::text::{beginning, visible, visible_json, visible_lines};
 use crate::worker;
 use clap::{Parser, Subcommand};
 use error::{Error, failed};
-pub(crate) use programs::AGREED_TITLE;
 use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -170,7 +169,7 @@ fn errors_of_large_files() {
 
 /// The version, the source's revision, and the instructions that the lanes use on this machine.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
-    let revision = option_env!("ASOBENCH_GIT_REVISION").unwrap_or("no git revision");
+    let revision = asobench_study::GIT_REVISION.unwrap_or("no git revision");
     let short = revision.get(..10).filter(|_| !revision.contains(' '));
     let isa = Isa::best();
     format!(

@@ -16,8 +16,6 @@ use xxhash_rust::xxh3::xxh3_128;
 
 /// The file with the agreed commands, one per line.
 const AGREED: &str = "agreed-commands";
-/// The first line of that file.
-pub(crate) const AGREED_TITLE: &str = "# asobench: commands that were agreed to\n";
 /// The file beside the results with what workers printed.
 const LOG: &str = "workers.log";
 /// How much of the commands is shown before they are agreed to: characters, those of a path, programs, and the least
@@ -348,7 +346,7 @@ fn lines_of(path: &Path) -> Result<Vec<Value>, Error> {
 fn remember(path: &Path, mut known: Vec<Value>, agreed: Value) -> Result<(), Error> {
     known.push(agreed);
     let lines = known.iter().map(|line| format!("{line}\n"));
-    let text = AGREED_TITLE.to_owned() + &lines.collect::<String>();
+    let text = crate::files::AGREED_TITLE.to_owned() + &lines.collect::<String>();
     files::make_folder(path.parent().unwrap_or(Path::new("."))).map_err(failed)?;
     files::replace(path, Kind::Agreed, text.as_bytes()).map_err(failed)
 }

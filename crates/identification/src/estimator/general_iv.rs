@@ -1,0 +1,345 @@
+//! The paper's instrumental variables for any orders na, nb and delay nk: least squares, then IV passes. The
+//! instruments are the output of the previous pass's model, or of one fixed model.
+
+use super::auxiliary::AuxiliaryModel;
+use super::covariance::Covariance;
+use super::instruments::{InstrumentalRegression, Instruments, Signals};
+use super::least_squares::{StartState, StateEstimate};
+use super::reading::{R_SYSID_RIDGE, Reading};
+use super::regression::{Regression, Rows};
+use super::{Drive, Estimator, Failure, FailureKind, Pass, Progress, SetupError, Stage, Window};
+use crate::model::polynomial::{divide, filter};
+use crate::model::{LinearModel, Orders};
+use crate::observer::Gain;
+#[cfg(feature = "json")]
+use serde::{Deserialize, Deserializer};
+use serde::{Serialize, Serializer};
+#[cfg(feature = "json")]
+use serde_json::Value;
+
+/// A model `x = B/F u` whose output is the instrument in every pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FixedModel {
+    b: Vec<f64>,
+    f: Vec<f64>,
+}
+
+impl FixedModel {
+    /// Makes the model from polynomials in q^-1, leading coefficients included.
+    ///
+    /// # Errors
+    /// A message if a number is not finite, B is empty, or F does not begin with 1.
+    pub fn new(b: Vec<f64>, f: Vec<f64>) -> Result<Self, String> {
+        if b.is_empty() || !b.iter().chain(&f).all(|value| value.is_finite()) {
+            return Err("expected B and F as lists of finite numbers".to_owned());
+        }
+        if f.first() != Some(&1.0) {
+            return Err("expected an F that begins with 1".to_owned());
+        }
+        Ok(Self { b, f })
+    }
+
+    fn run(&self, u: &[f64], x: &mut [f64]) {
+        filter(&self.b, u, x);
+        divide(&self.f, x);
+    }
+}
+
+impl std::str::FromStr for FixedModel {
+    type Err = String;
+
+    /// Parses `B=0,1;F=1,-0.5`; F is 1 if not given.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (mut b, mut f) = (Vec::new(), vec![1.0]);
+        for part in text.split(';') {
+            let (name, numbers) = part.split_once('=').unwrap_or((part, ""));
+            let place = match name.trim() {
+                "B" => &mut b,
+                "F" => &mut f,
+                _ => return Err(format!("'{part}'; expected a text such as B=0,1;F=1,-0.5")),
+            };
+            let numbers = numbers.split(',').map(|number| number.trim().parse());
+            let numbers: Result<Vec<f64>, _> = numbers.collect();
+            *place = numbers.map_err(|_| format!("'{part}' is not a list of numbers"))?;
+        }
+        Self::new(b, f)
+    }
+}
+
+impl std::fmt::Display for FixedModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let list = |values: &[f64]| {
+            let texts: Vec<String> = values.iter().map(f64::to_string).collect();
+            texts.join(",")
+        };
+        write!(f, "B={};F={}", list(&self.b), list(&self.f))
+    }
+}
+
+impl Serialize for FixedModel {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+#[cfg(feature = "json")]
+impl<'de> Deserialize<'de> for FixedModel {
+    /// Reads a text, or a table of lists.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Table {
+            #[serde(rename = "B")]
+            b: Vec<f64>,
+            #[serde(rename = "F")]
+            f: Option<Vec<f64>>,
+        }
+        let model = match Value::deserialize(deserializer)? {
+            Value::String(text) => text.parse(),
+            table => serde_json::from_value(table)
+                .map_err(|error| error.to_string())
+                .and_then(|Table { b, f }| Self::new(b, f.unwrap_or_else(|| vec![1.0]))),
+        };
+        model.map_err(serde::de::Error::custom)
+    }
+}
+
+#[cfg(feature = "json")]
+impl schemars::JsonSchema for FixedModel {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "FixedModel".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let list = serde_json::json!({ "type": "array", "items": { "type": "number" } });
+        schemars::json_schema!({
+            "anyOf": [
+                { "type": "string" },
+                {
+                    "type": "object",
+                    "properties": { "B": list, "F": list },
+                    "required": ["B"],
+                    "additionalProperties": false
+                }
+            ]
+        })
+    }
+}
+
+/// The options of the general form.
+pub(super) struct GeneralOptions {
+    pub(super) orders: Orders,
+    pub(super) rows: Rows,
+    pub(super) reading: Option<Reading>,
+    pub(super) fixed_model: Option<FixedModel>,
+    pub(super) initial_state: StartState,
+    pub(super) covariance: Covariance,
+}
+
+/// Pass 0 is least squares. Pass i is `theta = (Z'Phi)^-1 Z'y`, with Z equal to Phi except for x instead of y. x is the
+/// output of the model of pass i-1: from its x0 if only complete rows are used, from rest if zeros precede the record.
+pub struct GeneralIv {
+    regression: Regression,
+    instruments: InstrumentalRegression,
+    fixed: Option<FixedModel>,
+    auxiliary: AuxiliaryModel,
+    covariance: Covariance,
+    from_rest: bool,
+    rest: Vec<f64>,
+    model: LinearModel,
+    state: StateEstimate,
+}
+
+impl GeneralIv {
+    /// Makes buffers for windows of `window` samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`].
+    pub(super) fn new(options: GeneralOptions, window: usize) -> Result<Self, SetupError> {
+        let GeneralOptions { orders, .. } = options;
+        let (rows, ridge) = match options.reading {
+            Some(Reading::RSysid) => (Rows::Padded, R_SYSID_RIDGE),
+            None => (options.rows, 0.0),
+        };
+        let n = orders.order();
+        Ok(Self {
+            regression: Regression::with_ridge(orders, rows, ridge, window)?,
+            instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?,
+            fixed: options.fixed_model,
+            auxiliary: AuxiliaryModel::new(n, window, Drive::Model, Gain::DeadBeat),
+            covariance: options.covariance,
+            from_rest: rows != Rows::Complete,
+            rest: vec![0.0; n],
+            model: LinearModel::zero(orders),
+            state: StateEstimate::new(n, options.initial_state),
+        })
+    }
+
+    /// Computes the instruments of the past outputs.
+    fn simulate(&mut self, window: Window<'_>, previous: &Pass) -> Result<(), FailureKind> {
+        if let Some(model) = &self.fixed {
+            model.run(window.u, &mut self.auxiliary.yhat);
+            let finite = self.auxiliary.yhat.iter().all(|x| x.is_finite());
+            return finite.then_some(()).ok_or(FailureKind::NonFinite);
+        }
+        let x0 = if self.from_rest {
+            &self.rest
+        } else {
+            &previous.x0
+        };
+        self.auxiliary.run(&previous.a, &previous.b, x0, window)?;
+        let x = self.auxiliary.yhat.iter_mut().zip(window.u);
+        x.for_each(|(x, u)| *x += previous.direct * u);
+        Ok(())
+    }
+
+    /// Computes the model of a pass; on failure returns its kind and stage.
+    fn find(
+        &mut self,
+        window: Window<'_>,
+        previous: Option<&Pass>,
+        pass: &mut Pass,
+    ) -> Result<(), (FailureKind, Stage)> {
+        let at = |stage: Stage| move |kind: FailureKind| (kind, stage);
+        let Window { u, y, .. } = window;
+        let mut condition = f64::NAN;
+        self.model.noise_variance = f64::NAN;
+        self.model.covariance.clear();
+        let stage = match previous {
+            None => {
+                let solved = self.regression.solve(u, y, &mut condition);
+                solved.map_err(at(Stage::LeastSquares))?;
+                let theta = self.regression.theta();
+                self.model.set_parameters(theta);
+                if let Some(freedom) = freedom(self.regression.rows(), theta.len()) {
+                    let variance = self.regression.residual_sum() / freedom;
+                    self.model.noise_variance = variance;
+                    let covariance = &mut self.model.covariance;
+                    self.regression
+                        .covariance(self.covariance, variance, covariance);
+                }
+                Stage::LeastSquares
+            }
+            Some(previous) => {
+                let simulated = self.simulate(window, previous);
+                simulated.map_err(at(Stage::AuxiliaryModel))?;
+                let x = &self.auxiliary.yhat;
+                let solved = self
+                    .instruments
+                    .solve(Signals::new(u, y, x), &mut condition);
+                solved.map_err(at(Stage::Instruments))?;
+                let theta = self.instruments.theta();
+                self.model.set_parameters(theta);
+                if let Some(freedom) = freedom(self.instruments.rows(), theta.len()) {
+                    let variance = self.instruments.residual_sum() / freedom;
+                    self.model.noise_variance = variance;
+                    let covariance = &mut self.model.covariance;
+                    self.instruments
+                        .covariance(self.covariance, variance, covariance);
+                }
+                Stage::Instruments
+            }
+        };
+        pass.set_model(&self.model, condition).map_err(at(stage))
+    }
+}
+
+/// Returns the number of rows minus that of parameters, if it is positive.
+pub(super) fn freedom(rows: usize, parameters: usize) -> Option<f64> {
+    (rows > parameters).then(|| (rows - parameters) as f64)
+}
+
+impl Estimator for GeneralIv {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        for number in 0..passes.len() {
+            let (done, rest) = passes.split_at_mut(number);
+            let (previous, pass) = (done.last(), &mut rest[0]);
+            pass.clear();
+            if let Some(previous) = previous
+                && previous.progress != Progress::InitialState
+            {
+                // Nothing to start from: the failure is passed on.
+                pass.failure = previous.failure;
+                continue;
+            }
+            match self.find(window, previous, pass) {
+                Ok(()) => self.state.estimate(window, number, pass),
+                Err((kind, stage)) => pass.fail(Failure {
+                    kind,
+                    stage,
+                    pass: number,
+                }),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::{IvOptions, MethodKind, Shape};
+    use crate::signal::{Purpose, stream};
+    use rand::Rng as _;
+
+    /// For na = nb = n and nk = 1 every pass equals the paper's, which other code computes with other arithmetic.
+    #[test]
+    fn the_papers_form_is_a_special_case() {
+        let n = 300;
+        let mut random = stream(29, 1, Purpose::Input);
+        let mut uniform = || (random.next_u64() >> 11) as f64 / 2_f64.powi(52) - 1.0;
+        let u: Vec<f64> = (0..n).map(|_| uniform().signum()).collect();
+        let mut y = vec![0.0; n];
+        let model = FixedModel::new(vec![0.0, 1.0, 0.5], vec![1.0, -1.5, 0.7]).unwrap();
+        model.run(&u, &mut y);
+        for y in &mut y {
+            *y += 0.3 * uniform();
+        }
+        let passes = |orders| {
+            let options = IvOptions {
+                orders,
+                ..IvOptions::default()
+            };
+            let shape = Shape {
+                order: 2,
+                window: n,
+            };
+            let mut passes: Vec<Pass> = (0..5).map(|_| Pass::new(2)).collect();
+            let mut estimator = options.prepare(&shape.into()).unwrap();
+            estimator.estimate(Window::new(&u, &y, n), &mut passes);
+            passes
+        };
+        let (paper, general) = (passes(None), passes(Some(Orders::arx(2, 2, 1))));
+        for (paper, general) in paper.iter().zip(&general) {
+            assert!(paper.failure.is_none() && general.failure.is_none());
+            for (p, g) in [
+                (&paper.a, &general.a),
+                (&paper.b, &general.b),
+                (&paper.x0, &general.x0),
+            ] {
+                assert!(
+                    p.iter().zip(g).all(|(p, g)| (p - g).abs() < 1e-11),
+                    "{p:?} {g:?}"
+                );
+            }
+        }
+        assert!((paper[1].a[0] - paper[4].a[0]).abs() > 1e-6);
+    }
+
+    #[cfg(feature = "json")]
+    #[test]
+    fn models_are_read_as_texts_and_tables() {
+        let model: FixedModel = "B=0,1; F=1,-0.5".parse().unwrap();
+        let table = serde_json::from_str("{\"B\": [0, 1], \"F\": [1, -0.5]}").unwrap();
+        assert_eq!(model, table);
+        assert_eq!(model.to_string().parse(), Ok(model));
+        for (text, part) in [
+            ("0,1", "expected a text such as"),
+            ("B=x", "not a list of numbers"),
+            ("B=1;F=2", "begins with 1"),
+            ("F=1", "finite numbers"),
+        ] {
+            let error = text.parse::<FixedModel>().unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+}

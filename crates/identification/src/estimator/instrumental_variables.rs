@@ -1,0 +1,443 @@
+//! Instrumental variables: least squares as iteration 0, then passes of stages 7 to 10 (stage 11).
+
+use super::arx::ArxOptions;
+use super::auxiliary::AuxiliaryModel;
+use super::covariance::Covariance;
+use super::general_iv::{FixedModel, GeneralIv, GeneralOptions, freedom};
+use super::instruments::{InstrumentalRegression, Instruments as InstrumentsOf, Signals};
+use super::least_squares::{
+    LeastSquaresErrors, StartState, StateEstimate, conclude, iteration_zero,
+};
+use super::method::{MethodKind, Needs, OptionError, Output, Problem};
+use super::reading::Reading;
+use super::reflection::{PoleReflection, Stabilise};
+use super::regression::Rows;
+use super::solver::{Instruments, Solution, SolveInstruments};
+use super::{
+    Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10,
+    Window,
+};
+use crate::model::Orders;
+use crate::names::named_enum;
+use crate::observer::Gain;
+
+named_enum! {
+    /// The parts of the auxiliary model that each pass renews: reading E4.
+    Auxiliary, "reading of the auxiliary model" {
+        /// b and x0 follow each pass: stages 5 and 6 after every stage 10 (the default).
+        Refresh = "refresh",
+        /// Only A-hat is renewed. b and x0 of iteration 0 drive every simulation, and that x0 starts the observer. The
+        /// reported b comes from each pass's h.
+        Frozen = "frozen",
+        /// As frozen, but the reported b is that of iteration 0.
+        Literal = "literal",
+    }
+}
+
+named_enum! {
+    /// The auxiliary model: reading E12.
+    Drive, "reading of stage 7" {
+        /// The simulation of (A-hat, b-hat) from x0-hat (the default).
+        Model = "model",
+        /// The observer, driven by y: `F-hat = A-hat - g c'`.
+        Observer = "observer",
+    }
+}
+
+named_enum! {
+    /// The signal from which the instruments are formed: claim C7.
+    InstrumentSource, "source of the instruments" {
+        /// The input u, both to drive the auxiliary model and in Z (the default).
+        Input = "u",
+        /// The reference r in both places, free of noise that came through the loop.
+        Reference = "r",
+    }
+}
+
+/// The largest number of IV passes.
+pub const MOST_ITERATIONS: usize = 1000;
+
+/// The readings of the IV passes.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct IvOptions {
+    /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
+    pub solver: Solver,
+    /// Number of IV passes (reading E11: 4 or 5).
+    pub iterations: usize,
+    /// Formula of stage 10, reading E2: corrected, as-printed, as-printed-2024.
+    pub stage10: Stage10,
+    /// What each IV pass renews, reading E4: refresh, frozen, literal.
+    pub auxiliary: Auxiliary,
+    /// The auxiliary model, reading E12: model (simulation of the estimate), observer.
+    pub drive: Drive,
+    /// The observer's gain, if the observer is the auxiliary model.
+    pub gain: Gain,
+    /// The signal from which the instruments are formed: u or r.
+    pub instruments: InstrumentSource,
+    /// What is done about unstable poles of the auxiliary model: none, reflect (into the unit circle).
+    pub stabilise: Stabilise,
+    /// Initial state, in every pass: estimate (stage 6), or zero.
+    pub initial_state: StartState,
+    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// The equations that are used: complete (the default), prewindow (zeros before the record), padded (zeros before and after).
+    pub rows: Option<Rows>,
+    /// The conventions of another tool: r-sysid.
+    pub reading: Option<Reading>,
+    /// A fixed model x = B/F u for the instruments, such as B=0,1;F=1,-0.5: one pass.
+    pub fixed_model: Option<FixedModel>,
+    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+    /// instruments), robust.
+    pub covariance: Option<Covariance>,
+}
+
+impl Default for IvOptions {
+    fn default() -> Self {
+        Self {
+            iterations: 4,
+            solver: Solver::default(),
+            stage10: Stage10::default(),
+            auxiliary: Auxiliary::default(),
+            drive: Drive::default(),
+            gain: Gain::default(),
+            instruments: InstrumentSource::default(),
+            stabilise: Stabilise::default(),
+            initial_state: StartState::default(),
+            orders: None,
+            rows: None,
+            reading: None,
+            fixed_model: None,
+            covariance: None,
+        }
+    }
+}
+
+impl IvOptions {
+    /// Returns the options of the general form if one is given that the paper's form does not have; otherwise `None`.
+    fn general(&self, order: usize) -> Option<GeneralOptions> {
+        let asked = self.orders.is_some()
+            || self.rows.is_some()
+            || self.reading.is_some()
+            || self.fixed_model.is_some();
+        asked.then(|| GeneralOptions {
+            orders: self.orders.unwrap_or(Orders::arx(order, order, 1)),
+            rows: self.rows.unwrap_or_default(),
+            reading: self.reading,
+            fixed_model: self.fixed_model.clone(),
+            initial_state: self.initial_state,
+            covariance: self.covariance.unwrap_or_default(),
+        })
+    }
+
+    /// Checks that the options of the paper's form alone have their defaults if one of the general form is given.
+    fn check_general(&self) -> Result<(), OptionError> {
+        let Some(general) = self.general(1) else {
+            return Ok(());
+        };
+        if general.reading.is_some() {
+            Reading::refuse(self.rows, None)?;
+        }
+        let paper = Self::default();
+        let other = [
+            (self.solver != paper.solver, "solver"),
+            (self.stage10 != paper.stage10, "stage10"),
+            (self.auxiliary != paper.auxiliary, "auxiliary"),
+            (self.drive != paper.drive, "drive"),
+            (self.instruments != paper.instruments, "instruments"),
+            (self.stabilise != paper.stabilise, "stabilise"),
+        ];
+        if let Some((_, key)) = other.into_iter().find(|(differs, _)| *differs) {
+            let message =
+                "applies to the paper's form only; leave out orders, rows, reading and fixed_model";
+            return Err(OptionError::new(key, message));
+        }
+        ArxOptions::check_orders(self.orders)
+    }
+
+    /// Returns how many passes follow iteration 0: one if the instruments are not renewed.
+    fn passes(&self) -> usize {
+        match (self.reading, &self.fixed_model) {
+            (None, None) => self.iterations,
+            _ => 1,
+        }
+    }
+}
+
+impl MethodKind for IvOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        if !(1..=MOST_ITERATIONS).contains(&self.iterations) {
+            let message = format!("{}; expected 1 to {MOST_ITERATIONS}", self.iterations);
+            return Err(OptionError::new("iterations", message));
+        }
+        let (stage10, solver) = (self.stage10, self.solver);
+        if stage10 != Stage10::Corrected && solver != Solver::Partitioned {
+            let message =
+                format!("'{stage10}' exists for solver 'partitioned' only, not '{solver}'");
+            return Err(OptionError::new("stage10", message));
+        }
+        self.check_general()
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        self.general(setting).map(|general| general.orders)
+    }
+
+    /// Iteration 0 of "iv" is "ls".
+    fn outputs(&self, name: &str) -> Vec<Output> {
+        let name_of = |pass| {
+            if name == "iv" && pass == 0 {
+                "ls"
+            } else {
+                name
+            }
+        };
+        let output = |pass| Output {
+            estimator: name_of(pass).to_owned(),
+            pass,
+        };
+        (0..=self.passes()).map(output).collect()
+    }
+
+    fn needs(&self) -> Needs {
+        let of_reference = self.instruments == InstrumentSource::Reference;
+        Needs {
+            reference: of_reference.then(|| ("instruments", self.instruments.name())),
+            ..Needs::default()
+        }
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        if let Some(general) = self.general(problem.shape.order) {
+            return Ok(Box::new(GeneralIv::new(general, problem.shape.window)?));
+        }
+        let mut paper = InstrumentalVariables::new(problem.shape, self)?;
+        if problem.covariance {
+            let kind = self.covariance.unwrap_or_default();
+            paper.errors = Some(InstrumentalErrors::new(problem.shape, kind)?);
+        }
+        Ok(Box::new(paper))
+    }
+
+    fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
+        // The ignored fields (`_`): any number of passes is possible; the gain belongs to a drive that lanes do not
+        // have; lanes do not run if standard errors are wanted.
+        let Self {
+            iterations: _,
+            solver,
+            stage10,
+            auxiliary,
+            drive,
+            gain: _,
+            instruments,
+            stabilise,
+            initial_state,
+            orders,
+            rows,
+            reading,
+            fixed_model,
+            covariance: _,
+        } = self;
+        let partitioned = matches!(solver, Solver::Partitioned);
+        let corrected = matches!(stage10, Stage10::Corrected);
+        let renews = matches!(
+            auxiliary,
+            Auxiliary::Refresh | Auxiliary::Frozen | Auxiliary::Literal
+        );
+        let by_model = matches!(drive, Drive::Model);
+        let of_input = matches!(instruments, InstrumentSource::Input);
+        let as_found = matches!(stabilise, Stabilise::None);
+        let papers = orders.is_none() && rows.is_none();
+        let own = reading.is_none() && fixed_model.is_none();
+        let starts = matches!(initial_state, StartState::Estimate | StartState::Zero);
+        let has = [
+            (partitioned, ("solver", solver.name())),
+            (corrected, ("stage10", stage10.name())),
+            (renews, ("auxiliary", auxiliary.name())),
+            (by_model, ("drive", drive.name())),
+            (of_input, ("instruments", instruments.name())),
+            (as_found, ("stabilise", stabilise.name())),
+            (starts, ("initial_state", initial_state.name())),
+            (
+                papers && own,
+                ("orders, rows, reading or fixed_model", "given"),
+            ),
+        ];
+        let missing = has.into_iter().find(|(has, _)| !has);
+        Some(match missing {
+            None => Ok(self.clone()),
+            Some((_, (key, value))) => Err(format!("{key} = \"{value}\"")),
+        })
+    }
+}
+
+/// The IV estimator: pass 0 is least squares; passes 1, 2, ... use instruments from the previous pass.
+pub struct InstrumentalVariables {
+    auxiliary: Auxiliary,
+    solver: Box<dyn SolveInstruments>,
+    solution: Solution,
+    state: StateEstimate,
+    model: AuxiliaryModel,
+    source: InstrumentSource,
+    reflection: Option<PoleReflection>,
+    /// Present if standard errors are wanted.
+    errors: Option<InstrumentalErrors>,
+}
+
+/// Computes the covariance of every pass.
+struct InstrumentalErrors {
+    first: LeastSquaresErrors,
+    instruments: InstrumentalRegression,
+}
+
+impl InstrumentalErrors {
+    fn new(shape: Shape, kind: Covariance) -> Result<Self, SetupError> {
+        let orders = Orders::arx(shape.order, shape.order, 1);
+        let signal = InstrumentsOf::Signal;
+        Ok(Self {
+            first: LeastSquaresErrors::new(shape, kind)?,
+            instruments: InstrumentalRegression::new(orders, signal, Rows::Complete, shape.window)?,
+        })
+    }
+
+    /// Sets the covariance of an IV pass with these instruments.
+    fn set(&mut self, window: Window<'_>, instruments: Instruments<'_>, pass: &mut Pass) {
+        let (regression, mut unused) = (&mut self.instruments, f64::NAN);
+        let signals = Signals {
+            v: instruments.input,
+            ..Signals::new(window.u, window.y, instruments.output)
+        };
+        let solved = regression.solve(signals, &mut unused);
+        let freedom = freedom(regression.rows(), regression.theta().len());
+        let Some(freedom) = freedom.filter(|_| solved.is_ok()) else {
+            return;
+        };
+        let variance = regression.residual_sum() / freedom;
+        pass.model.noise_variance = variance;
+        regression.covariance(self.first.kind, variance, &mut pass.model.covariance);
+    }
+}
+
+impl InstrumentalVariables {
+    /// Makes buffers for a shape.
+    ///
+    /// # Errors
+    /// As for [`Solver::instruments`]; also if the gain does not fit the order, or if instruments are to be formed from
+    /// r by an observer, which y drives.
+    pub fn new(shape: Shape, options: &IvOptions) -> Result<Self, SetupError> {
+        options.gain.check(shape.order)?;
+        if options.instruments == InstrumentSource::Reference && options.drive != Drive::Model {
+            return Err(SetupError::ReferenceNeedsModel(options.drive));
+        }
+        let reflect = options.stabilise == Stabilise::Reflect;
+        Ok(Self {
+            auxiliary: options.auxiliary,
+            solver: options.solver.instruments(shape, options.stage10)?,
+            solution: Solution::new(shape.order),
+            state: StateEstimate::new(shape.order, options.initial_state),
+            model: AuxiliaryModel::new(
+                shape.order,
+                shape.window,
+                options.drive,
+                options.gain.clone(),
+            ),
+            source: options.instruments,
+            reflection: reflect.then(|| PoleReflection::new(shape.order)),
+            errors: None,
+        })
+    }
+
+    /// Computes stage 7: yhat of A-hat of `previous` with b and x0 of `source`, stabilised if asked for.
+    fn simulate(
+        &mut self,
+        window: Window<'_>,
+        previous: &Pass,
+        source: &Pass,
+    ) -> Result<(), FailureKind> {
+        let input = match self.source {
+            InstrumentSource::Input => window.u,
+            InstrumentSource::Reference => window.r,
+        };
+        let (a, b) = match &mut self.reflection {
+            Some(reflection) if previous.unstable => reflection.run(&previous.a, &source.b)?,
+            _ => (previous.a.as_slice(), source.b.as_slice()),
+        };
+        self.model.run_driven(a, b, &source.x0, window, input)
+    }
+
+    /// Runs one pass: stages 7 to 10, and 5 and 6 if the reading includes them.
+    fn pass(
+        &mut self,
+        window: Window<'_>,
+        number: usize,
+        first: &Pass,
+        previous: &Pass,
+        pass: &mut Pass,
+    ) {
+        // Reading E4 decides whose b and x0 drive the auxiliary model.
+        let source = match self.auxiliary {
+            Auxiliary::Refresh => previous,
+            Auxiliary::Frozen | Auxiliary::Literal => first,
+        };
+        if let Err(kind) = self.simulate(window, previous, source) {
+            pass.fail(Failure {
+                kind,
+                stage: Stage::AuxiliaryModel,
+                pass: number,
+            });
+            return;
+        }
+        self.solution.condition = f64::NAN;
+        let instruments = Instruments {
+            output: &self.model.yhat,
+            input: (self.source == InstrumentSource::Reference).then_some(window.r),
+        };
+        let solved = self
+            .solver
+            .instruments(window, instruments, &mut self.solution);
+        if !conclude(solved, &self.solution, Stage::Instruments, number, pass) {
+            return;
+        }
+        if let Some(errors) = &mut self.errors {
+            errors.set(window, instruments, pass);
+        }
+        match self.auxiliary {
+            Auxiliary::Refresh => self.state.estimate(window, number, pass),
+            Auxiliary::Frozen => pass.set_initial_state(&first.x0),
+            Auxiliary::Literal => {
+                pass.b.copy_from_slice(&first.b);
+                pass.set_initial_state(&first.x0);
+            }
+        }
+    }
+}
+
+impl Estimator for InstrumentalVariables {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        for pass in &mut *passes {
+            pass.clear();
+        }
+        let Some(first) = passes.first_mut() else {
+            return;
+        };
+        let (solution, state) = (&mut self.solution, &mut self.state);
+        iteration_zero(&mut *self.solver, solution, state, window, first);
+        if let Some(errors) = &mut self.errors {
+            errors.first.set(window, first);
+        }
+        for number in 1..passes.len() {
+            let (done, rest) = passes.split_at_mut(number);
+            let (first, previous, pass) = (&done[0], &done[number - 1], &mut rest[0]);
+            if previous.progress == Progress::InitialState {
+                self.pass(window, number, first, previous, pass);
+            } else {
+                // Nothing to start from: the failure is passed on.
+                pass.failure = previous.failure;
+            }
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Least squares: iteration 0 of the algorithm, stages 1 to 6.
+
+use super::covariance::Covariance;
+use super::general_iv::freedom;
+use super::initial_state::InitialState;
+use super::method::{MethodKind, Problem};
+use super::regression::{Regression, Rows};
+use super::solver::{Solution, SolveLeastSquares};
+use super::{
+    Estimator, Failure, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window,
+};
+use crate::model::Orders;
+use crate::names::named_enum;
+
+named_enum! {
+    /// Whether stage 6 is run: claim C8.
+    StartState, "initial state" {
+        /// x0 is estimated, stage 6 (the default).
+        Estimate = "estimate",
+        /// x0 = 0 is taken.
+        Zero = "zero",
+    }
+}
+
+/// The choices of least squares.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct LsOptions {
+    /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
+    pub solver: Solver,
+    /// Stage 6: estimate, or zero.
+    pub initial_state: StartState,
+    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+    /// regressors), robust.
+    pub covariance: Option<Covariance>,
+}
+
+impl MethodKind for LsOptions {
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let estimator = LeastSquares::new(problem.shape, self.solver)?;
+        let mut estimator = estimator.with_start(self.initial_state);
+        if problem.covariance {
+            let kind = self.covariance.unwrap_or_default();
+            estimator.errors = Some(LeastSquaresErrors::new(problem.shape, kind)?);
+        }
+        Ok(Box::new(estimator))
+    }
+
+    /// Least squares is IV without passes.
+    fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
+        let Self {
+            solver,
+            initial_state,
+            covariance,
+        } = *self;
+        IvOptions {
+            solver,
+            initial_state,
+            covariance,
+            ..IvOptions::default()
+        }
+        .in_lanes()
+    }
+}
+
+/// Least squares `p = argmin || y - Phi p ||`, then b (stage 5) and x0 (stage 6).
+pub struct LeastSquares {
+    solver: Box<dyn SolveLeastSquares>,
+    solution: Solution,
+    state: StateEstimate,
+    /// Present if standard errors are wanted.
+    errors: Option<LeastSquaresErrors>,
+}
+
+/// Computes the covariance of least squares in the paper's form.
+pub(super) struct LeastSquaresErrors {
+    pub(super) kind: Covariance,
+    regression: Regression,
+}
+
+impl LeastSquaresErrors {
+    pub(super) fn new(shape: Shape, kind: Covariance) -> Result<Self, SetupError> {
+        let orders = Orders::arx(shape.order, shape.order, 1);
+        Ok(Self {
+            kind,
+            regression: Regression::new(orders, Rows::Complete, shape.window)?,
+        })
+    }
+
+    /// Sets the covariance and the variance of the equation errors; does nothing if the estimate failed.
+    pub(super) fn set(&mut self, window: Window<'_>, pass: &mut Pass) {
+        let (regression, mut unused) = (&mut self.regression, f64::NAN);
+        pass.model.covariance.clear();
+        let solved = regression.solve(window.u, window.y, &mut unused);
+        let freedom = freedom(regression.rows(), regression.theta().len());
+        let Some(freedom) = freedom.filter(|_| solved.is_ok()) else {
+            return;
+        };
+        let variance = regression.residual_sum() / freedom;
+        pass.model.noise_variance = variance;
+        regression.covariance(self.kind, variance, &mut pass.model.covariance);
+    }
+}
+
+impl LeastSquares {
+    /// Makes buffers for a shape.
+    ///
+    /// # Errors
+    /// As for [`Solver::least_squares`].
+    pub fn new(shape: Shape, solver: Solver) -> Result<Self, SetupError> {
+        Ok(Self {
+            solver: solver.least_squares(shape)?,
+            solution: Solution::new(shape.order),
+            state: StateEstimate::new(shape.order, StartState::default()),
+            errors: None,
+        })
+    }
+
+    /// Returns the same estimator with x0 either estimated or zero.
+    #[must_use]
+    pub fn with_start(mut self, start: StartState) -> Self {
+        self.state.start = start;
+        self
+    }
+}
+
+impl Estimator for LeastSquares {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        pass.clear();
+        let (solution, state) = (&mut self.solution, &mut self.state);
+        iteration_zero(&mut *self.solver, solution, state, window, pass);
+        if let Some(errors) = &mut self.errors {
+            errors.set(window, pass);
+        }
+    }
+}
+
+/// Runs iteration 0 of every method, stages 1 to 6, into a cleared pass.
+pub(super) fn iteration_zero(
+    solver: &mut (impl SolveLeastSquares + ?Sized),
+    solution: &mut Solution,
+    state: &mut StateEstimate,
+    window: Window<'_>,
+    pass: &mut Pass,
+) {
+    solution.condition = f64::NAN;
+    let solved = solver.least_squares(window, solution);
+    if conclude(solved, solution, Stage::LeastSquares, 0, pass) {
+        state.estimate(window, 0, pass);
+    }
+}
+
+/// Stores a solution in a pass (stages 4 and 5) or records its failure. Returns whether a, b, h are set.
+pub(super) fn conclude(
+    solved: Result<(), FailureKind>,
+    solution: &Solution,
+    stage: Stage,
+    number: usize,
+    pass: &mut Pass,
+) -> bool {
+    let parameters = solved.and_then(|()| pass.set_parameters(&solution.p, solution.condition));
+    if let Err(kind) = parameters {
+        pass.fail(Failure {
+            kind,
+            stage,
+            pass: number,
+        });
+    }
+    parameters.is_ok()
+}
+
+/// Buffers for stage 6 of one pass.
+pub struct StateEstimate {
+    start: StartState,
+    initial_state: InitialState,
+    x0: Vec<f64>,
+    /// y minus the immediate effect of u, if there is one.
+    undelayed: Vec<f64>,
+}
+
+impl StateEstimate {
+    /// Makes buffers for a plant of this order.
+    pub fn new(order: usize, start: StartState) -> Self {
+        Self {
+            start,
+            initial_state: InitialState::new(order),
+            x0: vec![0.0; order],
+            undelayed: Vec::new(),
+        }
+    }
+
+    /// Sets x0 of a pass whose a, b, h are set, or records the failure.
+    pub fn estimate(&mut self, window: Window<'_>, number: usize, pass: &mut Pass) {
+        if self.start == StartState::Zero {
+            pass.start_at_zero();
+            return;
+        }
+        if pass.direct != 0.0 {
+            let samples = window.y.iter().zip(window.u);
+            self.undelayed.clear();
+            self.undelayed
+                .extend(samples.map(|(y, u)| y - pass.direct * u));
+        }
+        // A model may have another order than the previous one.
+        if self.x0.len() != pass.a.len() {
+            self.initial_state = InitialState::new(pass.a.len());
+            self.x0.resize(pass.a.len(), 0.0);
+        }
+        let y = if pass.direct == 0.0 {
+            window.y
+        } else {
+            &self.undelayed
+        };
+        let window = Window { y, ..window };
+        let found = self
+            .initial_state
+            .estimate(&pass.a, &pass.b, window, &mut self.x0);
+        match found {
+            Ok(()) => pass.set_initial_state(&self.x0),
+            Err(kind) => pass.fail(Failure {
+                kind,
+                stage: Stage::InitialState,
+                pass: number,
+            }),
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! Estimators of (a, b, h, x0) from a window of u and y: stages 1 to 11.
+//!
+//! There is one file per mathematical object: [`regressors`] (stages 1 and 8), [`information`] (2 and 9), [`solver`] (3
+//! and 10), [`parameters`] (4 and 5), [`initial_state`] (6), [`auxiliary`] and [`reflection`] (7). There is one file
+//! per method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11). [`KnownModel`] returns the true plant
+//! instead.
+
+mod arx;
+mod autoregression;
+pub mod auxiliary;
+mod covariance;
+mod failure;
+mod general_iv;
+pub mod information;
+pub mod initial_state;
+mod instrumental_variables;
+pub mod instruments;
+mod iv4;
+mod iv_delayed;
+mod known;
+mod lag_sums;
+mod least_squares;
+mod limit;
+mod method;
+mod null_space;
+#[cfg(feature = "json")]
+mod options;
+mod order_choice;
+mod output_error_iteration;
+pub mod parameters;
+mod pass;
+mod prediction_error;
+mod reading;
+pub mod reflection;
+mod registry;
+pub mod regression;
+pub mod regressors;
+mod riv;
+mod scale;
+pub mod solver;
+mod sorted_qr;
+mod subspace;
+mod wnsf;
+
+pub use arx::{Arx, ArxOptions};
+pub use autoregression::spectrum;
+pub use covariance::Covariance;
+pub use failure::{FailureKind, Reason};
+pub use general_iv::{FixedModel, GeneralIv};
+pub use instrumental_variables::{
+    Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions, MOST_ITERATIONS,
+};
+pub use iv_delayed::{IvDelayed, IvDelayedOptions};
+pub use iv4::{Iv4, Iv4Options};
+pub use known::{KnownModel, KnownOptions};
+pub use least_squares::StateEstimate;
+pub use least_squares::{LeastSquares, LsOptions, StartState};
+pub use limit::{LimitError, least_squares_limit};
+pub use method::{Method, MethodKind, Needs, OptionError, Output, Problem};
+pub(crate) use null_space::long_autoregression;
+#[cfg(feature = "json")]
+pub use options::{OptionEntry, inline_schema, option_keys};
+pub use order_choice::{Candidate, Criterion, OrderComparison};
+pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
+pub use pass::{Failure, Pass, Progress, Stage};
+pub use prediction_error::initial_numbers;
+pub use prediction_error::{
+    ArmaxOptions, BjOptions, InitialCondition, OeOptions, PredictionError, SearchStarts,
+};
+pub use reading::Reading;
+pub use reflection::{PoleReflection, Stabilise};
+pub use registry::{EstimatorName, MethodOptions};
+pub use regression::{Regression, Rows};
+pub use riv::{RefinedIv, RivOptions};
+pub use scale::unit_of;
+pub use solver::{Instruments, Solver, Stage10};
+pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
+
+use crate::model::Orders;
+use crate::observer::{ObserverKind, RiccatiError};
+use crate::plant::ORDER_LIMIT;
+
+/// The samples that an estimator sees: `u(k)`, `y(k)` and `r(k)` for k = 0 ... N-1.
+#[derive(Clone, Copy, Debug)]
+pub struct Window<'a> {
+    /// The input.
+    pub u: &'a [f64],
+    /// The measured output.
+    pub y: &'a [f64],
+    /// The external reference of a closed loop; u itself in open loop.
+    pub r: &'a [f64],
+}
+
+impl<'a> Window<'a> {
+    /// Returns the first `length` samples of a record in open loop: r = u.
+    ///
+    /// # Panics
+    /// If the record is shorter.
+    pub fn new(u: &'a [f64], y: &'a [f64], length: usize) -> Self {
+        Self::with_reference(u, y, u, length)
+    }
+
+    /// Returns the first `length` samples of a record with its reference r.
+    ///
+    /// # Panics
+    /// If the record is shorter.
+    pub fn with_reference(u: &'a [f64], y: &'a [f64], r: &'a [f64], length: usize) -> Self {
+        Self {
+            u: &u[..length],
+            y: &y[..length],
+            r: &r[..length],
+        }
+    }
+
+    /// Returns the number of samples, N.
+    pub fn len(self) -> usize {
+        self.y.len()
+    }
+
+    /// Returns whether there are no samples.
+    pub fn is_empty(self) -> bool {
+        self.y.is_empty()
+    }
+}
+
+/// The order n and the window N for which an estimator's buffers are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// The order n of the plant.
+    pub order: usize,
+    /// The number of samples N.
+    pub window: usize,
+}
+
+impl Shape {
+    /// Checks that n is 1 to [`ORDER_LIMIT`] and that the N - n rows are at least as many as the 2n unknowns, i.e. N >=
+    /// 3n.
+    ///
+    /// # Errors
+    /// [`SetupError::ZeroOrder`], [`SetupError::LargeOrder`] or [`SetupError::ShortWindow`].
+    pub fn check(self) -> Result<(), SetupError> {
+        if self.order == 0 {
+            return Err(SetupError::ZeroOrder);
+        }
+        if self.order > ORDER_LIMIT {
+            return Err(SetupError::LargeOrder(self.order));
+        }
+        if self.window < 3 * self.order {
+            return Err(SetupError::ShortWindow(self));
+        }
+        Ok(())
+    }
+}
+
+/// Why an estimator cannot be set up: an error in the request, not a numerical failure.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SetupError {
+    /// A cell in continuous time has observers and no record.
+    #[error("a study in continuous time has no records to estimate from")]
+    ContinuousTime,
+    /// The order is 0.
+    #[error("the order must be at least 1")]
+    ZeroOrder,
+    /// The order is above [`crate::plant::ORDER_LIMIT`].
+    #[error("an order of {0}; expected at most {ORDER_LIMIT}")]
+    LargeOrder(usize),
+    /// N - n is below 2n.
+    #[error(
+        "a window of {} samples is too short for order {}: expected any whole number from 3n = {} on, even or odd",
+        .0.window, .0.order, 3 * .0.order
+    )]
+    ShortWindow(Shape),
+    /// There are fewer equations than needed.
+    #[error(
+        "a window of {window} samples is too short for orders {orders}: {rows} equations, at least {needed} are needed"
+    )]
+    ShortRecord {
+        /// The orders.
+        orders: Orders,
+        /// The samples.
+        window: usize,
+        /// The number of equations that they yield.
+        rows: usize,
+        /// The number of parameters, or of instruments.
+        needed: usize,
+    },
+    /// The Hankel matrices have fewer columns than rows, or too few block rows for the order.
+    #[error("a window of {window} samples with {rows} block rows is too short for order {order}: at least {} samples, \
+             and more block rows than the order, are needed", 6 * .rows - 1)]
+    ShortHankel {
+        /// Block rows of the past and of the future.
+        rows: usize,
+        /// The samples.
+        window: usize,
+        /// The order.
+        order: usize,
+    },
+    /// The matrix of `dual` or `augmented` would be too large.
+    #[error(
+        "solver '{solver}' would need a matrix of dimension {dimension} ({} MiB); its limit is {}",
+        (dimension * dimension * 8).div_ceil(1 << 20), solver::NAIVE_LIMIT
+    )]
+    SolverDimension {
+        /// The solver.
+        solver: Solver,
+        /// The dimension that the solver would need.
+        dimension: usize,
+    },
+    /// The solver needs a symmetric matrix.
+    #[error("solver '{solver}' serves least squares only: Z'Phi is not symmetric")]
+    SolverCannotUseInstruments {
+        /// The solver.
+        solver: Solver,
+    },
+    /// The gain does not fit the order.
+    #[error(transparent)]
+    Gain(#[from] crate::observer::GainError),
+    /// Instruments from r need the simulation that r drives.
+    #[error("instruments formed from 'r' need drive 'model', not '{0}'")]
+    ReferenceNeedsModel(Drive),
+    /// The estimator `known` is used where no true plant is known.
+    #[error(
+        "the true plant (estimator 'known', starts = \"truth\") is available only in studies with one plant for \
+         all trials, of the setting's order, in open loop"
+    )]
+    NoKnownPlant,
+    /// The true plant, from which a search is to start, is not a model of these orders.
+    #[error("starts = \"truth\": the true plant is not a model of orders {orders}")]
+    TruthOfOtherOrders {
+        /// The given orders.
+        orders: Orders,
+    },
+    /// A Kalman filter with known noise, but the variance of the noise is 0 or differs between trials.
+    #[error(
+        "observer '{0}' with the known plant needs the variance of the measurement noise, the same in every trial: eta = 0, \
+         or eta_over = \"nominal\" or \"absolute\""
+    )]
+    NoKnownNoise(ObserverKind),
+    /// The Kalman filter does not exist for these coefficients.
+    #[error(transparent)]
+    Riccati(#[from] RiccatiError),
+    /// A program cannot be run.
+    #[error(transparent)]
+    Program(#[from] ProgramError),
+    /// A printed stage 10 is used without the blocks of stage 3.
+    #[error("stage 10 '{stage10}' exists for solver 'partitioned' only, not '{solver}'")]
+    Stage10NeedsPartitioned {
+        /// The reading.
+        stage10: Stage10,
+        /// The solver.
+        solver: Solver,
+    },
+}
+
+/// The records of other trials of the same cell, for a method that works on many at a time.
+pub trait Records {
+    /// Returns the window of a trial; it is valid until the next is drawn. `None` if its record cannot be drawn.
+    fn draw(&mut self, trial: u64) -> Option<Window<'_>>;
+
+    /// Returns a number below 2^53 that belongs to a trial but reveals nothing of its record.
+    fn seed(&self, trial: u64) -> u64;
+}
+
+/// Why a program that is a method cannot be run.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ProgramError {
+    /// The user did not agree to run it.
+    #[error("method '{0}' is a program that you have not agreed to run")]
+    NotAgreed(String),
+    /// It does not start, or it speaks another protocol.
+    #[error("method '{name}': {reason}")]
+    Failed {
+        /// The method.
+        name: String,
+        /// What happened.
+        reason: String,
+    },
+    /// The flag that stops the run was raised.
+    #[error("interrupted")]
+    Stopped,
+}
+
+/// Estimates (a, b, h, x0) from a window. It owns its buffers; each worker has its own estimator.
+///
+/// Implement this to bring a method of your own into a Monte-Carlo comparison (see
+/// `examples/own_estimator.rs`).
+pub trait Estimator: Send {
+    /// Fills `passes`, one entry per output of the method ([`Method::outputs`]), in order.
+    ///
+    /// Every entry comes cleared. Each must be set by [`Pass::set_parameters`] and [`Pass::set_initial_state`], or by
+    /// [`Pass::fail`].
+    ///
+    /// # Panics
+    /// The estimators of this crate panic if the window does not have the shape that they were made for.
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]);
+
+    /// Called before the record of a trial is estimated. A method that works on many trials at a time can look at the
+    /// records of others here. The models must not depend on which trials came before.
+    ///
+    /// # Errors
+    /// If the method is a program that cannot be run.
+    fn gather(&mut self, _trial: u64, _records: &mut dyn Records) -> Result<(), ProgramError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,298 @@
+//! Iterations for `y = B/F u + e` that solve a linear problem in each pass: Steiglitz-McBride, and Young's simplified
+//! refined instrumental variables.
+
+use super::instruments::{InstrumentalRegression, Instruments, Signals};
+use super::method::{MethodKind, OptionError, Problem};
+use super::reflection::{Stabilise, stay_stable};
+use super::regression::{Regression, Rows};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::polynomial::{divide, filter};
+use crate::model::{LinearModel, Orders};
+use crate::plant::canonical::reverse_negated;
+use crate::plant::stability::is_stable;
+
+/// The largest number of passes of an iteration.
+pub(super) const MOST_PASSES: usize = 400;
+
+/// After each so many passes it is asked whether the change has become this share of what it was. If not, the iteration
+/// goes around its solution: it begins again at the best model, and takes half as much of each change.
+pub(super) const ROUND: usize = 25;
+pub(super) const PROGRESS: f64 = 0.3;
+
+/// The relative step at which an iteration has converged.
+pub(super) const REST: f64 = 1e-12;
+
+/// Defines the options of an iteration; both iterations have the same.
+macro_rules! iteration {
+    ($options:ident, $doc:literal, refined: $refined:literal) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, Default, PartialEq)]
+        #[cfg_attr(
+            feature = "json",
+            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+            serde(deny_unknown_fields, default)
+        )]
+        pub struct $options {
+            /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
+            pub orders: Option<Orders>,
+            /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method fails).
+            pub stabilise: Option<Stabilise>,
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                check_output_error(self.orders)
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(output_error(self.orders, setting))
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = output_error(self.orders, problem.shape.order);
+                let window = problem.shape.window;
+                let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
+                let iteration = OutputErrorIteration::new(orders, window, $refined, stabilise)?;
+                Ok(Box::new(iteration))
+            }
+        }
+    };
+}
+
+iteration!(StmcbOptions, "The options of `stmcb`.", refined: false);
+iteration!(SrivOptions, "The options of `sriv`.", refined: true);
+
+/// Returns the orders of an output-error model.
+pub(super) fn output_error(orders: Option<Orders>, order: usize) -> Orders {
+    orders.unwrap_or(Orders {
+        nb: order,
+        nf: order,
+        nk: 1,
+        ..Orders::default()
+    })
+}
+
+/// Checks that only nb, nf and nk are given.
+pub(super) fn check_output_error(orders: Option<Orders>) -> Result<(), OptionError> {
+    match orders {
+        Some(Orders { na, nc, nd, .. }) if na + nc + nd > 0 => {
+            let message = "expected nb, nf, nk; the model has no A, C, D";
+            Err(OptionError::new("orders", message))
+        }
+        Some(Orders { nb: 0, .. }) => {
+            Err(OptionError::new("orders", "expected an nb of at least 1"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Iterates from F and B of the previous pass, with `yf = y/F`, `uf = u/F` and all signals zero before the record.
+/// Steiglitz-McBride fits `yf = phi' theta` by least squares. Refined IV replaces yf by `B/F uf` in the instruments.
+pub struct OutputErrorIteration {
+    orders: Orders,
+    first: Regression,
+    /// The regression of refined IV; `None`: Steiglitz-McBride.
+    refined: Option<InstrumentalRegression>,
+    model: LinearModel,
+    theta: Vec<f64>,
+    u: Vec<f64>,
+    y: Vec<f64>,
+    x: Vec<f64>,
+    e: Vec<f64>,
+    scratch: Vec<f64>,
+    stabilise: Stabilise,
+    /// The stable model with the lowest sum of squared output errors, and that sum.
+    best: LinearModel,
+    least: f64,
+    /// The number of passes taken.
+    pub(super) passes: usize,
+}
+
+impl OutputErrorIteration {
+    /// Makes buffers for windows of `window` samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`].
+    pub fn new(
+        orders: Orders,
+        window: usize,
+        refined: bool,
+        stabilise: Stabilise,
+    ) -> Result<Self, SetupError> {
+        let linear = Orders::arx(orders.nf, orders.nb, orders.nk);
+        let rows = Rows::Prewindow;
+        let signal = || vec![0.0; window];
+        let instruments = || InstrumentalRegression::new(linear, Instruments::Signal, rows, window);
+        Ok(Self {
+            first: Regression::new(linear, rows, window)?,
+            refined: if refined { Some(instruments()?) } else { None },
+            model: LinearModel::zero(orders),
+            theta: vec![0.0; orders.parameters()],
+            orders,
+            u: signal(),
+            y: signal(),
+            x: signal(),
+            e: signal(),
+            scratch: vec![0.0; orders.nf],
+            stabilise,
+            best: LinearModel::zero(orders),
+            least: f64::INFINITY,
+            passes: 0,
+        })
+    }
+
+    /// Returns the model of the last [`Self::find`], unless it failed without one.
+    pub(super) fn model(&self) -> &LinearModel {
+        &self.model
+    }
+
+    /// Changes (f, b) by a share of the way to the solved linear problem's; returns the way's relative length.
+    fn take(&mut self, share: f64) -> f64 {
+        let theta = match (&self.refined, self.passes) {
+            (Some(refined), 1..) => refined.theta(),
+            _ => self.first.theta(),
+        };
+        let (mut difference, mut size) = (0.0_f64, 0.0_f64);
+        for (old, new) in self.theta.iter_mut().zip(theta) {
+            difference = difference.max((*old - new).abs());
+            size = size.max(new.abs());
+            *old = if share < 1.0 {
+                share.mul_add(new - *old, *old)
+            } else {
+                *new
+            };
+        }
+        self.set_model();
+        difference / size
+    }
+
+    fn set_model(&mut self) {
+        let (f, b) = self.theta.split_at(self.orders.nf);
+        self.model.f[1..].copy_from_slice(f);
+        self.model.b[self.orders.nk..].copy_from_slice(b);
+    }
+
+    /// Iterates until convergence.
+    ///
+    /// # Errors
+    /// As for [`Regression::solve`]; [`FailureKind::UnstablePredictor`] if nothing is reflected;
+    /// [`FailureKind::IterationLimit`] with the best model of all passes.
+    pub(super) fn find(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        self.passes = 0;
+        self.least = f64::INFINITY;
+        self.iterate(u, y, condition).map_err(|kind| {
+            if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
+                return kind;
+            }
+            self.model.assign(&self.best);
+            FailureKind::IterationLimit
+        })
+    }
+
+    fn iterate(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
+        self.first.solve(u, y, condition)?;
+        self.take(1.0);
+        let (mut share, mut asked) = (1.0, f64::INFINITY);
+        while self.passes < MOST_PASSES {
+            self.passes += 1;
+            stay_stable(&mut self.model.f, self.stabilise, &mut self.scratch)?;
+            self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
+            for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
+                to.copy_from_slice(from);
+                divide(&self.model.f, to);
+            }
+            // `self.u` is u/F, so x is B/F u here, and below it is divided by F.
+            filter(&self.model.b, &self.u, &mut self.x);
+            self.keep_best(y);
+            match &mut self.refined {
+                None => self.first.solve(&self.u, &self.y, condition)?,
+                Some(refined) => {
+                    divide(&self.model.f, &mut self.x);
+                    let signals = Signals::new(&self.u, &self.y, &self.x);
+                    refined.solve(signals, condition)?;
+                }
+            }
+            let change = self.take(share);
+            if change <= REST {
+                return Ok(());
+            }
+            if self.passes.is_multiple_of(ROUND) {
+                if change > PROGRESS * asked {
+                    share /= 2.0;
+                    let (f, b) = self.theta.split_at_mut(self.orders.nf);
+                    f.copy_from_slice(&self.best.f[1..]);
+                    b.copy_from_slice(&self.best.b[self.orders.nk..]);
+                    self.set_model();
+                }
+                asked = change;
+            }
+        }
+        Err(FailureKind::IterationLimit)
+    }
+
+    /// Keeps the model if its output `x = B/F u` is the closest to y so far.
+    fn keep_best(&mut self, y: &[f64]) {
+        let sum: f64 = y.iter().zip(&self.x).map(|(y, x)| (y - x).powi(2)).sum();
+        if sum < self.least {
+            self.least = sum;
+            self.best.assign(&self.model);
+        }
+    }
+}
+
+/// Returns whether the zeros of a monic polynomial are inside the unit circle. `scratch` has room for twice its degree.
+pub(super) fn stable(polynomial: &[f64], scratch: &mut Vec<f64>) -> bool {
+    let n = polynomial.len() - 1;
+    scratch.resize(2 * n, 0.0);
+    let (a, scratch) = scratch.split_at_mut(n);
+    reverse_negated(&polynomial[1..], a);
+    is_stable(a, scratch)
+}
+
+impl Estimator for OutputErrorIteration {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let Window { u, y, .. } = window;
+        let mut condition = f64::NAN;
+        let found = self.find(u, y, &mut condition);
+        pass.iterations = Some(self.passes);
+        let set = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => {
+                let (n, d) = (y.len() as f64, self.theta.len() as f64);
+                self.model.residuals(u, y, &mut self.e, &mut self.x);
+                let sum: f64 = self.e.iter().map(|e| e * e).sum();
+                self.model.noise_variance = sum / (n - d);
+                self.model.covariance.clear();
+                if let (Some(refined), Ok(())) = (&mut self.refined, found) {
+                    let variance = self.model.noise_variance;
+                    let mut covariance = std::mem::take(&mut self.model.covariance);
+                    refined.covariance_of_instruments(variance, &mut covariance);
+                    move_first_to_last(&mut covariance, self.theta.len(), self.orders.nf);
+                    self.model.covariance = covariance;
+                }
+                pass.loss = sum / n;
+                if found.is_err() {
+                    condition = f64::NAN;
+                }
+                pass.set_model(&self.model, condition)
+            }
+        };
+        pass.end(found, set);
+    }
+}
+
+/// Reorders a covariance of (f, b), with nf numbers in f, to one of (b, f).
+fn move_first_to_last(covariance: &mut [f64], n: usize, nf: usize) {
+    covariance.rotate_left(nf * n);
+    for row in covariance.chunks_exact_mut(n) {
+        row.rotate_left(nf);
+    }
+}

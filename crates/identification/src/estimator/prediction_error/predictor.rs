@@ -1,0 +1,448 @@
+//! Prediction errors of a model, and their derivatives by one bank of filters.
+//!
+//! Each column of `psi = de/dtheta` is one of five signals, delayed (Ljung, *System Identification*, 2nd ed., section
+//! 10.3): `D/C y` for A, `v = D/(C F) u` for B, `e/C` for C, `w/C` for D, `B v/F` for F, with `w = A y - B/F u`.
+
+use super::kernels::{Triangle, divide, dot, filter};
+use crate::estimator::FailureKind;
+use crate::estimator::covariance::{Covariance, Influence};
+use crate::estimator::lag_sums::{System, lagged_products};
+use crate::estimator::output_error_iteration::stable;
+use crate::estimator::regression::{covariance_of_triangle, solve_normal};
+use crate::estimator::solver::condition::{
+    Equilibration, check_rank_of_columns, triangular_condition,
+};
+use crate::model::{LinearModel, Orders};
+use faer::Mat;
+
+/// How psi's triangle is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reduction {
+    /// From `psi'psi`, whose entries are few inner products since columns are delays of five signals. Its rounding is
+    /// that of the squared condition, so a triangle that is nearly singular is computed by reflections all the same.
+    Products,
+    /// By Householder reflections.
+    Reflections,
+}
+
+/// Pivots of `psi'psi` below this share of the diagonal ask for reflections.
+const ILL_CONDITIONED: f64 = 1e-9;
+
+/// The groups of parameters in theta.
+const A: usize = 0;
+const B: usize = 1;
+const C: usize = 2;
+const D: usize = 3;
+const F: usize = 4;
+const INITIAL: usize = 5;
+
+/// Returns how many numbers represent the effect on e of the signals before the record. The effect is `P(q)/(C F)` of
+/// an impulse at k = 0; P has as many coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
+pub fn initial_numbers(orders: Orders) -> usize {
+    let Orders {
+        na,
+        nb,
+        nc,
+        nd,
+        nf,
+        nk,
+    } = orders;
+    (nc + nf)
+        .max(nd + na + nf)
+        .max((nd + nb + nk).saturating_sub(1))
+}
+
+/// Columns of psi: a signal, the number of columns, the first delay, a sign.
+type Block<'a> = (&'a [f64], usize, usize, f64);
+
+/// Buffers for records of one length.
+pub(super) struct Predictor {
+    orders: Orders,
+    model: LinearModel,
+    /// `u/F`, `B/F u`, w.
+    u: Vec<f64>,
+    x: Vec<f64>,
+    w: Vec<f64>,
+    pub(super) e: Vec<f64>,
+    of_y: Vec<f64>,
+    of_u: Vec<f64>,
+    of_x: Vec<f64>,
+    of_e: Vec<f64>,
+    /// `w/C`, from which e follows.
+    of_w: Vec<f64>,
+    /// How many numbers represent the signals before the record; they follow the parameters in theta.
+    pub(super) initial: usize,
+    /// The impulse response of `1/(C F)`, and the contribution of the initial numbers to e.
+    impulse: Vec<f64>,
+    free: Vec<f64>,
+    scratch: Vec<f64>,
+    scaled: Vec<f64>,
+    pub(super) psi: Triangle,
+    normal: System,
+    /// A signal of the second derivatives.
+    second: Vec<f64>,
+    equilibration: Equilibration,
+    column: Vec<f64>,
+    influence: Influence,
+}
+
+impl Predictor {
+    /// Makes buffers for windows of `window` samples, with `initial` numbers for the signals before them.
+    pub(super) fn new(orders: Orders, initial: usize, window: usize) -> Self {
+        let n = orders.parameters() + initial;
+        let signal = |needed: bool| vec![0.0; if needed { window } else { 0 }];
+        Self {
+            orders,
+            model: LinearModel::zero(orders),
+            u: signal(true),
+            x: signal(true),
+            w: signal(true),
+            e: signal(true),
+            of_y: signal(orders.na > 0),
+            of_u: signal(true),
+            of_x: signal(orders.nf > 0),
+            of_e: signal(orders.nc > 0),
+            of_w: signal(true),
+            initial,
+            impulse: signal(initial > 0),
+            free: signal(initial > 0),
+            scratch: Vec::new(),
+            scaled: Vec::new(),
+            psi: Triangle::new(n),
+            normal: System::default(),
+            second: signal(true),
+            equilibration: Equilibration::new(n, n),
+            column: vec![0.0; n],
+            influence: Influence::default(),
+        }
+    }
+
+    /// Returns the number of parameters and initial numbers.
+    pub(super) fn width(&self) -> usize {
+        self.column.len()
+    }
+
+    /// Takes the parameters; returns whether the predictor is stable.
+    pub(super) fn set(&mut self, theta: &[f64]) -> bool {
+        let parameters = theta.len() - self.initial;
+        self.model.set_parameters(&theta[..parameters]);
+        let LinearModel { c, f, .. } = &self.model;
+        stable(f, &mut self.scratch) && stable(c, &mut self.scratch)
+    }
+
+    /// Returns whether a zero of C or F is outside the circle of this radius, at the parameters of the last
+    /// [`Self::set`].
+    pub(super) fn exceeds(&mut self, radius: f64) -> bool {
+        let LinearModel { c, f, .. } = &self.model;
+        [c, f].into_iter().any(|polynomial| {
+            let mut power = 1.0;
+            self.scaled.clear();
+            self.scaled.extend(polynomial.iter().map(|x| {
+                let scaled = x / power;
+                power *= radius;
+                scaled
+            }));
+            !stable(&self.scaled, &mut self.scratch)
+        })
+    }
+
+    /// Computes `sum e(k)^2`. `None` if the predictor is not stable or something overflows.
+    pub(super) fn sum(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> Option<f64> {
+        if !self.set(theta) {
+            return None;
+        }
+        let initial = &theta[theta.len() - self.initial..];
+        let LinearModel { a, b, c, d, f, .. } = &self.model;
+        self.u.copy_from_slice(u);
+        divide(f, &mut self.u);
+        filter(b, &self.u, &mut self.x);
+        filter(a, y, &mut self.w);
+        for (w, x) in self.w.iter_mut().zip(&self.x) {
+            *w -= x;
+        }
+        self.of_w.copy_from_slice(&self.w);
+        divide(c, &mut self.of_w);
+        filter(d, &self.of_w, &mut self.e);
+        if self.initial > 0 {
+            self.impulse.fill(0.0);
+            self.impulse[0] = 1.0;
+            divide(c, &mut self.impulse);
+            divide(f, &mut self.impulse);
+            filter(initial, &self.impulse, &mut self.free);
+            for (e, free) in self.e.iter_mut().zip(&self.free) {
+                *e += free;
+            }
+        }
+        let sum = dot(&self.e, &self.e);
+        sum.is_finite().then_some(sum)
+    }
+
+    /// Computes the signals that make up psi, at the parameters of the last [`Self::sum`].
+    fn filter_signals(&mut self, y: &[f64]) {
+        let LinearModel { b, c, d, f, .. } = &self.model;
+        let Orders { na, nc, nd, nf, .. } = self.orders;
+        // `x` is not needed any more and serves as scratch.
+        let mut through = |from: &[f64], to: &mut [f64]| {
+            let first: &mut [f64] = if nd > 0 { &mut self.x } else { &mut *to };
+            first.copy_from_slice(from);
+            divide(c, first);
+            if nd > 0 {
+                filter(d, &self.x, to);
+            }
+        };
+        if na > 0 {
+            through(y, &mut self.of_y);
+        }
+        through(&self.u, &mut self.of_u);
+        if nf > 0 {
+            filter(b, &self.of_u, &mut self.of_x);
+            if self.initial > 0 {
+                // The contribution of the initial numbers has C F in the denominator too.
+                for (of_x, free) in self.of_x.iter_mut().zip(&self.free) {
+                    *of_x -= free;
+                }
+            }
+            divide(f, &mut self.of_x);
+        }
+        if nc > 0 {
+            self.of_e.copy_from_slice(&self.e);
+            divide(c, &mut self.of_e);
+        }
+    }
+
+    fn blocks(&self) -> [Block<'_>; 6] {
+        let Orders {
+            na,
+            nb,
+            nc,
+            nd,
+            nf,
+            nk,
+        } = self.orders;
+        [
+            (&self.of_y, na, 1, 1.0),
+            (&self.of_u, nb, nk, -1.0),
+            (&self.of_e, nc, 1, -1.0),
+            (&self.of_w, nd, 1, 1.0),
+            (&self.of_x, nf, 1, 1.0),
+            (&self.impulse, self.initial, 0, 1.0),
+        ]
+    }
+
+    /// Computes R and `Q'e` of psi at the parameters of the last [`Self::sum`].
+    pub(super) fn linearise(&mut self, y: &[f64], by: Reduction) -> Result<(), FailureKind> {
+        self.filter_signals(y);
+        if by == Reduction::Products && self.reduce_products() {
+            return Ok(());
+        }
+        let mut psi = std::mem::take(&mut self.psi);
+        let blocks = self.blocks();
+        let column = |mut j: usize| {
+            for (signal, count, delay, sign) in &blocks {
+                if j < *count {
+                    return (*signal, delay + j, *sign);
+                }
+                j -= count;
+            }
+            (self.e.as_slice(), 0, 1.0)
+        };
+        let reduced = psi.run(self.e.len(), |j, first, to| {
+            let (signal, lag, sign) = column(j);
+            let before = lag.saturating_sub(first).min(to.len());
+            let (zeros, to) = to.split_at_mut(before);
+            zeros.fill(0.0);
+            let from = signal.get((first + before).saturating_sub(lag)..);
+            for (to, x) in to.iter_mut().zip(from.unwrap_or_default()) {
+                *to = sign * x;
+            }
+        });
+        self.psi = psi;
+        reduced
+    }
+
+    /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular.
+    fn reduce_products(&mut self) -> bool {
+        let mut normal = std::mem::take(&mut self.normal);
+        let width = self.width();
+        normal.clear(width);
+        let blocks = self.blocks();
+        let mut row = 0;
+        for (i, (signal, count, delay, sign)) in blocks.iter().enumerate() {
+            let mut column = 0;
+            // The lower triangle.
+            for (of_column, columns, late, other) in &blocks[..=i] {
+                let put = |of_row, of_column, value| {
+                    normal.put(row + of_row, column + of_column, sign * other * value);
+                };
+                lagged_products(signal, of_column, (*delay, *count), (*late, *columns), put);
+                column += columns;
+            }
+            lagged_products(
+                signal,
+                &self.e,
+                (*delay, *count),
+                (0, 1),
+                |of_row, _, value| {
+                    normal.put(row + of_row, width, sign * value);
+                },
+            );
+            row += count;
+        }
+        let reached = normal.factorise(ILL_CONDITIONED);
+        self.psi.take(&normal);
+        self.normal = normal;
+        reached == width
+    }
+
+    /// Computes the lower triangle of half the Hessian of the sum, `psi'psi + sum e(k) e''(k)`, at the last
+    /// [`Self::linearise`].
+    ///
+    /// A second derivative with respect to c is the first divided by -C, twice that if both are of C; the same with F
+    /// for what has F in its denominator; with respect to d it is the first without D. Each depends on the sum of both
+    /// delays alone.
+    pub(super) fn hessian(&mut self, y: &[f64], to: &mut Mat<f64>) {
+        let r = self.psi.r();
+        for j in 0..r.ncols() {
+            for i in j..r.ncols() {
+                to[(i, j)] = (0..=j).map(|l| r[(l, i)] * r[(l, j)]).sum();
+            }
+        }
+        let pairs = [
+            (A, C),
+            (B, C),
+            (C, C),
+            (D, C),
+            (F, C),
+            (INITIAL, C),
+            (A, D),
+            (B, D),
+            (F, D),
+            (B, F),
+            (F, F),
+            (INITIAL, F),
+        ];
+        let counts = self.blocks().map(|(_, count, ..)| count);
+        let place = |of: usize| counts[..of].iter().sum::<usize>();
+        let mut second = std::mem::take(&mut self.second);
+        for (one, other) in pairs {
+            if counts[one] == 0 || counts[other] == 0 {
+                continue;
+            }
+            let LinearModel { b, c, f, .. } = &self.model;
+            let blocks = self.blocks();
+            let (signal, _, delay, mut factor) = blocks[one];
+            let with_delay = delay + blocks[other].2;
+            match (one, other) {
+                (_, C | F) => {
+                    second.copy_from_slice(signal);
+                    divide(if other == C { c } else { f }, &mut second);
+                    factor *= if one == other { -2.0 } else { -1.0 };
+                }
+                (A, _) => {
+                    second.copy_from_slice(y);
+                    divide(c, &mut second);
+                }
+                (B, _) => {
+                    second.copy_from_slice(&self.u);
+                    divide(c, &mut second);
+                }
+                _ => {
+                    filter(b, &self.u, &mut second);
+                    divide(c, &mut second);
+                    divide(f, &mut second);
+                }
+            }
+            let last = counts[one] + counts[other] - 1;
+            for lag in 0..last {
+                let late = self.e.get(with_delay + lag..).unwrap_or_default();
+                let value = factor * dot(late, &second[..late.len()]);
+                for i in (lag + 1).saturating_sub(counts[other])..counts[one].min(lag + 1) {
+                    let (row, column) = (place(one) + i, place(other) + lag - i);
+                    if one == other {
+                        if row >= column {
+                            to[(row, column)] += value;
+                        }
+                    } else {
+                        to[(row.max(column), row.min(column))] += value;
+                    }
+                }
+            }
+        }
+        self.second = second;
+    }
+
+    /// Returns `|| Q'e || / || e ||`, at the last [`Self::linearise`].
+    pub(super) fn decrement(&self, sum: f64) -> f64 {
+        let top = self.psi.top();
+        (top.iter().map(|x| x * x).sum::<f64>() / sum).sqrt()
+    }
+
+    /// Returns the largest cosine between e and a column of psi, at the last [`Self::linearise`].
+    pub(super) fn scaled_gradient(&self, sum: f64) -> f64 {
+        let (r, top) = (self.psi.r(), self.psi.top());
+        let cosine = |j: usize| {
+            let column = (0..=j).map(|i| (r[(i, j)], top[i]));
+            let (product, square) =
+                column.fold((0.0, 0.0), |(p, s), (r, e)| (p + r * e, s + r * r));
+            if square > 0.0 {
+                (product / (square * sum).sqrt()).abs()
+            } else {
+                0.0
+            }
+        };
+        (0..self.width()).map(cosine).fold(0.0, f64::max)
+    }
+
+    /// Returns `psi'e`, at the last [`Self::linearise`].
+    pub(super) fn gradient(&self, to: &mut [f64]) {
+        let (r, top) = (self.psi.r(), self.psi.top());
+        for (j, to) in to.iter_mut().enumerate() {
+            *to = (0..=j).map(|i| r[(i, j)] * top[i]).sum();
+        }
+    }
+
+    /// Returns the condition of psi's triangle with its columns scaled.
+    ///
+    /// # Errors
+    /// [`FailureKind::NotIdentifiable`] if `psi'psi` is singular up to rounding.
+    pub(super) fn condition(&mut self) -> Result<f64, FailureKind> {
+        let singular = |_| FailureKind::NotIdentifiable;
+        let r = self.psi.r();
+        self.equilibration.of_columns(r).map_err(singular)?;
+        let columns = &self.equilibration.columns;
+        let condition = triangular_condition(r, columns, &mut self.column).map_err(singular)?;
+        check_rank_of_columns(condition, self.column.len()).map_err(singular)?;
+        Ok(condition)
+    }
+
+    /// Computes the covariance at the last linearisation. For white prediction errors it is `variance (psi'psi)^-1`;
+    /// otherwise it follows from each sample's contribution to theta, `-(psi'psi)^-1 psi(k) e(k)`.
+    pub(super) fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
+        let all = self.width();
+        if kind == Covariance::White {
+            covariance_of_triangle(self.psi.r(), variance, &mut self.column, to);
+        } else {
+            let mut influence = std::mem::take(&mut self.influence);
+            let (r, blocks) = (self.psi.r(), self.blocks());
+            influence.clear();
+            for (k, e) in self.e.iter().enumerate() {
+                influence.push(all, *e, |row| {
+                    let delayed = blocks.iter().flat_map(|(signal, count, delay, sign)| {
+                        let value = move |lag| if k < lag { 0.0 } else { sign * signal[k - lag] };
+                        (*delay..delay + count).map(value)
+                    });
+                    row.iter_mut().zip(delayed).for_each(|(psi, x)| *psi = x);
+                    solve_normal(r, row);
+                });
+            }
+            influence.covariance(kind, to);
+            self.influence = influence;
+        }
+        // Keep the covariance of the parameters alone.
+        let n = all - self.initial;
+        for i in 1..n {
+            to.copy_within(i * all..i * all + n, i * n);
+        }
+        to.truncate(n * n);
+    }
+}

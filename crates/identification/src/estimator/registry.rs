@@ -1,0 +1,198 @@
+//! The estimators of this crate, one line each. An estimator's file has its options, and these define everything else.
+
+use super::arx::ArxOptions;
+use super::iv_delayed::IvDelayedOptions;
+use super::iv4::Iv4Options;
+use super::known::KnownOptions;
+#[cfg(feature = "json")]
+use super::method::OptionError;
+use super::method::{MethodKind, Needs, Output, Problem};
+use super::output_error_iteration::{SrivOptions, StmcbOptions};
+use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
+use super::riv::RivOptions;
+use super::subspace::{MoespOptions, N4sidOptions};
+use super::wnsf::WnsfOptions;
+use super::{Estimator, IvOptions, LsOptions, SetupError};
+use crate::model::Orders;
+use crate::names::named_enum;
+#[cfg(feature = "json")]
+use serde_json::{Map, Value};
+
+/// Defines the names, the options of each estimator, and the functions common to all.
+macro_rules! estimators {
+    ($(#[doc = $about:literal] $variant:ident = $name:literal: $options:ty,)*) => {
+        named_enum! {
+            /// An estimator of this crate.
+            EstimatorName, "estimator" {
+                $(#[doc = $about] $variant = $name,)*
+            }
+        }
+
+        /// The options of a method of this crate.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum MethodOptions {
+            $(#[doc = $about] $variant($options),)*
+        }
+
+        $(impl From<$options> for MethodOptions {
+            fn from(options: $options) -> Self {
+                Self::$variant(options)
+            }
+        })*
+
+        impl EstimatorName {
+            /// Returns a description in one sentence.
+            pub const fn about(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $about.trim_ascii(),)*
+                }
+            }
+        }
+
+        #[cfg(feature = "json")]
+        impl EstimatorName {
+            /// Reads the options; missing ones get their defaults.
+            ///
+            /// # Errors
+            /// If a key is unknown or a value does not fit.
+            pub fn parse(self, options: Map<String, Value>) -> Result<MethodOptions, OptionError> {
+                let read = |options: Map<String, Value>| {
+                    let options = Value::Object(options);
+                    match self {
+                        $(Self::$variant => serde_json::from_value(options).map(MethodOptions::$variant),)*
+                    }
+                };
+                let options = read(options.clone()).map_err(|error| {
+                    // The first key that cannot be read on its own either.
+                    let alone = |(key, value): (&String, &Value)| {
+                        let single = Map::from_iter([(key.clone(), value.clone())]);
+                        read(single).is_err().then(|| key.clone())
+                    };
+                    OptionError {
+                        key: options.iter().find_map(alone),
+                        message: error.to_string(),
+                    }
+                })?;
+                options.kind().check()?;
+                Ok(options)
+            }
+
+            /// Returns the options with their defaults, in their order; null if the default follows from the setting.
+            pub(super) fn defaults(self) -> Value {
+                let defaults = match self {
+                    $(Self::$variant => serde_json::to_value(<$options>::default()),)*
+                };
+                defaults.unwrap_or_default()
+            }
+
+            pub(super) fn options_schema(self) -> Value {
+                match self {
+                    $(Self::$variant => super::options::inline_schema::<$options>(),)*
+                }
+            }
+        }
+
+        impl MethodOptions {
+            /// Returns the estimator that has these options.
+            pub fn estimator(&self) -> EstimatorName {
+                match self {
+                    $(Self::$variant(_) => EstimatorName::$variant,)*
+                }
+            }
+
+            fn kind(&self) -> &dyn MethodKind {
+                match self {
+                    $(Self::$variant(options) => options,)*
+                }
+            }
+        }
+
+        #[cfg(feature = "json")]
+        impl MethodOptions {
+            /// Returns every option with its value, without those that follow from the setting.
+            pub fn describe(&self) -> Map<String, Value> {
+                let described = match self {
+                    $(Self::$variant(options) => serde_json::to_value(options),)*
+                };
+                let Ok(Value::Object(mut described)) = described else {
+                    return Map::new();
+                };
+                described.retain(|_, value| !value.is_null());
+                described
+            }
+        }
+    };
+}
+
+estimators! {
+    /// Instrumental variables of the paper, with least squares as iteration 0 (the default).
+    InstrumentalVariables = "iv": IvOptions,
+    /// Least squares of the paper: iteration 0 alone.
+    LeastSquares = "ls": LsOptions,
+    /// Least squares for any orders: na, nb and the delay nk.
+    Arx = "arx": ArxOptions,
+    /// Instrumental variables for any orders: delayed inputs as instruments, two-stage least squares.
+    IvDelayed = "iv-delayed": IvDelayedOptions,
+    /// Four-step instrumental variables of Ljung and Soderstrom.
+    Iv4 = "iv4": Iv4Options,
+    /// Simplified refined instrumental variables of Young, iterated until convergence: the output-error model B/F.
+    Sriv = "sriv": SrivOptions,
+    /// Steiglitz-McBride iteration until convergence: the output-error model B/F.
+    Stmcb = "stmcb": StmcbOptions,
+    /// Refined instrumental variables of Young, iterated until convergence: the Box-Jenkins model B/F, C/D.
+    Riv = "riv": RivOptions,
+    /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, without a search.
+    Wnsf = "wnsf": WnsfOptions,
+    /// Prediction error method: the output-error model B/F.
+    Oe = "oe": OeOptions,
+    /// Prediction error method: the ARMAX model A, B, C.
+    Armax = "armax": ArmaxOptions,
+    /// Prediction error method: the Box-Jenkins model B/F, C/D.
+    Bj = "bj": BjOptions,
+    /// Subspace method with past inputs and outputs as instruments (PO-MOESP).
+    Moesp = "moesp": MoespOptions,
+    /// Subspace method N4SID: as moesp, with a choice of the weighting.
+    N4sid = "n4sid": N4sidOptions,
+    /// The true plant and the mean of x(0): what an observer can achieve at best.
+    Known = "known": KnownOptions,
+}
+
+impl MethodOptions {
+    /// Returns the outputs of a method with this name.
+    pub fn outputs(&self, name: &str) -> Vec<Output> {
+        self.kind().outputs(name)
+    }
+
+    /// Returns the orders of the models for a value of the setting `order`. `None`: the paper's form of that order.
+    pub fn model_orders(&self, setting: usize) -> Option<Orders> {
+        self.kind().model_orders(setting)
+    }
+
+    /// Returns the order of the part of the models that u drives, for a value of the setting `order`.
+    pub fn order(&self, setting: usize) -> usize {
+        self.model_orders(setting).map_or(setting, Orders::order)
+    }
+
+    /// Returns what the estimator needs of a cell.
+    pub fn needs(&self) -> Needs {
+        self.kind().needs()
+    }
+
+    /// Returns an estimator with buffers for a problem.
+    ///
+    /// # Errors
+    /// If the estimator cannot serve the problem.
+    pub fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        self.kind().prepare(problem)
+    }
+
+    /// Returns the options in the form that lanes run.
+    ///
+    /// # Errors
+    /// The options that lanes do not support, in words.
+    pub fn in_lanes(&self) -> Result<IvOptions, String> {
+        let estimator = self.estimator();
+        let kind = self.kind().in_lanes();
+        kind.unwrap_or_else(|| Err(format!("the estimator \"{estimator}\"")))
+    }
+}

@@ -1,0 +1,428 @@
+//! Young's refined instrumental variables for the structure of Box and Jenkins, `y = B/F u + C/D e`.
+//!
+//! Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7.
+
+use super::covariance::Covariance;
+use super::instruments::{InstrumentalRegression, Instruments, Signals};
+use super::method::{MethodKind, OptionError, Problem};
+use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS, REST, ROUND};
+use super::prediction_error::{BjOptions, Descent};
+use super::reflection::{Stabilise, stay_stable};
+use super::regression::Rows;
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::polynomial::{divide, filter};
+use crate::model::{LinearModel, Orders};
+
+/// The options of `riv`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct RivOptions {
+    /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method fails).
+    pub stabilise: Option<Stabilise>,
+}
+
+impl RivOptions {
+    fn as_bj(&self) -> BjOptions {
+        BjOptions {
+            orders: self.orders,
+            ..BjOptions::default()
+        }
+    }
+}
+
+impl MethodKind for RivOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        self.as_bj().check()
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        self.as_bj().model_orders(setting)
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let orders = self.as_bj().orders(problem.shape.order);
+        let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
+        let method = RefinedIv::new(orders, problem.shape.window, stabilise)?;
+        Ok(Box::new(method))
+    }
+}
+
+/// Starts from B/F of `sriv` and alternates two steps until both converge:
+///
+/// - C and D by prediction errors of the ARMA model `D w = C e` of `w = y - B/F u`;
+/// - F and B by instrumental variables of `D/(C F) y` and `D/(C F) u`, with `D/(C F) B/F u` instead of the output in
+///   the instruments.
+///
+/// All signals are zero before the record. Where it converges, the gradient of `bj` is zero. The covariance is
+/// `s^2 (Z'Z)^-1` for B and F and that of the ARMA model for C and D, without cross terms.
+pub struct RefinedIv {
+    orders: Orders,
+    start: OutputErrorIteration,
+    instruments: InstrumentalRegression,
+    /// The search for the noise model; `None`: white noise.
+    noise: Option<Descent>,
+    stabilise: Stabilise,
+    model: LinearModel,
+    /// The stable model with the lowest sum of squared prediction errors, and that sum.
+    best: LinearModel,
+    least: f64,
+    /// (f, b) here, and (d, c) below.
+    theta: Vec<f64>,
+    noise_theta: Vec<f64>,
+    silence: Vec<f64>,
+    u: Vec<f64>,
+    y: Vec<f64>,
+    x: Vec<f64>,
+    w: Vec<f64>,
+    block: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl RefinedIv {
+    /// Makes buffers for windows of `window` samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`].
+    pub fn new(orders: Orders, window: usize, stabilise: Stabilise) -> Result<Self, SetupError> {
+        let Orders {
+            nb, nc, nd, nf, nk, ..
+        } = orders;
+        if window <= orders.parameters() {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: window,
+                needed: orders.parameters() + 1,
+            });
+        }
+        let linear = Orders::arx(nf, nb, nk);
+        let output_error = Orders {
+            nb,
+            nf,
+            nk,
+            ..Orders::default()
+        };
+        let arma = Orders {
+            na: nd,
+            nc,
+            nk: 1,
+            ..Orders::default()
+        };
+        let signal = || vec![0.0; window];
+        Ok(Self {
+            orders,
+            start: OutputErrorIteration::new(output_error, window, true, stabilise)?,
+            instruments: InstrumentalRegression::new(
+                linear,
+                Instruments::Signal,
+                Rows::Prewindow,
+                window,
+            )?,
+            noise: (nc + nd > 0).then(|| Descent::new(arma, 0, window)),
+            stabilise,
+            model: LinearModel::zero(orders),
+            best: LinearModel::zero(orders),
+            least: f64::INFINITY,
+            theta: vec![0.0; nf + nb],
+            noise_theta: vec![0.0; nd + nc],
+            silence: signal(),
+            u: signal(),
+            y: signal(),
+            x: signal(),
+            w: signal(),
+            block: Vec::new(),
+            scratch: Vec::new(),
+        })
+    }
+
+    /// Computes `w = y - B/F u`.
+    fn noise_of(&mut self, u: &[f64], y: &[f64]) {
+        self.model.simulate(u, &mut self.x);
+        for ((w, y), x) in self.w.iter_mut().zip(y).zip(&self.x) {
+            *w = y - x;
+        }
+    }
+
+    /// Fits C and D to w; returns their change relative to their size, and the sum of squared prediction errors. Where
+    /// the fit has no minimum its best model is taken, and why it has none is written to `unfinished`.
+    fn fit_noise(&mut self, unfinished: &mut Option<FailureKind>) -> Result<[f64; 2], FailureKind> {
+        *unfinished = None;
+        let Some(noise) = &mut self.noise else {
+            return Ok([0.0, self.w.iter().map(|w| w * w).sum()]);
+        };
+        let found = noise.run(&self.silence, &self.w, &self.noise_theta, REST);
+        match found.failure {
+            Some(kind) if !kind.leaves_a_model() => return Err(kind),
+            failure => *unfinished = failure,
+        }
+        let change = replace(&mut self.noise_theta, noise.theta(), 1.0);
+        self.set_noise();
+        Ok([change, found.sum])
+    }
+
+    fn set_noise(&mut self) {
+        let (d, c) = self.noise_theta.split_at(self.orders.nd);
+        self.model.d[1..].copy_from_slice(d);
+        self.model.c[1..].copy_from_slice(c);
+    }
+
+    fn set_plant(&mut self) {
+        let (f, b) = self.theta.split_at(self.orders.nf);
+        self.model.f[1..].copy_from_slice(f);
+        self.model.b[self.orders.nk..].copy_from_slice(b);
+    }
+
+    /// Changes F and B by a share of the way to those of the instruments, given C and D; returns the way's relative
+    /// length.
+    fn refine(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        share: f64,
+        condition: &mut f64,
+    ) -> Result<f64, FailureKind> {
+        for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
+            filter(&self.model.d, from, to);
+            divide(&self.model.c, to);
+            divide(&self.model.f, to);
+        }
+        self.model.simulate(&self.u, &mut self.x);
+        let (u, y, x) = (&self.u, &self.y, &self.x);
+        self.instruments.solve(Signals::new(u, y, x), condition)?;
+        let change = replace(&mut self.theta, self.instruments.theta(), share);
+        self.set_plant();
+        Ok(change)
+    }
+
+    /// Iterates until convergence and counts the passes. If it does not converge, the model is the best of all passes.
+    fn find(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        *passes = 0;
+        self.least = f64::INFINITY;
+        let found = self.start.find(u, y, condition);
+        if let Err(kind) = found
+            && !kind.leaves_a_model()
+        {
+            return Err(kind);
+        }
+        let start = self.start.model();
+        self.model.f.copy_from_slice(&start.f);
+        self.model.b.copy_from_slice(&start.b);
+        let (f, b) = self.theta.split_at_mut(self.orders.nf);
+        f.copy_from_slice(&start.f[1..]);
+        b.copy_from_slice(&start.b[self.orders.nk..]);
+        self.noise_theta.fill(0.0);
+        self.iterate(u, y, passes, condition).map_err(|kind| {
+            if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
+                return kind;
+            }
+            self.model.assign(&self.best);
+            if kind.leaves_a_model() {
+                kind
+            } else {
+                FailureKind::IterationLimit
+            }
+        })
+    }
+
+    fn iterate(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        let (mut share, mut asked) = (1.0, f64::INFINITY);
+        let mut unfinished = None;
+        while *passes < MOST_PASSES {
+            *passes += 1;
+            stay_stable(&mut self.model.f, self.stabilise, &mut self.scratch)?;
+            self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
+            self.noise_of(u, y);
+            let [of_noise, sum] = self.fit_noise(&mut unfinished)?;
+            if sum < self.least {
+                self.least = sum;
+                self.best.assign(&self.model);
+            }
+            let of_plant = self.refine(u, y, share, condition)?;
+            // Both have converged if the plant has, because the noise model follows from it.
+            if of_plant <= REST && of_noise <= REST.sqrt() {
+                return unfinished.map_or(Ok(()), Err);
+            }
+            if passes.is_multiple_of(ROUND) {
+                if of_plant > PROGRESS * asked {
+                    share /= 2.0;
+                    let (f, b) = self.theta.split_at_mut(self.orders.nf);
+                    f.copy_from_slice(&self.best.f[1..]);
+                    b.copy_from_slice(&self.best.b[self.orders.nk..]);
+                    self.set_plant();
+                }
+                asked = of_plant;
+            }
+        }
+        Err(unfinished.unwrap_or(FailureKind::IterationLimit))
+    }
+
+    /// Computes the noise variance, and the covariance of a solution; returns the sum of squared prediction errors.
+    fn errors(&mut self, u: &[f64], y: &[f64], converged: bool) -> Result<f64, FailureKind> {
+        self.noise_of(u, y);
+        let Orders { nb, nc, nd, nf, .. } = self.orders;
+        let total = self.orders.parameters();
+        filter(&self.model.d, &self.w, &mut self.x);
+        divide(&self.model.c, &mut self.x);
+        let sum: f64 = self.x.iter().map(|e| e * e).sum();
+        let variance = sum / (y.len() - total) as f64;
+        self.model.noise_variance = variance;
+        self.model.covariance.clear();
+        if !converged {
+            return Ok(sum);
+        }
+        let mut covariance = std::mem::take(&mut self.model.covariance);
+        covariance.resize(total * total, 0.0);
+        // Maps the positions of f, b, d, c to the order B, C, D, F.
+        let place = |i: usize| if i < nf { nb + nc + nd + i } else { i - nf };
+        self.instruments
+            .covariance_of_instruments(variance, &mut self.block);
+        put_block(&self.block, nf + nb, place, total, &mut covariance);
+        if let Some(noise) = &mut self.noise {
+            noise.condition(&self.silence, &self.w, &self.noise_theta)?;
+            noise.covariance(Covariance::White, variance, &mut self.block);
+            let place = |i: usize| if i < nd { nb + nc + i } else { nb + i - nd };
+            put_block(&self.block, nd + nc, place, total, &mut covariance);
+        }
+        self.model.covariance = covariance;
+        Ok(sum)
+    }
+}
+
+/// Changes values by a share of the way to new ones; returns the longest way relative to the largest new value.
+fn replace(old: &mut [f64], new: &[f64], share: f64) -> f64 {
+    let (mut difference, mut size) = (0.0_f64, f64::MIN_POSITIVE);
+    for (old, new) in old.iter_mut().zip(new) {
+        difference = difference.max((*old - new).abs());
+        size = size.max(new.abs());
+        *old = if share < 1.0 {
+            share.mul_add(new - *old, *old)
+        } else {
+            *new
+        };
+    }
+    difference / size
+}
+
+/// Copies a square block of n rows to the positions that `place` returns, in a matrix of `total` rows.
+fn put_block(
+    block: &[f64],
+    n: usize,
+    place: impl Fn(usize) -> usize,
+    total: usize,
+    to: &mut [f64],
+) {
+    for (i, row) in block.chunks_exact(n).enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            to[place(i) * total + place(j)] = *value;
+        }
+    }
+}
+
+impl Estimator for RefinedIv {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let Window { u, y, .. } = window;
+        let (mut condition, mut taken) = (f64::NAN, 0);
+        let found = self.find(u, y, &mut taken, &mut condition);
+        pass.iterations = Some(taken);
+        let set = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => self.errors(u, y, found.is_ok()).and_then(|sum| {
+                pass.loss = sum / y.len() as f64;
+                if found.is_err() {
+                    condition = f64::NAN;
+                }
+                pass.set_model(&self.model, condition)
+            }),
+        };
+        pass.end(found, set);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::prediction_error::{InitialCondition, PredictionError};
+    use crate::model::polynomial::{divide, filter};
+    use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+
+    /// At convergence the gradient of the sum of squared prediction errors is zero; `bj`, which descends to it, ends
+    /// there too.
+    #[test]
+    fn it_rests_at_the_minimum_of_box_jenkins() {
+        for (trial, orders) in [
+            "nb=2,nf=2,nc=1,nd=1",
+            "nb=1,nf=2,nd=2,nk=2",
+            "nb=2,nf=1,nc=2",
+            "nb=2,nf=2",
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let orders: Orders = orders.parse().unwrap();
+            let n = 600;
+            let mut truth = LinearModel::zero(orders);
+            let places = [
+                (&mut truth.b[orders.nk..], [1.0, 0.5]),
+                (&mut truth.f[1..], [-0.8, 0.4]),
+                (&mut truth.c[1..], [0.5, 0.3]),
+                (&mut truth.d[1..], [-0.6, 0.2]),
+            ];
+            for (place, values) in places {
+                place.copy_from_slice(&values[..place.len()]);
+            }
+            let normal = |purpose| {
+                let mut signal = vec![0.0; n];
+                let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
+                input.fill(&mut stream(31, trial as u64, purpose), &mut signal);
+                signal
+            };
+            let (u, e) = (normal(Purpose::Input), normal(Purpose::Plant));
+            let (mut y, mut v) = (vec![0.0; n], vec![0.0; n]);
+            truth.simulate(&u, &mut y);
+            filter(&truth.c, &e, &mut v);
+            divide(&truth.d, &mut v);
+            y.iter_mut().zip(&v).for_each(|(y, v)| *y += 0.4 * v);
+            let estimate = |estimator: &mut dyn Estimator| {
+                let mut passes = [Pass::new(2)];
+                estimator.estimate(Window::new(&u, &y, n), &mut passes);
+                let [pass] = passes;
+                assert_eq!(pass.failure, None, "{orders}");
+                pass
+            };
+            let riv = estimate(&mut RefinedIv::new(orders, n, Stabilise::Reflect).unwrap());
+            let bj =
+                estimate(&mut PredictionError::new(orders, 4, InitialCondition::Zero, n).unwrap());
+            for (riv, bj) in riv.model.parameters().zip(bj.model.parameters()) {
+                assert!((riv - bj).abs() < 1e-8, "{orders}: {riv} {bj}");
+            }
+            assert!((riv.loss / bj.loss - 1.0).abs() < 1e-12);
+            // Cross terms between B, F and C, D vanish as N grows, so the standard errors with them are nearly the
+            // same.
+            let errors = [&riv, &bj].map(|pass| pass.model.standard_errors().unwrap());
+            for (riv, bj) in errors[0].iter().zip(&errors[1]) {
+                assert!((riv / bj - 1.0).abs() < 0.05, "{orders}: {riv} {bj}");
+            }
+        }
+    }
+}

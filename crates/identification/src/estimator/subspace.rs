@@ -1,0 +1,527 @@
+//! Subspace identification with past inputs and outputs as instruments (PO-MOESP; Verhaegen 1994).
+//!
+//! Block Hankel matrices of s rows are `U_f, U_p, Y_p, Y_f` (future and past), with `[U_f; U_p; Y_p; Y_f] = L Q`. Take
+//! the block of L in the rows of `Y_f` and the columns of the past. Its left singular vectors span the range of the
+//! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
+
+use super::method::{MethodKind, OptionError, Problem};
+use super::null_space::HighOrder;
+use super::output_error_iteration::stable;
+use super::reflection::{Stabilise, reflect_zeros};
+use super::solver::Reduction;
+use super::solver::condition::check_rank_of_columns;
+use super::solver::condition::{Equilibration, triangular_condition};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::polynomial::divide;
+use crate::model::{LinearModel, Orders};
+use crate::names::named_enum;
+use crate::plant::polynomial_from_poles;
+use crate::signal::arithmetic::variance;
+use faer::linalg::solvers::SolveLstsq;
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::{Mat, MatMut, Par};
+
+named_enum! {
+    /// The weighting of the oblique projection `O` of the future outputs on the past along the future inputs; `P` projects
+    /// the future inputs out (Van Overschee and De Moor, *Subspace Identification for Linear Systems*, 1996, table 4.1).
+    Weights, "weighting" {
+        /// `O` itself (the default).
+        N4sid = "n4sid",
+        /// `O P`.
+        Moesp = "moesp",
+        /// `(Y_f P Y_f')^(-1/2) O P`: canonical variates, the correlations of future outputs with the past.
+        Cva = "cva",
+    }
+}
+
+named_enum! {
+    /// The conventions of another tool.
+    SubspaceReading, "reading" {
+        /// SIPPY: the first sample is subtracted from u and y, and both are divided by their standard deviations.
+        Sippy = "sippy",
+    }
+}
+
+/// The largest number of block rows.
+const MOST_ROWS: usize = 200;
+
+/// Defines the options of a method; both methods have almost the same.
+macro_rules! subspace {
+    ($options:ident, $doc:literal, [$($weights:ident)?], $weighting:expr) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, PartialEq)]
+        #[cfg_attr(
+            feature = "json",
+            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+            serde(deny_unknown_fields, default)
+        )]
+        pub struct $options {
+            /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
+            /// `order`, nk = 1.
+            pub orders: Option<Orders>,
+            /// Block rows s of the future and of the past, more than n; by default chosen for each record: k, 3/2 k or 2 k, k being the order of
+            /// `A y = B u + e` by AIC, whichever output is closest to y.
+            pub block_rows: Option<usize>,
+            /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
+            pub stabilise: Stabilise,
+            /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides them by
+            /// their standard deviations.
+            pub reading: Option<SubspaceReading>,
+            $(
+                /// The weighting whose left singular vectors are taken: n4sid (the oblique projection itself), moesp (future
+                /// inputs projected out, as SLICOT's N4SID), cva (canonical variates).
+                pub $weights: Weights,
+            )?
+        }
+
+        impl Default for $options {
+            fn default() -> Self {
+                Self {
+                    orders: None,
+                    block_rows: None,
+                    stabilise: Stabilise::None,
+                    reading: None,
+                    $($weights: Weights::default(),)?
+                }
+            }
+        }
+
+        impl $options {
+            fn orders(&self, order: usize) -> Orders {
+                let given = self.orders.unwrap_or(Orders::arx(order, order, 1));
+                model_orders(given.na.max(given.nf), given.nk)
+            }
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                check(self.orders, self.block_rows)
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(self.orders(setting))
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = self.orders(problem.shape.order);
+                let window = problem.shape.window;
+                let weighting: fn(&Self) -> Weights = $weighting;
+                let (rows, weights) = (self.block_rows, weighting(self));
+                let mut method = Subspace::new(orders, rows, weights, window)?;
+                method.stabilise = self.stabilise;
+                Ok(Box::new(method.with_reading(self.reading)))
+            }
+        }
+    };
+}
+
+subspace!(MoespOptions, "The options of `moesp`.", [], |_| {
+    Weights::Moesp
+});
+subspace!(
+    N4sidOptions,
+    "The options of `n4sid`.",
+    [weights],
+    |options| { options.weights }
+);
+
+/// Returns the orders of a model of order n.
+fn model_orders(n: usize, nk: usize) -> Orders {
+    Orders {
+        nb: n + 1 - nk.min(1),
+        nf: n,
+        nk,
+        ..Orders::default()
+    }
+}
+
+fn check(orders: Option<Orders>, block_rows: Option<usize>) -> Result<(), OptionError> {
+    let n = orders.map_or(0, |orders| orders.na.max(orders.nf));
+    if let Some(given) = orders {
+        let nk = given.nk;
+        let known = given == Orders::arx(n, n, nk) || given == model_orders(n, nk);
+        if n == 0 || nk > 1 || !known {
+            let message = "expected n of at least 1 and nk = 0 or 1, such as n=4,nk=0";
+            return Err(OptionError::new("orders", message));
+        }
+    }
+    let Some(block_rows) = block_rows else {
+        return Ok(());
+    };
+    if !(2..=MOST_ROWS).contains(&block_rows) {
+        let message = format!("{block_rows}; expected 2 to {MOST_ROWS}");
+        return Err(OptionError::new("block_rows", message));
+    }
+    if n >= block_rows {
+        let message = format!("{block_rows}; expected more than the order {n}");
+        return Err(OptionError::new("block_rows", message));
+    }
+    Ok(())
+}
+
+/// Computes A and C from the shift of the first n left singular vectors. Then finds B, D and x0 such that the simulated
+/// output is closest to y over all samples; `y = B/F u + I/F delta` is linear in them.
+pub struct Subspace {
+    orders: Orders,
+    weights: Weights,
+    stabilise: Stabilise,
+    /// What the number of block rows follows from; `None` if it is given.
+    high: Option<HighOrder>,
+    window: usize,
+    rows: usize,
+    columns: usize,
+    hankel: Reduction,
+    outputs: Reduction,
+    equilibration: Equilibration,
+    scratch: Vec<f64>,
+    polynomial: Vec<f64>,
+    model: LinearModel,
+    theta: Vec<f64>,
+    u: Vec<f64>,
+    impulse: Vec<f64>,
+    x0: Vec<f64>,
+    sum: f64,
+    /// u and y scaled according to the reading.
+    scaled: Option<[Vec<f64>; 2]>,
+}
+
+impl Subspace {
+    /// Makes buffers for windows of `window` samples. Without a number of block rows it is chosen for each record.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortHankel`] if the Hankel matrices have fewer columns than rows.
+    pub fn new(
+        orders: Orders,
+        rows: Option<usize>,
+        weights: Weights,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let high = rows
+            .is_none()
+            .then(|| HighOrder::new(true, 1, None, window));
+        let rows = rows.unwrap_or(orders.nf + 1);
+        if columns(rows, window) < 4 * rows || orders.nf >= rows {
+            return Err(SetupError::ShortHankel {
+                rows,
+                window,
+                order: orders.nf,
+            });
+        }
+        let parameters = orders.nb + orders.nf;
+        let signal = || vec![0.0; window];
+        Ok(Self {
+            orders,
+            weights,
+            stabilise: Stabilise::None,
+            high,
+            window,
+            rows,
+            columns: columns(rows, window),
+            hankel: Reduction::new(4 * rows, columns(rows, window), 0),
+            outputs: Reduction::new(parameters, window, 1),
+            equilibration: Equilibration::new(parameters, parameters),
+            scratch: vec![0.0; parameters],
+            polynomial: Vec::new(),
+            model: LinearModel::zero(orders),
+            theta: vec![0.0; parameters],
+            u: signal(),
+            impulse: signal(),
+            x0: vec![0.0; orders.nf],
+            sum: f64::NAN,
+            scaled: None,
+        })
+    }
+
+    fn with_reading(mut self, reading: Option<SubspaceReading>) -> Self {
+        self.scaled = reading.map(|SubspaceReading::Sippy| [self.u.clone(), self.u.clone()]);
+        self
+    }
+
+    /// Returns the numbers of block rows that are tried: by default k, 3/2 k and 2 k, k being the order of the model
+    /// `A y = B u + e` by AIC, as far as the record and the order allow.
+    fn candidates(&mut self, u: &[f64], y: &[f64]) -> [usize; 3] {
+        let Some(high) = &mut self.high else {
+            return [self.rows; 3];
+        };
+        high.fit(u, y);
+        let order = high.chosen();
+        let least = self.orders.nf + 1;
+        let most = ((self.window + 1) / 6).min(MOST_ROWS).max(least);
+        [2 * order, 3 * order, 4 * order].map(|twice| (twice / 2).max(least + 1).min(most))
+    }
+
+    fn set_rows(&mut self, rows: usize) {
+        if rows != self.rows {
+            self.rows = rows;
+            self.columns = columns(rows, self.window);
+            self.hankel = Reduction::new(4 * rows, self.columns, 0);
+        }
+    }
+
+    /// Computes the model with the number of block rows, of those tried, whose simulated output is closest to y, a stable
+    /// one if there is one; returns the condition.
+    fn find(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        singular_values: &mut Vec<f64>,
+    ) -> Result<f64, FailureKind> {
+        let candidates = self.candidates(u, y);
+        let mut best = (true, f64::INFINITY, candidates[0]);
+        let mut last = None;
+        for (i, rows) in candidates.into_iter().enumerate() {
+            if candidates[..i].contains(&rows) {
+                continue;
+            }
+            let found = self.fit(rows, u, y, singular_values);
+            let unstable = !stable(&self.model.f, &mut self.polynomial);
+            if found.is_ok() && (unstable, self.sum) < (best.0, best.1) {
+                best = (unstable, self.sum, rows);
+            }
+            last = Some((rows, found));
+        }
+        match last {
+            // The last is the best, or as good as any failure.
+            Some((rows, found)) if rows == best.2 || best.1.is_infinite() => found,
+            _ => self.fit(best.2, u, y, singular_values),
+        }
+    }
+
+    fn fit(
+        &mut self,
+        rows: usize,
+        u: &[f64],
+        y: &[f64],
+        singular_values: &mut Vec<f64>,
+    ) -> Result<f64, FailureKind> {
+        self.set_rows(rows);
+        self.denominator(u, y, singular_values)?;
+        self.numerators(u, y)
+    }
+
+    /// Computes the denominator F, and the singular values that indicate the order.
+    fn denominator(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        singular_values: &mut Vec<f64>,
+    ) -> Result<(), FailureKind> {
+        let s = self.rows;
+        let blocks: [(&[f64], usize); 4] = [(u, s), (u, 0), (y, 0), (y, s)];
+        let fill = |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
+            for (block, (signal, from)) in blocks.iter().enumerate() {
+                for i in 0..s {
+                    for row in 0..z.nrows() {
+                        z[(row, block * s + i)] = signal[from + i + first + row];
+                    }
+                }
+            }
+        };
+        self.hankel.run(self.columns, fill)?;
+        let r = self.hankel.r();
+        // L is R transposed: rows of Y_f, columns of U_p and Y_p.
+        let past = Mat::from_fn(s, 2 * s, |i, j| r[(s + j, 3 * s + i)]);
+        let mut root = None;
+        let projected = match self.weights {
+            Weights::Moesp => past,
+            Weights::N4sid => {
+                // L_32 L_22^+ [L_21 L_22], where L_21 belongs to the future inputs.
+                let of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);
+                let of_past = Mat::from_fn(2 * s, 2 * s, |i, j| r[(s + j, s + i)]);
+                let product = &past * pseudo_inverse_times(&of_past, &of_inputs)?;
+                Mat::from_fn(s, 3 * s, |i, j| match j.checked_sub(s) {
+                    None => product[(i, j)],
+                    Some(j) => past[(i, j)],
+                })
+            }
+            Weights::Cva => {
+                // Y_f P = [L_32 L_33] Q.
+                let outputs = Mat::from_fn(s, 3 * s, |i, j| r[(s + j, 3 * s + i)]);
+                root = Some(Root::of(&outputs)?);
+                root.as_ref()
+                    .map_or(past.clone(), |root| &root.inverse * &past)
+            }
+        };
+        let svd = projected.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+        singular_values.clear();
+        singular_values.extend((0..s).map(|i| svd.S()[i]));
+        let n = self.orders.nf;
+        if !(singular_values[n - 1] > 0.0) {
+            return Err(FailureKind::RankDeficient);
+        }
+        let of_states = svd.U().get(.., ..n);
+        let observability = match &root {
+            None => of_states.to_owned(),
+            Some(Root { root, .. }) => root * of_states,
+        };
+        let mut shift = observability.get(1.., ..).to_owned();
+        observability
+            .get(..s - 1, ..)
+            .qr()
+            .solve_lstsq_in_place(&mut shift);
+        let a = shift.get(..n, ..);
+        let poles = a.eigenvalues().map_err(|_| FailureKind::NonFinite)?;
+        let coefficients = polynomial_from_poles(&poles);
+        for (f, coefficient) in self.model.f[1..].iter_mut().zip(&coefficients) {
+            *f = coefficient.re;
+        }
+        let finite = self.model.f.iter().all(|f| f.is_finite())
+            && (self.stabilise == Stabilise::None
+                || stable(&self.model.f, &mut self.polynomial)
+                || reflect_zeros(&mut self.model.f));
+        finite.then_some(()).ok_or(FailureKind::NonFinite)
+    }
+
+    /// Computes B and x0 given F, by least squares over all samples; returns the condition.
+    fn numerators(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
+        let Orders { nb, nf, nk, .. } = self.orders;
+        self.u.copy_from_slice(u);
+        self.impulse.fill(0.0);
+        self.impulse[0] = 1.0;
+        divide(&self.model.f, &mut self.u);
+        divide(&self.model.f, &mut self.impulse);
+        let (filtered, impulse) = (&self.u, &self.impulse);
+        let value =
+            |signal: &[f64], k: usize, lag: usize| k.checked_sub(lag).map_or(0.0, |k| signal[k]);
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                let k = first + row;
+                for i in 0..nb {
+                    z[(row, i)] = value(filtered, k, nk + i);
+                }
+                for i in 0..nf {
+                    z[(row, nb + i)] = value(impulse, k, i);
+                }
+                right[(row, 0)] = y[k];
+            }
+        };
+        self.outputs.run(y.len(), fill)?;
+        let (r, n) = (self.outputs.r(), nb + nf);
+        self.equilibration.of_columns(r)?;
+        let columns = &self.equilibration.columns;
+        let condition = triangular_condition(r, columns, &mut self.scratch)?;
+        check_rank_of_columns(condition, n)?;
+        let top = self.outputs.top();
+        for (i, theta) in self.theta.iter_mut().enumerate() {
+            *theta = top[(i, 0)];
+        }
+        let theta = MatMut::from_column_major_slice_mut(&mut self.theta, n, 1);
+        solve_upper_triangular_in_place(r, theta, Par::Seq);
+        self.model.b[nk..].copy_from_slice(&self.theta[..nb]);
+        let predicted = |k: usize| -> f64 {
+            let of_u = (0..nb).map(|i| self.theta[i] * value(filtered, k, nk + i));
+            let free = (0..nf).map(|i| self.theta[nb + i] * value(impulse, k, i));
+            of_u.sum::<f64>() + free.sum::<f64>()
+        };
+        self.sum = (0..y.len()).map(|k| (y[k] - predicted(k)).powi(2)).sum();
+        // x0 in the paper's coordinates: the first samples of the free response.
+        for k in 0..nf {
+            self.x0[k] = (0..nf)
+                .map(|i| self.theta[nb + i] * value(impulse, k, i))
+                .sum();
+        }
+        Ok(condition)
+    }
+
+    /// Converts the model from the scaled units back to those of the record.
+    fn scale_back(&mut self, [of_u, of_y]: [f64; 2]) {
+        self.model.b.iter_mut().for_each(|b| *b *= of_y / of_u);
+        self.x0.iter_mut().for_each(|x| *x *= of_y);
+        self.sum *= of_y * of_y;
+    }
+}
+
+/// Returns the number of columns of the Hankel matrices.
+fn columns(rows: usize, window: usize) -> usize {
+    (window + 1).saturating_sub(2 * rows)
+}
+
+/// The symmetric square root of `M M'`, and its inverse.
+struct Root {
+    root: Mat<f64>,
+    inverse: Mat<f64>,
+}
+
+impl Root {
+    fn of(m: &Mat<f64>) -> Result<Self, FailureKind> {
+        let svd = m.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+        let (u, values) = (svd.U(), svd.S());
+        // Directions without any output beyond rounding have no correlation.
+        let smallest = values[0] * m.nrows() as f64 * f64::EPSILON * 16.0;
+        let with = |of: fn(f64) -> f64| {
+            let scaled = Mat::from_fn(u.nrows(), u.ncols(), |i, j| {
+                let value = values[j];
+                u[(i, j)] * if value > smallest { of(value) } else { 0.0 }
+            });
+            &scaled * u.transpose()
+        };
+        Ok(Self {
+            root: with(|value| value),
+            inverse: with(f64::recip),
+        })
+    }
+}
+
+/// Writes a signal minus its first sample, divided by its standard deviation; returns the standard deviation.
+fn scale(signal: &[f64], to: &mut [f64]) -> f64 {
+    let unit = variance(signal).sqrt();
+    for (to, value) in to.iter_mut().zip(signal) {
+        *to = (value - signal[0]) / unit;
+    }
+    unit
+}
+
+/// Computes `L^+ M`. Singular values that are rounding of the largest one, as in a record without noise, are taken as
+/// 0.
+fn pseudo_inverse_times(l: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, FailureKind> {
+    let svd = l.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+    let (values, n) = (svd.S(), l.ncols());
+    let smallest = values[0] * n as f64 * f64::EPSILON * 16.0;
+    let mut product = svd.U().transpose() * m;
+    for j in 0..product.ncols() {
+        for i in 0..n {
+            let value = values[i];
+            product[(i, j)] = if value > smallest {
+                product[(i, j)] / value
+            } else {
+                0.0
+            };
+        }
+    }
+    Ok(svd.V() * product)
+}
+
+impl Estimator for Subspace {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let mut scaled = self.scaled.take();
+        let mut scales = [1.0, 1.0];
+        if let Some([u, y]) = &mut scaled {
+            scales = [scale(window.u, u), scale(window.y, y)];
+        }
+        let (u, y) = match &scaled {
+            Some([u, y]) => (u.as_slice(), y.as_slice()),
+            None => (window.u, window.y),
+        };
+        let mut values = std::mem::take(&mut pass.singular_values);
+        let found = self.find(u, y, &mut values);
+        pass.singular_values = values;
+        let set = found.and_then(|condition| {
+            self.scale_back(scales);
+            let (n, parameters) = (y.len(), 2 * self.theta.len() - self.orders.nb);
+            self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
+            pass.loss = self.sum / n as f64;
+            pass.set_model(&self.model, condition)
+        });
+        self.scaled = scaled;
+        match set {
+            Ok(()) => pass.set_initial_state(&self.x0),
+            Err(kind) => pass.fail_for(kind),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

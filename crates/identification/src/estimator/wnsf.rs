@@ -1,0 +1,200 @@
+//! The method of weighted null-space fitting.
+//!
+//! Source: M. Galrinho, C. R. Rojas, H. Hjalmarsson, "Parametric identification using weighted null-space fitting",
+//! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
+
+use super::method::{MethodKind, OptionError, Problem};
+use super::null_space::NullSpaceFit;
+use super::regression::covariance_of_triangle;
+use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::{LinearModel, Orders};
+
+/// The relative change of the sum of squares at which the iteration has converged.
+const REST: f64 = 1e-12;
+
+/// The largest number of weighted solutions.
+const MOST_ITERATIONS: usize = 1000;
+
+/// The options of `wnsf`, `A y = B u + C e` or `y = B/F u + C/D e`.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct WnsfOptions {
+    /// Orders of `oe` (nb, nf), `armax` (na, nb, nc) or `bj` (nb, nc, nd, nf) and the delay nk; by default nb = nf = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// Order of the high-order model; without it, three are tried: that by AIC, twice it, and the largest.
+    pub high_order: Option<usize>,
+    /// The largest number of weighted solutions for each of them.
+    pub iterations: usize,
+}
+
+impl Default for WnsfOptions {
+    fn default() -> Self {
+        Self {
+            orders: None,
+            high_order: None,
+            iterations: 20,
+        }
+    }
+}
+
+impl MethodKind for WnsfOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        if let Some(orders) = self.orders {
+            let Orders {
+                na, nb, nc, nd, nf, ..
+            } = orders;
+            let armax = na > 0 && nf + nd == 0 && nc > 0;
+            let fits = armax || na == 0 && nf > 0;
+            if !fits || nb == 0 {
+                let message =
+                    "expected an nb of at least 1, and na with nc, or nf with perhaps nc, nd";
+                return Err(OptionError::new("orders", message));
+            }
+        }
+        if self.high_order == Some(0) {
+            return Err(OptionError::new("high_order", "0; expected at least 1"));
+        }
+        if !(1..=MOST_ITERATIONS).contains(&self.iterations) {
+            let message = format!("{}; expected 1 to {MOST_ITERATIONS}", self.iterations);
+            return Err(OptionError::new("iterations", message));
+        }
+        Ok(())
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        Some(self.orders.unwrap_or(Orders {
+            nb: setting,
+            nf: setting,
+            nk: 1,
+            ..Orders::default()
+        }))
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let orders = self.model_orders(problem.shape.order).unwrap_or_default();
+        let method = NullSpace::new(orders, self.clone(), problem.shape.window)?;
+        Ok(Box::new(method))
+    }
+}
+
+/// Weighted solutions from each high-order model; the one with the lowest sum of squared prediction errors is taken. The
+/// covariance is that of the last weighted least squares, `s^2 (Q'W Q)^-1`, `s^2 = N V / (N - parameters)`.
+pub struct NullSpace {
+    options: WnsfOptions,
+    fit: NullSpaceFit,
+    /// The lowest sum of squares so far.
+    least: f64,
+    best: LinearModel,
+    condition: f64,
+    equilibration: Equilibration,
+    scratch: Vec<f64>,
+    e: Vec<f64>,
+    x: Vec<f64>,
+}
+
+impl NullSpace {
+    /// Makes buffers for windows of `window` samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] if the record is too short for the high-order model.
+    pub fn new(orders: Orders, options: WnsfOptions, window: usize) -> Result<Self, SetupError> {
+        let n = orders.parameters();
+        let fit = NullSpaceFit::new(orders, options.high_order, window);
+        let needed = fit.samples_needed();
+        if window < needed {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: window,
+                needed,
+            });
+        }
+        Ok(Self {
+            options,
+            fit,
+            least: f64::INFINITY,
+            best: LinearModel::zero(orders),
+            condition: f64::NAN,
+            equilibration: Equilibration::new(n, n),
+            scratch: vec![0.0; n],
+            e: vec![0.0; window],
+            x: vec![0.0; window],
+        })
+    }
+
+    /// Runs the iteration from each high-order model; returns the number of weighted solutions.
+    fn find(&mut self, u: &[f64], y: &[f64]) -> Result<usize, FailureKind> {
+        let orders = self.fit.begin(u, y);
+        let mut taken = 0;
+        let mut failed = FailureKind::RankDeficient;
+        self.least = f64::INFINITY;
+        for (i, order) in orders.into_iter().enumerate() {
+            if orders[..i].contains(&order) || !self.fit.start(order) {
+                continue;
+            }
+            let mut before = f64::INFINITY;
+            for _ in 0..self.options.iterations {
+                if !self.fit.refine() {
+                    break;
+                }
+                taken += 1;
+                if !self.fit.is_stable() {
+                    failed = FailureKind::UnstablePredictor;
+                    continue;
+                }
+                let model = &self.fit.model;
+                model.residuals(u, y, &mut self.e, &mut self.x);
+                let sum: f64 = self.e.iter().map(|e| e * e).sum();
+                if sum < self.least {
+                    self.least = sum;
+                    self.take(sum / (y.len() - self.scratch.len()) as f64)?;
+                }
+                if (sum - before).abs() <= REST * sum {
+                    break;
+                }
+                before = sum;
+            }
+        }
+        if self.least.is_finite() {
+            Ok(taken)
+        } else {
+            Err(failed)
+        }
+    }
+
+    /// Takes the present model with its covariance.
+    fn take(&mut self, variance: f64) -> Result<(), FailureKind> {
+        let r = self.fit.r();
+        self.equilibration.of_columns(r)?;
+        let columns = &self.equilibration.columns;
+        self.condition = triangular_condition(r, columns, &mut self.scratch)?;
+        check_rank_of_columns(self.condition, self.scratch.len())?;
+        self.best.assign(&self.fit.model);
+        self.best.noise_variance = variance;
+        covariance_of_triangle(r, variance, &mut self.scratch, &mut self.best.covariance);
+        Ok(())
+    }
+}
+
+impl Estimator for NullSpace {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let Window { u, y, .. } = window;
+        let found = self.find(u, y).and_then(|taken| {
+            pass.iterations = Some(taken);
+            pass.loss = self.least / y.len() as f64;
+            pass.set_model(&self.best, self.condition)
+        });
+        match found {
+            Ok(()) => pass.start_at_zero(),
+            Err(kind) => pass.fail_for(kind),
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! A model of one record, in one call.
+
+use crate::diagnosis::{Precision, Residuals};
+use crate::estimator::{Failure, FailureKind};
+use crate::estimator::{Method, MethodOptions, Pass, Problem, Progress, SetupError, Shape, Window};
+use crate::metric::{Fit, FitModel};
+use crate::model::LinearModel;
+use crate::plant::PoleFinder;
+use faer::c64;
+use std::ops::Range;
+
+/// Why there is no model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// u and y differ in length.
+    #[error("u has {u} samples and y has {y}; expected equal lengths")]
+    Lengths {
+        /// The samples of u.
+        u: usize,
+        /// The samples of y.
+        y: usize,
+    },
+    /// The method cannot serve the record's length, or the orders.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The calculation has no model.
+    #[error("the estimate failed: {0}")]
+    Failed(Failure),
+}
+
+/// A model that was fitted to a record.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The last pass of the method, with the initial state, the loss and the condition number.
+    pub pass: Pass,
+}
+
+/// Fits a model of these orders to a record: `A y = B/F u + C/D e` with e white.
+///
+/// The orders are those of the options; `order` is that of `iv` and `ls` without orders, which have the paper's form.
+///
+/// # Errors
+/// [`FitError`]. A search that ends without a minimum has a model, and its kind in [`Fitted::unfinished`].
+///
+/// # Example
+///
+/// ```
+/// use asobench_identification::estimator::ArxOptions;
+/// use asobench_identification::fit;
+///
+/// let u = [1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0];
+/// let mut y = [0.0; 10];
+/// for k in 1..10 {
+///     y[k] = 0.5 * y[k - 1] + 2.0 * u[k - 1];
+/// }
+/// let orders = Some("na=1,nb=1,nk=1".parse()?);
+/// let model = fit(ArxOptions { orders, ..ArxOptions::default() }, 1, &u, &y)?;
+/// assert!((model.linear().b[1] - 2.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn fit(
+    options: impl Into<MethodOptions>,
+    order: usize,
+    u: &[f64],
+    y: &[f64],
+) -> Result<Fitted, FitError> {
+    if u.len() != y.len() {
+        let (u, y) = (u.len(), y.len());
+        return Err(FitError::Lengths { u, y });
+    }
+    let method = Method::named("model", options);
+    let shape = Shape {
+        order,
+        window: y.len(),
+    };
+    let mut estimator = method.prepare(Problem {
+        covariance: true,
+        ..shape.into()
+    })?;
+    let mut passes = vec![Pass::new(order); method.passes()];
+    estimator.estimate(Window::new(u, y, y.len()), &mut passes);
+    let pass = passes.pop().ok_or(SetupError::ZeroOrder)?;
+    match pass.failure {
+        Some(failure) if pass.progress < Progress::Parameters => Err(FitError::Failed(failure)),
+        _ => Ok(Fitted { pass }),
+    }
+}
+
+impl Fitted {
+    /// Returns the model.
+    pub const fn linear(&self) -> &LinearModel {
+        &self.pass.model
+    }
+
+    /// Returns why the search, or the initial state after it, came to no end; `None` if all is well.
+    pub fn unfinished(&self) -> Option<FailureKind> {
+        self.pass.failure.map(|failure| failure.kind)
+    }
+
+    /// Returns the poles of the part that u drives.
+    pub fn poles(&self) -> Vec<c64> {
+        let a = &self.pass.a;
+        let degree = self.linear().denominator().len() - 1;
+        PoleFinder::new(a.len()).poles(&a[a.len() - degree..])
+    }
+
+    /// Returns what the covariance of the parameters says of poles, zeros and static gain.
+    pub fn precision(&self) -> Precision {
+        Precision::new(self.linear(), &self.poles())
+    }
+
+    /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested.
+    pub fn residuals(&self, u: &[f64], y: &[f64]) -> Option<Residuals> {
+        Residuals::new(self.linear(), u, y)
+    }
+
+    /// Returns the FIT over a range of samples of a record that begins with the one that was fitted.
+    ///
+    /// # Panics
+    /// If u and y differ in length, or are shorter than the range or than `window`, the samples that were fitted.
+    pub fn compare(&self, u: &[f64], y: &[f64], window: usize, range: Range<usize>) -> Fit {
+        let Pass {
+            a, b, direct, x0, ..
+        } = &self.pass;
+        let model = FitModel {
+            model: self.linear(),
+            a,
+            b,
+            d: *direct,
+            x0,
+        };
+        crate::metric::fit(model, u, y, window, range)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::{ArxOptions, IvOptions, LsOptions};
+
+    #[test]
+    fn lengths_windows_and_singular_records_are_told() {
+        let arx = || ArxOptions {
+            orders: Some("na=2,nb=2,nk=1".parse().unwrap()),
+            ..ArxOptions::default()
+        };
+        let error = fit(arx(), 2, &[1.0; 4], &[1.0; 5]).unwrap_err();
+        assert_eq!(error, FitError::Lengths { u: 4, y: 5 });
+        assert!(matches!(
+            fit(arx(), 2, &[1.0; 5], &[1.0; 5]),
+            Err(FitError::Setup(_))
+        ));
+        let error = fit(arx(), 2, &[0.0; 50], &[0.0; 50]).unwrap_err();
+        assert!(matches!(error, FitError::Failed(_)), "{error}");
+    }
+
+    /// The paper's form by its order, without noise: exact.
+    #[test]
+    fn the_papers_form_has_no_orders() {
+        let u: Vec<f64> = (0..60).map(|k| f64::from((k * k) % 7) - 3.0).collect();
+        let mut y = vec![0.0; 60];
+        for k in 2..60 {
+            y[k] = 1.2 * y[k - 1] - 0.5 * y[k - 2] + u[k - 1] + 0.3 * u[k - 2];
+        }
+        for model in [
+            fit(LsOptions::default(), 2, &u, &y).unwrap(),
+            fit(IvOptions::default(), 2, &u, &y).unwrap(),
+        ] {
+            assert!((model.pass.a[1] - 1.2).abs() < 1e-10 && (model.pass.a[0] + 0.5).abs() < 1e-10);
+            assert_eq!(model.poles().len(), 2);
+            assert!(model.compare(&u, &y, 60, 0..60).simulated > 99.9999);
+        }
+    }
+}

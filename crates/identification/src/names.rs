@@ -1,0 +1,180 @@
+//! Enumerations that a user names on the command line or in a file. Each has one list of names for parsing, which
+//! suggests the nearest name, and for every output.
+
+use crate::text::{NAME_LIMIT, beginning};
+#[cfg(feature = "json")]
+#[doc(hidden)]
+pub use schemars;
+#[doc(hidden)]
+pub use serde;
+
+/// A name that is not one of the valid ones.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown {what} '{}'{}; expected {}", beginning(.given, NAME_LIMIT), nearest(.given, .valid), .valid.join(", "))]
+pub struct UnknownName {
+    /// The kind of thing to be named.
+    pub what: String,
+    /// The name given.
+    pub given: String,
+    /// The valid names.
+    pub valid: Vec<String>,
+}
+
+impl UnknownName {
+    /// The error for `given` if one of `valid` was expected.
+    pub fn new(what: &str, given: &str, valid: &[&str]) -> Self {
+        Self {
+            what: what.to_owned(),
+            given: given.to_owned(),
+            valid: valid.iter().map(|&name| name.to_owned()).collect(),
+        }
+    }
+}
+
+/// ", did you mean 'name'?" for the nearest valid name, or nothing if none is near.
+fn nearest(given: &str, valid: &[String]) -> String {
+    // The time grows with the square of the length, and no longer text is a name.
+    if given.len() > NAME_LIMIT {
+        return String::new();
+    }
+    valid
+        .iter()
+        .map(|name| (strsim::jaro_winkler(given, name), name))
+        .filter(|(similarity, _)| *similarity > 0.7)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map_or_else(String::new, |(_, name)| format!(", did you mean '{name}'?"))
+}
+
+/// The JSON schema of a [`named_enum`].
+#[cfg(feature = "json")]
+#[macro_export]
+#[doc(hidden)]
+macro_rules! name_schema {
+    ($name:ident) => {
+        impl $crate::names::schemars::JsonSchema for $name {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn json_schema(_: &mut $crate::names::schemars::SchemaGenerator) -> $crate::names::schemars::Schema {
+                let names: Vec<&str> = Self::ALL.iter().map(|value| value.name()).collect();
+                $crate::names::schemars::json_schema!({ "type": "string", "enum": names })
+            }
+        }
+    };
+}
+#[cfg(not(feature = "json"))]
+#[macro_export]
+#[doc(hidden)]
+macro_rules! name_schema {
+    ($name:ident) => {};
+}
+#[doc(hidden)]
+pub use name_schema;
+
+/// Defines an enumeration whose variants have names. The first variant is the default.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! named_enum {
+    (
+        $(#[$meta:meta])* $name:ident, $what:literal {
+            $(#[$first_meta:meta])* $first:ident = $first_text:literal,
+            $($(#[$variant_meta:meta])* $variant:ident = $text:literal,)*
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum $name {
+            $(#[$first_meta])* #[default] $first,
+            $($(#[$variant_meta])* $variant,)*
+        }
+
+        impl $name {
+            /// Every value, the default first.
+            pub const ALL: &[Self] = &[Self::$first, $(Self::$variant,)*];
+
+            /// The name that the command line and every output use.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    Self::$first => $first_text,
+                    $(Self::$variant => $text,)*
+                }
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = $crate::names::UnknownName;
+
+            fn from_str(given: &str) -> Result<Self, Self::Err> {
+                let found = Self::ALL.iter().find(|value| value.name() == given);
+                found.copied().ok_or_else(|| {
+                    let valid: Vec<&str> = Self::ALL.iter().map(|value| value.name()).collect();
+                    $crate::names::UnknownName::new($what, given, &valid)
+                })
+            }
+        }
+
+        impl $crate::names::serde::Serialize for $name {
+            fn serialize<S: $crate::names::serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.name())
+            }
+        }
+
+        impl<'de> $crate::names::serde::Deserialize<'de> for $name {
+            fn deserialize<D: $crate::names::serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let name = String::deserialize(deserializer)?;
+                name.parse().map_err($crate::names::serde::de::Error::custom)
+            }
+        }
+
+        $crate::names::name_schema!($name);
+    };
+}
+#[doc(hidden)]
+pub use named_enum;
+
+/// Defines a [`named_enum`] whose variants each have an entry of a table. A variant's doc comment is the text that
+/// `about` returns. A variant without an entry does not compile.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! named_table {
+    (
+        $(#[$meta:meta])* $name:ident, $what:literal, $entry:ty {
+            $(#[doc = $first_doc:literal])+ $first:ident = $first_text:literal: $first_entry:expr,
+            $($(#[doc = $doc:literal])+ $variant:ident = $text:literal: $value:expr,)*
+        }
+    ) => {
+        $crate::names::named_enum! {
+            $(#[$meta])* $name, $what {
+                $(#[doc = $first_doc])+ $first = $first_text,
+                $($(#[doc = $doc])+ $variant = $text,)*
+            }
+        }
+
+        impl $name {
+            /// A description in one sentence.
+            pub const fn about(self) -> &'static str {
+                match self {
+                    Self::$first => concat!($($first_doc),+).trim_ascii_start(),
+                    $(Self::$variant => concat!($($doc),+).trim_ascii_start(),)*
+                }
+            }
+
+            /// The entry of the table.
+            const fn entry(self) -> $entry {
+                match self {
+                    Self::$first => $first_entry,
+                    $(Self::$variant => $value,)*
+                }
+            }
+        }
+    };
+}
+#[doc(hidden)]
+pub use named_table;

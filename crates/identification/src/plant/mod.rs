@@ -1,0 +1,27 @@
+//! The true system: the canonical SISO plant, its forms, simulation, poles.
+
+pub mod canonical;
+mod continuous_plant;
+mod exponential;
+mod observability;
+mod paper;
+mod poles;
+pub mod radius;
+mod random;
+mod simulate;
+pub use simulate::inlined;
+pub mod stability;
+mod system;
+
+pub use continuous_plant::{ContinuousPlant, ContinuousPlantError};
+pub use exponential::exponential;
+pub use observability::observability_rank;
+pub use paper::{Numerator, nikolov2023};
+pub use poles::{PoleFinder, polynomial_from_poles};
+pub use random::random_stable;
+pub use simulate::{drive, observe, simulate};
+pub use system::{StateSpace, SystemError, TransferFunction};
+
+/// The largest order of a plant or a model. At this order a matrix takes some MB, and the coefficients of any stable
+/// plant, which are below 2^n, are finite.
+pub const ORDER_LIMIT: usize = 1000;

@@ -1,0 +1,410 @@
+//! The figure for a verdict: the number of every cell with its error, and the condition on it.
+
+use super::{levels, place};
+use crate::document::figures::Drawn;
+use crate::document::layout::{Choice, Layout, panel_title, sheet};
+use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
+use crate::results::Study;
+use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compared};
+use asobench_study::study::CellSummary;
+use asobench_study::study::file::Key;
+
+/// Largest number of tests of a claim that get a figure.
+const PICTURES: usize = 3;
+/// Largest number of cells, or numbers of cells, that get a row each.
+const ROWS: usize = 14;
+/// Largest number of panels, each over the setting with most values.
+const PANELS: usize = 12;
+/// Largest number of cells drawn one after the other.
+const SORTED: usize = 200;
+
+/// The outcome of a cell, its words in the legend, and its place in the palette. Outcomes differ by marker and colour.
+const SAYS: [(&str, &str, usize); 4] = [
+    ("pass", "certainly passes", 2),
+    ("fail", "certainly fails", 1),
+    ("open", "open", 5),
+    ("left out", "left out", 6),
+];
+
+/// A number to draw.
+#[derive(Clone)]
+struct Mark<'a> {
+    cell: &'a JudgedCell,
+    number: &'a JudgedNumber,
+    value: f64,
+    /// At the level of the cell, so that it excludes the limit where the cell is certain. Ends may be infinite.
+    interval: [f64; 2],
+}
+
+/// Beyond every axis, but a number that it can place: a bar to it ends at the edge, without a cap.
+const BEYOND: f64 = 1e305;
+
+/// A figure for each test of a claim, at most `PICTURES`.
+pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
+    let tests = claim.tests.iter().enumerate().take(PICTURES);
+    tests
+        .filter_map(|(i, test)| Picture::new(claim, i, test).draw(study))
+        .collect()
+}
+
+/// Makes a heading of a text: first letter in upper case, no comma at the end.
+pub(super) fn heading(what: &str) -> String {
+    let what = what.trim_end_matches(',');
+    let mut letters = what.chars();
+    let first = letters.next().map(char::to_uppercase);
+    first.into_iter().flatten().chain(letters).collect()
+}
+
+/// Whether the numbers of a test are shares of trials.
+pub(super) fn is_share(test: &JudgedTest) -> bool {
+    test.scale == Compared::Share
+}
+
+/// The factor for the numbers of a test: shares are drawn, and written to tables, in per cent.
+pub(super) fn unit(test: &JudgedTest) -> f64 {
+    if is_share(test) { 100.0 } else { 1.0 }
+}
+
+struct Picture<'a> {
+    claim: &'a Judged,
+    test: &'a JudgedTest,
+    marks: Vec<Mark<'a>>,
+    /// Number of cells without a number that can be drawn.
+    left: usize,
+    /// Whether the axis of the numbers is logarithmic.
+    log: bool,
+}
+
+impl<'a> Picture<'a> {
+    fn new(claim: &'a Judged, index: usize, test: &'a JudgedTest) -> Self {
+        let unit = unit(test);
+        let numbers = || {
+            let all = claim.cells.iter();
+            all.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)))
+                .filter(|(_, number)| number.test == index)
+        };
+        let limits = test.limits.iter().filter(|limit| limit.is_finite());
+        let log = test.scale == Compared::Ratio
+            && limits.copied().all(|limit| limit > 0.0)
+            && numbers().all(|(_, number)| number.value >= 0.0);
+        let drawn = |value: f64| value.is_finite() && (!log || value > 0.0);
+        let marks = numbers().filter(|(_, number)| drawn(number.value));
+        let marks: Vec<Mark<'a>> = marks
+            .map(|(cell, number)| Mark {
+                cell,
+                number,
+                value: unit * number.value,
+                interval: number.interval.map(|end| unit * end),
+            })
+            .collect();
+        let seen = |cell: &&JudgedCell| !marks.iter().any(|mark| std::ptr::eq(mark.cell, *cell));
+        let left = claim.cells.iter().filter(seen).count();
+        let mut picture = Self {
+            claim,
+            test,
+            marks,
+            left,
+            log,
+        };
+        picture.log &= !picture.is_narrow();
+        picture
+    }
+
+    /// The finite limits of the test.
+    fn limits(&self) -> Vec<f64> {
+        let unit = unit(self.test);
+        let limits = self.test.limits.iter().filter(|limit| limit.is_finite());
+        limits.map(|limit| unit * limit).collect()
+    }
+
+    /// The smallest and the largest of the values and limits.
+    fn core(&self) -> (f64, f64) {
+        let values = self.marks.iter().map(|mark| mark.value);
+        span(values.chain(self.limits()))
+    }
+
+    /// The smallest and the largest number drawn. The levels of many cells are so small that bars can be very long: a
+    /// bar is cut where it is farther from the values and limits than these are from each other.
+    fn ends(&self) -> (f64, f64) {
+        let place = |x: f64| if self.log { x.ln() } else { x };
+        let back = |x: f64| if self.log { x.exp() } else { x };
+        let (low, high) = self.core();
+        let room = place(high) - place(low);
+        let (least, most) = span(self.marks.iter().flat_map(|mark| mark.interval));
+        if room > 0.0 && self.test.scale != Compared::Share {
+            let edges = [place(low) - room, place(high) + room].map(back);
+            (least.clamp(edges[0], low), most.clamp(high, edges[1]))
+        } else {
+            let kept = |x: f64, other: f64| if x.is_finite() { x } else { other };
+            (kept(least, low).min(low), kept(most, high).max(high))
+        }
+    }
+
+    /// Whether a bar goes on beyond the picture.
+    fn is_cut(&self) -> bool {
+        let (low, high) = self.ends();
+        let mut marks = self.marks.iter();
+        marks.any(|mark| mark.interval[0] < low || mark.interval[1] > high)
+    }
+
+    /// A bar for the picture: ends that no axis can place run off its edge.
+    fn bar(&self, mark: &Mark<'_>) -> [f64; 2] {
+        let [low, high] = mark.interval;
+        let least = if self.log { 1.0 / BEYOND } else { -BEYOND };
+        [low.max(least), high.min(BEYOND)]
+    }
+
+    /// Whether the numbers are so close together that a logarithmic axis would have no ticks.
+    fn is_narrow(&self) -> bool {
+        let (low, high) = self.ends();
+        high < 2.0 * low
+    }
+
+    fn axis(&self) -> PlotAxis {
+        let what = heading(self.test.what.trim_start_matches("the "));
+        let (low, high) = self.ends();
+        if self.log {
+            let axis = PlotAxis::log(what);
+            return if self.is_cut() {
+                axis.range(low, high)
+            } else {
+                axis
+            };
+        }
+        let percent = if self.test.scale == Compared::Share {
+            ", %"
+        } else {
+            ""
+        };
+        let axis = PlotAxis::linear(format!("{what}{percent}"));
+        if self.test.scale == Compared::Ratio && self.is_narrow() || self.is_cut() {
+            let room = 0.06 * (high - low).max(1e-3 * high.abs());
+            return axis.range(low - room, high + room);
+        }
+        axis
+    }
+
+    /// Whether the outcome of a cell depends on more numbers than the one that is drawn.
+    fn is_part(&self) -> bool {
+        let mut cells = self.claim.cells.iter();
+        cells.any(|cell| cell.numbers.len() > 1)
+    }
+
+    /// Adds the marks as one series per outcome; `at` places a mark.
+    fn series(
+        &self,
+        mut plot: Plot,
+        marks: &[Mark<'_>],
+        at: impl Fn(usize, &Mark<'_>) -> Point,
+    ) -> Plot {
+        for (says, label, slot) in SAYS {
+            let chosen = marks
+                .iter()
+                .enumerate()
+                .filter(|(_, mark)| mark.cell.says == says);
+            let points = chosen.map(|(i, mark)| at(i, mark)).collect();
+            let label = if self.is_part() {
+                format!("cell: {label}")
+            } else {
+                label.to_owned()
+            };
+            plot = plot.series(Series::new(label, Style::Marks, points).slot(slot));
+        }
+        let names = matches!(plot.y.scale, Scale::Categories(_));
+        for limit in self.limits() {
+            let course = if names {
+                Course::Vertical(limit)
+            } else {
+                Course::Horizontal(limit)
+            };
+            plot = plot.reference(format!("must be {} (shaded)", self.test.must), course);
+        }
+        let unit = unit(self.test);
+        plot.shaded = Some(self.test.limits.map(|limit| unit * limit));
+        plot
+    }
+
+    fn draw(&self, study: &Study) -> Option<Drawn> {
+        let title = format!("{}: {}", self.claim.id, heading(&self.test.what));
+        let (plots, how) = if self.marks.len() <= ROWS {
+            (vec![self.rows()], "Every cell".to_owned())
+        } else if let Some(found) = self.panels(study) {
+            found
+        } else {
+            self.sorted()
+        };
+        let what = format!(
+            "{how} with the interval by which it is judged. Each end is wrong with a chance of at most {}. \
+            Numbers in the shaded range pass: {}.{}{}",
+            levels(self.claim),
+            self.test.must,
+            if self.is_part() {
+                " The colour is the verdict of the cell over all its numbers. Where it fails or is open, the chance is \
+                divided by their number."
+            } else {
+                ""
+            },
+            if self.is_cut() {
+                " A bar to the edge of the picture goes on beyond it."
+            } else {
+                ""
+            },
+        );
+        let (svg, note) = sheet(&title, &what, plots)?;
+        let left = match self.left {
+            0 => String::new(),
+            1 => " Not drawn: one cell whose number falls on a trial without a value, is 0, or is \
+                missing."
+                .to_owned(),
+            left => format!(
+                " Not drawn: {left} cells whose number falls on a trial without a value, is 0, or is \
+                missing."
+            ),
+        };
+        Some(Drawn {
+            name: self.claim.id.clone(),
+            svg,
+            caption: format!("{what}{left}{note}"),
+        })
+    }
+
+    /// One row for each number.
+    fn rows(&self) -> Plot {
+        let name = |mark: &Mark<'_>| {
+            let here = self.marks.iter();
+            let here = here.filter(|other| place(other.cell) == place(mark.cell));
+            let all: Vec<&str> = here.map(|other| other.number.what.as_str()).collect();
+            let what = mark.number.what.trim_end_matches(',');
+            let what = match all.len() {
+                1 if mark.cell.case.is_some() || mark.number.what == self.test.what => {
+                    String::new()
+                }
+                1 => what.to_owned(),
+                _ => different(what, &all),
+            };
+            match what.as_str() {
+                "" => place(mark.cell).to_owned(),
+                what => format!("{}: {what}", place(mark.cell)),
+            }
+        };
+        let names: Vec<String> = self.marks.iter().map(name).collect();
+        let plot = Plot::new("", self.axis(), PlotAxis::categories("", &names));
+        self.series(plot, &self.marks, |i, mark| {
+            let [low, high] = self.bar(mark);
+            Point::interval(mark.value, i as f64, low, high)
+        })
+    }
+
+    /// Panels over the setting with most values, if there are not too many.
+    fn panels(&self, study: &Study) -> Option<(Vec<Plot>, String)> {
+        let cell = |mark: &Mark<'_>| match mark.cell.cells.as_slice() {
+            [cell] | [_, cell] => study.summary.cells.get(*cell),
+            _ => None,
+        };
+        let cells: Option<Vec<&CellSummary>> = self.marks.iter().map(cell).collect();
+        let cells = cells?;
+        let values = |key: Key| {
+            let mut values: Vec<usize> = cells.iter().map(|cell| study.place(cell, key)).collect();
+            values.sort_unstable();
+            values.dedup();
+            values.len()
+        };
+        let mut keys = study.varying();
+        keys.retain(|key| values(*key) > 1);
+        let numeric = |key: &Key| study.is_numeric(*key);
+        let x = keys
+            .iter()
+            .copied()
+            .rev()
+            .max_by_key(|key| (values(*key), numeric(key)))?;
+        keys.retain(|key| *key != x);
+        // If a claim lists outputs, each has its own panels.
+        let choice = |cell: &CellSummary, mark: &Mark<'a>| -> (&'a Option<String>, Choice) {
+            let settings = keys.iter().map(|key| (*key, cell.setting(*key)));
+            (&mark.cell.case, settings.collect())
+        };
+        let mut panels = Vec::new();
+        for panel in cells
+            .iter()
+            .zip(&self.marks)
+            .map(|(cell, mark)| choice(cell, mark))
+        {
+            if !panels.contains(&panel) {
+                panels.push(panel);
+            }
+        }
+        if panels.len() > PANELS || values(x) < 3 {
+            return None;
+        }
+        let layout = Layout::new(study, Some(x), &keys);
+        let draw = |panel: &(&Option<String>, Choice)| {
+            let drawn = cells.iter().zip(&self.marks);
+            let (here, marks): (Vec<&CellSummary>, Vec<Mark<'_>>) = drawn
+                .filter(|(cell, mark)| choice(cell, mark) == *panel)
+                .map(|(cell, mark)| (*cell, mark.clone()))
+                .unzip();
+            let (case, settings) = panel;
+            let title = [
+                (*case).clone().unwrap_or_default(),
+                panel_title(settings, &here),
+            ];
+            let title: Vec<String> = title.into_iter().filter(|part| !part.is_empty()).collect();
+            let plot = Plot::new(title.join(", "), layout.axis(study), self.axis());
+            self.series(plot, &marks, |i, mark| {
+                let [low, high] = self.bar(mark);
+                Point::interval(layout.at(study, here[i]), mark.value, low, high)
+            })
+        };
+        Some((panels.iter().map(draw).collect(), "Every cell".to_owned()))
+    }
+
+    /// All numbers by size, evenly thinned if there are many.
+    fn sorted(&self) -> (Vec<Plot>, String) {
+        let mut marks = self.marks.clone();
+        marks.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let count = marks.len();
+        let mut how = format!("Each of {count} cells, by size,");
+        if count > SORTED {
+            how = format!("{SORTED} of {count} cells, evenly by size, each");
+            let last = (count - 1) as f64;
+            let kept =
+                (0..SORTED).map(|i| (i as f64 * last / (SORTED - 1) as f64).round() as usize);
+            marks = kept.map(|i| marks[i].clone()).collect();
+        }
+        let plot = Plot::new(
+            "",
+            PlotAxis::linear("cells, by the size of their numbers"),
+            self.axis(),
+        );
+        let plot = self.series(plot, &marks, |i, mark| {
+            let [low, high] = self.bar(mark);
+            Point::interval((i + 1) as f64, mark.value, low, high)
+        });
+        (vec![plot], how)
+    }
+}
+
+/// The words of a text in which it differs from others: without those that all begin or end with.
+pub(super) fn different(text: &str, all: &[&str]) -> String {
+    let words = |text: &str| -> Vec<String> {
+        let words = text.trim_end_matches(',').split(' ');
+        words.map(str::to_owned).collect()
+    };
+    let mine = words(text);
+    let all: Vec<Vec<String>> = all.iter().map(|other| words(other)).collect();
+    let shared = |at: &dyn Fn(&[String], usize) -> Option<String>| {
+        let same = |i: &usize| all.iter().all(|other| at(other, *i) == at(&mine, *i));
+        (0..mine.len()).take_while(same).count()
+    };
+    let first = shared(&|words, i| words.get(i).cloned());
+    let last = shared(&|words, i| words.iter().rev().nth(i).cloned());
+    let end = mine.len().saturating_sub(last).max(first);
+    mine[first..end].join(" ")
+}
+
+/// The smallest and the largest of some numbers.
+fn span(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    })
+}

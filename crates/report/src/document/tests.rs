@@ -1,0 +1,123 @@
+//! The page of a study with many cells: as large as that of a few, and with the extremes of what it leaves out.
+
+use super::*;
+use crate::index::Index;
+use asobench_identification::estimator::Output;
+use asobench_identification::metric::{Sample, Share};
+use asobench_study::study::file::ExperimentFile;
+use asobench_study::study::{
+    CellSummary, CellTally, ComparisonSummary, Experiment, Outcomes, OutputSummary, Summary,
+};
+use std::path::PathBuf;
+
+/// A study whose medians are 1, 2, 3 ... over the cells.
+pub(crate) fn study(toml: &str) -> Study {
+    let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
+    let measures = &experiment.file.measures;
+    let summary_of = |index: usize| {
+        let statistics = Sample::from_values([0.5, 1.0, 1.5].map(|x| x * (index + 1) as f64))
+            .statistics(asobench_identification::metric::Worse::Larger);
+        let mut cell = CellSummary::new(&experiment, index, &CellTally::default());
+        cell.trials = 3;
+        let output = |output: &Output| OutputSummary {
+            estimator: output.estimator.clone(),
+            pass: output.pass,
+            outcomes: Outcomes {
+                trials: 3,
+                ..Outcomes::default()
+            },
+            failed: Share::new(0, 3),
+            unstable: Share::new(0, 3),
+            measures: measures
+                .iter()
+                .map(|measure| (*measure, statistics))
+                .collect(),
+            parameters: Vec::new(),
+            coverage: Vec::new(),
+            theory: Default::default(),
+        };
+        cell.outputs = experiment.outputs().iter().map(output).collect();
+        let pairs = experiment.file.compare.iter().cloned();
+        cell.comparisons = pairs
+            .map(|[first, second]| ComparisonSummary {
+                first,
+                second,
+                measures: Default::default(),
+            })
+            .collect();
+        cell
+    };
+    let cells = (0..experiment.cells.len()).map(summary_of).collect();
+    let summary = Summary::new(&experiment, cells, &[], &[]);
+    Study {
+        look: asobench_study::study::Look::ONLY,
+        machine: None,
+        judged: Vec::new(),
+        name: "many".to_owned(),
+        folder: PathBuf::from("many"),
+        version: String::new(),
+        revision: None,
+        index: Index::new(&summary, false),
+        summary,
+        file: experiment.file,
+        times: Vec::new(),
+    }
+}
+
+fn files_of(toml: &str) -> HashMap<String, String> {
+    report(&[study(toml)], &mut |_| ()).into_iter().collect()
+}
+
+fn one_axis(cells: usize) -> String {
+    format!("measures = [\"e_a\"]\n[settings]\neta = {{ linspace = [1, 20, {cells}] }}\n")
+}
+
+#[test]
+fn a_page_does_not_grow_with_the_cells() {
+    const CELLS: usize = 5000;
+    // Once a figure has a point or two per pixel, it grows no further.
+    let [fewer, many] = [CELLS / 2, CELLS].map(|cells| files_of(&one_axis(cells)));
+    let size = |files: &HashMap<String, String>| files["report.html"].len();
+    let sizes = [size(&fewer), size(&many)];
+    assert!(sizes[1] < sizes[0] + sizes[0] / 10, "{sizes:?}");
+    let rows = |name: &str| many[&format!("tables/many-{name}.csv")].lines().count();
+    let outputs = 5;
+    assert_eq!(rows("results"), 1 + CELLS * outputs);
+    // One row per cell for least squares and for the fourth pass.
+    assert_eq!(rows("overview"), 1 + CELLS * 2);
+    let page = &many["report.html"];
+    for part in [
+        "Shown are the rows with the smallest and the largest",
+        "overview.csv below has every",
+        "(5000 values)",
+    ] {
+        assert!(page.contains(part), "no '{part}'");
+    }
+    // The table of the page has the last cell's median, but not one from the middle.
+    assert!(page.contains(">5000") && !page.contains(">2500"));
+}
+
+/// An axis of texts shows names, and a figure has room for only a few.
+#[test]
+fn of_many_names_a_figure_has_the_extremes() {
+    let gains: Vec<String> = (0..400).map(|i| format!("\"scaled:0.{i:03}\"")).collect();
+    let files = files_of(&format!(
+        "measures = [\"e_x_max\"]\n[settings]\ngain = [{}]\n",
+        gains.join(", ")
+    ));
+    let page = &files["report.html"];
+    assert!(page.contains("Of 400 places along the axis, only the 60"));
+    assert!(page.len() < 400_000, "{}", page.len());
+}
+
+#[test]
+fn a_grid_of_many_settings_has_a_page() {
+    let files = files_of(
+        "measures = [\"e_a\"]\ncompare = [[\"iv(4)\", \"ls\"]]\n[settings]\n\
+         eta = [1, 2, 3, 4, 5, 6]\namplitude = [1, 2, 3, 4, 5]\nx0 = [0, 1, 2, 3, 4]\n\
+         noise = [\"ar\", \"white\"]\nwindow = [98, 218, 418, 818]\n",
+    );
+    assert!(files["report.html"].len() < 400_000);
+    let results = &files["tables/many-results.csv"];
+    assert_eq!(results.lines().count(), 1 + 6 * 5 * 5 * 2 * 4 * 5);
+}

@@ -1,0 +1,360 @@
+//! A results folder as a report sees it: the experiment and its results.
+
+use super::index::Index;
+use asobench_identification::metric::Statistics;
+use asobench_study::claim::{Judged, judge, tested};
+use asobench_study::files::{self, Kind, PathError};
+pub use asobench_study::study::MethodTime as Time;
+use asobench_study::study::file::{ClaimTable, ExperimentFile, FileError, Key};
+pub use asobench_study::study::place::{axis_label, value_name, words};
+use asobench_study::study::{
+    CellSummary, Experiment, Look, Looks, Measure, OutputSummary, Summary, TheoryReference,
+    read_manifest,
+};
+use asobench_study::text::shell_word;
+use serde::Deserialize;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Why results cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// The folder has no results.
+    #[error(
+        "{}: no results in this folder (no manifest.json); run an experiment with --out {} first",
+        .0.display(),
+        .0.display()
+    )]
+    NoResults(PathBuf),
+    /// The manifest cannot be read.
+    #[error(transparent)]
+    Folder(#[from] asobench_study::study::FolderError),
+    /// A file of the folder cannot be opened.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// A file of the folder is invalid.
+    #[error("{}: {reason}", .path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The fault.
+        reason: String,
+    },
+    /// There is nothing to show.
+    #[error("{}: the summary has no cell", .0.display())]
+    Empty(PathBuf),
+}
+
+#[derive(Default, Deserialize)]
+struct Times {
+    times: Vec<Time>,
+    /// The machine's processor.
+    machine: Option<String>,
+}
+
+/// A study with its results.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The name of the study, which is that of its folder.
+    pub name: String,
+    /// The folder.
+    pub folder: PathBuf,
+    /// The experiment with all defaults written out.
+    pub file: ExperimentFile,
+    /// The program's version.
+    pub version: String,
+    /// The revision of the program's source, if known.
+    pub revision: Option<String>,
+    /// The results.
+    pub summary: Summary,
+    /// The times, if they were measured.
+    pub times: Vec<Time>,
+    /// The processor on which they were measured.
+    pub(super) machine: Option<String>,
+    /// Which look at these results this is, and what it may spend of the claims' level.
+    pub(super) look: Look,
+    /// The verdicts on the claims of the experiment file.
+    pub judged: Vec<Judged>,
+    /// The look-ups in the summary.
+    pub(super) index: Index,
+}
+
+impl Study {
+    /// Reads a results folder.
+    ///
+    /// # Errors
+    /// [`ResultsError`], a message of one line that names the file.
+    pub fn read(folder: &Path) -> Result<Self, ResultsError> {
+        let manifest = read_manifest(folder)?;
+        let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
+        let path = folder.join("summary.json");
+        let summary = files::read_own(&path, Kind::Summary)?;
+        let summary = summary.ok_or_else(|| ResultsError::File {
+            path,
+            reason: "the file is missing".to_owned(),
+        })?;
+        let times = match files::subfolder(folder, "timing")? {
+            Some(timing) => files::read_own(&timing.join("times.json"), Kind::Times)?,
+            None => None,
+        };
+        let looks = Looks::read(folder)?;
+        Self::decode(folder, &manifest, &summary, times.as_deref(), &looks)
+    }
+
+    /// Judges the claims of another file with these results. Claims that were not part of the run are marked.
+    ///
+    /// # Errors
+    /// If a claim is invalid, or refers to something that the study does not have.
+    pub fn judge_others(&mut self, of: &ExperimentFile) -> Result<(), FileError> {
+        let mut file = ExperimentFile {
+            claims: of.claims.clone(),
+            family: of.family,
+            needed: Some(self.file.needed.clone().unwrap_or_default()),
+            ..self.file.clone()
+        };
+        for claim in &mut file.claims {
+            let known = self.file.claims.iter().find(|known| known.judges_as(claim));
+            claim.added_after_run = known.is_none_or(|known| known.added_after_run);
+        }
+        file.check_filters()?;
+        let file = Experiment::new(file)?.file;
+        let timed = (&self.times[..], self.machine.as_deref());
+        self.judged = judged(&file, &self.summary, timed, self.look);
+        self.file.claims = file.claims;
+        self.file.family = file.family;
+        Ok(())
+    }
+
+    /// Builds a study from the contents of its files, which may come from anyone: a manifest, a summary, and times if
+    /// they were measured.
+    ///
+    /// # Errors
+    /// [`ResultsError`], a message of one line that names the file.
+    pub(super) fn decode(
+        folder: &Path,
+        manifest: &Value,
+        summary: &[u8],
+        times: Option<&[u8]>,
+        looks: &Looks,
+    ) -> Result<Self, ResultsError> {
+        let wrong = |name: &str, reason: String| ResultsError::File {
+            path: folder.join(name),
+            reason,
+        };
+        let file = ExperimentFile::from_json(&manifest["experiment"])
+            .map_err(|error| wrong("manifest.json", error.to_string()))?;
+        let parsed = |name: &str, what: &str, error: &str| {
+            wrong(name, format!("not {what} of this version ({error})"))
+        };
+        let summary = Summary::from_json(summary)
+            .map_err(|error| parsed("summary.json", "a summary", &error))?;
+        if summary.cells.is_empty() {
+            return Err(ResultsError::Empty(folder.to_owned()));
+        }
+        let Times { times, machine } = match times.map(serde_json::from_slice).transpose() {
+            Ok(times) => times.unwrap_or_default(),
+            Err(error) => {
+                let reason = error.to_string();
+                return Err(parsed("timing/times.json", "times", &reason));
+            }
+        };
+        if !times.iter().all(|time| time.is_of(summary.cells.len())) {
+            let reason = "damaged: a time of a cell that does not exist, or quantiles of times that do not ascend";
+            return Err(wrong("timing/times.json", reason.to_owned()));
+        }
+        let text = |key: &str| manifest[key].as_str().map(str::to_owned);
+        let look = looks.at(summary.trials(), &file, &file.trials);
+        let judged = judged(&file, &summary, (&times, machine.as_deref()), look);
+        Ok(Self {
+            look,
+            machine,
+            name: name(folder),
+            folder: folder.to_owned(),
+            version: text("version").unwrap_or_default(),
+            revision: text("git_revision"),
+            index: Index::new(&summary, file.continuous.is_some()),
+            judged,
+            file,
+            summary,
+            times,
+        })
+    }
+
+    /// The title, or the name if there is none.
+    pub fn title(&self) -> &str {
+        if self.summary.title.is_empty() {
+            &self.name
+        } else {
+            &self.summary.title
+        }
+    }
+
+    /// A line about results that lack trials; `None` if none are missing.
+    pub fn partial_line(&self) -> Option<String> {
+        let (cells, trials) = (self.summary.cells.len(), self.trials());
+        self.summary.partial.then(|| {
+            format!(
+                "Partial results: {trials} trials in {cells} cells are there; the other trials of the study \
+                are missing."
+            )
+        })
+    }
+
+    /// How many claims were tested and at what rate; `None` if no claim was.
+    pub fn tested(&self) -> Option<String> {
+        tested(&self.file, &self.judged)
+    }
+
+    /// The label of every output, in order.
+    pub fn labels(&self) -> &[String] {
+        &self.index.labels
+    }
+
+    /// The settings that distinguish cells, without those determined by another one.
+    pub fn varying(&self) -> Vec<Key> {
+        self.index.varying.clone()
+    }
+
+    /// The values of a setting over the cells: sorted by size if all are numbers, otherwise in order of appearance.
+    pub fn values(&self, key: Key) -> &[String] {
+        self.index.names(key)
+    }
+
+    /// The values of a setting as numbers, in the same order; `None` if any is not a number.
+    pub fn numbers(&self, key: Key) -> Option<&[f64]> {
+        self.index.numbers(key)
+    }
+
+    /// Whether every value of a setting is a number.
+    pub fn is_numeric(&self, key: Key) -> bool {
+        self.numbers(key).is_some()
+    }
+
+    /// The index of a cell's value among the values of a setting.
+    pub fn place(&self, cell: &CellSummary, key: Key) -> usize {
+        self.index.place(cell.cell, key)
+    }
+
+    /// The output with a label in a cell.
+    pub fn output<'a>(&self, cell: &'a CellSummary, label: &str) -> Option<&'a OutputSummary> {
+        cell.outputs.get(self.index.output(label)?)
+    }
+
+    /// The statistics of a measure, for one output of a cell.
+    pub fn statistics<'a>(
+        &self,
+        cell: &'a CellSummary,
+        label: &str,
+        measure: Measure,
+    ) -> Option<&'a Statistics> {
+        self.output(cell, label)?.measures.get(&measure)
+    }
+
+    /// Whether a cell has no noise while others have.
+    pub fn is_quiet(&self, cell: &CellSummary) -> bool {
+        cell.eta == 0.0 && self.index.noisy
+    }
+
+    /// The cells with these settings.
+    pub fn cells(&self, wanted: &[(Key, &str)]) -> Vec<&CellSummary> {
+        let place = |(key, value): &(Key, &str)| {
+            let place = self.values(*key).iter().position(|other| other == value);
+            Some((*key, place?))
+        };
+        let places: Option<Vec<(Key, usize)>> = wanted.iter().map(place).collect();
+        let Some(places) = places else {
+            return Vec::new();
+        };
+        let fits = |cell: &&CellSummary| {
+            let mut places = places.iter();
+            places.all(|(key, place)| self.place(cell, *key) == *place)
+        };
+        self.summary.cells.iter().filter(fits).collect()
+    }
+
+    /// The outputs named by the claims of the file, in the order of the outputs.
+    pub fn claimed(&self) -> Vec<String> {
+        let labels = self.labels().iter();
+        let claimed = labels.filter(|label| {
+            let claims = self.file.claims.iter();
+            claims.flat_map(outputs_of).any(|name| name == **label)
+        });
+        claimed.cloned().collect()
+    }
+
+    /// The output that sentences are about: that of the first claim, otherwise the last one.
+    pub fn main_output(&self) -> Option<String> {
+        let labels = self.labels();
+        let mut claimed = self.file.claims.iter().flat_map(outputs_of);
+        let first = claimed.find(|label| labels.contains(label));
+        first.or_else(|| labels.last().cloned())
+    }
+
+    /// The total number of trials.
+    pub fn trials(&self) -> u64 {
+        self.summary.trials()
+    }
+
+    /// The command that repeats the study, and the folder for its results.
+    pub fn command(&self) -> (String, String) {
+        let manifest = shell_word(self.folder.join("manifest.json").display());
+        let to = shell_word(format!("results/{}-again", self.name));
+        let consent = self.consent();
+        (format!("asobench run {manifest} --out {to}{consent}"), to)
+    }
+
+    /// The command that computes one trial of a cell again and prints every stage.
+    pub fn replay_command(&self, cell: usize, trial: u64) -> String {
+        let folder = shell_word(self.folder.display());
+        let consent = self.consent();
+        format!("asobench replay {folder} cell={cell}:{trial}{consent}")
+    }
+
+    /// The flag that lets a command start the study's programs, if it has some.
+    fn consent(&self) -> &'static str {
+        let mut methods = self.file.methods.iter();
+        if methods.any(|method| method.program().is_some()) {
+            " --allow-commands"
+        } else {
+            ""
+        }
+    }
+}
+
+/// Judges the claims of a file. A verdict on times names the machine.
+fn judged(
+    file: &ExperimentFile,
+    summary: &Summary,
+    (times, machine): (&[Time], Option<&str>),
+    look: Look,
+) -> Vec<Judged> {
+    let mut judged = judge(file, summary, times, look);
+    if let Some(machine) = machine {
+        for claim in judged.iter_mut().filter(|claim| claim.timed) {
+            let whose = format!(" Measured on {machine}, one thread.");
+            claim.line.push_str(&whose);
+        }
+    }
+    judged
+}
+
+/// The outputs or methods that a claim's tests use; the ones to compare with come last.
+fn outputs_of(claim: &ClaimTable) -> Vec<String> {
+    let tests = claim.all_tests();
+    let others = tests.iter().filter_map(|test| test.kind.other());
+    let others = others.filter(|name| TheoryReference::named(name).is_none());
+    let all = tests.iter().map(|test| &test.output).chain(others);
+    all.cloned().collect()
+}
+
+/// The name of a folder.
+fn name(folder: &Path) -> String {
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let name = folder.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// The values of some settings of a cell, in words.
+pub fn place(cell: &CellSummary, keys: &[Key]) -> String {
+    cell.place().words(keys)
+}

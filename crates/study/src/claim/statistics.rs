@@ -1,0 +1,288 @@
+//! The numbers in a study's summary that tests look at. Only this part of the engine knows where they are stored.
+//!
+//! Populations: shares, quantiles and paired ratios are over all trials, with failed ones ranked last. Means, root mean
+//! squares and biases are over the trials that have the measure; [`Number::kept`] tells their share.
+
+mod cell;
+mod ratio;
+
+use super::known::{Freedom, Known};
+use super::moment::{self, Caution, Sum};
+use crate::study::file::{ClaimTest, SlopeTable, TestKind};
+use crate::study::{CellSummary, Measure, MethodTime, Summary};
+use asobench_identification::metric::slope_weights;
+use asobench_identification::metric::{Estimate, JACKKNIFE_GROUPS, SlopeOf};
+use cell::{in_cell, kept};
+use ratio::paired_median;
+
+/// A number of a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Number {
+    /// The coefficient, if a test looks at several.
+    pub(super) name: Option<String>,
+    /// What is known of it.
+    pub(super) known: Known,
+    /// The share of trials that it covers, if not all of them.
+    pub(super) kept: Option<f64>,
+    /// Why it cannot be certain on one side of a limit or on both, in words.
+    pub(super) caution: Option<String>,
+}
+
+impl From<Known> for Number {
+    fn from(known: Known) -> Self {
+        Self {
+            name: None,
+            known,
+            kept: None,
+            caution: None,
+        }
+    }
+}
+
+impl Number {
+    /// Makes a number of a moment; without error it is exact.
+    fn of_moment((known, caution): (Known, Caution)) -> Result<Self, Missing> {
+        let (value, error) = known.shown();
+        if !value.is_finite() {
+            return Err("the number is undefined".to_owned());
+        }
+        if error == 0.0 {
+            return Ok(Known::Exact(value).into());
+        }
+        if !(error > 0.0 && error.is_finite()) {
+            return Err("there are too few trials for a standard error".to_owned());
+        }
+        Ok(Self {
+            caution,
+            ..known.into()
+        })
+    }
+}
+
+/// Why there is no number, in words.
+type Missing = String;
+
+/// The results by which claims are judged.
+#[derive(Clone, Copy)]
+pub(super) struct Results<'a> {
+    pub(super) summary: &'a Summary,
+    pub(super) times: &'a [MethodTime],
+}
+
+/// The cells of a test, as indices in the summary: one, two (from, to) or a family.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Members {
+    Cell(usize),
+    Pair(usize, usize),
+    Family(Vec<usize>),
+}
+
+impl Results<'_> {
+    /// Returns the numbers that a test looks at: one, or one for every coefficient.
+    pub(super) fn numbers(
+        self,
+        test: &ClaimTest,
+        members: &Members,
+    ) -> Result<Vec<Number>, Missing> {
+        let cell = |index: usize| {
+            let cell = self.summary.cells.get(index);
+            cell.ok_or_else(|| format!("cell {index} is missing"))
+        };
+        match (&test.kind, members) {
+            (TestKind::Cells { measure, .. }, Members::Pair(from, to)) => {
+                let known = self.pair([*from, *to], &test.output, *measure);
+                let sure = cell(*from)?.deterministic && cell(*to)?.deterministic;
+                single(known).map(|numbers| if sure { exact(numbers) } else { numbers })
+            }
+            (TestKind::Slope(slope), Members::Family(cells)) => self
+                .slope(slope, &test.output, cells)
+                .map(|number| vec![number]),
+            (TestKind::Time { to }, Members::Cell(index)) => {
+                single(self.time(*index, &test.output, to))
+            }
+            (_, Members::Cell(index)) => in_cell(cell(*index)?, test),
+            _ => Err("the test is about other cells".to_owned()),
+        }
+    }
+
+    /// Returns the number of trials of the cell; of the second cell of a pair, the first of a family.
+    pub(super) fn trials(self, members: &Members) -> u64 {
+        let index = match members {
+            Members::Cell(index) | Members::Pair(_, index) => Some(index),
+            Members::Family(cells) => cells.first(),
+        };
+        let cell = index.and_then(|index| self.summary.cells.get(*index));
+        cell.map_or(0, |cell| cell.trials)
+    }
+
+    /// Returns the ratio of an output's measure in one cell to that in another, on the same trials.
+    fn pair(
+        self,
+        [from, to]: [usize; 2],
+        output: &str,
+        measure: Measure,
+    ) -> Result<Known, Missing> {
+        let mut pairs = self.summary.cell_pairs.iter();
+        let found = pairs.find(|pair| {
+            let cells = (pair.from, pair.to) == (from, to);
+            cells && pair.table.measure == measure && pair.table.output == output
+        });
+        let what = || not_kept(&format!("pairs of cells in {measure} of '{output}'"));
+        Ok(paired_median(&found.ok_or_else(what)?.ratio, measure))
+    }
+
+    fn slope(self, table: &SlopeTable, output: &str, cells: &[usize]) -> Result<Number, Missing> {
+        let mut slopes = self.summary.slopes.iter();
+        let found = slopes
+            .find(|slope| slope.table == *table && slope.output == output && slope.cells == cells);
+        let what = || {
+            format!(
+                "slope of {} over {} of '{output}'",
+                table.measure, table.over
+            )
+        };
+        let found = found.ok_or_else(|| not_kept(&what()))?;
+        let undefined = || {
+            format!(
+                "the {} is undefined: {}",
+                what(),
+                found.undefined.clone().unwrap_or_default()
+            )
+        };
+        let slope = found.slope.ok_or_else(undefined)?;
+        let freedom = Freedom::constant((JACKKNIFE_GROUPS - 1) as f64);
+        if table.statistic == SlopeOf::Median {
+            return Ok(known((slope.value, slope.mcse), freedom, false)?.into());
+        }
+        let estimate = Estimate {
+            value: slope.value,
+            mcse: slope.mcse,
+        };
+        let sums = self
+            .sums_of_squares(table, output, cells)
+            .ok_or_else(|| not_kept(&what()))?;
+        Ok(Number {
+            kept: self.least_kept(cells, output, table.measure),
+            ..Number::of_moment(moment::slope(estimate, freedom, &sums))?
+        })
+    }
+
+    /// Returns the weight in a slope, and the sum of squares, of every cell.
+    fn sums_of_squares(
+        self,
+        table: &SlopeTable,
+        output: &str,
+        cells: &[usize],
+    ) -> Option<Vec<(f64, Sum)>> {
+        let cells = cells.iter().map(|cell| self.summary.cells.get(*cell));
+        let cells: Vec<&CellSummary> = cells.collect::<Option<_>>()?;
+        let x = cells
+            .iter()
+            .map(|cell| cell.setting(table.over).parse::<f64>());
+        let x: Vec<f64> = x.collect::<Result<_, _>>().ok()?;
+        let sum = |cell: &&CellSummary| {
+            let statistics = cell.output(output)?.measures.get(&table.measure)?;
+            Some(Sum::of_powers(statistics, 2, table.measure))
+        };
+        let sums: Vec<Sum> = cells.iter().map(sum).collect::<Option<_>>()?;
+        Some(slope_weights(&x)?.into_iter().zip(sums).collect())
+    }
+
+    /// Returns the smallest share of trials that have a measure, over some cells.
+    fn least_kept(self, cells: &[usize], output: &str, measure: Measure) -> Option<f64> {
+        let cells = cells
+            .iter()
+            .filter_map(|cell| self.summary.cells.get(*cell));
+        let shares = cells.filter_map(|cell| {
+            let statistics = cell.output(output)?.measures.get(&measure)?;
+            kept(statistics.count, cell.trials)
+        });
+        shares.reduce(f64::min)
+    }
+
+    /// Returns the ratio of two methods' times: the median over the rounds in which both had a turn, so that what slows
+    /// the machine slows both. Rounds share the state of the machine, so their number does not reduce the error, which
+    /// is the standard deviation of one round's ratio, (q75 - q25) / 1.349. Of older times, which have no rounds, it is
+    /// the ratio of the medians, with the quartiles of each.
+    fn time(self, cell: usize, method: &str, to: &str) -> Result<Known, Missing> {
+        let time_of = |method: &str| {
+            let mut times = self.times.iter();
+            let time = times.find(|time| time.cell == cell && time.method == method);
+            time.ok_or_else(|| {
+                format!("no times of '{method}' were measured; they need timing = true")
+            })
+        };
+        let (first, second) = (time_of(method)?, time_of(to)?);
+        let rounds = first.rounds.iter().zip(&second.rounds);
+        let mut ratios: Vec<f64> = rounds.map(|(first, second)| first / second).collect();
+        ratios.sort_by(f64::total_cmp);
+        let spread = |low: f64, high: f64| (high - low) / 1.349;
+        let found = if ratios.is_empty() {
+            let relative = |time: &MethodTime| {
+                spread(time.q25_seconds, time.q75_seconds) / time.median_seconds
+            };
+            let ratio = first.median_seconds / second.median_seconds;
+            (ratio, ratio * relative(first).hypot(relative(second)))
+        } else {
+            let at = |q: f64| ratios[((ratios.len() - 1) as f64 * q).round() as usize];
+            (at(0.5), spread(at(0.25), at(0.75)))
+        };
+        known(found, Freedom::FIXED, true)
+    }
+}
+
+pub(super) fn single(known: Result<Known, Missing>) -> Result<Vec<Number>, Missing> {
+    known.map(|known| vec![known.into()])
+}
+
+pub(super) fn not_kept(what: &str) -> Missing {
+    format!("the run did not keep {what}; a new run of the file keeps what its claims need")
+}
+
+/// Makes the numbers of a cell without randomness exact: one trial stands for all.
+pub(super) fn exact(mut numbers: Vec<Number>) -> Vec<Number> {
+    for number in &mut numbers {
+        number.known = Known::Exact(number.known.shown().0);
+        number.caution = None;
+    }
+    numbers
+}
+
+/// Returns an estimate; its error is 0 if nothing is random.
+pub(super) fn estimated(cell: &CellSummary, estimate: Estimate) -> Estimate {
+    Estimate {
+        mcse: if cell.deterministic {
+            0.0
+        } else {
+            estimate.mcse
+        },
+        ..estimate
+    }
+}
+
+/// The largest relative error with which a ratio is judged. Beyond it, the logarithm is not nearly normal.
+const MOST_RELATIVE_ERROR: f64 = 0.5;
+
+/// Returns an estimate with its standard error; without error it is exact.
+fn known(
+    (value, error): (f64, f64),
+    freedom: Freedom,
+    logarithmic: bool,
+) -> Result<Known, Missing> {
+    if !value.is_finite() || logarithmic && value <= 0.0 {
+        Err("the number is undefined".to_owned())
+    } else if logarithmic && error > MOST_RELATIVE_ERROR * value {
+        Err("its standard error is more than half its value".to_owned())
+    } else if error == 0.0 {
+        Ok(Known::Exact(value))
+    } else if error > 0.0 && error.is_finite() {
+        Ok(Known::Estimate {
+            value,
+            error,
+            freedom,
+            logarithmic,
+        })
+    } else {
+        Err("there are too few trials for a standard error".to_owned())
+    }
+}

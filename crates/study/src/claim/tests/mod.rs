@@ -1,0 +1,112 @@
+//! Tests of the engine on summaries of invented studies.
+
+mod chains;
+mod conditions;
+mod families;
+mod medians;
+mod moments;
+mod rates;
+mod words;
+
+use super::statistics::{Members, Results};
+use crate::study::file::{ClaimTest, Key, Scalar, TestTable};
+use crate::study::{
+    CellSummary, ComparisonSummary, Look, Measure, Outcomes, OutputSummary, Summary,
+};
+use asobench_identification::metric::{
+    Estimate, Paired, Quantile, Sample, Share, Statistics, Worse,
+};
+use std::collections::BTreeMap;
+
+/// A look with the whole level, and as much for the next one.
+const LOOK: Look = Look {
+    number: 1,
+    share: 1.0,
+    next: 1.0,
+};
+
+/// Parses a test from a line of TOML.
+fn test(toml: &str) -> ClaimTest {
+    let table: TestTable = toml::from_str(toml).unwrap();
+    ClaimTest::from_table(&table).unwrap()
+}
+
+/// Makes an output without failures, whose e_a is 1 in all of `trials` trials.
+fn output(label: &str, trials: u64) -> OutputSummary {
+    OutputSummary {
+        estimator: label.to_owned(),
+        pass: 0,
+        outcomes: Outcomes {
+            trials,
+            ..Outcomes::default()
+        },
+        failed: Share::new(0, trials),
+        unstable: Share::new(0, trials),
+        measures: BTreeMap::from([(Measure::Ea, ones(trials))]),
+        parameters: Vec::new(),
+        coverage: Vec::new(),
+        theory: BTreeMap::new(),
+    }
+}
+
+fn ones(trials: u64) -> Statistics {
+    let mut statistics = Sample::from_values([1.0]).statistics(Worse::Larger);
+    statistics.count = trials;
+    statistics.dominated = false;
+    // No trial is larger than the others, so there is no allowance for unseen ones.
+    statistics.largest_share = 0.0;
+    statistics.tail = 0.01;
+    statistics
+}
+
+/// Makes a cell with the outputs "new" and "old", which are compared, at a noise level.
+fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
+    let mut pair = Paired::from_pairs([(Some(1.0), Some(1.0))]).statistics(Worse::Larger);
+    pair.both = trials;
+    pair.dominated = false;
+    CellSummary {
+        deterministic: false,
+        cell: index,
+        claim: String::new(),
+        eta,
+        order: 2,
+        window: 98,
+        horizon: 400,
+        settings: BTreeMap::from([(Key::Eta, Scalar::Number(eta))]),
+        trials,
+        fallbacks: 0,
+        outputs: vec![output("new", trials), output("old", trials)],
+        comparisons: vec![ComparisonSummary {
+            first: "new".to_owned(),
+            second: "old".to_owned(),
+            measures: BTreeMap::from([(Measure::Ea, pair)]),
+        }],
+        medians: Vec::new(),
+        bounds: Vec::new(),
+        curves: None,
+        traces: None,
+    }
+}
+
+fn summary(cells: Vec<CellSummary>) -> Summary {
+    Summary {
+        title: String::new(),
+        question: String::new(),
+        hypothesis: String::new(),
+        claims: Vec::new(),
+        partial: false,
+        seed: 1,
+        axes: Vec::new(),
+        quantile_relative_error: 0.0,
+        curve_relative_error: 0.0,
+        cells,
+        slopes: Vec::new(),
+        cell_pairs: Vec::new(),
+    }
+}
+
+impl CellSummary {
+    fn e_a(&mut self) -> &mut Statistics {
+        self.outputs[0].measures.get_mut(&Measure::Ea).unwrap()
+    }
+}

@@ -1,0 +1,325 @@
+//! The kinds of files that the program knows: their largest size, and how it recognises its own.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+
+const MIB: u64 = 1 << 20;
+const GIB: u64 = 1 << 30;
+/// The name of the file with what studies simulated.
+pub const SIMULATED: &str = "simulated.md";
+
+/// Its first line.
+pub const SIMULATED_TITLE: &str = "# What was simulated\n";
+
+/// The first line of every LaTeX table.
+pub const LATEX_TITLE: &str =
+    "% Table of an asobench report; in the preamble: \\usepackage{booktabs}\n";
+
+/// The first line of the file with the commands that the user has agreed to.
+pub const AGREED_TITLE: &str = "# asobench: commands that were agreed to\n";
+
+/// The first line of `workers.log`.
+pub const WORKERS_TITLE: &str = "# asobench: what workers printed\n";
+
+/// Bytes read from the beginning of a file to recognise it.
+const HEAD: u64 = 1 << 16;
+/// Longest footer of a Parquet file that is searched.
+const LONGEST_FOOTER: u64 = 16 * MIB;
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Kind {
+    /// An experiment file. Once it exists, it belongs to the user.
+    Experiment,
+    /// The samples of a disturbance, `t,delta`.
+    Signal,
+    /// A record `k,u,y`.
+    Record,
+    /// Observer states of `estimate --states`.
+    States,
+    /// `manifest.json`.
+    Manifest,
+    /// `looks.json`.
+    Looks,
+    /// `blocks/design.json`.
+    Design,
+    /// A block of trials.
+    Block,
+    /// `summary.json`.
+    Summary,
+    /// A Parquet table.
+    Parquet,
+    /// `timing/times.json`.
+    Times,
+    /// An SVG figure.
+    Figure,
+    /// `report.html`.
+    Page,
+    /// `claims.md`.
+    Verdicts,
+    /// A CSV table of a report.
+    Table,
+    /// A LaTeX table of a report.
+    Latex,
+    /// `simulated.md`.
+    Simulated,
+    /// The plan of a study in shards.
+    Plan,
+    /// `run.json` of a process that computed blocks of a shard.
+    Run,
+    /// A job script. Once it exists, it belongs to the user.
+    Script,
+    /// `workers.log`: the output of external programs.
+    Log,
+    /// The commands that the user has agreed to.
+    Agreed,
+}
+
+impl Kind {
+    /// Returns the kind of a file of a report or a figure by its name.
+    pub fn of_report(name: &str) -> Option<Self> {
+        if name == SIMULATED {
+            return Some(Self::Simulated);
+        }
+        match name.rsplit_once('.')?.1 {
+            "svg" => Some(Self::Figure),
+            "csv" => Some(Self::Table),
+            "tex" => Some(Self::Latex),
+            "html" => Some(Self::Page),
+            "md" => Some(Self::Verdicts),
+            _ => None,
+        }
+    }
+
+    /// Largest size in bytes of a file that is read, or written to be read again.
+    pub const fn limit(self) -> u64 {
+        match self {
+            Self::Experiment | Self::Log | Self::Agreed => 64 * MIB,
+            Self::Signal => 256 * MIB,
+            Self::Record
+            | Self::Manifest
+            | Self::Looks
+            | Self::Design
+            | Self::Block
+            | Self::Times
+            | Self::Plan
+            | Self::Run
+            | Self::Script => GIB,
+            Self::Summary => 4 * GIB,
+            // Never read completely.
+            Self::States
+            | Self::Parquet
+            | Self::Figure
+            | Self::Page
+            | Self::Verdicts
+            | Self::Table
+            | Self::Latex
+            | Self::Simulated => u64::MAX,
+        }
+    }
+
+    /// The word in the names of temporary files.
+    pub(super) const fn word(self) -> &'static str {
+        match self {
+            Self::Experiment => "experiment",
+            Self::Signal => "signal",
+            Self::Record => "record",
+            Self::States => "states",
+            Self::Manifest => "manifest",
+            Self::Looks => "looks",
+            Self::Design => "design",
+            Self::Block => "block",
+            Self::Summary => "summary",
+            Self::Parquet => "parquet",
+            Self::Times => "times",
+            Self::Figure => "figure",
+            Self::Page => "page",
+            Self::Verdicts => "verdicts",
+            Self::Table => "table",
+            Self::Latex => "latex",
+            Self::Simulated => "simulated",
+            Self::Plan => "plan",
+            Self::Run => "run",
+            Self::Script => "script",
+            Self::Log => "log",
+            Self::Agreed => "agreed",
+        }
+    }
+
+    /// Whether a run needs the complete file after a crash of the machine. Any other file is made again by its command.
+    pub(super) const fn is_synced(self) -> bool {
+        matches!(
+            self,
+            Self::Manifest
+                | Self::Looks
+                | Self::Design
+                | Self::Block
+                | Self::Summary
+                | Self::Parquet
+                | Self::Plan
+                | Self::Run
+        )
+    }
+
+    /// Whether the program wrote a file, judged by its beginning and, for Parquet, by its columns. An empty file
+    /// belongs to nobody.
+    pub(super) fn is_own(self, file: &mut File) -> io::Result<bool> {
+        let mut head = Vec::new();
+        file.seek(SeekFrom::Start(0))?;
+        file.by_ref().take(HEAD).read_to_end(&mut head)?;
+        if head.is_empty() {
+            return Ok(true);
+        }
+        let text = String::from_utf8_lossy(&head);
+        // JSON with another layout is still the program's own.
+        let json: String = match self {
+            Self::Manifest
+            | Self::Looks
+            | Self::Design
+            | Self::Summary
+            | Self::Times
+            | Self::Plan
+            | Self::Run => text.split_ascii_whitespace().collect(),
+            _ => String::new(),
+        };
+        Ok(match self {
+            Self::Experiment | Self::Signal | Self::Script => false,
+            Self::Plan => json.starts_with("{\"plan\":\"asobench\","),
+            Self::Run => json.starts_with("{\"run\":\"asobench\","),
+            Self::Manifest => json.starts_with("{\"program\":\"asobench\","),
+            Self::Looks => json.starts_with("{\"looks_of\":\"asobench\","),
+            Self::Design => {
+                json.starts_with("{\"version\":\"") && json.contains("\",\"experiment\":{")
+            }
+            Self::Summary => {
+                json.starts_with("{\"title\":\"") && json.contains("\",\"hypothesis\":\"")
+            }
+            Self::Times => json.starts_with("{\"design\":\""),
+            Self::Log => text.starts_with(WORKERS_TITLE),
+            Self::Agreed => text.starts_with(AGREED_TITLE),
+            Self::Block => head.starts_with(b"asobench"),
+            Self::Parquet => head.starts_with(b"PAR1") && has_own_columns(file)?,
+            Self::Figure => {
+                text.starts_with(PLOTTERS)
+                    || text.starts_with("<svg ") && text.contains(" class=\"asoplot\" ")
+            }
+            Self::Page => {
+                text.starts_with("<!DOCTYPE html>") && text.contains("<title>asobench report")
+            }
+            Self::Verdicts => {
+                text.starts_with("# Verdicts\n\n| claim | what it says | verdict | experiment |\n")
+            }
+            Self::Table => text
+                .split_once("\r\n")
+                .is_some_and(|(header, _)| TABLES.iter().any(|line| header.contains(line))),
+            Self::Latex => text.starts_with(LATEX_TITLE),
+            Self::Simulated => text.starts_with(SIMULATED_TITLE),
+            Self::Record => text.starts_with("# asobench re") && text.contains("\n# order: "),
+            Self::States => {
+                let (first, rest) = text.split_once('\n').unwrap_or_default();
+                first.starts_with("# observer ") && rest.starts_with("k,x1")
+            }
+        })
+    }
+}
+
+/// Beginning of the figures of `reproduce`.
+const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\" \
+    xmlns=\"http://www.w3.org/2000/svg\">\n";
+
+/// The header of a report's table contains at least one of these texts. Builds before the columns `measure` called them
+/// `figure`.
+const TABLES: [&str; 16] = [
+    "output,measure,trials,failed,unstable,",
+    "output,figure,trials,failed,unstable,",
+    "failed (%),unstable (%)",
+    "measure,statistic,over,output,slope,",
+    "figure,statistic,over,output,slope,",
+    "bound,output,met in (%),",
+    "output,coefficient,covered (%),",
+    "first,second,measure,median ratio,",
+    "first,second,figure,median ratio,",
+    "method,median (\u{b5}s),",
+    "output,failure,trials,share (%)",
+    "output,failure,trials,first failed trials,",
+    "claim,number,value,MCSE",
+    "value,verdict,p (pass),p (fail)",
+    "value (%),verdict,p (pass),p (fail)",
+    "claim,what it says,verdict,experiment",
+];
+
+/// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.
+fn has_own_columns(file: &mut File) -> io::Result<bool> {
+    let length = file.seek(SeekFrom::End(0))?;
+    let mut end = [0; 8];
+    if length < 16 {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::End(-8))?;
+    file.read_exact(&mut end)?;
+    let [a, b, c, d, magic @ ..] = end;
+    let size = u64::from(u32::from_le_bytes([a, b, c, d]));
+    if magic != *b"PAR1" || size > LONGEST_FOOTER.min(length - 8) {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::Start(length - 8 - size))?;
+    let mut footer = Vec::new();
+    file.by_ref().take(size).read_to_end(&mut footer)?;
+    let has = |name: &[u8]| footer.windows(name.len()).any(|part| part == name);
+    Ok(has(b"claim") && has(b"estimator") && has(b"window"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn is_own(path: &Path, kind: Kind) -> bool {
+        let mut file = File::open(path).expect("a file");
+        kind.is_own(&mut file).expect("readable")
+    }
+
+    /// Every committed result is recognised, and none is taken for another kind.
+    #[test]
+    fn committed_results_are_the_programs_own() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results");
+        let kinds = [
+            Kind::Manifest,
+            Kind::Looks,
+            Kind::Design,
+            Kind::Summary,
+            Kind::Times,
+            Kind::Parquet,
+            Kind::Block,
+            Kind::Figure,
+            Kind::Page,
+            Kind::Verdicts,
+            Kind::Table,
+            Kind::Latex,
+            Kind::Simulated,
+            Kind::Record,
+            Kind::States,
+        ];
+        let mut seen = 0;
+        for folder in ["nikolov2023", "report", "report/figures", "report/tables"] {
+            for entry in std::fs::read_dir(root.join(folder)).expect("a folder") {
+                let path = entry.expect("an entry").path();
+                let name = path.file_name().and_then(|name| name.to_str());
+                let name = name.expect("UTF-8");
+                let expected = match name {
+                    "manifest.json" => Kind::Manifest,
+                    "summary.json" => Kind::Summary,
+                    _ => match Kind::of_report(name) {
+                        Some(kind) => kind,
+                        None => continue,
+                    },
+                };
+                for kind in kinds {
+                    assert_eq!(is_own(&path, kind), kind == expected, "{name}: {kind:?}");
+                }
+                seen += 1;
+            }
+        }
+        assert!(seen > 100, "{seen}");
+    }
+}
