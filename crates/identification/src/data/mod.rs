@@ -5,12 +5,16 @@ pub mod csv;
 mod detrend;
 mod feedback;
 mod process;
+mod process_error;
 mod realisation;
 mod source;
+mod truth;
 
 pub use controller::{ControlLaw, Controller, History};
 pub use detrend::{Detrend, Trend};
 pub use feedback::{Feedback, FeedbackError, OutputFeedback};
-pub use process::{Process, ProcessError, ProcessSettings};
-pub use realisation::{DrawFailure, Realisation, Truth};
+pub use process::{Process, ProcessSettings};
+pub use process_error::ProcessError;
+pub use realisation::Realisation;
 pub use source::{NoiseColour, NoiseColourError, PlantSource};
+pub use truth::{DrawFailure, Truth};

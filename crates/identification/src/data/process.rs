@@ -1,13 +1,14 @@
 //! The data-generating process: plant, input, noise and noise level, feedback.
 
 use super::feedback::run_controlled;
+use super::process_error::ProcessError;
 use super::source::{Drive, Plants, Resolved};
 use super::{Feedback, NoiseColour, PlantSource, Realisation};
-use crate::plant::{ORDER_LIMIT, StateSpace, SystemError};
+use crate::plant::StateSpace;
 use crate::real::with_fma;
 use crate::signal::{
-    Input, LevelOf, LevelOver, LevelReading, NoiseFilter, NoiseFilterError, ProcessVariances,
-    Purpose, fill_white, stream,
+    Input, LevelOf, LevelOver, LevelReading, NoiseFilter, ProcessVariances, Purpose, fill_white,
+    stream,
 };
 #[cfg(feature = "json")]
 use serde_json::{Value, json};
@@ -59,74 +60,6 @@ pub struct ProcessSettings {
 pub struct Process {
     settings: ProcessSettings,
     plants: Plants,
-}
-
-/// Why a process was refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ProcessError {
-    /// The plant's coefficients are wrong.
-    #[error(transparent)]
-    System(#[from] SystemError),
-    /// The noise filter is wrong.
-    #[error(transparent)]
-    Noise(#[from] NoiseFilterError),
-    /// The order or radius of random plants is out of range.
-    #[error(
-        "random plants need an order of at least 1 (and at most {ORDER_LIMIT}) and a radius in (0, 1), \
-         not {0} and {1}"
-    )]
-    RandomPlant(usize, f64),
-    /// x0 does not have the length of the order, or is not finite.
-    #[error("x0 must be {0} finite numbers, one per state")]
-    InitialState(usize),
-    /// The amplitude is negative or not finite, or zero in open loop.
-    #[error("the input's amplitude must be finite and positive (or 0 with feedback), not {0}")]
-    Amplitude(f64),
-    /// A size of a signal is so large or so small that squares of samples overflow or underflow.
-    #[error(
-        "{0} of {1:e} makes signals whose squares cannot be told; expected signals of 1e-100 to 1e100"
-    )]
-    Size(&'static str, f64),
-    /// The input-measurement noise is out of range.
-    #[error(
-        "the input-measurement noise must be a finite percentage, at least 0, of a positive amplitude, \
-         not {0} % of {1}"
-    )]
-    InputNoise(f64, f64),
-    /// A standard deviation of process noise or initial states is out of range.
-    #[error("{0} must be a finite standard deviation of at least 0, not {1}")]
-    Deviation(&'static str, f64),
-    /// Process noise or random initial states are used in a closed loop.
-    #[error("{0} is for open loop only; expected 0 with feedback, not {1}")]
-    DisturbedLoop(&'static str, f64),
-    /// A reading of eta is used that only an open loop has.
-    #[error(
-        "with feedback, eta must be 'exact' with the 'noise-free' output, or 'absolute', not '{over}' with '{of}'"
-    )]
-    LevelWithFeedback {
-        /// Realisation or process.
-        over: LevelOver,
-        /// Noise-free or measured output.
-        of: LevelOf,
-    },
-    /// A reading of eta is meaningless.
-    #[error(
-        "eta_over = \"{over}\" refers to no output; expected eta_of = \"noise-free\", not '{of}'"
-    )]
-    LevelOfNothing {
-        /// The reading of what eta is taken over, namely nothing.
-        over: LevelOver,
-        /// The reading of the output.
-        of: LevelOf,
-    },
-    /// Nominal variances are asked for with an input that is not a random process.
-    #[error(
-        "eta '{0}' needs the input's process variance, which given samples do not have; expected 'exact' or 'absolute'"
-    )]
-    LevelOfSamples(LevelOver),
-    /// The controller has too few samples before it to set the noise level.
-    #[error("a controller needs at least 2 samples in open loop before it, not {0}")]
-    Pilot(usize),
 }
 
 impl ProcessSettings {

@@ -1,6 +1,7 @@
 //! The sources of a trial's plant and of the colour of its noise.
 
-use super::{DrawFailure, ProcessError};
+use super::DrawFailure;
+use super::process_error::ProcessError;
 use crate::model::polynomial::multiply;
 use crate::plant::{ORDER_LIMIT, StateSpace, random_stable};
 use crate::signal::{Input, NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};

@@ -138,6 +138,11 @@ fn square_sum(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum()
 }
 
+/// Returns the number of rows minus that of parameters, if it is positive.
+pub(super) fn freedom(rows: usize, parameters: usize) -> Option<f64> {
+    (rows > parameters).then(|| (rows - parameters) as f64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

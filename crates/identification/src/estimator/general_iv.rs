@@ -2,7 +2,7 @@
 //! instruments are the output of the previous pass's model, or of one fixed model.
 
 use super::auxiliary::AuxiliaryModel;
-use super::covariance::Covariance;
+use super::covariance::{Covariance, freedom};
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::least_squares::{StartState, StateEstimate};
 use super::reading::{R_SYSID_RIDGE, Reading};
@@ -242,11 +242,6 @@ impl GeneralIv {
         };
         pass.set_model(&self.model, condition).map_err(at(stage))
     }
-}
-
-/// Returns the number of rows minus that of parameters, if it is positive.
-pub(super) fn freedom(rows: usize, parameters: usize) -> Option<f64> {
-    (rows > parameters).then(|| (rows - parameters) as f64)
 }
 
 impl Estimator for GeneralIv {

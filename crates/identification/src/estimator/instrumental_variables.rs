@@ -3,7 +3,8 @@
 use super::arx::ArxOptions;
 use super::auxiliary::AuxiliaryModel;
 use super::covariance::Covariance;
-use super::general_iv::{FixedModel, GeneralIv, GeneralOptions, freedom};
+use super::covariance::freedom;
+use super::general_iv::{FixedModel, GeneralIv, GeneralOptions};
 use super::instruments::{InstrumentalRegression, Instruments as InstrumentsOf, Signals};
 use super::least_squares::{
     LeastSquaresErrors, StartState, StateEstimate, conclude, iteration_zero,

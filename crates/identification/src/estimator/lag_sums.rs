@@ -1,6 +1,7 @@
 //! Normal equations of delayed signals, from which starts of searches come: few inner products, in time linear in N.
 
-use super::prediction_error::kernels::dot;
+use crate::real::with_fma;
+use crate::signal::arithmetic;
 
 /// Calls `put(i, j, sum_k a(k-i) b(k-j))` for delays i in `of_a` and j in `of_b` (first delay and count), k = 0 ...
 /// N-1, with zeros before the record. Only sums with the first i or the first j are inner products; the others follow:
@@ -145,6 +146,14 @@ impl System {
         }
         x.iter().all(|x| x.is_finite())
     }
+}
+
+/// Returns `sum x(k) y(k)`.
+pub(in crate::estimator) fn dot(x: &[f64], y: &[f64]) -> f64 {
+    with_fma(
+        #[inline(always)]
+        || arithmetic::dot(x, y),
+    )
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Least squares: iteration 0 of the algorithm, stages 1 to 6.
 
 use super::covariance::Covariance;
-use super::general_iv::freedom;
+use super::covariance::freedom;
 use super::initial_state::InitialState;
 use super::method::{MethodKind, Problem};
 use super::regression::{Regression, Rows};

@@ -80,6 +80,9 @@ use crate::model::Orders;
 use crate::observer::{ObserverKind, RiccatiError};
 use crate::plant::ORDER_LIMIT;
 
+/// The largest dimension that `dual` and `augmented` accept: a matrix of 128 MiB.
+pub const NAIVE_LIMIT: usize = 4096;
+
 /// The samples that an estimator sees: `u(k)`, `y(k)` and `r(k)` for k = 0 ... N-1.
 #[derive(Clone, Copy, Debug)]
 pub struct Window<'a> {
@@ -198,7 +201,7 @@ pub enum SetupError {
     /// The matrix of `dual` or `augmented` would be too large.
     #[error(
         "solver '{solver}' would need a matrix of dimension {dimension} ({} MiB); its limit is {}",
-        (dimension * dimension * 8).div_ceil(1 << 20), solver::NAIVE_LIMIT
+        (dimension * dimension * 8).div_ceil(1 << 20), NAIVE_LIMIT
     )]
     SolverDimension {
         /// The solver.

@@ -4,9 +4,9 @@
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
 use super::lag_sums::{System, TINY, lagged_products};
-use super::output_error_iteration::stable;
 use super::prediction_error::kernels::{Triangle, divide};
 use super::reflection::reflect_zeros;
+use super::reflection::stable;
 use crate::model::{LinearModel, Orders};
 use faer::MatRef;
 

@@ -8,8 +8,6 @@ use super::regression::{Regression, Rows};
 use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{LinearModel, Orders};
-use crate::plant::canonical::reverse_negated;
-use crate::plant::stability::is_stable;
 
 /// The largest number of passes of an iteration.
 pub(super) const MOST_PASSES: usize = 400;
@@ -243,15 +241,6 @@ impl OutputErrorIteration {
             self.best.assign(&self.model);
         }
     }
-}
-
-/// Returns whether the zeros of a monic polynomial are inside the unit circle. `scratch` has room for twice its degree.
-pub(super) fn stable(polynomial: &[f64], scratch: &mut Vec<f64>) -> bool {
-    let n = polynomial.len() - 1;
-    scratch.resize(2 * n, 0.0);
-    let (a, scratch) = scratch.split_at_mut(n);
-    reverse_negated(&polynomial[1..], a);
-    is_stable(a, scratch)
 }
 
 impl Estimator for OutputErrorIteration {

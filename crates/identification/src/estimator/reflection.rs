@@ -1,9 +1,9 @@
 //! Stabilisation of the auxiliary model: poles outside the unit circle are reflected into it.
 
 use super::FailureKind;
-use super::output_error_iteration::stable;
 use crate::names::named_enum;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz};
+use crate::plant::stability::is_stable;
 use crate::plant::{PoleFinder, polynomial_from_poles};
 
 named_enum! {
@@ -107,6 +107,15 @@ pub(super) fn stay_stable(
         Stabilise::Reflect if reflect_zeros(polynomial) => Ok(()),
         Stabilise::Reflect => Err(FailureKind::NonFinite),
     }
+}
+
+/// Returns whether the zeros of a monic polynomial are inside the unit circle. `scratch` has room for twice its degree.
+pub(super) fn stable(polynomial: &[f64], scratch: &mut Vec<f64>) -> bool {
+    let n = polynomial.len() - 1;
+    scratch.resize(2 * n, 0.0);
+    let (a, scratch) = scratch.split_at_mut(n);
+    reverse_negated(&polynomial[1..], a);
+    is_stable(a, scratch)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use super::method::{MethodKind, OptionError, Problem};
 use super::null_space::HighOrder;
-use super::output_error_iteration::stable;
+use super::reflection::stable;
 use super::reflection::{Stabilise, reflect_zeros};
 use super::solver::Reduction;
 use super::solver::condition::check_rank_of_columns;

@@ -1,6 +1,7 @@
 //! The stationary covariance of a stable system: the discrete Lyapunov equation.
 
-use super::riccati::{RiccatiError, check, symmetric};
+use super::riccati::check::check;
+use super::riccati::equation::{RiccatiError, symmetric};
 use faer::{Mat, MatRef};
 
 /// Returns the solution P (n x n) of `P = F P F' + Q`. For Q >= 0 it is the stationary covariance of

@@ -4,7 +4,7 @@
 //! past. All blocks together form `x(k+1) = F x(k) + G w(k+1)`, and every signal is `c x(k)` with a row c of
 //! numerators. With `P = F P F' + sum_s sigma_s^2 g_s g_s'` a covariance is `E[a(k+t) b(k)] = c_a F^t P c_b'`, t >= 0.
 
-use super::NoTheory;
+use super::missing::NoTheory;
 use super::population::is_stable;
 use super::signal::{Part, Signal, Source};
 use faer::Mat;

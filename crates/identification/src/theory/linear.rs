@@ -1,9 +1,9 @@
 //! Limits of the estimates `theta = (sum z phi')^-1 sum z y`, and their fluctuation about the limits.
 
 use super::joint_state::{covariance, long_run_covariance};
+use super::missing::{Missing, NoTheory};
 use super::population::{NOISE, Population};
 use super::signal::{Signal, Source};
-use super::{Missing, NoTheory};
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 

@@ -22,6 +22,7 @@ mod canonical;
 pub mod joint_state;
 mod linear;
 mod measure;
+mod missing;
 mod noise_model;
 mod passes;
 mod population;
@@ -33,6 +34,7 @@ mod tests;
 
 pub use canonical::Asymptotic;
 pub use measure::{Figure, SmoothMeasure};
+pub use missing::{LARGEST, Missing, NoTheory};
 pub use population::Population;
 pub use quadratic_form::{distribution, quantile};
 pub use signal::{Signal, Source};
@@ -43,85 +45,6 @@ use crate::model::Orders;
 use canonical::Shape;
 use faer::Mat;
 use passes::Passes;
-
-/// The largest number of coefficients of a polynomial for which there is theory: its time grows with the fourth power.
-pub const LARGEST: usize = 60;
-
-/// Why a cell has no theory.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NoTheory {
-    /// The plant, the noise or a model has so many coefficients that the theory takes minutes.
-    #[error("{0} coefficients of a polynomial; theory is for {LARGEST} at most")]
-    Large(usize),
-    /// Continuous time.
-    #[error("continuous time: there is no record to estimate from")]
-    ContinuousTime,
-    /// Each trial has its own random plant.
-    #[error("every trial has its own random plant")]
-    RandomPlant,
-    /// A periodic input.
-    #[error("the input is periodic, so every trial has its own limit")]
-    PeriodicInput,
-    /// An input given sample by sample.
-    #[error("the input is given sample by sample, so it is not a stationary process")]
-    GivenInput,
-    /// An input that is not white.
-    #[error("inputs that are not white are not covered")]
-    FilteredInput,
-    /// Noise drawn from given numbers.
-    #[error("noise drawn from given numbers is not covered")]
-    DrawnNoise,
-    /// A controller based on an estimate.
-    #[error("the state feedback depends on an estimate, so the record is not stationary")]
-    Controlled,
-    /// r = 0 in closed loop.
-    #[error("no reference drives the loop")]
-    NoReference,
-    /// An unstable plant: the output has no stationary variance.
-    #[error("the plant is not stable, so its output is not stationary")]
-    UnstablePlant,
-    /// An unstable closed loop.
-    #[error("the closed loop is not stable, so no signal is stationary")]
-    UnstableLoop,
-    /// No noise has this level.
-    #[error("no noise has this level")]
-    NoLevel,
-    /// A signal without a stationary covariance.
-    #[error("a signal is not stationary")]
-    NotStationary,
-}
-
-/// Why an output or a bound is missing in a cell that has theory.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Missing {
-    /// The process has no theory.
-    #[error(transparent)]
-    Process(#[from] NoTheory),
-    /// A matrix to be inverted is singular.
-    #[error("the information matrix is singular")]
-    Singular,
-    /// A model or predictor is unstable in the limit.
-    #[error("a model or predictor is not stable in the limit")]
-    UnstableModel,
-    /// The true process is not in the model structure.
-    #[error("the true process is not in the model structure")]
-    Structure,
-    /// The estimate is biased, and the bias is not computed.
-    #[error("the estimate is biased here, and its limit is not computed")]
-    Biased,
-    /// There is other noise than the measurement noise.
-    #[error("no bound with process noise or noise on the input")]
-    OtherNoise,
-    /// The noise has a zero on the unit circle.
-    #[error("the noise has a zero on the unit circle")]
-    NoNoiseModel,
-    /// A reading that the theory does not cover.
-    #[error("{0} = \"{1}\" is not covered")]
-    Reading(&'static str, &'static str),
-    /// A method that the theory does not cover.
-    #[error("the asymptotic covariance of {0} is not covered")]
-    Method(&'static str),
-}
 
 /// The theory of an estimate or of a bound.
 #[derive(Clone, Debug)]

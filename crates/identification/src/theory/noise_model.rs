@@ -1,6 +1,6 @@
 //! The innovations form of the measurement noise: lowest terms, zeros inside the unit circle.
 
-use super::Missing;
+use super::missing::Missing;
 use super::population::{NOISE, Population, is_stable};
 use super::signal::Signal;
 use crate::model::polynomial::multiply;

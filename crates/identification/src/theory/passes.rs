@@ -1,9 +1,9 @@
 //! Limits of least squares and of the paper's instrumental-variable passes (stages 7 to 11).
 
-use super::Missing;
 use super::canonical::{Asymptotic, Shape, input_vector, numerator};
 use super::joint_state::covariance;
 use super::linear::{Influence, Linear, are_orthogonal};
+use super::missing::Missing;
 use super::population::{Population, is_stable};
 use super::signal::Signal;
 use crate::estimator::{Auxiliary, Drive, InstrumentSource, IvOptions, Stage10};

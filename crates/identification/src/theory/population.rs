@@ -1,7 +1,7 @@
 //! The stationary signals of a cell's process.
 
-use super::NoTheory;
 use super::joint_state::covariance;
+use super::missing::NoTheory;
 use super::signal::{Signal, Source};
 use crate::data::{Feedback, NoiseColour, PlantSource, Process};
 use crate::model::polynomial::multiply;

@@ -1,10 +1,10 @@
 //! Prediction-error estimates and Cramer-Rao bounds: `P = lambda (E psi psi')^-1`, with psi the negative gradient of
 //! the stationary prediction error (Ljung, System Identification, 2nd ed., sections 9.3 and 9.4).
 
-use super::Missing;
 use super::canonical::{Asymptotic, Shape};
 use super::joint_state::{covariance, long_run_covariance};
 use super::linear::{Linear, are_orthogonal, invertible, is_regular};
+use super::missing::Missing;
 use super::noise_model::{NoiseModel, lowest_terms};
 use super::passes::{least_squares, model_instruments, regressors};
 use super::population::{Population, is_stable};

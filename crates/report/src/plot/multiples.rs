@@ -231,3 +231,10 @@ fn room_of_x(plot: &Plot) -> f64 {
     });
     rooms.fold(0.0, f64::max)
 }
+
+impl Plot {
+    /// The plot as an SVG document.
+    pub fn svg(&self) -> String {
+        single(self)
+    }
+}

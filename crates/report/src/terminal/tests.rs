@@ -191,7 +191,7 @@ fn lost_trials_are_told() {
 
 #[test]
 fn continuous_studies_have_the_same_table() {
-    let text = std::fs::read_to_string("experiments/gpebo-figures.toml").unwrap();
+    let text = std::fs::read_to_string("../../experiments/gpebo-figures.toml").unwrap();
     let text = overview(&study(&text));
     fits(&text);
     assert!(text.contains("proposed"), "{text}");

@@ -269,6 +269,13 @@ fn has_own_columns(file: &mut File) -> io::Result<bool> {
     Ok(has(b"claim") && has(b"estimator") && has(b"window"))
 }
 
+pub(super) fn too_large(kind: Kind) -> io::Error {
+    let limit = kind.limit() >> 20;
+    io::Error::other(format!(
+        "larger than {limit} MiB, the limit for such a file"
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

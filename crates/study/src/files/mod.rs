@@ -138,7 +138,7 @@ impl<R: Read> Read for Limited<R> {
         self.left = self
             .left
             .checked_sub(read as u64)
-            .ok_or_else(|| staged::too_large(self.kind))?;
+            .ok_or_else(|| kind::too_large(self.kind))?;
         Ok(read)
     }
 }
@@ -158,7 +158,7 @@ pub fn open_named(path: &Path, kind: Kind) -> io::Result<Box<dyn Read>> {
     }
     let file = open_regular(path, true).map_err(|error| error.source)?;
     if file.metadata()?.len() > kind.limit() {
-        return Err(staged::too_large(kind));
+        return Err(kind::too_large(kind));
     }
     Ok(Box::new(limited(file, kind)))
 }
@@ -196,7 +196,7 @@ pub fn read_own(path: &Path, kind: Kind) -> Result<Option<Vec<u8>>, PathError> {
     };
     let length = file.metadata().map_err(&io)?.len();
     if length > kind.limit() {
-        return Err(io(staged::too_large(kind)));
+        return Err(io(kind::too_large(kind)));
     }
     let mut bytes = Vec::new();
     bytes

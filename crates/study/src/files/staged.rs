@@ -1,5 +1,6 @@
 //! Files that are first written under temporary names in the same folder, then renamed.
 
+use super::kind::too_large;
 use super::{Kind, PathError, irregularity, remove_file, replaceable};
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -163,13 +164,6 @@ pub(crate) fn remove_temporary(folder: &Path, kinds: &[Kind]) -> Result<(), Path
         }
     }
     Ok(())
-}
-
-pub(super) fn too_large(kind: Kind) -> io::Error {
-    let limit = kind.limit() >> 20;
-    io::Error::other(format!(
-        "larger than {limit} MiB, the limit for such a file"
-    ))
 }
 
 #[cfg(test)]

@@ -3,87 +3,25 @@
 use super::blocks::{BlockError, BlockFolder, StoredBlock, discard};
 use super::compute::Work;
 use super::engine::Engine;
+use super::event::{CampaignError, Event, go_on};
 use super::experiment::Experiment;
-use super::file::{FileError, Store, TrialRule};
-use super::folder::{FolderError, ResultsFolder, stored_design};
+use super::file::{Store, TrialRule};
+use super::folder::{ResultsFolder, stored_design};
 use super::looks::{Look, Looks};
 use super::rounds::Rounds;
 use super::rows::Rows;
-use super::runner::{RunError, Span, pool};
+use super::runner::{Span, pool};
 use super::spent::{Spent, Watch};
-use super::store::{StoreError, write_summary};
+use super::store::write_summary;
 use super::summary::{CellSeries, CellSummary, SlopeStatistics, Summary};
 use super::tally::{CellTally, Trials};
-use super::trial_table::{TrialTable, TrialWriter};
+use super::trial_table::{StoreError, TrialTable, TrialWriter};
 use crate::files::Kind;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-
-/// An event of a run.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// The number of trials wanted in all, and of those already computed.
-    Planned {
-        /// Trials wanted.
-        trials: u64,
-        /// Trials already computed.
-        done: u64,
-    },
-    /// A block was computed and stored.
-    Block {
-        /// Trials.
-        trials: u64,
-        /// Rows with a failure.
-        failures: u64,
-        /// Where the time went.
-        spent: Spent,
-    },
-    /// A cell has all its trials.
-    Cell,
-    /// The results are written. The time is that of putting them together, times the number of threads.
-    Concluded(Spent),
-}
-
-/// Why a campaign ended early.
-#[derive(Debug, thiserror::Error)]
-pub enum CampaignError {
-    /// The folder or a file in it failed.
-    #[error(transparent)]
-    Folder(#[from] FolderError),
-    /// The rule for the number of trials is wrong.
-    #[error(transparent)]
-    Rule(#[from] FileError),
-    /// A block file failed.
-    #[error(transparent)]
-    Block(#[from] BlockError),
-    /// A Parquet file failed.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// The run failed: threads, the stop flag, a worker or a block file.
-    #[error(transparent)]
-    Run(#[from] RunError<BlockError>),
-    /// The `stop` flag was raised while results were put together. All trials are stored, but no result was written.
-    #[error("interrupted while the results were put together")]
-    Stopped,
-    /// Fewer trials are asked for than are already stored.
-    #[error(
-        "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take \
-        another folder for fewer"
-    )]
-    Fewer {
-        /// The folder.
-        folder: String,
-        /// The cell.
-        cell: usize,
-        /// The end of the last stored block.
-        there: u64,
-        /// Trials asked for.
-        asked: u64,
-    },
-}
+use std::sync::atomic::AtomicBool;
 
 /// How a study is run. No result depends on it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -525,14 +463,6 @@ impl Drop for Campaign<'_> {
     }
 }
 
-/// Returns an error if the flag is raised.
-pub(super) fn go_on(stop: &AtomicBool) -> Result<(), CampaignError> {
-    if stop.load(Ordering::Relaxed) {
-        return Err(CampaignError::Stopped);
-    }
-    Ok(())
-}
-
 /// Returns the manifest: what made the results. It has no times or threads, and of the host only what faer's bits
 /// depend on.
 fn manifest(experiment: &Experiment, targets: &[u64], origin: &Origin) -> Value {
@@ -566,6 +496,7 @@ fn manifest(experiment: &Experiment, targets: &[u64], origin: &Origin) -> Value 
 mod tests {
     use super::*;
     use crate::study::file::ExperimentFile;
+    use std::sync::atomic::Ordering;
 
     /// Raising the flag while results are put together leaves the trials and no results.
     #[test]

@@ -1,7 +1,7 @@
 //! Computes spans of trials into block files, for runs in a folder and for shards.
 
 use super::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredBlock};
-use super::campaign::Event;
+use super::event::Event;
 use super::experiment::Experiment;
 use super::file::Store;
 use super::runner::{Block, Delivery, Keep, RunError, Span, run_spans};

@@ -1,7 +1,6 @@
 //! A folder of results, which are written completely or not at all.
 
 use super::experiment::design_of;
-use super::looks::LOOKS;
 use crate::files::{self, Kind, PathError, Staged};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -82,6 +81,9 @@ pub struct ResultsFolder {
 
 /// The lock file. It stays in the folder: if it were removed, a third run could enter beside a second.
 const LOCK: &str = ".lock";
+/// The file with the looks at a study.
+pub(super) const LOOKS: &str = "looks.json";
+
 /// The file of a results folder that says what was run.
 pub const MANIFEST: &str = "manifest.json";
 /// The results that a manifest describes. Without the manifest or the design of the blocks, their study is unknown.

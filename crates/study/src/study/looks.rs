@@ -11,15 +11,13 @@
 //! are the same trials, and to judge them again is no new look.
 
 use super::file::{ExperimentFile, TrialRule};
-use super::folder::FolderError;
+use super::folder::{FolderError, LOOKS};
 use crate::files::{self, Kind};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The share of the level that the first rule of a folder sets aside.
 const FIRST: f64 = 0.9;
-
-pub(super) const LOOKS: &str = "looks.json";
 
 /// A look that was made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -12,6 +12,7 @@ mod continuous_time;
 mod cost;
 mod curves;
 mod engine;
+mod event;
 mod experiment;
 pub mod file;
 mod folder;
@@ -46,11 +47,12 @@ mod workload;
 pub use blocks::{BlockError, Done, done};
 #[doc(hidden)]
 pub use blocks::{BlockFolder, Content};
-pub use campaign::{Campaign, CampaignError, Event, RunOptions};
+pub use campaign::{Campaign, RunOptions};
 pub use continuous_time::{ContinuousCell, ContinuousTrial, OutputTrace, Term, Traces};
 pub use cost::Cost;
 pub use curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use engine::{Engine, Worker, WorkerError};
+pub use event::{CampaignError, Event};
 pub use experiment::design_of;
 pub use experiment::{
     BOBTSOV2023, Cell, Experiment, NIKOLOV2023, ObserverStart, ScoredFrom, Source,
@@ -72,7 +74,7 @@ pub use rows::{OutputRows, Rows};
 pub use runner::{Block, RunError, Span, block_size, run, run_and_forget};
 pub use spent::Spent;
 pub use state_feedback::{LoopModel, StateFeedback};
-pub use store::{StoreError, stored_alike};
+pub use store::stored_alike;
 pub use summary::{
     BoundSummary, CellSummary, ComparisonSummary, MedianPair, OutputShare, OutputSummary,
     SlopeStatistics, SlopeSummary, Summary,
@@ -81,4 +83,5 @@ pub use tally::{CellTally, Outcomes, OutputTally, Trials};
 pub use theory::{FoundTheory, LimitError, OfBounds, TheoryReference, TheorySummary};
 pub use times::MethodTime;
 pub use trial::{Trial, TrialRecord};
+pub use trial_table::StoreError;
 pub use workload::W98;

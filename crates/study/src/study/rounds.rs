@@ -1,7 +1,7 @@
 //! The number of trials that each cell should have, from the rule of the file and the stored blocks.
 
 use super::blocks::{BlockFolder, StoredBlock};
-use super::campaign::{CampaignError, go_on};
+use super::event::{CampaignError, go_on};
 use super::experiment::Experiment;
 use super::file::{TrialRule, Until, UntilDecided, UntilStatistic};
 use super::runner::Span;

@@ -2,35 +2,19 @@
 
 use super::coefficients::Kept;
 use super::experiment::{Cell, Experiment};
-use super::file::{Key, Scalar};
+use super::file::Scalar;
 use super::rows::Rows;
 use super::summary::{CellSummary, OutputSummary, Summary};
-use super::trial_table::{GROUP_ROWS, TrialTable};
+use super::trial_table::{GROUP_ROWS, Setting, StoreError, TrialTable, numeric_settings};
 use crate::files::{self, PathError};
 use asobench_identification::metric::{Estimate, Quantile, Statistics};
 use polars::prelude::{
     BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
-    PolarsError, PolarsResult, SerReader, Series,
+    PolarsResult, SerReader, Series,
 };
 use std::fs::File;
 use std::io::{BufWriter, Cursor};
-use std::path::{Path, PathBuf};
-
-/// Why trials could not be written or read.
-#[derive(Debug, thiserror::Error)]
-pub enum StoreError {
-    /// A file failed.
-    #[error(transparent)]
-    File(#[from] PathError),
-    /// The file's content or its encoding is wrong.
-    #[error("{}: {source}", .path.display())]
-    Parquet {
-        /// The file.
-        path: PathBuf,
-        /// The error.
-        source: PolarsError,
-    },
-}
+use std::path::Path;
 
 /// Makes a writer of row groups with the columns of a table.
 fn batched(to: BufWriter<File>, table: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
@@ -38,18 +22,6 @@ fn batched(to: BufWriter<File>, table: &DataFrame) -> PolarsResult<BatchedWriter
         .with_compression(ParquetCompression::Zstd(None))
         .set_parallel(false)
         .batched(table.schema())
-}
-
-/// A setting that varies, and whether all its values are numbers.
-type Setting = (Key, bool);
-
-pub(super) fn numeric_settings(experiment: &Experiment) -> Vec<Setting> {
-    let axes = experiment.axes().into_iter();
-    let numeric = |key: Key| {
-        let mut cells = experiment.cells.iter();
-        cells.all(|cell| matches!(cell.settings.get(&key), Some(Scalar::Number(_))))
-    };
-    axes.map(|key| (key, numeric(key))).collect()
 }
 
 /// Returns the columns that identify the cell of a row.

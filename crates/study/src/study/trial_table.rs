@@ -5,7 +5,7 @@ use super::experiment::Experiment;
 use super::file::{Key, Scalar};
 use super::measure::Measure;
 use super::rows::{OutputRows, Rows};
-use super::store::{StoreError, numeric_settings};
+
 use crate::files::PathError;
 use asobench_identification::estimator::{FailureKind, Output};
 use polars::prelude::{PlSmallStr, PolarsError, PolarsResult};
@@ -502,4 +502,32 @@ impl<'t> TrialWriter<'t> {
             source,
         }
     }
+}
+
+/// Why trials could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// A file failed.
+    #[error(transparent)]
+    File(#[from] PathError),
+    /// The file's content or its encoding is wrong.
+    #[error("{}: {source}", .path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// The error.
+        source: PolarsError,
+    },
+}
+
+/// A setting that varies, and whether all its values are numbers.
+pub(super) type Setting = (Key, bool);
+
+pub(super) fn numeric_settings(experiment: &Experiment) -> Vec<Setting> {
+    let axes = experiment.axes().into_iter();
+    let numeric = |key: Key| {
+        let mut cells = experiment.cells.iter();
+        cells.all(|cell| matches!(cell.settings.get(&key), Some(Scalar::Number(_))))
+    };
+    axes.map(|key| (key, numeric(key))).collect()
 }

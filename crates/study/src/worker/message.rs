@@ -1,6 +1,6 @@
 //! Messages between the program and a worker; see docs/protocol.md.
 
-use super::model::Layout;
+use super::layout::Layout;
 use asobench_identification::model::Orders;
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -10,8 +10,6 @@ use xxhash_rust::xxh3::xxh3_64;
 pub const PROTOCOL: u64 = 1;
 /// Longest header in bytes, including its line end.
 pub const LONGEST_HEADER: usize = 1 << 16;
-/// Largest size of a reply's blocks, in bytes.
-pub const LARGEST_REPLY: usize = 1 << 27;
 /// Largest number of a message: every language has integers of 31 bits.
 const LARGEST_NUMBER: u64 = (1 << 31) - 1;
 /// Longest name of a worker in characters; also the limit for its version.

@@ -10,6 +10,7 @@ mod external;
 mod fault;
 #[cfg(target_os = "linux")]
 mod guard;
+mod layout;
 mod log;
 mod message;
 mod model;

@@ -1,6 +1,6 @@
 //! The times of a record's samples, which must be equally spaced up to the rounding of what was printed.
 
-use super::RecordError;
+use super::error::RecordError;
 
 /// How far a step in time may be from the first one, relative to it. It must exceed the rounding of printed times: with
 /// two decimals, steps of 1/30 s are 0.03 or 0.04. A missing sample is a step of twice the length.

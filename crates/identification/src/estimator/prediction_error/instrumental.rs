@@ -3,10 +3,11 @@
 //!
 //! They are starts of searches, so they need not converge.
 
-use super::kernels::{divide, dot, filter};
+use super::kernels::{divide, filter};
+use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
-use crate::estimator::output_error_iteration::stable;
 use crate::estimator::reflection::reflect_zeros;
+use crate::estimator::reflection::stable;
 use crate::model::Orders;
 
 /// The largest number of passes, and the relative change at which they end.

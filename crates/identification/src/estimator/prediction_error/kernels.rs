@@ -11,14 +11,6 @@ use faer::MatRef;
 /// Rows that are reduced at a time: a block of some ten columns stays in the first cache.
 const BLOCK_ROWS: usize = 256;
 
-/// Returns `sum x(k) y(k)`.
-pub(in crate::estimator) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    with_fma(
-        #[inline(always)]
-        || arithmetic::dot(x, y),
-    )
-}
-
 /// Computes `to += factor x` over the shorter length.
 #[inline(always)]
 fn add_multiple(factor: f64, x: &[f64], to: &mut [f64]) {
@@ -215,6 +207,7 @@ impl Triangle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimator::lag_sums::dot;
     use crate::model::polynomial;
 
     fn signal(count: usize, factor: f64) -> Vec<f64> {

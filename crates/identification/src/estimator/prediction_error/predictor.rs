@@ -3,11 +3,12 @@
 //! Each column of `psi = de/dtheta` is one of five signals, delayed (Ljung, *System Identification*, 2nd ed., section
 //! 10.3): `D/C y` for A, `v = D/(C F) u` for B, `e/C` for C, `w/C` for D, `B v/F` for F, with `w = A y - B/F u`.
 
-use super::kernels::{Triangle, divide, dot, filter};
+use super::kernels::{Triangle, divide, filter};
 use crate::estimator::FailureKind;
 use crate::estimator::covariance::{Covariance, Influence};
+use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
-use crate::estimator::output_error_iteration::stable;
+use crate::estimator::reflection::stable;
 use crate::estimator::regression::{covariance_of_triangle, solve_normal};
 use crate::estimator::solver::condition::{
     Equilibration, check_rank_of_columns, triangular_condition,

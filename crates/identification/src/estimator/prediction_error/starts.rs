@@ -8,8 +8,8 @@ use crate::estimator::SetupError;
 use crate::estimator::known::KnownModel;
 use crate::estimator::lag_sums::{System, TINY, lagged_products};
 use crate::estimator::null_space::NullSpaceFit;
-use crate::estimator::output_error_iteration::stable;
 use crate::estimator::reflection::reflect_zeros;
+use crate::estimator::reflection::stable;
 use crate::model::{LinearModel, Orders};
 use crate::signal::{Purpose, stream};
 

@@ -8,7 +8,7 @@ mod partitioned;
 mod reduction;
 mod square;
 
-use super::{FailureKind, SetupError, Shape, Window};
+use super::{FailureKind, NAIVE_LIMIT, SetupError, Shape, Window};
 use crate::names::named_enum;
 
 pub use naive::{Augmented, Dual};
@@ -48,9 +48,6 @@ named_enum! {
         AsPrinted2024 = "as-printed-2024",
     }
 }
-
-/// The largest dimension that `dual` and `augmented` accept: a matrix of 128 MiB.
-pub const NAIVE_LIMIT: usize = 4096;
 
 /// The result of a solver: p (2n numbers), and the condition number of the factorised matrix.
 #[derive(Clone, Debug)]

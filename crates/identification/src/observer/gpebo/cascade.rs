@@ -1,12 +1,13 @@
 //! The run: plant, first mixing and all observers on one time grid.
 
 use super::delay::{DelayLine, whole_steps};
-use super::estimators::{At, Estimator, MixedNodes};
+use super::estimators::{Estimator, MixedNodes};
 use super::filter::{half_simpson, simpson};
 use super::grid::Grid;
 use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
 use super::recursive::LeastSquaresIntegrals;
+use super::scalar::At;
 use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check, check_delays};
 use super::score::{Score, squares};
 use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};

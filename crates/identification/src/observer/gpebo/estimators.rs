@@ -5,7 +5,7 @@ use super::least_squares_mixing::MixedSquares;
 use super::linear::LinearState;
 use super::proposed::Proposed;
 use super::recursive::{LeastSquares, LeastSquaresIntegrals};
-use super::scalar::ScalarEstimator;
+use super::scalar::{At, ScalarEstimator};
 use super::scenario::ObserverSpec;
 use super::summary::{Excitation, ObserverEstimate};
 
@@ -20,15 +20,6 @@ pub struct MixedNodes {
     pub phi: Vec<Nodes>,
     /// z.
     pub z: Nodes,
-}
-
-/// A place in a step.
-#[derive(Clone, Copy, Debug)]
-pub enum At {
-    /// After half the step.
-    Middle,
-    /// After the step.
-    End,
 }
 
 /// An observer's state.

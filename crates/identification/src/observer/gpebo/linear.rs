@@ -7,7 +7,7 @@
 
 use faer::Mat;
 
-use super::matrices::{fill_plant, fill_signals, observer_matrix, regressor_matrix};
+use super::matrices::{fill_plant, fill_signals, multiply_add, observer_matrix, regressor_matrix};
 use super::riccati_filter::{FilterState, FilterSystem};
 use super::scenario::{GpeboOptions, ObserverSpec, Scenario};
 use crate::plant::{ContinuousPlant, exponential};
@@ -273,16 +273,6 @@ impl LinearState {
     /// Returns the estimate of the k-th full-order observer.
     pub fn luenberger(&self, k: usize, n: usize) -> &[f64] {
         &self.observers[k * n..(k + 1) * n]
-    }
-}
-
-/// Adds P v to `out`, P column-major.
-#[inline]
-pub(super) fn multiply_add(p: &[f64], v: &[f64], out: &mut [f64]) {
-    for (column, v) in p.chunks_exact(out.len()).zip(v) {
-        for (out, p) in out.iter_mut().zip(column) {
-            *out += p * v;
-        }
     }
 }
 

@@ -102,3 +102,13 @@ pub(super) fn regressor_matrix(plant: &ContinuousPlant, lags: &[f64]) -> Mat<f64
     }
     m
 }
+
+/// Adds P v to `out`, P column-major.
+#[inline]
+pub(super) fn multiply_add(p: &[f64], v: &[f64], out: &mut [f64]) {
+    for (column, v) in p.chunks_exact(out.len()).zip(v) {
+        for (out, p) in out.iter_mut().zip(column) {
+            *out += p * v;
+        }
+    }
+}

@@ -6,7 +6,7 @@
 //! `xhat(t + h) = x - P(t + h) p`. For `x - P p - xhat` obeys a homogeneous equation. Started anew in each step, nothing
 //! grows. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
 
-use super::linear::multiply_add;
+use super::matrices::multiply_add;
 use super::scenario::ObserverSpec;
 use crate::observer::eliminate;
 use crate::plant::ContinuousPlant;

@@ -1,6 +1,5 @@
 //! The gradient estimator of one parameter, with exponential steps.
 
-use super::estimators::At;
 use super::excitation::Window;
 use super::filter::{Nodes, simpson};
 
@@ -116,6 +115,15 @@ impl ScalarEstimator {
     pub fn frozen_at(&self, horizon: f64) -> Option<f64> {
         self.window.frozen_at(horizon)
     }
+}
+
+/// A place in a step.
+#[derive(Clone, Copy, Debug)]
+pub enum At {
+    /// After half the step.
+    Middle,
+    /// After the step.
+    End,
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Checks of shapes, finite entries and covariances.
 
-use super::{RiccatiError, symmetric};
+use super::equation::{RiccatiError, symmetric};
 use faer::{Mat, MatRef, Side};
 
 /// Checks the size of a matrix, and that its entries are finite.

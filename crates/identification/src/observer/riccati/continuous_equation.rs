@@ -1,6 +1,7 @@
 //! The continuous equation.
 
-use super::{Equation, RiccatiError, check, check_column, check_covariance, double, symmetric};
+use super::check::{check, check_column, check_covariance};
+use super::equation::{Equation, RiccatiError, double, symmetric};
 use crate::observer::lyapunov::sum_of_powers;
 use faer::linalg::solvers::Solve;
 use faer::{Col, Mat, MatRef, Scale};

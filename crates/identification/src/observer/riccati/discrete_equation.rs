@@ -1,7 +1,7 @@
 //! The discrete equation with its cross covariance removed.
 
 use super::check::{check, check_column, check_covariance, check_definite};
-use super::{Equation, RiccatiError, double, symmetric};
+use super::equation::{Equation, RiccatiError, double, symmetric};
 use crate::observer::lyapunov::{spectral_radius, sum_of_powers};
 use faer::{Col, ColRef, Mat, MatRef};
 

@@ -1,4 +1,5 @@
 use super::super::lyapunov::{lyapunov, spectral_radius};
+use super::equation::symmetric;
 use super::*;
 use RiccatiError as E;
 use faer::{ColRef, Scale, Side, c64, mat};

@@ -2,7 +2,7 @@
 
 use super::cover::cover;
 use super::plan::hexadecimal;
-use super::shard::Run;
+use super::run_file::{RUN, Run};
 use crate::files::{self, Kind, PathError};
 use crate::study::blocks::{BlockError, BlockFolder, StoredBlock, name_of};
 use crate::study::folder::{DESIGN, span_of};
@@ -12,9 +12,6 @@ use serde_json::Value;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
-
-/// The file in which a process describes itself.
-pub(super) const RUN: &str = "run.json";
 
 /// A folder with blocks.
 #[derive(Clone, Debug)]

@@ -15,18 +15,20 @@ mod collect;
 mod cover;
 mod merge;
 mod plan;
+mod run_file;
 mod shard;
 mod status;
 
 pub use collect::{Collection, Verified};
 pub use merge::{MergeOptions, Merged, merge, next_targets};
 pub use plan::{Part, ShardPlan};
-pub use shard::{Process, ShardOptions, compute_shard, shard_folder};
+pub use run_file::Process;
+pub use shard::{ShardOptions, compute_shard, shard_folder};
 pub use status::{PlaceStatus, Status};
 
 use super::blocks::BlockError;
-use super::campaign::CampaignError;
 use super::engine::WorkerError;
+use super::event::CampaignError;
 use super::file::FileError;
 use super::runner::RunError;
 use crate::files::PathError;

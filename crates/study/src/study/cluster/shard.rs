@@ -1,52 +1,23 @@
 //! The work of one process on a shard.
 
 use super::ClusterError;
-use super::collect::{Collection, Found, RUN};
+use super::collect::{Collection, Found};
 use super::plan::{Part, ShardPlan};
+use super::run_file::{Process, RUN, Run};
 use crate::files::{self, Kind, PathError};
 use crate::study::blocks::{BlockError, BlockFolder, StoredBlock};
-use crate::study::campaign::Event;
 use crate::study::compute::Work;
+use crate::study::event::Event;
 use crate::study::file::Store;
 use crate::study::rounds::gaps;
 use crate::study::runner::pool;
 use crate::study::{Engine, Experiment, Span};
-use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 /// So many blocks of a part are merged into one while the part is computed, because files are costly on a file system
 /// that many machines share.
 const JOINED: usize = 64;
-
-/// What a process records of itself in `run.json`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Run {
-    /// "asobench".
-    #[serde(rename = "run")]
-    program: String,
-    version: String,
-    git_revision: Option<String>,
-    pub(super) fingerprint: String,
-    /// The number of the shard, from 1.
-    shard: usize,
-    pub(super) faer_instructions: String,
-    #[serde(flatten)]
-    process: Process,
-}
-
-/// A process on its machine.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Process {
-    /// The machine's name.
-    pub host: String,
-    /// The process ID.
-    pub pid: u32,
-    /// Its start, in seconds since 1970.
-    pub begin: u64,
-    /// The number of the job, if it is one.
-    pub job: Option<String>,
-}
 
 /// How a shard is computed. No result depends on it.
 #[derive(Clone, Copy, Debug, Default)]
