@@ -4,7 +4,7 @@
 //! f64, independently of its neighbours. Hence a trial has the same bits in any lane of any pack on any machine.
 //! Records have the bits of [`asobench_identification::data`]; estimates agree with those of [`asobench_identification::estimator`] up to rounding.
 //!
-//! [`crate::study::Engine`] decides when this engine is used; everything else runs on [`asobench_identification::estimator`].
+//! A study decides when this engine is used; everything else runs on [`asobench_identification::estimator`].
 
 pub mod information;
 pub mod initial_state;

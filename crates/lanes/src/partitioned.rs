@@ -1,5 +1,5 @@
 //! Stages 3 and 10 in lock step: p by block elimination without pivoting. Lanes for which that is not safe are solved
-//! again with pivots, one by one ([`inverses`]).
+//! again with pivots, one by one (`inverses`).
 //!
 //! Eliminating one block, then the remaining Schur complement of the other, is the partitioned inverse without forming
 //! an inverse: r is transformed along, and p follows from the triangles. G22 is eliminated first. It is made of u

@@ -35,7 +35,7 @@ pub struct PassPack<R: Real, const N: usize> {
 
 impl<R: Real, const N: usize> PassPack<R, N> {
     /// Nothing estimated yet.
-    pub fn new() -> Self {
+    pub fn unknown() -> Self {
         let none = R::Mask::from_bits(0);
         let unknown = [R::splat(f64::NAN); N];
         Self {
@@ -90,7 +90,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
             triangles: Triangles::new(),
             yhat: vec![R::zero(); window],
             rows: Vec::new(),
-            done: vec![PassPack::new(); passes],
+            done: vec![PassPack::unknown(); passes],
             fallbacks: 0,
         }
     }

@@ -27,7 +27,7 @@ pub struct Errors<R> {
 
 impl<R: Real> Errors<R> {
     /// Nothing scored yet.
-    pub fn new() -> Self {
+    pub fn unknown() -> Self {
         let undefined = R::splat(f64::NAN);
         Self {
             relative: [undefined; 4],

@@ -95,13 +95,12 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
 fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
     let last = estimate.last();
     if let Some(failure) = last.pass.failure {
-        match words::unfinished(estimate) {
-            Some(sentence) => section.paragraph(&format!("Status {}: {sentence}.", failure.kind)),
-            None => {
-                let cause =
-                    words::cause(failure.kind).map_or(String::new(), |cause| format!(": {cause}"));
-                section.paragraph(&format!("Failed: {failure}{cause}."));
-            }
+        if let Some(sentence) = words::unfinished(estimate) {
+            section.paragraph(&format!("Status {}: {sentence}.", failure.kind));
+        } else {
+            let cause =
+                words::cause(failure.kind).map_or(String::new(), |cause| format!(": {cause}"));
+            section.paragraph(&format!("Failed: {failure}{cause}."));
         }
     }
     for hint in &estimate.hints {

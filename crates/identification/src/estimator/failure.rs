@@ -1,4 +1,4 @@
-//! Why an estimate failed, for this crate's estimators and for programs that are methods ([`crate::worker`]).
+//! Why an estimate failed, for this crate's estimators and for programs that are methods.
 
 use crate::data::DrawFailure;
 use crate::names::UnknownName;

@@ -169,6 +169,9 @@ pub mod inlined {
     use super::{Real, advance};
 
     /// Does [`super::simulate`].
+    ///
+    /// # Panics
+    /// If the lengths do not fit.
     #[inline(always)]
     pub fn simulate<R: Real>(
         a: &[R],
@@ -207,6 +210,9 @@ pub mod inlined {
     }
 
     /// Does [`super::observe`].
+    ///
+    /// # Panics
+    /// If the lengths do not fit.
     #[inline(always)]
     pub fn observe<R: Real>(
         a: &[R],

@@ -5,8 +5,8 @@
 //! numerators. With `P = F P F' + sum_s sigma_s^2 g_s g_s'` a covariance is `E[a(k+t) b(k)] = c_a F^t P c_b'`, t >= 0.
 
 use super::missing::NoTheory;
-use super::population::is_stable;
 use super::signal::{Part, Signal, Source};
+use crate::plant::stability::StepDown;
 use faer::Mat;
 
 /// Powers `F^(2^j)` with no entry larger than this add nothing.
@@ -203,4 +203,9 @@ pub fn long_run_covariance(
         s += Mat::from_fn(count, count, |i, j| source.excess * moments[i] * moments[j]);
     }
     Ok(s)
+}
+
+/// Whether all zeros of a monic polynomial are inside the unit circle.
+pub fn is_stable(polynomial: &[f64]) -> bool {
+    StepDown::new(&polynomial[1..]).is_some()
 }

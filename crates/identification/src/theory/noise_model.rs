@@ -1,7 +1,8 @@
 //! The innovations form of the measurement noise: lowest terms, zeros inside the unit circle.
 
+use super::joint_state::is_stable;
 use super::missing::Missing;
-use super::population::{NOISE, Population, is_stable};
+use super::population::{NOISE, Population};
 use super::signal::Signal;
 use crate::model::polynomial::multiply;
 use faer::linalg::solvers::SolveLstsq;

@@ -2,9 +2,10 @@
 
 use super::canonical::{Asymptotic, Shape, input_vector, numerator};
 use super::joint_state::covariance;
+use super::joint_state::is_stable;
 use super::linear::{Influence, Linear, are_orthogonal};
 use super::missing::Missing;
-use super::population::{Population, is_stable};
+use super::population::Population;
 use super::signal::Signal;
 use crate::estimator::{Auxiliary, Drive, InstrumentSource, IvOptions, Stage10};
 use crate::model::Orders;

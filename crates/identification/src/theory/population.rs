@@ -1,12 +1,11 @@
 //! The stationary signals of a cell's process.
 
-use super::joint_state::covariance;
+use super::joint_state::{covariance, is_stable};
 use super::missing::NoTheory;
 use super::signal::{Signal, Source};
 use crate::data::{Feedback, NoiseColour, PlantSource, Process};
 use crate::model::polynomial::multiply;
 use crate::plant::StateSpace;
-use crate::plant::stability::StepDown;
 use crate::signal::{Input, LevelOf, LevelOver, Sequence};
 
 /// Source of the reference; in open loop this is the input.
@@ -263,9 +262,4 @@ pub fn sum(first: &[f64], second: &[f64]) -> Vec<f64> {
     let at = |c: &[f64], i: usize| c.get(i).copied().unwrap_or(0.0);
     let length = first.len().max(second.len());
     (0..length).map(|i| at(first, i) + at(second, i)).collect()
-}
-
-/// Whether all zeros of a monic polynomial are inside the unit circle.
-pub fn is_stable(polynomial: &[f64]) -> bool {
-    StepDown::new(&polynomial[1..]).is_some()
 }

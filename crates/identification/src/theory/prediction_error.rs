@@ -2,12 +2,13 @@
 //! the stationary prediction error (Ljung, System Identification, 2nd ed., sections 9.3 and 9.4).
 
 use super::canonical::{Asymptotic, Shape};
+use super::joint_state::is_stable;
 use super::joint_state::{covariance, long_run_covariance};
 use super::linear::{Linear, are_orthogonal, invertible, is_regular};
 use super::missing::Missing;
 use super::noise_model::{NoiseModel, lowest_terms};
 use super::passes::{least_squares, model_instruments, regressors};
-use super::population::{Population, is_stable};
+use super::population::Population;
 use super::signal::Signal;
 use crate::model::Orders;
 use crate::model::polynomial::divide;

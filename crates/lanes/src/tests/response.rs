@@ -30,7 +30,7 @@ impl Call for Models<'_> {
     type Output = Vec<[f64; 2]>;
 
     fn with<R: Real, const N: usize>(self) -> Self::Output {
-        let mut pass = PassPack::<R, N>::new();
+        let mut pass = PassPack::<R, N>::unknown();
         pass.parameters = Mask::from_bits(u8::MAX >> 1);
         for lane in 0..R::LANES {
             let [a, b] = &self.systems[lane];

@@ -23,7 +23,7 @@ pub struct PlotAxis {
 }
 
 impl PlotAxis {
-    fn new(label: impl Into<String>, scale: Scale) -> Self {
+    pub(super) fn new(label: impl Into<String>, scale: Scale) -> Self {
         Self {
             label: label.into(),
             scale,

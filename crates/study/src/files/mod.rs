@@ -188,7 +188,7 @@ pub(crate) fn open_own(path: &Path) -> Result<Option<File>, PathError> {
 /// Reads a file of a results folder; `None` if it does not exist.
 ///
 /// # Errors
-/// As for [`open_own`], and if it cannot be read or is larger than [`Kind::limit`].
+/// As for `open_own`, and if it cannot be read or is larger than [`Kind::limit`].
 pub fn read_own(path: &Path, kind: Kind) -> Result<Option<Vec<u8>>, PathError> {
     let io = PathError::io(path);
     let Some(file) = open_own(path)? else {

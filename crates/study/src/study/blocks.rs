@@ -266,6 +266,9 @@ impl<'e> BlockFolder<'e> {
     }
 
     /// Returns the same, from the bytes of a file.
+    ///
+    /// # Errors
+    /// What is wrong with the content.
     pub fn parsed(&self, path: &Path, mut bytes: Vec<u8>) -> Result<(Span, Vec<u8>), BlockError> {
         let damaged = |reason| BlockError::Damaged {
             path: path.to_owned(),

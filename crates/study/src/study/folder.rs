@@ -109,6 +109,9 @@ pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
 }
 
 /// Parses the text of a manifest.
+///
+/// # Errors
+/// What is wrong with the content.
 pub fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, FolderError> {
     let manifest: Result<Value, String> = serde_json::from_slice(text).map_err(|e| e.to_string());
     if let Ok(manifest) = &manifest {

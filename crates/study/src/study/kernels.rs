@@ -86,7 +86,7 @@ impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
         let (u, y) = (&record.u[..plan.cell.window], &record.y[..]);
         let all = R::Mask::from_bits(u8::MAX);
         let (passes, last) = (&mut methods[0], plan.methods[0].passes - 1);
-        let mut pass = PassPack::new();
+        let mut pass = PassPack::unknown();
         match kernel {
             Kernel::Draw => {}
             Kernel::LeastSquaresSums => passes.sum_least_squares(u, y),

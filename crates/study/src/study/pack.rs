@@ -174,7 +174,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         } = &mut self.outputs[output];
         let passes = &self.methods[*method].done;
         let pass = &passes[*number];
-        let mut errors = Errors::<R>::new();
+        let mut errors = Errors::<R>::unknown();
         self.scorer.parameters(pass, &mut errors);
         *observed = 0;
         if self.plan.wanted_states {

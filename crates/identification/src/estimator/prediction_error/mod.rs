@@ -163,7 +163,7 @@ structure!(
     }
 );
 
-/// Takes the lowest minimum of [`Search`]. For white errors the covariance is `s^2 (psi'psi)^-1`,
+/// Takes the lowest minimum of the search. For white errors the covariance is `s^2 (psi'psi)^-1`,
 /// `s^2 = N V / (N - parameters)`.
 ///
 /// If no search ends at a minimum, the best model is returned with [`FailureKind::Boundary`] or
