@@ -1,8 +1,8 @@
-//! Identification of SISO linear discrete systems: records, estimators with standard errors, diagnosis, observers, and what
-//! estimates tend to as the record grows.
+//! Identification of SISO linear discrete systems: records, estimators with standard errors, diagnosis, observers, and
+//! what estimates tend to as the record grows.
 //!
-//! [`fit`] is the way in: a method's options and a record give a model `A y = B/F u + C/D e`. Beneath it are buffers that
-//! Monte-Carlo studies make once ([`estimator::Window`], [`estimator::Pass`], [`estimator::Estimator`]).
+//! [`fit`] is the way in: a method's options and a record give a model `A y = B/F u + C/D e`. Beneath it are buffers
+//! that Monte-Carlo studies make once ([`estimator::Window`], [`estimator::Pass`], [`estimator::Estimator`]).
 //!
 //! The plant is in phase-coordinate canonical form, of known order n:
 //!

@@ -1,7 +1,8 @@
 //! The number type of the stages' arithmetic: one number, or a pack of numbers in lock step.
 //!
-//! [`Real`] is f64 itself or one SIMD register of f64 (the package asobench-lanes). The results of a lane are those of f64: every
-//! operation is that of IEEE 754, lane by lane, and products are fused only where the code says so ([`Real::mul_add`]).
+//! [`Real`] is f64 itself or one SIMD register of f64 (the package asobench-lanes). The results of a lane are those of
+//! f64: every operation is that of IEEE 754, lane by lane, and products are fused only where the code says so
+//! ([`Real::mul_add`]).
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 

@@ -1,5 +1,5 @@
-//! Stages 2 and 9 in lock step: the blocks of [`asobench_identification::estimator::information::Information`] by the same shift
-//! recurrence, with lag sums over k in order.
+//! Stages 2 and 9 in lock step: the blocks of [`asobench_identification::estimator::information::Information`] by the
+//! same shift recurrence, with lag sums over k in order.
 
 use super::{Square, order};
 use asobench_identification::real::Real;

@@ -1,5 +1,5 @@
-//! Stage 6 in lock step: [`asobench_identification::estimator::initial_state`] by the normal equations. Lanes with ill-conditioned normal
-//! equations are solved again by sorted QR, one by one.
+//! Stage 6 in lock step: [`asobench_identification::estimator::initial_state`] by the normal equations. Lanes with
+//! ill-conditioned normal equations are solved again by sorted QR, one by one.
 //!
 //! Rows of D are `r(k) = c'A^k`. With K rows, `M = D'D` obeys Stein's equation `M = A'MA + c c' - r(K)'r(K)`. A is a
 //! companion matrix, so the last column of M, n sums over k, yields all others:

@@ -1,5 +1,5 @@
-//! Stages 3 and 10 by the two inverses of [`asobench_identification::estimator::solver::Partitioned`]: the condition number of all lanes,
-//! and p of a lane for which elimination without pivots is not safe.
+//! Stages 3 and 10 by the two inverses of [`asobench_identification::estimator::solver::Partitioned`]: the condition
+//! number of all lanes, and p of a lane for which elimination without pivots is not safe.
 
 use super::Square;
 use super::information::PackedInformation;
@@ -171,8 +171,8 @@ fn inverse_power_of_two<R: Real>(x: R) -> R {
     R::from_bits(R::Word::splat(2046 << 52).minus(exponent))
 }
 
-/// Returns the condition number as [`asobench_identification::estimator::solver::Partitioned`] defines it. Not finite if G is not finite
-/// or has a zero row or column.
+/// Returns the condition number as [`asobench_identification::estimator::solver::Partitioned`] defines it. Not finite
+/// if G is not finite or has a zero row or column.
 #[inline(always)]
 fn condition_by<R: Real, const N: usize>(
     information: &PackedInformation<R, N>,

@@ -2,7 +2,8 @@
 //!
 //! A pack of trials runs in lock step: 8 with AVX-512, 4 with AVX2 and FMA, one otherwise. Each lane computes as in
 //! f64, independently of its neighbours. Hence a trial has the same bits in any lane of any pack on any machine.
-//! Records have the bits of [`asobench_identification::data`]; estimates agree with those of [`asobench_identification::estimator`] up to rounding.
+//! Records have the bits of [`asobench_identification::data`]; estimates agree with those of
+//! [`asobench_identification::estimator`] up to rounding.
 //!
 //! A study decides when this engine is used; everything else runs on [`asobench_identification::estimator`].
 

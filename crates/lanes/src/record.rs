@@ -83,8 +83,8 @@ impl<R: Real> Streams<R> {
     }
 }
 
-/// Standard normal numbers of [`asobench_identification::signal::normal::fill_standard_normal`]. The radii of a block are computed before
-/// its angles: each loop is short enough for a processor to overlap several iterations.
+/// Standard normal numbers of [`asobench_identification::signal::normal::fill_standard_normal`]. The radii of a block
+/// are computed before its angles: each loop is short enough for a processor to overlap several iterations.
 struct Normals<R: Real> {
     streams: Streams<R>,
     radius_squares: [R; DRAW_PAIRS],

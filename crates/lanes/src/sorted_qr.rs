@@ -1,5 +1,6 @@
-//! Least squares with rows of widely different size, for one trial alone. This is the sorted QR of [`asobench_identification::estimator`]
-//! in separate arithmetic, so that its bits do not depend on faer's choice of instructions.
+//! Least squares with rows of widely different size, for one trial alone. This is the sorted QR of
+//! [`asobench_identification::estimator`] in separate arithmetic, so that its bits do not depend on faer's choice of
+//! instructions.
 
 use asobench_identification::estimator::FailureKind;
 
