@@ -4,7 +4,7 @@
 use super::Square;
 use super::information::PackedInformation;
 use asobench_identification::estimator::FailureKind;
-use asobench_identification::estimator::solver::condition::check_rank;
+use asobench_identification::estimator::solver::rank::check_rank;
 use asobench_identification::real::{Real, Word};
 use std::convert::Infallible;
 

@@ -8,7 +8,7 @@
 
 use super::information::PackedInformation;
 use super::{Square, inverses, unrolled};
-use asobench_identification::estimator::solver::condition::rank_limit;
+use asobench_identification::estimator::solver::rank::rank_limit;
 use asobench_identification::real::{Mask, Real, Word};
 use std::hint::black_box;
 

@@ -2,8 +2,7 @@
 //!
 //! All text is escaped; words between backticks become code.
 
-mod latex;
-mod table;
+pub(crate) mod table;
 mod verdict;
 
 pub use table::{CellText, Column, Table, markdown_text};

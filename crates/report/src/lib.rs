@@ -9,6 +9,7 @@ mod folder;
 mod gpebo_table;
 pub mod html;
 mod index;
+mod latex;
 mod markup;
 #[cfg(test)]
 mod mutations;

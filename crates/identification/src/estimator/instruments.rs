@@ -6,7 +6,7 @@
 use super::covariance::{Covariance, Influence};
 use super::regression::{Lagged, Rows, covariance_of_triangle, solve_normal, solve_transposed};
 use super::solver::Reduction;
-use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::{FailureKind, SetupError};
 use crate::model::Orders;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;

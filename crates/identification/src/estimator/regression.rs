@@ -4,7 +4,7 @@
 
 use super::covariance::{Covariance, Influence};
 use super::solver::Reduction;
-use super::solver::condition::{
+use super::solver::rank::{
     Equilibration, check_rank_of_columns, columns_of_inverse, triangular_condition,
 };
 use super::{FailureKind, SetupError};

@@ -6,7 +6,7 @@
 use super::method::{MethodKind, OptionError, Problem};
 use super::null_space::NullSpaceFit;
 use super::regression::covariance_of_triangle;
-use super::solver::condition::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 

@@ -1,5 +1,5 @@
 //! One table in all its forms: for a page, as CSV with all digits or as a paper has them, as Markdown, and as LaTeX
-//! (`latex.rs`).
+//! (`crate::latex`).
 
 use super::verdict::{Badge, Verdict};
 use crate::markup::{address, escape};
@@ -37,7 +37,7 @@ impl Column {
     }
 
     /// Title and unit in one text.
-    pub(super) fn heading(&self) -> String {
+    pub(crate) fn heading(&self) -> String {
         if self.unit.is_empty() {
             self.title.clone()
         } else {
@@ -113,7 +113,7 @@ impl CellText {
 }
 
 /// Whether the page's script can read the number from its text: `0.0879(5)`, `3.21(4)e-13`.
-pub(super) fn reads_as_number(text: &str) -> bool {
+pub(crate) fn reads_as_number(text: &str) -> bool {
     let plain = match (text.find('('), text.find(')')) {
         (Some(open), Some(close)) if open < close => [&text[..open], &text[close + 1..]].concat(),
         _ => text.to_owned(),

@@ -10,9 +10,7 @@ use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
 use crate::estimator::reflection::stable;
 use crate::estimator::regression::{covariance_of_triangle, solve_normal};
-use crate::estimator::solver::condition::{
-    Equilibration, check_rank_of_columns, triangular_condition,
-};
+use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use crate::model::{LinearModel, Orders};
 use faer::Mat;
 

@@ -1,6 +1,6 @@
 //! Dense factorisations with their own buffers, shared by the solvers.
 
-use super::condition::{Equilibration, check_rank, inverse_norm1_estimate, norm1};
+use super::rank::{Equilibration, check_rank, inverse_norm1_estimate, norm1};
 use crate::estimator::FailureKind;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, inverse, solve};

@@ -1,10 +1,10 @@
 //! Ways to solve for p, with one interface for iteration 0 (least squares) and for passes with instruments.
 
-pub mod condition;
 mod linear;
 mod naive;
 mod orthogonal;
 mod partitioned;
+pub mod rank;
 mod reduction;
 mod square;
 

@@ -3,10 +3,10 @@
 //! Least squares uses `Phi = Q R`. With instruments, `Z = Q R` leaves the small system `(Q'Phi) p = Q'y`. Neither
 //! squares a condition number, so these solvers keep about twice as many digits as those with the information matrix.
 
-use super::condition::{
+use super::linear::EquilibratedLu;
+use super::rank::{
     Equilibration, check_rank, inverse_norm1_estimate, maximum, norm1, triangular_condition,
 };
-use super::linear::EquilibratedLu;
 use super::reduction::Reduction;
 use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
 use crate::estimator::regressors::fill_rows;

@@ -1,7 +1,7 @@
 //! Stages 3 and 10: the inverse of G by two n x n inverses.
 
-use super::condition::{Equilibration, check_rank, maximum};
 use super::linear::Inverter;
+use super::rank::{Equilibration, check_rank, maximum};
 use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares, Stage10};
 use crate::estimator::information::Information;
 use crate::estimator::{FailureKind, Window};

@@ -1,7 +1,7 @@
 //! LU and Cholesky of the 2n x 2n information matrix.
 
-use super::condition::{Equilibration, check_rank, inverse_norm1_estimate, norm1};
 use super::linear::EquilibratedLu;
+use super::rank::{Equilibration, check_rank, inverse_norm1_estimate, norm1};
 use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
 use crate::estimator::information::Information;
 use crate::estimator::{FailureKind, Window};

@@ -1,6 +1,7 @@
 //! Experiment files: TOML, or the same structure as JSON in a manifest with every default written out.
 
 mod axis;
+mod bounds;
 mod claim;
 mod claim_test;
 mod columns;
@@ -14,6 +15,7 @@ mod rule;
 mod tables;
 
 pub use axis::{Axis, Scalar};
+pub use bounds::BoundTable;
 pub use claim::{
     CLAIM_LEVEL, ClaimStatistic, ClaimTable, Holds, MediansTable, Needs, SeriesTable, TestTable,
     TimeOf,
@@ -30,7 +32,7 @@ pub(super) use limits::at_most;
 pub use method::MethodTable;
 pub use parse::{FileError, schema};
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
-pub use tables::{BoundTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
+pub use tables::{FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
 
 use super::engine::Engine;
 use super::measure::Measure;
