@@ -148,7 +148,7 @@ impl Table {
     }
 
     /// Pairs each column with its cell of a row.
-    pub(super) fn cells<'a>(
+    pub(crate) fn cells<'a>(
         &'a self,
         row: &'a [CellText],
     ) -> impl Iterator<Item = (&'a Column, Option<&'a CellText>)> {
