@@ -23,7 +23,7 @@ ci:
 # Formatting and lints, warnings denied.
 lint:
     cargo fmt --all --check
-    cargo clippy --release --all-targets -- -D warnings
+    cargo clippy --release --workspace --all-targets -- -D warnings
 
 # All benchmarks.
 bench *ARGS:
