@@ -4,9 +4,13 @@
 mod reference;
 
 use asobench::data::{Process, ProcessError, ProcessSettings, Realisation};
-use asobench::estimator::{FailureKind, Stage};
+use asobench::estimator::initial_state::InitialState;
+use asobench::estimator::{FailureKind, Stage, Window};
 use asobench::metric::Estimate;
-use asobench::observer::{Kalman, MeasurementNoise, ProcessNoise, StochasticModel};
+use asobench::observer::{
+    DiscreteGpebo, Kalman, MeasurementNoise, ObservedModel, ProcessNoise, StochasticModel,
+    ThetaEstimator,
+};
 use asobench::plant::StateSpace;
 use asobench::signal::{Input, InputLaw, LevelOver, LevelReading, Sequence};
 use asobench::study::file::{ExperimentFile, Key};
@@ -475,6 +479,56 @@ fn known_models_of_unstable_plants_are_not_lost() {
             assert!(row.failure.is_none() && !row.is_lost(), "{a}");
             assert!(row[Measure::RmsState] < 1.0, "{a}");
             assert!(row[Measure::SpectralRadius] >= 1.0, "{a}");
+        }
+    }
+}
+
+/// Stage 6 is the least squares of GPEBO: with xi(0) = 0, theta is x(0). From `P(0) = I / rho` theta solves
+/// `(D'D + rho I) theta = D'z`, and `D'D >= I`, for the first n rows of D are those of I. So theta differs from stage 6's
+/// x0 by at most `rho |x0|`.
+#[test]
+fn stage_6_is_the_least_squares_of_gpebo() {
+    let plants: [(&[f64], &[f64]); 3] = [
+        (&[0.9], &[1.0]),
+        (&[-0.7, 1.5], &[1.0, 2.0]),
+        (&[0.2, -0.3, 0.1, 0.8], &[1.0, -0.5, 0.3, 2.0]),
+    ];
+    for (a, b) in plants {
+        let n = a.len();
+        let mut x: Vec<f64> = (0..n).map(|i| 1.0 - 2.0 * i as f64).collect();
+        let u: Vec<f64> = (0..80_i32).map(|k| f64::from(k * k % 11) - 5.0).collect();
+        let noise = (0..80_i32).map(|k| 0.1 * (f64::from(k * k % 13) - 6.0));
+        let y: Vec<f64> = u
+            .iter()
+            .zip(noise)
+            .map(|(u, noise)| {
+                let y = x[0] + noise;
+                let last: f64 = a.iter().zip(&x).map(|(a, x)| a * x).sum();
+                x.rotate_left(1);
+                x[n - 1] = last;
+                x.iter_mut().zip(b).for_each(|(x, b)| *x += b * u);
+                y
+            })
+            .collect();
+        let mut x0 = vec![0.0; n];
+        let found = InitialState::new(n).estimate(a, b, Window::new(&u, &y, 80), &mut x0);
+        found.expect("an initial state");
+        for rho in [1e-2, 1e-4, 1e-6] {
+            let mut observer = DiscreteGpebo::new(ThetaEstimator::Squares(rho), n);
+            let zero = vec![0.0; n];
+            let model = ObservedModel { a, b, x0: &zero };
+            observer.run(model, &u, &y, |_, _| ()).expect("a run");
+            let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+            let pairs = observer.theta().iter().zip(&x0);
+            let distance = norm(&mut pairs.map(|(theta, x0)| theta - x0));
+            let size = norm(&mut x0.iter().copied());
+            // What the recursion rounds: P begins at 1 / rho.
+            let rounding = 1e2 * f64::EPSILON / rho;
+            assert!(
+                distance <= size * (rho + rounding),
+                "n = {n}, rho = {rho}: {distance}"
+            );
+            assert!(size > 0.5, "{size}");
         }
     }
 }
