@@ -68,6 +68,8 @@ pub fn fit(
         let (u, y) = (u.len(), y.len());
         return Err(FitError::Lengths { u, y });
     }
+    let options = options.into();
+    let order = options.order(order);
     let method = Method::named("model", options);
     let shape = Shape {
         order,
@@ -152,6 +154,26 @@ mod tests {
         ));
         let error = fit(arx(), 2, &[0.0; 50], &[0.0; 50]).unwrap_err();
         assert!(matches!(error, FitError::Failed(_)), "{error}");
+    }
+
+    /// Given orders count, whatever the order is.
+    #[test]
+    fn orders_of_the_options_come_first() {
+        let u: Vec<f64> = (0..60).map(|k| f64::from((k * k) % 7) - 3.0).collect();
+        let mut y = vec![0.0; 60];
+        for k in 2..60 {
+            y[k] = 1.2 * y[k - 1] - 0.5 * y[k - 2] + u[k - 1] + 0.3 * u[k - 2];
+        }
+        for order in [1, 2, 5] {
+            let orders = Some("na=2,nb=2,nk=1".parse().unwrap());
+            let options = ArxOptions {
+                orders,
+                ..ArxOptions::default()
+            };
+            let model = fit(options, order, &u, &y).unwrap();
+            assert_eq!(model.poles().len(), 2);
+            assert!((model.linear().a[1] + 1.2).abs() < 1e-10);
+        }
     }
 
     /// The paper's form by its order, without noise: exact.

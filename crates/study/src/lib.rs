@@ -1,4 +1,5 @@
-//! Monte-Carlo studies: experiments from files, trials on all processors, stores that resume, and the verdicts on claims.
+//! Monte-Carlo studies: experiments from files, trials on all processors, stores that resume, and the verdicts on
+//! claims.
 //!
 //! | module | what |
 //! |---|---|

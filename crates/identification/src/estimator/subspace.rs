@@ -258,8 +258,8 @@ impl Subspace {
         }
     }
 
-    /// Computes the model with the number of block rows, of those tried, whose simulated output is closest to y, a stable
-    /// one if there is one; returns the condition.
+    /// Computes the model with the number of block rows, of those tried, whose simulated output is closest to y, a
+    /// stable one if there is one; returns the condition.
     fn find(
         &mut self,
         u: &[f64],

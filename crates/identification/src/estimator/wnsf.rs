@@ -82,8 +82,8 @@ impl MethodKind for WnsfOptions {
     }
 }
 
-/// Weighted solutions from each high-order model; the one with the lowest sum of squared prediction errors is taken. The
-/// covariance is that of the last weighted least squares, `s^2 (Q'W Q)^-1`, `s^2 = N V / (N - parameters)`.
+/// Weighted solutions from each high-order model; the one with the lowest sum of squared prediction errors is taken.
+/// The covariance is that of the last weighted least squares, `s^2 (Q'W Q)^-1`, `s^2 = N V / (N - parameters)`.
 pub struct NullSpace {
     options: WnsfOptions,
     fit: NullSpaceFit,

@@ -401,8 +401,8 @@ mod tests {
         }
     }
 
-    /// Ratios: 1/2 (30 trials), exactly 1 (25 equal and 6 in which both fail), 2 (20), 0 (10 in which only the second fails),
-    /// infinity (10 in which only the first fails). Of 101 trials the median is the 51st, a tie.
+    /// Ratios: 1/2 (30 trials), exactly 1 (25 equal and 6 in which both fail), 2 (20), 0 (10 in which only the second
+    /// fails), infinity (10 in which only the first fails). Of 101 trials the median is the 51st, a tie.
     #[test]
     fn failed_trials_lose_and_ties_are_exactly_one() {
         let some = |x: f64, y: f64| (Some(x), Some(y));

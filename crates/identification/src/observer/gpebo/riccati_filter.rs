@@ -3,8 +3,8 @@
 //! `P' = A P + P A' + Q - P C C'P / r` and `xhat' = A xhat + B u + P C (y - C'xhat) / r` follow from one linear system:
 //! `X' = -A'X + C C'Y / r`, `Y' = Q X + A Y` from X = I, Y = P(t) gives `P(t + h) = Y X^-1`, and
 //! `p' = -A'p + C C'x / r - C y / r`, `x' = Q p + A x + B u` from p = 0, x = xhat(t) gives
-//! `xhat(t + h) = x - P(t + h) p`. For `x - P p - xhat` obeys a homogeneous equation. Started anew in each step, nothing
-//! grows. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
+//! `xhat(t + h) = x - P(t + h) p`. For `x - P p - xhat` obeys a homogeneous equation. Started anew in each step,
+//! nothing grows. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
 
 use super::matrices::multiply_add;
 use super::scenario::ObserverSpec;
