@@ -140,9 +140,10 @@ pub(crate) fn long_autoregression(u: &[f64], y: &[f64], delay: usize) -> Option<
 /// Buffers for records of one length.
 ///
 /// With `A_h = A/C`, `B_h = B/C` (ARMAX), `A_h = D/C`, `B_h = B D/(C F)` (Box and Jenkins) or `B_h = B/F` (output
-/// error) the parameters satisfy linear equations in the coefficients of the high-order model: `C A_h - A = 0`, `C B_h
-/// - B = 0`; `C A_h - D = 0`, `F B_h - B A_h = 0`; `F B_h - B = 0`. They are solved by least squares, and then with the
-/// inverse covariance of their errors as weight, which depends on C, F and B of the solution before.
+/// error) the parameters satisfy linear equations in the coefficients of the high-order model:
+/// `C A_h - A = 0`, `C B_h - B = 0`; `C A_h - D = 0`, `F B_h - B A_h = 0`; `F B_h - B = 0`. They are solved by least
+/// squares, and then with the inverse covariance of their errors as weight, which depends on C, F and B of the
+/// solution before.
 pub(super) struct NullSpaceFit {
     orders: Orders,
     high: HighOrder,
