@@ -3,8 +3,11 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`study`] | experiment, trial, runner, store, summary |
+//! | [`design`] | what is to be simulated: file, settings, cells, experiment |
+//! | [`outcome`] | what came out: rows, tallies, summaries, and their files |
 //! | [`claim`] | verdicts on the claims of an experiment file from its results |
+//! | [`run`] | how it is run: trials, threads, blocks, rounds, shards |
+//! | [`study`] | the parts of these that callers need, under one name |
 //! | [`worker`] | methods that are external programs |
 //! | [`files`] | the only access to the file system |
 
@@ -12,10 +15,13 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod claim;
+pub mod design;
 pub mod files;
+pub mod outcome;
+mod revision;
+pub mod run;
 pub mod study;
 pub mod text;
 pub mod worker;
 
-/// The git revision that this was built from, if it was built in a checkout.
-pub const GIT_REVISION: Option<&str> = option_env!("ASOBENCH_GIT_REVISION");
+pub use revision::GIT_REVISION;

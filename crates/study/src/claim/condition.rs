@@ -1,7 +1,7 @@
 //! Where a claim holds: settings that separate the cells where it holds from those where it does not.
 
-use crate::study::file::Key;
-use crate::study::place::{Place, axis_label, values, varying, words};
+use crate::design::file::key::Key;
+use crate::outcome::place::{Place, axis_label, values, varying, words};
 use asobench_identification::number::listed;
 
 /// The largest number of items that a sentence lists.

@@ -8,7 +8,7 @@
 //! hold if the same test says that at least m - r + 1 cells fail. So either error has the claim's level, and
 //! "undecided" is not an error.
 
-use crate::study::file::Holds;
+use crate::design::file::claim::Holds;
 use asobench_identification::names::named_enum;
 
 named_enum! {
@@ -27,26 +27,26 @@ named_enum! {
 
 /// The p-values of a cell's test, for "it does not pass" and "it does not fail".
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PValues {
+pub(crate) struct PValues {
     /// Small if it certainly passes.
-    pub(super) pass: f64,
+    pub(crate) pass: f64,
     /// Small if it certainly fails.
-    pub(super) fail: f64,
+    pub(crate) fail: f64,
 }
 
 /// The cells of a claim.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cells<'a> {
+pub(crate) struct Cells<'a> {
     /// Those that are judged.
-    pub(super) judged: &'a [PValues],
+    pub(crate) judged: &'a [PValues],
     /// How many cells there were before results selected the judged ones: the selection could have been by chance.
-    pub(super) among: usize,
+    pub(crate) among: usize,
 }
 
 impl Cells<'_> {
     /// Returns the judged cells that certainly pass, and those that certainly fail. They are certain all together
     /// (Holm), or each by itself if the claim needs all of them and all are.
-    pub(super) fn certain(self, holds: Holds, level: f64) -> [Vec<usize>; 2] {
+    pub(crate) fn certain(self, holds: Holds, level: f64) -> [Vec<usize>; 2] {
         let [pass, fail]: [Vec<f64>; 2] = [
             self.judged.iter().map(|cell| cell.pass).collect(),
             self.judged.iter().map(|cell| cell.fail).collect(),
@@ -69,7 +69,7 @@ impl Cells<'_> {
 
 impl Holds {
     /// Returns in how many of m cells the test must pass.
-    pub(super) fn passes(self, m: usize) -> usize {
+    pub(crate) fn passes(self, m: usize) -> usize {
         match self {
             Self::Everywhere => m,
             Self::Typically => m / 2 + 1,
@@ -78,13 +78,13 @@ impl Holds {
     }
 
     /// Returns in how many of m cells it must fail for the claim not to hold.
-    pub(super) fn fails(self, m: usize) -> usize {
+    pub(crate) fn fails(self, m: usize) -> usize {
         m + 1 - self.passes(m)
     }
 }
 
 /// Returns the level at which each of r judged cells must be certain, for all r to be certain together.
-pub(super) fn level_of_each(r: usize, judged: usize, among: usize, level: f64) -> f64 {
+pub(crate) fn level_of_each(r: usize, judged: usize, among: usize, level: f64) -> f64 {
     if r == judged {
         level
     } else {
@@ -93,7 +93,7 @@ pub(super) fn level_of_each(r: usize, judged: usize, among: usize, level: f64) -
 }
 
 /// Whether at least r of the p-values are certain.
-pub(super) fn at_least(p: &[f64], r: usize, among: usize, level: f64) -> bool {
+pub(crate) fn at_least(p: &[f64], r: usize, among: usize, level: f64) -> bool {
     let cell_level = level_of_each(r, p.len(), among, level);
     r > 0 && p.iter().filter(|p| **p <= cell_level).count() >= r
 }
@@ -102,7 +102,7 @@ pub(super) fn at_least(p: &[f64], r: usize, among: usize, level: f64) -> bool {
 /// claim itself fixes. "At least r" is tested for `first`, `first` + 1, ... until it is not certain: a fixed sequence
 /// of nested hypotheses, so the number that results may be chosen by the results at no cost. The largest r of all
 /// without that order would be valid for a fixed r only.
-pub(super) fn certain_count(p: &[f64], first: usize, among: usize, level: f64) -> usize {
+pub(crate) fn certain_count(p: &[f64], first: usize, among: usize, level: f64) -> usize {
     let certain = |r: &usize| at_least(p, *r, among, level);
     (first.max(1)..=p.len())
         .take_while(certain)
@@ -112,7 +112,7 @@ pub(super) fn certain_count(p: &[f64], first: usize, among: usize, level: f64) -
 
 /// Returns the cells that are certain all together, by Holm's step-down (Holm 1979). The chance that any of them is
 /// wrong is at most the level.
-pub(super) fn holm(p: &[f64], among: usize, level: f64) -> Vec<usize> {
+pub(crate) fn holm(p: &[f64], among: usize, level: f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
     let steps = order.iter().enumerate();
@@ -121,7 +121,7 @@ pub(super) fn holm(p: &[f64], among: usize, level: f64) -> Vec<usize> {
 }
 
 /// Returns the verdict on a claim.
-pub(super) fn decide(holds: Holds, cells: Cells<'_>, level: f64) -> Verdict {
+pub(crate) fn decide(holds: Holds, cells: Cells<'_>, level: f64) -> Verdict {
     let m = cells.judged.len();
     let pass: Vec<f64> = cells.judged.iter().map(|cell| cell.pass).collect();
     let fail: Vec<f64> = cells.judged.iter().map(|cell| cell.fail).collect();

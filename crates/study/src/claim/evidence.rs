@@ -1,36 +1,38 @@
 //! The evidence for or against a claim's tests in one cell.
 
-use super::decision::PValues;
-use super::known::{More, Range, worst};
-use super::sentence::Scale;
-use super::statistics::{Members, Number, Results};
-use crate::study::file::{ClaimTest, Limit};
+use crate::claim::decision::PValues;
+use crate::claim::known::More;
+use crate::claim::known::{Range, worst};
+use crate::claim::scale::Scale;
+use crate::claim::statistics::number::Number;
+use crate::claim::statistics::{Members, Results};
+use crate::design::file::claim_test::{ClaimTest, Limit};
 
 /// One number that a test looks at.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Part {
+pub(crate) struct Part {
     /// The test's index in the claim.
-    pub(super) test: usize,
+    pub(crate) test: usize,
     /// The number.
-    pub(super) number: Number,
+    pub(crate) number: Number,
     /// The range in which it must lie.
-    pub(super) range: Range,
+    pub(crate) range: Range,
 }
 
 /// The evidence of a cell on the tests that must all pass in it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Evidence {
+pub(crate) struct Evidence {
     /// The numbers of all tests that have numbers.
-    pub(super) parts: Vec<Part>,
+    pub(crate) parts: Vec<Part>,
     /// Why other tests have none.
-    pub(super) missing: Vec<String>,
+    pub(crate) missing: Vec<String>,
     /// Why numbers cannot be judged on one side or on both.
-    pub(super) cautions: Vec<String>,
+    pub(crate) cautions: Vec<String>,
 }
 
 impl Evidence {
     /// Collects the evidence on all tests of a claim.
-    pub(super) fn new(results: Results<'_>, tests: &[ClaimTest], cells: &Members) -> Self {
+    pub(crate) fn new(results: Results<'_>, tests: &[ClaimTest], cells: &Members) -> Self {
         let mut evidence = Self::default();
         for (index, test) in tests.iter().enumerate() {
             match results.numbers(test, cells) {
@@ -55,7 +57,7 @@ impl Evidence {
 
     /// Returns the p-values. To pass, all numbers must be inside: the largest p-value. To fail, one outside is enough:
     /// Bonferroni.
-    pub(super) fn p_values(&self) -> PValues {
+    pub(crate) fn p_values(&self) -> PValues {
         let inside = self
             .parts
             .iter()
@@ -79,13 +81,13 @@ impl Evidence {
     }
 
     /// Whether the values pass, certain or not.
-    pub(super) fn seems_to_pass(&self) -> bool {
+    pub(crate) fn seems_to_pass(&self) -> bool {
         let pass = |part: &Part| part.number.known.seems_inside(part.range);
         self.missing.is_empty() && self.parts.iter().all(pass)
     }
 
     /// Returns the chance of a certain pass at a level with more trials.
-    pub(super) fn power_of_pass(&self, more: More, level: f64) -> f64 {
+    pub(crate) fn power_of_pass(&self, more: More, level: f64) -> f64 {
         if !self.missing.is_empty() {
             return 0.0;
         }
@@ -94,7 +96,7 @@ impl Evidence {
     }
 
     /// Returns the chance of a certain fail.
-    pub(super) fn power_of_fail(&self, more: More, level: f64) -> f64 {
+    pub(crate) fn power_of_fail(&self, more: More, level: f64) -> f64 {
         let part_level = level / self.count();
         let misses = |part: &Part| {
             1.0 - part
@@ -106,7 +108,7 @@ impl Evidence {
     }
 
     /// Returns the number nearest to failing, or failing most.
-    pub(super) fn decisive(&self) -> Option<&Part> {
+    pub(crate) fn decisive(&self) -> Option<&Part> {
         self.parts
             .iter()
             .min_by(|a, b| a.margin().total_cmp(&b.margin()))
@@ -115,12 +117,12 @@ impl Evidence {
 
 impl Part {
     /// Returns how far inside its range the number lies, in approximate standard errors; negative outside.
-    pub(super) fn margin(&self) -> f64 {
+    pub(crate) fn margin(&self) -> f64 {
         self.number.known.margin(self.range)
     }
 
     /// Returns how far inside its range the value lies; negative outside.
-    pub(super) fn depth(&self) -> f64 {
+    pub(crate) fn depth(&self) -> f64 {
         self.number.known.depth(self.range)
     }
 }

@@ -12,17 +12,18 @@
 //! selects the cells by the level, a verdict may stand at a small level and not at a larger one. Then it counts only as
 //! far as it stands at all larger levels, which keeps the error rates.
 
-use super::decision::Verdict;
-use super::{Judged, undecided};
-use crate::study::file::{ClaimTable, ExperimentFile};
+use crate::claim::decision::Verdict;
+use crate::claim::judged::{Judged, undecided};
+use crate::design::file::ClaimTable;
+use crate::design::file::experiment_file::ExperimentFile;
 
 /// The claims of a file whose verdicts are corrected together.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Family {
+pub(crate) struct Family {
     /// How many claims with tests there are.
-    pub(super) claims: usize,
+    pub(crate) claims: usize,
     /// The smallest level of a claim: the error rate of each side over all of them.
-    pub(super) level: f64,
+    pub(crate) level: f64,
 }
 
 /// How a claim is decided at the levels level / j.
@@ -35,7 +36,7 @@ struct Strength {
 
 impl Family {
     /// Returns the family of a file; `None` if its claims are judged each by itself.
-    pub(super) fn of(file: &ExperimentFile) -> Option<Self> {
+    pub(crate) fn of(file: &ExperimentFile) -> Option<Self> {
         let tested = file.claims.iter().filter(|claim| !claim.test.is_empty());
         let levels: Vec<f64> = tested.map(|claim| claim.level).collect();
         let level = levels.iter().copied().fold(f64::INFINITY, f64::min);
@@ -44,7 +45,7 @@ impl Family {
     }
 
     /// Judges all claims. `alone` judges one by itself, at the level that it states.
-    pub(super) fn judge(
+    pub(crate) fn judge(
         self,
         claims: &[&ClaimTable],
         alone: impl Fn(&ClaimTable) -> Judged,
@@ -91,7 +92,7 @@ impl Family {
 }
 
 /// Returns a claim at the level at which it is certain whatever the others say (Bonferroni), if it is of a family.
-pub(super) fn strictest(claim: &ClaimTable, file: &ExperimentFile) -> ClaimTable {
+pub(crate) fn strictest(claim: &ClaimTable, file: &ExperimentFile) -> ClaimTable {
     let level = Family::of(file).map_or(claim.level, |of| of.level / of.claims as f64);
     ClaimTable {
         level,

@@ -6,25 +6,26 @@
 //! all cells of a claim have one level for "passes" and one for "fails", and each is the level divided by a whole
 //! number.
 
-use super::evidence::Part;
-use super::known::{Known, Line, Range};
-use crate::study::file::Holds;
+use crate::claim::evidence::Part;
+use crate::claim::known::Line;
+use crate::claim::known::{Known, Range};
+use crate::design::file::claim::Holds;
 
 /// The outcome of a cell that certainly passes, that certainly fails, and that is not judged.
-pub(super) const PASS: &str = "pass";
-pub(super) const FAIL: &str = "fail";
-pub(super) const LEFT_OUT: &str = "left out";
+pub(crate) const PASS: &str = "pass";
+pub(crate) const FAIL: &str = "fail";
+pub(crate) const LEFT_OUT: &str = "left out";
 
 /// The levels at which the cells of a claim are compared, for "it passes" and "it fails".
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Levels {
+pub(crate) struct Levels {
     pass: f64,
     fail: f64,
 }
 
 impl Levels {
     /// Computes them from the numbers of certain cells among the judged ones.
-    pub(super) fn new(
+    pub(crate) fn new(
         holds: Holds,
         [passing, failing]: [usize; 2],
         judged: usize,
@@ -49,7 +50,7 @@ impl Levels {
 
     /// The level at which the mark of a cell was decided. Neither p-value of an open cell is below its level, so it is
     /// the smaller one.
-    pub(super) fn of(self, says: &str) -> Option<f64> {
+    pub(crate) fn of(self, says: &str) -> Option<f64> {
         match says {
             PASS => Some(self.pass),
             FAIL => Some(self.fail),
@@ -64,7 +65,7 @@ impl Part {
     ///
     /// All numbers of a cell that passes are inside: each at the level. Of a cell that fails one is outside, so each is
     /// compared at the level over their number (Bonferroni, as in [`super::evidence::Evidence::p_values`]).
-    pub(super) fn interval(&self, says: &str, level: f64, count: usize) -> [f64; 2] {
+    pub(crate) fn interval(&self, says: &str, level: f64, count: usize) -> [f64; 2] {
         let known = &self.number.known;
         if says == PASS || says == LEFT_OUT {
             [-1.0, 1.0].map(|side| known.end(self.range, side, level, false))

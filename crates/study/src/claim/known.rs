@@ -1,22 +1,24 @@
 //! What trials say about a number, and how certainly the number lies within limits.
 
+use crate::claim::freedom::Freedom;
+use crate::design::file::claim::CLAIM_LEVEL;
+use asobench_identification::metric::Estimate;
+use asobench_identification::metric::tails::{normal_point, student_above, student_point};
+use one_sided::OneSided;
+
 mod one_sided;
 
-use crate::study::file::CLAIM_LEVEL;
-use asobench_identification::metric::tails::{normal_point, student_above, student_point};
-use asobench_identification::metric::{Estimate, Z};
-use one_sided::OneSided;
 pub(super) use one_sided::{Allowance, Line, More, Side, SidedTest};
 
 /// The numbers that meet a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Range {
+pub(crate) struct Range {
     /// Minus infinity if there is no lower limit.
-    pub(super) low: f64,
+    pub(crate) low: f64,
     /// Infinity if there is no upper limit.
-    pub(super) high: f64,
+    pub(crate) high: f64,
     /// Whether the ends are excluded.
-    pub(super) open: bool,
+    pub(crate) open: bool,
 }
 
 impl Range {
@@ -26,54 +28,9 @@ impl Range {
     }
 }
 
-/// The degrees of freedom of a standard error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Freedom {
-    now: f64,
-    /// The power of the number of trials with which they grow; `None` if more trials change nothing at all.
-    grows: Option<f64>,
-}
-
-impl Freedom {
-    /// For an error that more trials do not reduce, such as that of a time.
-    pub(super) const FIXED: Self = Self {
-        now: f64::INFINITY,
-        grows: None,
-    };
-
-    /// So many, for any number of trials.
-    pub(super) const fn constant(now: f64) -> Self {
-        Self {
-            now,
-            grows: Some(0.0),
-        }
-    }
-
-    /// For a mean, or a function of means.
-    pub(super) fn of_mean(trials: u64) -> Self {
-        Self {
-            now: trials.saturating_sub(1).max(1) as f64,
-            grows: Some(1.0),
-        }
-    }
-
-    /// For the q-quantile of n trials. Its standard error is a multiple of the distance W between two order statistics,
-    /// k = 2 * 1.96 sqrt(n q (1 - q)) ranks apart. Near a quantile W is a sum of k spacings that are nearly independent
-    /// and exponential, so the relative variance of W is 1/k and that of W^2 is 4/k. For a mean square with nu degrees
-    /// of freedom it is 2/nu. Hence nu = k/2 = 1.96 sqrt(n q (1 - q)). The code takes half of that: far in the tails,
-    /// where many cells are judged, the density also changes between the two ranks. Without the half, a test finds the
-    /// level exceeded.
-    pub(super) fn of_quantile(q: f64, trials: u64) -> Self {
-        Self {
-            now: (0.5 * Z * (trials as f64 * q * (1.0 - q)).sqrt()).max(1.0),
-            grows: Some(0.5),
-        }
-    }
-}
-
 /// What trials say about a number.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Known {
+pub(crate) enum Known {
     /// The number itself, without error.
     Exact(f64),
     /// An estimate with a standard error above 0.
@@ -121,7 +78,7 @@ pub(super) enum Known {
 
 impl Known {
     /// Makes a moment that is tested in one way below and in another above a limit.
-    pub(super) fn moment(
+    pub(crate) fn moment(
         Estimate { value, mcse }: Estimate,
         freedom: Freedom,
         below: SidedTest,
@@ -136,7 +93,7 @@ impl Known {
     }
 
     /// Returns a moment over a number without error, such as that of theory.
-    pub(super) fn over(self, by: f64) -> Self {
+    pub(crate) fn over(self, by: f64) -> Self {
         match self {
             Self::Moment {
                 value,
@@ -155,7 +112,7 @@ impl Known {
     }
 
     /// Returns the value with its standard error; NaN if it has none.
-    pub(super) fn shown(&self) -> (f64, f64) {
+    pub(crate) fn shown(&self) -> (f64, f64) {
         match self {
             Self::Exact(value) | Self::Ranks { value, .. } => (*value, f64::NAN),
             Self::Estimate { value, error, .. } | Self::Moment { value, error, .. } => {
@@ -169,7 +126,7 @@ impl Known {
     }
 
     /// Whether the value itself lies within the range, certain or not.
-    pub(super) fn seems_inside(&self, range: Range) -> bool {
+    pub(crate) fn seems_inside(&self, range: Range) -> bool {
         let value = self.shown().0;
         if range.open {
             range.low < value && value < range.high
@@ -199,7 +156,7 @@ impl Known {
     }
 
     /// Returns how far inside a range the value lies, on its scale of comparison; negative outside.
-    pub(super) fn depth(&self, range: Range) -> f64 {
+    pub(crate) fn depth(&self, range: Range) -> f64 {
         let logarithmic = match self {
             Self::Estimate { logarithmic, .. } => *logarithmic,
             // Both sides only of ratios.
@@ -215,7 +172,7 @@ impl Known {
     }
 
     /// Returns how far inside a range the number lies, in approximate standard errors; negative outside.
-    pub(super) fn margin(&self, range: Range) -> f64 {
+    pub(crate) fn margin(&self, range: Range) -> f64 {
         let of_test = |test: OneSided| match test {
             OneSided::Sure(is) => {
                 if is {
@@ -316,7 +273,7 @@ impl Known {
     }
 
     /// Returns the p-value of "not inside the range": small if the number is certainly inside.
-    pub(super) fn inside(&self, range: Range) -> f64 {
+    pub(crate) fn inside(&self, range: Range) -> f64 {
         self.tests_inside(range).map(OneSided::p).fold(0.0, worst)
     }
 
@@ -326,7 +283,7 @@ impl Known {
     /// range, both in standard errors. Then the p-value is P(T > t) + P(T > t + w). It is exact for a number at either
     /// end: nearly one-sided if the range is wide, and the two-sided test if it is a point. For counts it is twice the
     /// smaller tail.
-    pub(super) fn outside(&self, range: Range) -> f64 {
+    pub(crate) fn outside(&self, range: Range) -> f64 {
         let tests: Vec<OneSided> = self.tests_outside(range).collect();
         match (tests.as_slice(), self.width(range)) {
             ([OneSided::Student(a, _), OneSided::Student(b, _)], Some((width, freedom))) => {
@@ -349,7 +306,7 @@ impl Known {
     }
 
     /// Returns the chance that [`Self::inside`] is at most `level` with more trials.
-    pub(super) fn power_inside(&self, range: Range, more: More, level: f64) -> f64 {
+    pub(crate) fn power_inside(&self, range: Range, more: More, level: f64) -> f64 {
         let misses = self
             .tests_inside(range)
             .map(|test| 1.0 - test.power(more, level));
@@ -357,7 +314,7 @@ impl Known {
     }
 
     /// Returns the chance that [`Self::outside`] is at most `level` with `factor` times the trials.
-    pub(super) fn power_outside(&self, range: Range, more: More, level: f64) -> f64 {
+    pub(crate) fn power_outside(&self, range: Range, more: More, level: f64) -> f64 {
         let of_each = match (self.width(range), range.ends()) {
             (Some((width, Freedom { now, grows })), _) => {
                 let growth = grows.map_or(1.0, |_| more.factor);
@@ -390,7 +347,7 @@ fn level_of_an_end(width: f64, nu: f64, level: f64) -> f64 {
 }
 
 /// Returns the larger of two p-values; 1 if one is undefined.
-pub(super) fn worst(a: f64, b: f64) -> f64 {
+pub(crate) fn worst(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() {
         1.0
     } else {

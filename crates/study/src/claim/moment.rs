@@ -13,20 +13,21 @@
 //!
 //! Unseen trials only raise a sum of numbers that are not negative, so "above" a limit needs neither.
 
-use super::known::Freedom;
-use super::known::{Allowance, Known, Line, Side, SidedTest};
-use crate::study::Measure;
+use crate::claim::freedom::Freedom;
+use crate::claim::known::Known;
+use crate::claim::known::{Allowance, Line, Side, SidedTest};
+use crate::design::measure::Measure;
 use asobench_identification::metric::{DOMINANT_SHARE, Estimate, Statistics};
 
 /// Fewest trials from which an upper bound on a moment is given. One in a hundred trials may be an outlier: with fewer
 /// trials, studies with less than five of them, which say little of their size, are more frequent than 2.5 %.
-pub(super) const FEWEST_FOR_MOMENTS: u64 = 1000;
+pub(crate) const FEWEST_FOR_MOMENTS: u64 = 1000;
 
 /// The least tail index, over the power that is summed, with which the sum is taken to have a mean that trials show.
 const TAIL_MARGIN: f64 = 1.25;
 
 /// A sum over trials on which a moment rests: of the powers of a measure, or of squares about the mean.
-pub(super) struct Sum {
+pub(crate) struct Sum {
     /// The share of the largest trial.
     share: f64,
     /// By what factor the number of trials must grow before bounds are given: 1 if they are, infinite if the tail is
@@ -38,7 +39,7 @@ pub(super) struct Sum {
 
 impl Sum {
     /// The sum of `|x|` (power 1) or `x^2` (power 2).
-    pub(super) fn of_powers(statistics: &Statistics, power: u8, measure: Measure) -> Self {
+    pub(crate) fn of_powers(statistics: &Statistics, power: u8, measure: Measure) -> Self {
         let largest = statistics.min.abs().max(statistics.max.abs());
         let share = if power == 1 {
             largest / (statistics.mean.value * statistics.count as f64)
@@ -49,7 +50,7 @@ impl Sum {
     }
 
     /// The sum of squares about the mean.
-    pub(super) fn about_mean(statistics: &Statistics, name: &str) -> Self {
+    pub(crate) fn about_mean(statistics: &Statistics, name: &str) -> Self {
         let mean = statistics.mean.value;
         let largest = (statistics.min - mean)
             .abs()
@@ -58,7 +59,7 @@ impl Sum {
         Self::new(statistics, 2.0, (largest / scale).powi(2), name)
     }
 
-    fn new(statistics: &Statistics, power: f64, share: f64, name: &str) -> Self {
+    pub(crate) fn new(statistics: &Statistics, power: f64, share: f64, name: &str) -> Self {
         let count = statistics.count;
         let heavy = !(statistics.least_tail_index() > TAIL_MARGIN * power);
         let few = FEWEST_FOR_MOMENTS as f64 / count.max(1) as f64;
@@ -90,10 +91,10 @@ impl Sum {
 }
 
 /// What keeps a moment open, if anything does.
-pub(super) type Caution = Option<String>;
+pub(crate) type Caution = Option<String>;
 
 /// The mean (power 1) or root mean square (power 2) of a measure that is never negative.
-pub(super) fn not_negative(
+pub(crate) fn not_negative(
     estimate: Estimate,
     count: u64,
     power: u8,
@@ -122,7 +123,7 @@ pub(super) fn not_negative(
 }
 
 /// The mean of numbers of either sign; `sum` is about the mean, and `sd` their standard deviation.
-pub(super) fn signed(estimate: Estimate, sd: f64, count: u64, sum: Sum) -> (Known, Caution) {
+pub(crate) fn signed(estimate: Estimate, sd: f64, count: u64, sum: Sum) -> (Known, Caution) {
     let unit = (sum.share / count as f64).sqrt() * sd;
     let test = SidedTest {
         line: Line::Value,
@@ -141,7 +142,7 @@ pub(super) fn signed(estimate: Estimate, sd: f64, count: u64, sum: Sum) -> (Know
 }
 
 /// A bias over its standard deviation; `sum` is about the mean.
-pub(super) fn bias(estimate: Estimate, count: u64, sum: Sum) -> (Known, Caution) {
+pub(crate) fn bias(estimate: Estimate, count: u64, sum: Sum) -> (Known, Caution) {
     let (share, half) = (sum.share, 0.5 * estimate.value.abs());
     let of_mean = (share / count as f64).sqrt();
     let test = SidedTest {
@@ -161,7 +162,7 @@ pub(super) fn bias(estimate: Estimate, count: u64, sum: Sum) -> (Known, Caution)
 }
 
 /// The ratio of two root mean squares on the same trials, with the sums of squares of both.
-pub(super) fn ratio(estimate: Estimate, count: u64, [first, second]: [Sum; 2]) -> (Known, Caution) {
+pub(crate) fn ratio(estimate: Estimate, count: u64, [first, second]: [Sum; 2]) -> (Known, Caution) {
     let square = 0.25 * (first.share.powi(2) + second.share.powi(2));
     let test = |sum: &Sum| SidedTest {
         line: Line::Logarithm,
@@ -181,7 +182,7 @@ pub(super) fn ratio(estimate: Estimate, count: u64, [first, second]: [Sum; 2]) -
 }
 
 /// A log-log slope `sum_j a_j ln rms_j`, with the weight a_j and the sum of squares of every cell.
-pub(super) fn slope(
+pub(crate) fn slope(
     estimate: Estimate,
     freedom: Freedom,
     cells: &[(f64, Sum)],

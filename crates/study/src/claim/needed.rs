@@ -1,6 +1,6 @@
 //! The number of trials that would decide a claim, in words and as numbers.
 
-use crate::study::file::TRIAL_LIMIT;
+use crate::design::file::rule::TRIAL_LIMIT;
 use serde::Serialize;
 use std::fmt;
 
@@ -17,13 +17,13 @@ pub struct Needed {
 
 impl Needed {
     /// No number of trials decides the claim.
-    pub(super) const NEVER: Self = Self {
+    pub(crate) const NEVER: Self = Self {
         from: None,
         to: None,
     };
 
     /// Says that so many trials would decide a claim.
-    pub(super) fn sentence(self) -> String {
+    pub(crate) fn sentence(self) -> String {
         match self.to {
             Some(_) => format!("{self} would decide it"),
             None => format!("{self} would be needed"),

@@ -1,10 +1,11 @@
 //! Computes how many trials would decide an undecided claim.
 
-use super::decision::level_of_each;
-use super::evidence::Evidence;
-use super::known::More;
-use super::needed::Needed;
-use crate::study::file::{Holds, TRIAL_LIMIT};
+use crate::claim::decision::level_of_each;
+use crate::claim::evidence::Evidence;
+use crate::claim::known::More;
+use crate::claim::needed::Needed;
+use crate::design::file::claim::Holds;
+use crate::design::file::rule::TRIAL_LIMIT;
 use asobench_identification::metric::tails::normal_above;
 
 /// The required chance of a decision.
@@ -18,32 +19,32 @@ const EFFECT_POINT: f64 = 1.281_551_565_544_600_4;
 
 /// A cell of an undecided claim.
 #[derive(Clone, Copy)]
-pub(super) struct Open<'a> {
+pub(crate) struct Open<'a> {
     /// The evidence on its tests.
-    pub(super) evidence: &'a Evidence,
+    pub(crate) evidence: &'a Evidence,
     /// The evidence on the claim's condition, if it has one.
-    pub(super) given: Option<&'a Evidence>,
+    pub(crate) given: Option<&'a Evidence>,
     /// Its trials.
-    pub(super) trials: u64,
+    pub(crate) trials: u64,
 }
 
 /// The cells of an undecided claim.
 #[derive(Clone, Copy)]
-pub(super) struct Undecided<'a> {
+pub(crate) struct Undecided<'a> {
     /// Every judged cell.
-    pub(super) cells: &'a [Open<'a>],
+    pub(crate) cells: &'a [Open<'a>],
     /// How many cells there were before results selected the judged ones.
-    pub(super) among: usize,
+    pub(crate) among: usize,
     /// In how many cells the claim says that it holds.
-    pub(super) holds: Holds,
+    pub(crate) holds: Holds,
     /// Its level at the next look.
-    pub(super) level: f64,
+    pub(crate) level: f64,
 }
 
 impl Undecided<'_> {
     /// Returns the range of trials that decides. The decision is "holds" if enough cells seem to pass, otherwise "does
     /// not hold".
-    pub(super) fn needed(self) -> Needed {
+    pub(crate) fn needed(self) -> Needed {
         if self.level > 0.0 {
             Needed {
                 from: self.trials(EFFECT_POINT),
@@ -57,7 +58,7 @@ impl Undecided<'_> {
     /// Returns the fewest trials, the same in every cell, that decide with 80 %, but more than there are. It assumes
     /// that cells are independent, and that every number is `shift` standard errors farther on the side of its limit on
     /// which it seems to be.
-    pub(super) fn trials(self, shift: f64) -> Option<u64> {
+    pub(crate) fn trials(self, shift: f64) -> Option<u64> {
         let there = self.cells.iter().map(|cell| cell.trials).max();
         let mut low = there.unwrap_or(1).max(1);
         let mut high = low + 1;
@@ -81,7 +82,7 @@ impl Undecided<'_> {
     }
 
     /// Returns the chance that so many trials decide the claim.
-    pub(super) fn power(self, trials: u64, shift: f64) -> f64 {
+    pub(crate) fn power(self, trials: u64, shift: f64) -> f64 {
         let m = self.cells.len();
         let (passes, fails) = (self.holds.passes(m), self.holds.fails(m));
         let seem = self

@@ -2,46 +2,47 @@
 
 #![allow(clippy::format_push_string, reason = "a few lines")]
 
-use super::condition::condition;
-use super::decision::Verdict;
-use super::evidence::{Evidence, Part};
-use super::needed::Needed;
-use crate::study::file::{
-    ClaimStatistic as Statistic, ClaimTest, Holds, Limit, Outcome, TestKind, ValueOf,
-};
-use crate::study::place::Place;
-use crate::study::{Look, TheoryReference};
+use crate::claim::condition::condition;
+use crate::claim::decision::Verdict;
+use crate::claim::evidence::{Evidence, Part};
+use crate::claim::needed::Needed;
+use crate::claim::scale::is_share;
+use crate::design::file::claim::Holds;
+use crate::design::file::claim_test::{ClaimTest, Limit, Outcome, TestKind, ValueOf};
+use crate::design::file::test_table::ClaimStatistic as Statistic;
+use crate::design::file::theory_reference::TheoryReference;
+use crate::outcome::looks::Look;
+use crate::outcome::place::Place;
 use asobench_identification::metric::SlopeOf;
 use asobench_identification::number::{listed, uncertain};
-use serde::Serialize;
 
 /// The findings that a sentence reports.
-pub(super) struct Findings<'a> {
-    pub(super) holds: Holds,
+pub(crate) struct Findings<'a> {
+    pub(crate) holds: Holds,
     /// The tests, for each output that the claim lists.
-    pub(super) cases: &'a [Vec<ClaimTest>],
-    pub(super) given: Option<&'a ClaimTest>,
+    pub(crate) cases: &'a [Vec<ClaimTest>],
+    pub(crate) given: Option<&'a ClaimTest>,
     /// The judged units with their evidence.
-    pub(super) units: &'a [UnitFindings<'a>],
+    pub(crate) units: &'a [UnitFindings<'a>],
     /// The number of cells left out, because the condition is not certain in them.
-    pub(super) left_out: usize,
+    pub(crate) left_out: usize,
     /// The judged cells that certainly pass or fail, as indices.
-    pub(super) passing: &'a [usize],
-    pub(super) failing: &'a [usize],
+    pub(crate) passing: &'a [usize],
+    pub(crate) failing: &'a [usize],
     /// How many certainly pass, and how many certainly fail, all together.
-    pub(super) at_least: [usize; 2],
-    pub(super) verdict: Verdict,
-    pub(super) needed: Option<Needed>,
-    pub(super) look: Look,
+    pub(crate) at_least: [usize; 2],
+    pub(crate) verdict: Verdict,
+    pub(crate) needed: Option<Needed>,
+    pub(crate) look: Look,
     /// The level of the claim, for all looks together.
-    pub(super) level: f64,
+    pub(crate) level: f64,
 }
 
 /// A unit that is judged by itself, such as a cell, with one of the outputs that the claim lists.
-pub(super) struct UnitFindings<'a> {
-    pub(super) tests: &'a [ClaimTest],
-    pub(super) place: Place,
-    pub(super) evidence: &'a Evidence,
+pub(crate) struct UnitFindings<'a> {
+    pub(crate) tests: &'a [ClaimTest],
+    pub(crate) place: Place,
+    pub(crate) evidence: &'a Evidence,
 }
 
 impl UnitFindings<'_> {
@@ -86,7 +87,7 @@ impl<'a> Findings<'a> {
     }
 
     /// Returns the text after the verdict's word.
-    pub(super) fn sentence(&self) -> String {
+    pub(crate) fn sentence(&self) -> String {
         let mut sentence = match self.verdict {
             Verdict::Undecided => self.undecided(),
             _ if self.units.len() == 1 => self.of_one(),
@@ -151,7 +152,7 @@ impl<'a> Findings<'a> {
 
     /// Returns " at N = 98", or nothing if there is only one cell.
     fn at(&self, cell: usize) -> String {
-        let keys = crate::study::place::varying(&self.places());
+        let keys = crate::outcome::place::varying(&self.places());
         let words = self.units[cell].place.words(&keys);
         if words.is_empty() {
             words
@@ -193,7 +194,7 @@ impl<'a> Findings<'a> {
     }
 
     /// Returns the test of this index with all outputs that the claim lists.
-    pub(super) fn any(&self, index: usize) -> ClaimTest {
+    pub(crate) fn any(&self, index: usize) -> ClaimTest {
         let mut any = self.cases[0][index].clone();
         let all = || self.cases.iter().map(|case| &case[index]);
         any.output = each_of(all().map(|test| test.output.clone()));
@@ -387,7 +388,7 @@ fn each_of(names: impl Iterator<Item = String>) -> String {
 }
 
 /// Returns "iv(4)", or "iv(4) over ls".
-pub(super) fn of_and_to(test: &ClaimTest) -> String {
+pub(crate) fn of_and_to(test: &ClaimTest) -> String {
     match test.kind.other() {
         Some(to) => {
             let to = TheoryReference::named(to).map_or(to.as_str(), |of| of.words());
@@ -397,45 +398,8 @@ pub(super) fn of_and_to(test: &ClaimTest) -> String {
     }
 }
 
-/// The scale on which the numbers of a test are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scale {
-    /// Shares of trials, printed in per cent.
-    Share,
-    /// By their ratio, for numbers above 0.
-    Ratio,
-    /// By their difference.
-    Difference,
-}
-
-impl Scale {
-    pub(super) fn for_test(test: &ClaimTest) -> Self {
-        match test.kind {
-            TestKind::Outcome(_)
-            | TestKind::Bound(_)
-            | TestKind::Wins { .. }
-            | TestKind::Value {
-                statistic: Statistic::Coverage,
-                ..
-            } => Self::Share,
-            TestKind::Slope(_)
-            | TestKind::Value {
-                what: ValueOf::Parameter(_) | ValueOf::Parameters,
-                ..
-            } => Self::Difference,
-            _ => Self::Ratio,
-        }
-    }
-}
-
-/// Whether a test's numbers are shares of trials, printed in per cent.
-fn is_share(test: &ClaimTest) -> bool {
-    Scale::for_test(test) == Scale::Share
-}
-
 /// Formats the number with its error.
-pub(super) fn value(test: &ClaimTest, part: &Part) -> String {
+pub(crate) fn value(test: &ClaimTest, part: &Part) -> String {
     let (value, error) = part.number.known.shown();
     if value.is_infinite() {
         "that of a trial without a value".to_owned()
@@ -447,7 +411,7 @@ pub(super) fn value(test: &ClaimTest, part: &Part) -> String {
 }
 
 /// Returns the limit in words: "below 1", "from -0.1 to 0.1".
-pub(super) fn must(test: &ClaimTest) -> String {
+pub(crate) fn must(test: &ClaimTest) -> String {
     let number = |x: f64| {
         if is_share(test) {
             // Drops the digits that binary fractions add: 100 times 0.57 is 56.99999999999999.
@@ -467,7 +431,7 @@ pub(super) fn must(test: &ClaimTest) -> String {
 }
 
 /// Returns what a test looks at: "the median e_a of iv(4)".
-pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
+pub(crate) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
     let output = &test.output;
     match &test.kind {
         TestKind::Outcome(Outcome::Lost) => {
@@ -553,7 +517,7 @@ pub(super) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
                 SlopeOf::Rmse => "rms",
                 SlopeOf::Median => "median",
             };
-            let over = crate::study::place::axis_label(slope.over);
+            let over = crate::outcome::place::axis_label(slope.over);
             let over = over.split(',').next().unwrap_or_default();
             let measure = slope.measure.label();
             format!("the log-log slope of the {statistic} of {measure} of {output} over {over}")

@@ -1,24 +1,10 @@
 //! What the verdicts on a file's claims are worth: how each claim came about, and how many were tested at what rate.
 
-use super::Judged;
-use super::family::Family;
-use crate::study::file::{ClaimTable, ExperimentFile};
-use crate::text::rounded;
-use asobench_identification::names::named_enum;
-
-named_enum! {
-    /// How a claim came about.
-    Standing, "standing" {
-        /// It was there before the results.
-        Planned = "planned",
-        /// Its author had seen results of the same kind.
-        Exploratory = "exploratory",
-        /// It was written after these results were there.
-        Added = "added after the run",
-        /// It was there before these results, which are of another seed than those of its file.
-        Confirmation = "confirmation",
-    }
-}
+use crate::claim::family::Family;
+use crate::claim::judged::{Judged, Standing};
+use crate::design::file::ClaimTable;
+use crate::design::file::experiment_file::ExperimentFile;
+use asobench_identification::text::rounded;
 
 impl Standing {
     fn of(claim: &ClaimTable, file: &ExperimentFile) -> Self {
@@ -38,7 +24,7 @@ impl Standing {
 }
 
 /// Notes how a claim came about, also in its line.
-pub(super) fn mark(judged: &mut Judged, claim: &ClaimTable, file: &ExperimentFile) {
+pub(crate) fn mark(judged: &mut Judged, claim: &ClaimTable, file: &ExperimentFile) {
     judged.standing = Standing::of(claim, file);
     match judged.standing {
         Standing::Exploratory => {
@@ -113,8 +99,8 @@ fn rate(file: &ExperimentFile, judged: &[Judged]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::undecided;
     use super::*;
+    use crate::claim::judged::undecided;
 
     fn file(toml: &str, levels: &[f64]) -> ExperimentFile {
         let claims = levels.iter().enumerate().map(|(i, level)| {

@@ -3,75 +3,36 @@
 //! Populations: shares, quantiles and paired ratios are over all trials, with failed ones ranked last. Means, root mean
 //! squares and biases are over the trials that have the measure; [`Number::kept`] tells their share.
 
+use crate::claim::freedom::Freedom;
+use crate::claim::known::Known;
+use crate::claim::moment;
+use crate::claim::moment::Sum;
+use crate::claim::statistics::cell::in_cell;
+use crate::claim::statistics::number::{Missing, Number, exact, known, not_kept, single};
+use crate::claim::statistics::of_output::kept;
+use crate::claim::statistics::ratio::paired_median;
+use crate::design::file::claim_test::{ClaimTest, TestKind};
+use crate::design::file::tables::SlopeTable;
+use crate::design::measure::Measure;
+use crate::outcome::method_times::MethodTime;
+use crate::outcome::summary::{CellSummary, Summary};
+use asobench_identification::metric::{Estimate, JACKKNIFE_GROUPS, SlopeOf, slope_weights};
+
 mod cell;
+pub(crate) mod number;
+mod of_output;
 mod ratio;
-
-use super::known::{Freedom, Known};
-use super::moment::{self, Caution, Sum};
-use crate::study::file::{ClaimTest, SlopeTable, TestKind};
-use crate::study::{CellSummary, Measure, MethodTime, Summary};
-use asobench_identification::metric::slope_weights;
-use asobench_identification::metric::{Estimate, JACKKNIFE_GROUPS, SlopeOf};
-use cell::{in_cell, kept};
-use ratio::paired_median;
-
-/// A number of a cell.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Number {
-    /// The coefficient, if a test looks at several.
-    pub(super) name: Option<String>,
-    /// What is known of it.
-    pub(super) known: Known,
-    /// The share of trials that it covers, if not all of them.
-    pub(super) kept: Option<f64>,
-    /// Why it cannot be certain on one side of a limit or on both, in words.
-    pub(super) caution: Option<String>,
-}
-
-impl From<Known> for Number {
-    fn from(known: Known) -> Self {
-        Self {
-            name: None,
-            known,
-            kept: None,
-            caution: None,
-        }
-    }
-}
-
-impl Number {
-    /// Makes a number of a moment; without error it is exact.
-    fn of_moment((known, caution): (Known, Caution)) -> Result<Self, Missing> {
-        let (value, error) = known.shown();
-        if !value.is_finite() {
-            return Err("the number is undefined".to_owned());
-        }
-        if error == 0.0 {
-            return Ok(Known::Exact(value).into());
-        }
-        if !(error > 0.0 && error.is_finite()) {
-            return Err("there are too few trials for a standard error".to_owned());
-        }
-        Ok(Self {
-            caution,
-            ..known.into()
-        })
-    }
-}
-
-/// Why there is no number, in words.
-type Missing = String;
 
 /// The results by which claims are judged.
 #[derive(Clone, Copy)]
-pub(super) struct Results<'a> {
-    pub(super) summary: &'a Summary,
-    pub(super) times: &'a [MethodTime],
+pub(crate) struct Results<'a> {
+    pub(crate) summary: &'a Summary,
+    pub(crate) times: &'a [MethodTime],
 }
 
 /// The cells of a test, as indices in the summary: one, two (from, to) or a family.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Members {
+pub(crate) enum Members {
     Cell(usize),
     Pair(usize, usize),
     Family(Vec<usize>),
@@ -79,7 +40,7 @@ pub(super) enum Members {
 
 impl Results<'_> {
     /// Returns the numbers that a test looks at: one, or one for every coefficient.
-    pub(super) fn numbers(
+    pub(crate) fn numbers(
         self,
         test: &ClaimTest,
         members: &Members,
@@ -106,7 +67,7 @@ impl Results<'_> {
     }
 
     /// Returns the number of trials of the cell; of the second cell of a pair, the first of a family.
-    pub(super) fn trials(self, members: &Members) -> u64 {
+    pub(crate) fn trials(self, members: &Members) -> u64 {
         let index = match members {
             Members::Cell(index) | Members::Pair(_, index) => Some(index),
             Members::Family(cells) => cells.first(),
@@ -228,61 +189,5 @@ impl Results<'_> {
             (at(0.5), spread(at(0.25), at(0.75)))
         };
         known(found, Freedom::FIXED, true)
-    }
-}
-
-pub(super) fn single(known: Result<Known, Missing>) -> Result<Vec<Number>, Missing> {
-    known.map(|known| vec![known.into()])
-}
-
-pub(super) fn not_kept(what: &str) -> Missing {
-    format!("the run did not keep {what}; a new run of the file keeps what its claims need")
-}
-
-/// Makes the numbers of a cell without randomness exact: one trial stands for all.
-pub(super) fn exact(mut numbers: Vec<Number>) -> Vec<Number> {
-    for number in &mut numbers {
-        number.known = Known::Exact(number.known.shown().0);
-        number.caution = None;
-    }
-    numbers
-}
-
-/// Returns an estimate; its error is 0 if nothing is random.
-pub(super) fn estimated(cell: &CellSummary, estimate: Estimate) -> Estimate {
-    Estimate {
-        mcse: if cell.deterministic {
-            0.0
-        } else {
-            estimate.mcse
-        },
-        ..estimate
-    }
-}
-
-/// The largest relative error with which a ratio is judged. Beyond it, the logarithm is not nearly normal.
-const MOST_RELATIVE_ERROR: f64 = 0.5;
-
-/// Returns an estimate with its standard error; without error it is exact.
-fn known(
-    (value, error): (f64, f64),
-    freedom: Freedom,
-    logarithmic: bool,
-) -> Result<Known, Missing> {
-    if !value.is_finite() || logarithmic && value <= 0.0 {
-        Err("the number is undefined".to_owned())
-    } else if logarithmic && error > MOST_RELATIVE_ERROR * value {
-        Err("its standard error is more than half its value".to_owned())
-    } else if error == 0.0 {
-        Ok(Known::Exact(value))
-    } else if error > 0.0 && error.is_finite() {
-        Ok(Known::Estimate {
-            value,
-            error,
-            freedom,
-            logarithmic,
-        })
-    } else {
-        Err("there are too few trials for a standard error".to_owned())
     }
 }

@@ -1,22 +1,23 @@
 //! The cells to which a claim applies.
 
-use super::statistics::Members;
-use crate::study::file::{
-    ClaimTable, ClaimTest, Conditions, ExperimentFile, Key, Settings, TestKind, TestUnit,
-    conditions, matches, partners,
-};
-use crate::study::place::Place;
-use crate::study::{CellSummary, Summary};
+use crate::claim::statistics::Members;
+use crate::design::file::ClaimTable;
+use crate::design::file::claim_test::{ClaimTest, TestKind, TestUnit};
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::grid::{Conditions, Settings, conditions, matches, partners};
+use crate::design::file::key::Key;
+use crate::outcome::place::Place;
+use crate::outcome::summary::{CellSummary, Summary};
 
 /// A unit that is judged by itself: a cell, two cells, or a family.
-pub(super) struct Unit {
-    pub(super) members: Members,
-    pub(super) place: Place,
+pub(crate) struct Unit {
+    pub(crate) members: Members,
+    pub(crate) place: Place,
 }
 
 impl Members {
     /// Returns the cells' indices.
-    pub(super) fn cells(&self) -> Vec<usize> {
+    pub(crate) fn cells(&self) -> Vec<usize> {
         match self {
             Self::Cell(cell) => vec![*cell],
             Self::Pair(from, to) => vec![*from, *to],
@@ -29,7 +30,7 @@ impl Members {
 ///
 /// # Errors
 /// In words, if the results do not have them.
-pub(super) fn units(
+pub(crate) fn units(
     claim: &ClaimTable,
     test: &ClaimTest,
     file: &ExperimentFile,
@@ -39,7 +40,7 @@ pub(super) fn units(
     match (test.unit(), &test.kind) {
         (TestUnit::Pair(axis, ..), _) => Ok(pairs(&wanted, axis, test, file, summary)),
         (TestUnit::Family(over, _), TestKind::Slope(slope)) => {
-            let same = |summary: &&crate::study::SlopeSummary| {
+            let same = |summary: &&crate::outcome::summary::SlopeSummary| {
                 summary.table == *slope && summary.output == test.output
             };
             let found: Vec<&Vec<usize>> = summary
@@ -84,7 +85,7 @@ fn pairs(
 ) -> Vec<Unit> {
     let settings: Vec<&Settings> = summary.cells.iter().map(|cell| &cell.settings).collect();
     let mut found = Vec::new();
-    for (from, to) in test.unit().steps(file) {
+    for (from, to) in test.unit().steps(&file.settings) {
         for [first, second] in partners(file, &settings, axis, [&from, &to]) {
             if matches(settings[second], wanted) {
                 found.push(Unit {
@@ -98,7 +99,7 @@ fn pairs(
 }
 
 /// Returns a family, if all its cells are wanted, with the settings that they share.
-fn family(wanted: &Conditions, cells: &[usize], summary: &Summary) -> Option<Unit> {
+pub(crate) fn family(wanted: &Conditions, cells: &[usize], summary: &Summary) -> Option<Unit> {
     let members: Option<Vec<&CellSummary>> =
         cells.iter().map(|cell| summary.cells.get(*cell)).collect();
     let members = members.filter(|all| all.iter().all(|cell| matches(&cell.settings, wanted)))?;

@@ -1,13 +1,13 @@
 //! One-sided tests: how far a number is from a limit, with the trials that there are and with more.
 
-use super::Freedom;
+use crate::claim::freedom::Freedom;
 use asobench_identification::metric::tails::{
     binomial_at_most, normal_above, normal_point, student_above, student_point,
 };
 
 /// The scale on which an estimate is compared with a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::claim) enum Line {
+pub(crate) enum Line {
     /// x.
     Value,
     /// x^2.
@@ -17,7 +17,7 @@ pub(in crate::claim) enum Line {
 }
 
 impl Line {
-    pub(super) fn at(self, x: f64) -> f64 {
+    pub(crate) fn at(self, x: f64) -> f64 {
         match self {
             Self::Value => x,
             Self::Square => x * x.abs(),
@@ -26,7 +26,7 @@ impl Line {
     }
 
     /// Returns the standard error on this scale, by the delta method.
-    pub(super) fn error(self, value: f64, error: f64) -> f64 {
+    pub(crate) fn error(self, value: f64, error: f64) -> f64 {
         match self {
             Self::Value => error,
             Self::Square => 2.0 * value * error,
@@ -37,29 +37,29 @@ impl Line {
 
 /// What unseen trials may add to an estimate: see [`super::moment`].
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::claim) struct Allowance {
+pub(crate) struct Allowance {
     /// Pairs (a, w) of terms `a ln(1 + c w)`.
-    pub(in crate::claim) logs: Vec<(f64, f64)>,
+    pub(crate) logs: Vec<(f64, f64)>,
     /// The factor of c in a term.
-    pub(in crate::claim) linear: f64,
+    pub(crate) linear: f64,
     /// The factor of c in the variance.
-    pub(in crate::claim) square: f64,
+    pub(crate) square: f64,
 }
 
 /// How a moment is tested on one side of a limit.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::claim) struct SidedTest {
+pub(crate) struct SidedTest {
     /// The scale.
-    pub(in crate::claim) line: Line,
+    pub(crate) line: Line,
     /// The factor by which trials must grow before there is a test; 1 if there is one.
-    pub(in crate::claim) from: f64,
+    pub(crate) from: f64,
     /// The allowance for unseen trials.
-    pub(in crate::claim) allowance: Allowance,
+    pub(crate) allowance: Allowance,
 }
 
 impl SidedTest {
     /// Student's test.
-    pub(in crate::claim) const PLAIN: Self = Self {
+    pub(crate) const PLAIN: Self = Self {
         line: Line::Value,
         from: 1.0,
         allowance: Allowance {
@@ -71,7 +71,7 @@ impl SidedTest {
 
     /// Returns how many errors an estimate is beyond a limit, `distance` away with this error, with `factor` times the
     /// trials at a level. A share w of the largest trial falls with their number.
-    pub(super) fn t(&self, (distance, error): (f64, f64), factor: f64, level: f64) -> f64 {
+    pub(crate) fn t(&self, (distance, error): (f64, f64), factor: f64, level: f64) -> f64 {
         let c = -level.ln();
         let Allowance {
             logs,
@@ -87,24 +87,24 @@ impl SidedTest {
 
 /// The side of a limit on which a number is claimed to lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::claim) enum Side {
+pub(crate) enum Side {
     Below,
     Above,
 }
 
 /// More trials than there are, and what they may find.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::claim) struct More {
+pub(crate) struct More {
     /// The number of trials over the present one.
-    pub(in crate::claim) factor: f64,
+    pub(crate) factor: f64,
     /// The truth, in present standard errors from the present estimate: positive on the side of a limit on which it is
     /// to be certain.
-    pub(in crate::claim) shift: f64,
+    pub(crate) shift: f64,
 }
 
 /// The test of "certainly on this side of the limit".
 #[derive(Clone, Copy, Debug)]
-pub(super) enum OneSided<'a> {
+pub(crate) enum OneSided<'a> {
     /// The answer is certain; no test is needed.
     Sure(bool),
     /// The estimate is t standard errors from the limit, positive on the right side.
@@ -116,7 +116,7 @@ pub(super) enum OneSided<'a> {
 }
 
 impl OneSided<'_> {
-    pub(super) fn p(self) -> f64 {
+    pub(crate) fn p(self) -> f64 {
         match self {
             Self::Moment(test, distance, freedom) => {
                 if test.from > 1.0 {
@@ -133,7 +133,7 @@ impl OneSided<'_> {
     }
 
     /// Returns the chance that p <= `level` with more trials.
-    pub(super) fn power(self, More { factor, shift }: More, level: f64) -> f64 {
+    pub(crate) fn power(self, More { factor, shift }: More, level: f64) -> f64 {
         match self {
             Self::Sure(is) => f64::from(u8::from(is)),
             Self::Student(t, Freedom { now, grows: None }) => beyond(t + shift, now, level),
@@ -163,7 +163,7 @@ impl OneSided<'_> {
 
 /// Returns the least level at which something is certain that is certain at every higher one; 1 if it is at none below
 /// one half.
-pub(super) fn least_level(is_certain: impl Fn(f64) -> bool) -> f64 {
+pub(crate) fn least_level(is_certain: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (-700.0_f64, 0.5_f64.ln());
     if !is_certain(high.exp()) {
         return 1.0;
@@ -182,7 +182,7 @@ pub(super) fn least_level(is_certain: impl Fn(f64) -> bool) -> f64 {
 /// Returns P(T' > t). T' is noncentral t with this noncentrality and nu degrees of freedom; t is the point that
 /// Student's t exceeds with probability `level`. Uses the normal approximation of Johnson and Kotz (Abramowitz and
 /// Stegun 26.7.10).
-pub(super) fn beyond(distance: f64, nu: f64, level: f64) -> f64 {
+pub(crate) fn beyond(distance: f64, nu: f64, level: f64) -> f64 {
     let t = student_point(normal_point(level), nu);
     let bias = 1.0 - 1.0 / (4.0 * nu);
     normal_above((t * bias - distance) / (1.0 + t * t / (2.0 * nu)).sqrt())
@@ -190,7 +190,7 @@ pub(super) fn beyond(distance: f64, nu: f64, level: f64) -> f64 {
 
 /// Returns P(P(K <= k) <= level). Here k and K count successes among `trials`, of probability `share` for k and
 /// `chance` for K.
-pub(super) fn few(trials: u64, share: f64, chance: f64, level: f64) -> f64 {
+pub(crate) fn few(trials: u64, share: f64, chance: f64, level: f64) -> f64 {
     /// From this variance on, the normal approximation suffices.
     const LARGE: f64 = 1000.0;
     let n = trials as f64;

@@ -1,14 +1,21 @@
 //! Numbers of one cell: shares, moments, quantiles, coverages and biases of an output.
 
-use super::super::known::{Freedom, Known};
-use super::super::moment::{self, Sum};
-use super::ratio::{over_theory, ratio, ratio_of_medians, wins};
-use super::{MOST_RELATIVE_ERROR, Missing, Number, estimated, exact, not_kept, single};
-use crate::study::file::{BoundTable, ClaimStatistic, ClaimTest, Outcome, TestKind, ValueOf};
-use crate::study::{CellSummary, Measure, OutputSummary, TheoryReference};
+use crate::claim::known::Known;
+use crate::claim::moment as of_moment;
+use crate::claim::moment::Sum;
+use crate::claim::statistics::number::{Missing, Number, exact, not_kept, single};
+use crate::claim::statistics::of_output::moment;
+use crate::claim::statistics::of_output::{at_ranks, count_of, kept, ranks, statistics};
+use crate::claim::statistics::ratio::{over_theory, ratio, ratio_of_medians, wins};
+use crate::design::file::bounds::BoundTable;
+use crate::design::file::claim_test::{ClaimTest, Outcome, TestKind, ValueOf};
+use crate::design::file::test_table::ClaimStatistic;
+use crate::design::file::theory_reference::TheoryReference;
+use crate::design::measure::Measure;
+use crate::outcome::summary::{CellSummary, OutputSummary};
 use asobench_identification::metric::{Estimate, Quantile, Share, Statistics, Worse};
 
-pub(super) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
+pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
     let output = cell.output(&test.output);
     let output = output.ok_or_else(|| format!("the results have no output '{}'", test.output))?;
     let numbers = match &test.kind {
@@ -73,14 +80,6 @@ fn outcome_count(
     count_of(count, cell.trials)
 }
 
-pub(super) fn count_of(count: u64, total: u64) -> Result<Known, Missing> {
-    if total == 0 {
-        Err("there is no trial to count".to_owned())
-    } else {
-        Ok(Known::Count { count, total })
-    }
-}
-
 fn bound_count(cell: &CellSummary, label: &str, bound: &BoundTable) -> Result<Known, Missing> {
     let found = cell
         .bounds
@@ -99,12 +98,7 @@ fn bound_count(cell: &CellSummary, label: &str, bound: &BoundTable) -> Result<Kn
     count_of(met.count, met.total)
 }
 
-pub(super) fn statistics(output: &OutputSummary, measure: Measure) -> Result<&Statistics, Missing> {
-    let found = output.measures.get(&measure);
-    found.ok_or_else(|| not_kept(&format!("the measure {measure}")))
-}
-
-fn value(
+pub(crate) fn value(
     cell: &CellSummary,
     output: &OutputSummary,
     measure: Measure,
@@ -121,37 +115,6 @@ fn value(
         ClaimStatistic::Q95 => quantile(0.95, statistics.q95),
         _ => quantile(0.5, statistics.q50),
     }
-}
-
-/// Returns a mean (power 1) or root mean square (power 2) over the trials that have the measure.
-pub(super) fn moment(
-    cell: &CellSummary,
-    statistics: &Statistics,
-    power: u8,
-    measure: Measure,
-) -> Result<Number, Missing> {
-    let count = statistics.count;
-    let estimate = if power == 1 {
-        statistics.mean
-    } else {
-        statistics.rmse
-    };
-    let estimate = estimated(cell, estimate);
-    let found = if power == 1 && statistics.min < 0.0 {
-        let sum = Sum::about_mean(statistics, measure.name());
-        moment::signed(estimate, statistics.sd.value, count, sum)
-    } else {
-        let sum = Sum::of_powers(statistics, power, measure);
-        moment::not_negative(estimate, count, power, sum)
-    };
-    Ok(Number {
-        kept: kept(count, cell.trials),
-        ..Number::of_moment(found)?
-    })
-}
-
-pub(super) fn kept(count: u64, total: u64) -> Option<f64> {
-    (count < total).then(|| count as f64 / total as f64)
 }
 
 /// Returns a quantile over all trials.
@@ -174,41 +137,6 @@ fn quantile(statistics: &Statistics, q: f64, quantile: Quantile, measure: Measur
     let quantiles = quantiles.zip(statistics.quantiles.all().map(|quantile| quantile.value));
     let points = at_ranks(quantiles, n).chain(extremes).chain([end]);
     ranks(q, n, (value, quantile.mcse), points, false)
-}
-
-/// Returns quantiles of n values with their ranks. A quantile lies between the values of ranks j and j + 1, or equals
-/// one of them; j is q (n - 1) rounded down, ranks from 0.
-pub(super) fn at_ranks(
-    quantiles: impl Iterator<Item = (f64, f64)>,
-    n: u64,
-) -> impl Iterator<Item = (f64, u64)> {
-    let rank = move |q: f64| (q * n.saturating_sub(1) as f64) as u64 + 1;
-    quantiles.map(move |(q, x)| (x, rank(q)))
-}
-
-/// Returns a quantile with its standard error, or, if it has none, with the ranks of known values.
-pub(super) fn ranks(
-    q: f64,
-    total: u64,
-    (value, error): (f64, f64),
-    points: impl Iterator<Item = (f64, u64)>,
-    logarithmic: bool,
-) -> Known {
-    let is_near_normal = value.is_finite() && error > 0.0 && error.is_finite();
-    if is_near_normal && !(logarithmic && error > MOST_RELATIVE_ERROR * value) {
-        return Known::Estimate {
-            value,
-            error,
-            freedom: Freedom::of_quantile(q, total),
-            logarithmic,
-        };
-    }
-    Known::Ranks {
-        value,
-        q,
-        total,
-        points: points.filter(|(x, _)| !x.is_nan()).collect(),
-    }
 }
 
 /// Returns the shares of 95 % intervals that contain the truth, for one coefficient or for all with a standard error.
@@ -275,7 +203,7 @@ fn biases(
             Ok(Number {
                 name: Some(parameter.clone()),
                 kept: kept(errors.count, cell.trials),
-                ..Number::of_moment(moment::bias(estimate, errors.count, sum))?
+                ..Number::of_moment(of_moment::bias(estimate, errors.count, sum))?
             })
         })
         .collect();

@@ -1,14 +1,19 @@
 //! Ratios of two outputs of a cell on the same trials, of their medians, and to theory.
 
-use super::super::known::{Freedom, Known};
-use super::super::moment::{self as of_moment, Sum};
-use super::cell::{at_ranks, count_of, kept, moment, ranks, statistics};
-use super::{Missing, Number, estimated, known, not_kept};
-use crate::study::file::ClaimStatistic;
-use crate::study::{CellSummary, Measure, OutputSummary, TheoryReference};
+use crate::claim::freedom::Freedom;
+use crate::claim::known::Known;
+use crate::claim::moment as of_moment;
+use crate::claim::moment::Sum;
+use crate::claim::statistics::number::{Missing, Number, estimated, known, not_kept};
+use crate::claim::statistics::of_output::moment;
+use crate::claim::statistics::of_output::{at_ranks, count_of, kept, ranks, statistics};
+use crate::design::file::test_table::ClaimStatistic;
+use crate::design::file::theory_reference::TheoryReference;
+use crate::design::measure::Measure;
+use crate::outcome::summary::{CellSummary, OutputSummary};
 use asobench_identification::metric::{PairedStatistics, SKETCH_ERROR, Worse, Z};
 
-pub(super) fn compared<'a>(
+pub(crate) fn compared<'a>(
     cell: &'a CellSummary,
     output: &str,
     to: &str,
@@ -24,7 +29,7 @@ pub(super) fn compared<'a>(
     })
 }
 
-pub(super) fn wins(
+pub(crate) fn wins(
     cell: &CellSummary,
     output: &str,
     to: &str,
@@ -43,7 +48,7 @@ pub(super) fn wins(
 
 /// Returns the ratio of two outputs on the same trials. A trial in which one of them fails makes the ratio infinite or
 /// 0.
-pub(super) fn ratio(
+pub(crate) fn ratio(
     cell: &CellSummary,
     output: &str,
     to: &str,
@@ -68,7 +73,7 @@ pub(super) fn ratio(
 }
 
 /// Returns the median ratio of two outputs, or of two cells, over all trials.
-pub(super) fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
+pub(crate) fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
     let all = pair.trials();
     let (zero, infinite) = match measure.worse() {
         Worse::Larger => (pair.only_first, pair.only_second),
@@ -100,7 +105,7 @@ pub(super) fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known 
 /// correlation rho, the square of its own is `a^2 + b^2 - 2 rho a b`, but not below what the bins of the sketch leave.
 /// Without a stored correlation, as in folders of older versions, the medians are treated as independent. A median
 /// among failed trials makes the ratio infinite or 0.
-pub(super) fn ratio_of_medians(
+pub(crate) fn ratio_of_medians(
     cell: &CellSummary,
     medians: [(&str, Measure); 2],
 ) -> Result<Known, Missing> {
@@ -147,7 +152,7 @@ pub(super) fn ratio_of_medians(
 }
 
 /// Returns the ratio of a median or root mean square to that of theory or of a bound, which has no error.
-pub(super) fn over_theory(
+pub(crate) fn over_theory(
     cell: &CellSummary,
     output: &OutputSummary,
     [measure, of_theory]: [Measure; 2],

@@ -3,13 +3,16 @@
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
-use super::*;
 use crate::claim::decision::{Cells, Verdict, decide};
 use crate::claim::evidence::Evidence;
+use crate::claim::judge::{decides, verdict_at};
 use crate::claim::power::{Open, Undecided};
-use crate::claim::{decides, verdict_at};
-use crate::study::Looks;
-use crate::study::file::{ExperimentFile, Holds, TrialRule};
+use crate::claim::statistics::{Members, Results};
+use crate::claim::tests::*;
+use crate::design::file::claim::Holds;
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::rule::TrialRule;
+use crate::outcome::looks::Looks;
 use asobench_identification::signal::{Purpose, stream};
 use rand::RngExt;
 

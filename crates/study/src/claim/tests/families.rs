@@ -1,8 +1,10 @@
 //! Error rates of claims that are corrected together, by simulation of claims whose true numbers are known.
 
-use super::*;
-use crate::claim::{Judged, Verdict, judge};
-use crate::study::file::ExperimentFile;
+use crate::claim::decision::Verdict;
+use crate::claim::judge::judge;
+use crate::claim::judged::Judged;
+use crate::claim::tests::*;
+use crate::design::file::experiment_file::ExperimentFile;
 use asobench_identification::signal::normal::fill_standard_normal;
 use asobench_identification::signal::{Purpose, stream};
 
@@ -142,7 +144,7 @@ fn the_smallest_level_is_that_of_all() {
     }
     // One claim is a family without a correction.
     let alone = judge(
-        &self::file(true, 1, ""),
+        &crate::claim::tests::families::file(true, 1, ""),
         &study(&[Truth::Below], 0, 0, false),
         &[],
         LOOK,

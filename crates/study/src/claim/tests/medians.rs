@@ -3,10 +3,11 @@
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
-use super::*;
 use crate::claim::evidence::Evidence;
-use crate::study::MedianPair;
-use crate::study::file::MediansTable;
+use crate::claim::statistics::{Members, Results};
+use crate::claim::tests::*;
+use crate::design::file::needs::MediansTable;
+use crate::outcome::summary::MedianPair;
 use asobench_identification::metric::correlation_of_medians;
 use asobench_identification::signal::normal::fill_standard_normal;
 use asobench_identification::signal::{Purpose, stream};

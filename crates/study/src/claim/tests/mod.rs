@@ -1,5 +1,18 @@
 //! Tests of the engine on summaries of invented studies.
 
+use crate::design::file::axis::Scalar;
+use crate::design::file::claim_test::ClaimTest;
+use crate::design::file::key::Key;
+use crate::design::file::test_table::TestTable;
+use crate::design::measure::Measure;
+use crate::outcome::looks::Look;
+use crate::outcome::outcomes::Outcomes;
+use crate::outcome::summary::{CellSummary, ComparisonSummary, OutputSummary, Summary};
+use asobench_identification::metric::{
+    Estimate, Paired, Quantile, Sample, Share, Statistics, Worse,
+};
+use std::collections::BTreeMap;
+
 mod chains;
 mod conditions;
 mod families;
@@ -7,16 +20,6 @@ mod medians;
 mod moments;
 mod rates;
 mod words;
-
-use super::statistics::{Members, Results};
-use crate::study::file::{ClaimTest, Key, Scalar, TestTable};
-use crate::study::{
-    CellSummary, ComparisonSummary, Look, Measure, Outcomes, OutputSummary, Summary,
-};
-use asobench_identification::metric::{
-    Estimate, Paired, Quantile, Sample, Share, Statistics, Worse,
-};
-use std::collections::BTreeMap;
 
 /// A look with the whole level, and as much for the next one.
 const LOOK: Look = Look {

@@ -4,11 +4,12 @@
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
-use super::*;
 use crate::claim::decision::PValues;
 use crate::claim::evidence::Evidence;
-use crate::study::SlopeSummary;
-use crate::study::file::SlopeTable;
+use crate::claim::statistics::{Members, Results};
+use crate::claim::tests::*;
+use crate::design::file::tables::SlopeTable;
+use crate::outcome::summary::SlopeSummary;
 use asobench_identification::metric::{Jackknife, SlopeOf, slope_of_statistics};
 use asobench_identification::signal::normal::fill_standard_normal;
 use asobench_identification::signal::{Purpose, stream};

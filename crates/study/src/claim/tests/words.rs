@@ -1,10 +1,15 @@
 //! Verdicts and their sentences, for a few cells.
 
-use super::*;
-use crate::claim::known::{Freedom, Known, Range};
-use crate::claim::{Judged, Needed, Verdict, judge};
-use crate::study::file::ExperimentFile;
-use crate::study::{BoundSummary, OutputShare};
+use crate::claim::decision::Verdict;
+use crate::claim::freedom::Freedom;
+use crate::claim::judge::judge;
+use crate::claim::judged::Judged;
+use crate::claim::known::{Known, Range};
+use crate::claim::needed::Needed;
+use crate::claim::statistics::Members;
+use crate::claim::tests::*;
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::outcome::summary::{BoundSummary, OutputShare};
 use asobench_identification::metric::tails::{binomial_at_least, binomial_at_most};
 
 /// Makes three cells with the noise levels 10, 20 and 30 and 1,000 trials each. The RMSE ratio of "new" to "old" is as
@@ -386,7 +391,7 @@ fn pairs_and_families_of_cells_are_found() {
 /// Times: a ratio of medians, whose error is the spread of one repetition. More trials do not help.
 #[test]
 fn times_are_judged_by_their_quartiles() {
-    let time = |method: &str, median: f64, spread: f64| crate::study::MethodTime {
+    let time = |method: &str, median: f64, spread: f64| crate::outcome::method_times::MethodTime {
         cell: 0,
         method: method.to_owned(),
         median_seconds: median,

@@ -1,0 +1,418 @@
+//! Makes a cell from its settings: plant, noise, feedback and the process that draws records.
+
+use crate::design::build_continuous_cell::continuous_cell;
+use crate::design::cell::{Cell, ScoredFrom, Source};
+use crate::design::curve_bins::{CURVES_LIMIT, curve_bytes};
+use crate::design::file::axis::Scalar;
+use crate::design::file::error::FileError;
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::key::Key;
+use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable};
+use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, unknown};
+use crate::design::state_feedback::StateFeedback;
+use asobench_identification::data::{
+    Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings,
+};
+use asobench_identification::estimator::{SetupError, Shape, Solver};
+use asobench_identification::model::LinearModel;
+use asobench_identification::observer::Gain;
+use asobench_identification::plant::{ORDER_LIMIT, nikolov2023};
+use asobench_identification::signal::{Input, InputLaw, LevelOf, LevelReading, NoiseFilter};
+use asobench_identification::text::number;
+
+/// Built-in plants, which need no table.
+pub(crate) const PLANTS: [&str; 2] = ["nikolov2023", "random"];
+/// Built-in noises, which need no table.
+pub(crate) const NOISES: [&str; 2] = ["ar", "white"];
+/// Built-in feedbacks, which need no table.
+pub(crate) const FEEDBACKS: [&str; 1] = ["none"];
+
+/// The largest size in bytes of a record with its truth; each thread has one.
+const RECORD_LIMIT: usize = 4 << 30;
+
+impl SettingsReader<'_> {
+    /// Makes the cell.
+    pub(crate) fn cell(self) -> Result<Cell, FileError> {
+        if let Some(table) = &self.file.continuous {
+            let of = continuous_cell(&self, table)?;
+            return Ok(Cell::continuous(of, self.text(Key::Claim), self.settings));
+        }
+        let plant = self.plant()?;
+        let n = plant.order();
+        if n > ORDER_LIMIT {
+            let place = match plant {
+                PlantSource::Random { .. } => Key::PlantOrder.name().to_owned(),
+                PlantSource::Fixed(_) => format!("plants.{}", self.text(Key::Plant)),
+            };
+            return Err(FileError::key(
+                &place,
+                SetupError::LargeOrder(n).to_string(),
+            ));
+        }
+        let order = self.count_or(Key::Order, n)?;
+        let window = match self.settings.get(&Key::L) {
+            Some(_) => 3 * order + 2 * self.count(Key::L)?,
+            None => self.count(Key::Window)?,
+        };
+        Shape { order, window }.check().map_err(|error| {
+            let key = match error {
+                SetupError::ZeroOrder | SetupError::LargeOrder(_) => Key::Order,
+                _ => Key::Window,
+            };
+            FileError::key(key.name(), error.to_string())
+        })?;
+        let process = self.process(plant)?;
+        let most = self.given_samples(&process, window)?;
+        let horizon = self.count_or(Key::Horizon, most.unwrap_or(400.max(window + 200)))?;
+        if let Some(most) = most.filter(|most| *most < horizon) {
+            let message = format!("K = {horizon} samples; the input has {most}");
+            return Err(FileError::key("horizon", message));
+        }
+        if horizon < window {
+            let message = format!(
+                "the record of K = {horizon} samples is shorter than the window N = {window}"
+            );
+            return Err(FileError::key("horizon", message));
+        }
+        if horizon as f64 > LARGEST_COUNT {
+            let message =
+                format!("a record of K = {horizon} samples; expected at most {LARGEST_COUNT}");
+            return Err(FileError::key("horizon", message));
+        }
+        let eta = self.number(Key::Eta)?;
+        if eta < 0.0 {
+            return Err(FileError::key(
+                "eta",
+                format!("{}; expected a percentage of at least 0", number(eta)),
+            ));
+        }
+        let gain: Gain = self.name(Key::Gain)?;
+        gain.check(order)
+            .map_err(|e| FileError::key("gain", e.to_string()))?;
+        let cell = Cell {
+            source: Source::Record(Box::new(process)),
+            claim: self.text(Key::Claim),
+            eta,
+            order,
+            window,
+            horizon,
+            gain,
+            observer_start: self.name(Key::ObserverStart)?,
+            scored_from: match self.settings.get(&Key::ScoredFrom) {
+                Some(_) => self.name(Key::ScoredFrom)?,
+                None => ScoredFrom::default(),
+            },
+            settings: self.settings,
+        };
+        is_scored(&cell, self.file)?;
+        level_exists(&cell)?;
+        fits_into_memory(&cell, self.file.curves)?;
+        Ok(cell)
+    }
+
+    fn process(&self, plant: PlantSource) -> Result<Process, FileError> {
+        let x0 = self.x0(plant.order())?;
+        let (feedback, reference) = self.feedback(plant.order())?;
+        let amplitude = match reference {
+            Some(reference) => reference,
+            None => self.number(Key::Amplitude)?,
+        };
+        let input = self.input(amplitude)?;
+        if let (Input::Samples(_), Some(reference)) = (&input, reference) {
+            let place = format!("feedbacks.{}.reference", self.text(Key::Feedback));
+            let message = format!(
+                "{}; the reference is the input '{}', as it is",
+                number(reference),
+                self.text(Key::Input)
+            );
+            return Err(FileError::key(&place, message));
+        }
+        let settings = ProcessSettings {
+            x0,
+            x0_deviation: self.number_or_default(Key::X0Deviation)?,
+            input,
+            noise: self.noise()?,
+            level: LevelReading {
+                over: self.name(Key::EtaOver)?,
+                of: self.name(Key::EtaOf)?,
+            },
+            input_noise: self.number(Key::InputNoise)?,
+            process_noise: self.number_or_default(Key::ProcessNoise)?,
+            feedback,
+            plant,
+        };
+        Process::from_settings(settings).map_err(|e| FileError::key("settings", e.to_string()))
+    }
+
+    /// Returns how many samples a record may have if the input is given sample by sample; `None` if it is unlimited.
+    fn given_samples(&self, process: &Process, window: usize) -> Result<Option<usize>, FileError> {
+        let Input::Samples(samples) = process.input() else {
+            return Ok(None);
+        };
+        let most = samples
+            .len()
+            .saturating_sub(process.settings().feedback.pilot());
+        if window > most {
+            let key = if self.settings.contains_key(&Key::L) {
+                Key::L
+            } else {
+                Key::Window
+            };
+            let message = format!(
+                "N = {window} samples; the input '{}' has {most}",
+                self.text(Key::Input)
+            );
+            return Err(FileError::key(key.name(), message));
+        }
+        Ok(Some(most))
+    }
+
+    fn input(&self, amplitude: f64) -> Result<Input, FileError> {
+        let (key, name) = (Key::Input.name(), self.text(Key::Input));
+        if let Some(samples) = self.file.column(key, &name) {
+            return Ok(Input::Samples(samples?.into()));
+        }
+        if let Ok(law) = name.parse() {
+            return Ok(Input::new(law, amplitude, self.name(Key::Sequence)?));
+        }
+        let laws = InputLaw::ALL.iter().map(|law| law.name());
+        let known: Vec<&str> = laws
+            .chain(self.file.noises.keys().map(String::as_str))
+            .collect();
+        let table = self.file.noises.get(&name);
+        let table = table.ok_or_else(|| unknown(Key::Input, &name, &known))?;
+        if table.residuals.is_some() {
+            let message =
+                format!("noise '{name}' is drawn from residuals; expected one that is Gaussian");
+            return Err(FileError::key(key, message));
+        }
+        let filter = filter(&name, table)?;
+        Ok(Input::Filtered { filter, amplitude })
+    }
+
+    fn plant(&self) -> Result<PlantSource, FileError> {
+        let name = self.text(Key::Plant);
+        match name.as_str() {
+            "nikolov2023" => Ok(nikolov2023(self.name(Key::Numerator)?).into()),
+            "random" => Ok(PlantSource::Random {
+                order: self.count(Key::PlantOrder)?,
+                radius: self.number(Key::PoleRadius)?,
+            }),
+            _ => {
+                let known = self.file.plants.keys().map(String::as_str);
+                let known: Vec<&str> = PLANTS.into_iter().chain(known).collect();
+                let table = self.file.plants.get(&name);
+                let table = table.ok_or_else(|| unknown(Key::Plant, &name, &known))?;
+                let place = format!("plants.{name}");
+                let wrong = |e: String| FileError::key(&place, e);
+                // Before anything is computed of them.
+                if table.order() > ORDER_LIMIT {
+                    return Err(wrong(SetupError::LargeOrder(table.order()).to_string()));
+                }
+                let plant = table.plant().map_err(wrong)?;
+                if !plant.is_stable() && !table.unstable {
+                    let model = LinearModel::from(&plant);
+                    let equation = model.equation().rounded(4);
+                    return Err(wrong(format!(
+                        "the plant is not stable: {equation}; expected other signs, or 'unstable = true' if that is \
+                         intended"
+                    )));
+                }
+                Ok(plant.into())
+            }
+        }
+    }
+
+    fn x0(&self, order: usize) -> Result<Vec<f64>, FileError> {
+        match &self.settings[&Key::X0] {
+            Scalar::Number(x) => Ok(vec![*x; order]),
+            Scalar::Text(text) if text == "plant" => {
+                let table = self.file.plants.get(&self.text(Key::Plant));
+                let x0 = table.and_then(|table| table.x0.clone());
+                x0.ok_or_else(|| FileError::key("x0", "the plant's table has no x0"))
+            }
+            Scalar::Text(text) => Err(FileError::key(
+                "x0",
+                format!("'{text}'; expected a number or \"plant\""),
+            )),
+        }
+    }
+
+    fn noise(&self) -> Result<NoiseColour, FileError> {
+        let name = self.text(Key::Noise);
+        match name.as_str() {
+            // 1/A without F, for a plant B/(A F).
+            "ar" => match self.file.plants.get(&self.text(Key::Plant)) {
+                Some(PlantTable {
+                    transfer_polynomial: Some(_),
+                    output_polynomial: a,
+                    ..
+                }) => {
+                    let filter = NoiseFilter::new(&[1.0], a.as_deref().unwrap_or(&[1.0]));
+                    let filter = filter.map_err(|e| FileError::key("noise", e.to_string()));
+                    Ok(filter?.into())
+                }
+                _ => Ok(NoiseColour::InverseDenominator),
+            },
+            "white" => Ok(NoiseFilter::white().into()),
+            _ => {
+                let known = self.file.noises.keys().map(String::as_str);
+                let known: Vec<&str> = NOISES.into_iter().chain(known).collect();
+                let table = self.file.noises.get(&name);
+                let table = table.ok_or_else(|| unknown(Key::Noise, &name, &known))?;
+                let white = filter(&name, table)?;
+                let Some(column) = &table.residuals else {
+                    return Ok(white.into());
+                };
+                let place = format!("noises.{name}.residuals");
+                let wrong = |message: String| FileError::key(&place, message);
+                let residuals = self.file.column(&place, column);
+                let residuals = residuals
+                    .ok_or_else(|| wrong(format!("'{column}'; expected \"file:PATH#COLUMN\"")))??;
+                let drawn = white.drawn_from(residuals);
+                Ok(drawn.map_err(|e| wrong(e.to_string()))?.into())
+            }
+        }
+    }
+
+    /// Returns the feedback, and the reference's amplitude if the table has one.
+    fn feedback(&self, order: usize) -> Result<(Feedback, Option<f64>), FileError> {
+        let name = self.text(Key::Feedback);
+        if name == "none" {
+            return Ok((Feedback::None, None));
+        }
+        let known = self.file.feedbacks.keys().map(String::as_str);
+        let known: Vec<&str> = FEEDBACKS.into_iter().chain(known).collect();
+        let table = self.file.feedbacks.get(&name);
+        let table = table.ok_or_else(|| unknown(Key::Feedback, &name, &known))?;
+        let place = format!("feedbacks.{name}");
+        let wrong = |message: String| FileError::key(&place, message);
+        let FeedbackTable {
+            numerator,
+            denominator,
+            state_gain,
+            identify,
+            model,
+            ..
+        } = table;
+        let feedback = match (numerator, state_gain, identify) {
+            (Some(numerator), None, None) if model.is_none() => {
+                let denominator = denominator.as_deref().unwrap_or(&[1.0]);
+                let law = OutputFeedback::new(numerator, denominator);
+                Feedback::Output(law.map_err(|e| wrong(e.to_string()))?)
+            }
+            (None, Some(gain), Some(identify)) if denominator.is_none() => {
+                if gain.len() != order {
+                    return Err(wrong(format!(
+                        "state_gain must be {order} numbers, one per state"
+                    )));
+                }
+                if *identify as f64 > LARGEST_COUNT {
+                    return Err(wrong(format!(
+                        "identify = {identify}; expected at most {LARGEST_COUNT}"
+                    )));
+                }
+                let law = StateFeedback {
+                    k: gain.clone(),
+                    pilot: *identify,
+                    model: model.unwrap_or_default(),
+                    gain: self.name(Key::Gain)?,
+                    solver: Solver::default(),
+                };
+                let law = law.law().map_err(|e| wrong(e.to_string()))?;
+                if table.reference == Some(0.0) {
+                    // The model is always identified with a reference.
+                    return Ok((Feedback::Controlled(law.without_reference()), None));
+                }
+                Feedback::Controlled(law)
+            }
+            _ => {
+                let message = "expected numerator (and denominator), or state_gain and identify";
+                return Err(wrong(message.to_owned()));
+            }
+        };
+        Ok((feedback, table.reference))
+    }
+}
+
+/// Makes the filter of a table of `[noises]`.
+pub(crate) fn filter(name: &str, table: &NoiseTable) -> Result<NoiseFilter, FileError> {
+    let (numerator, denominator) = table.filter();
+    let filter = NoiseFilter::new(numerator, denominator);
+    filter.map_err(|e| FileError::key(&format!("noises.{name}"), e.to_string()))
+}
+
+/// Checks that a measure of the state has at least one scored sample.
+pub(crate) fn is_scored(cell: &Cell, file: &ExperimentFile) -> Result<(), FileError> {
+    let mut measures = file.measures.iter();
+    let measure = measures.find(|measure| measure.is_of_state());
+    match measure {
+        Some(measure) if cell.horizon <= cell.first_scored() => {
+            let message = format!(
+                "the record of K = {} samples ends with the window, so '{measure}' has no sample k >= N; expected \
+                 more samples, scored_from = \"start\", or measures without it",
+                cell.horizon
+            );
+            Err(FileError::key("horizon", message))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks that noise of the cell's level exists. Otherwise every trial would fail.
+pub(crate) fn level_exists(cell: &Cell) -> Result<(), FileError> {
+    let Some(process) = cell.process().filter(|_| cell.eta > 0.0) else {
+        return Ok(());
+    };
+    if let NoiseColour::Filter(filter) = &process.settings().noise
+        && !(filter.variance() > 0.0 && filter.variance().is_finite())
+    {
+        let message = format!(
+            "eta = {} % of noise whose filter gives it variance {}; expected a numerator that is not zero",
+            cell.eta,
+            filter.variance()
+        );
+        let name = cell.settings.get(&Key::Noise);
+        let name = name.map_or_else(String::new, Scalar::to_string);
+        return Err(FileError::key(&format!("noises.{name}"), message));
+    }
+    if process.settings().level.of == LevelOf::Measured && cell.eta >= 100.0 {
+        let message = format!(
+            "{} % of the measured output, of which noise is a part; expected less than 100 %, or eta_of = \
+             \"noise-free\"",
+            cell.eta
+        );
+        return Err(FileError::key("eta", message));
+    }
+    match process.common_scale(cell.eta) {
+        Some(scale) if !scale.is_finite() => Err(FileError::key(
+            "eta_over",
+            "\"nominal\", but the output has no variance of which noise could be a share (the plant is not \
+             stable); expected \"exact\", or eta = 0",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Checks the memory that a record and its curves take.
+pub(crate) fn fits_into_memory(cell: &Cell, curves: bool) -> Result<(), FileError> {
+    let too_large = |what: &str, bytes: usize, limit: usize| {
+        let message = format!(
+            "{what} of K = {} samples would take {} MiB; expected at most {} MiB",
+            cell.horizon,
+            bytes.div_ceil(1 << 20),
+            limit >> 20
+        );
+        Err(FileError::key(Key::Horizon.name(), message))
+    };
+    let record = cell.record_bytes();
+    if record > RECORD_LIMIT {
+        let what = format!("a record (plant's order {})", cell.plant_order());
+        return too_large(&what, record, RECORD_LIMIT);
+    }
+    let bytes = curve_bytes(cell.horizon);
+    if curves && bytes > CURVES_LIMIT {
+        return too_large("curves = true: curves", bytes, CURVES_LIMIT);
+    }
+    Ok(())
+}

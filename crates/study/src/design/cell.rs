@@ -1,0 +1,204 @@
+//! A cell: one combination of settings under which trials are drawn.
+
+use crate::design::continuous_cell::ContinuousCell;
+use crate::design::file::grid::Settings;
+use crate::worker::Record;
+use crate::worker::seed_of;
+use asobench_identification::data::{Process, Realisation, Truth};
+use asobench_identification::estimator::{
+    Estimator, KnownModel, Method, Problem, SetupError, Shape,
+};
+use asobench_identification::names::named_enum;
+use asobench_identification::observer::Gain;
+
+named_enum! {
+    /// Where the observer starts.
+    ObserverStart, "start of the observer" {
+        /// From the estimate of x0 (the default).
+        Estimate = "x0-hat",
+        /// From zero.
+        Zero = "zero",
+    }
+}
+
+/// What a cell's trials are drawn from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// Records of a process in discrete time.
+    Record(Box<Process>),
+    /// Courses in continuous time.
+    Continuous(Box<ContinuousCell>),
+}
+
+named_enum! {
+    /// The sample from which errors of the state are taken.
+    ScoredFrom, "start of the score" {
+        /// From k = N on: after the window that the model was estimated from (the default).
+        Window = "window",
+        /// From k = 0 on, including the transients of filters that know the plant.
+        Start = "start",
+    }
+}
+
+/// One combination of settings under which trials are drawn.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// The settings that it was made of.
+    pub settings: Settings,
+    /// What the trials are drawn from. In continuous time, of the fields below only the claim and the order are used;
+    /// eta, window and horizon are 0.
+    pub source: Source,
+    /// The claim or case, such as "C2".
+    pub claim: String,
+    /// The noise level eta, per cent.
+    pub eta: f64,
+    /// The estimators' order n.
+    pub order: usize,
+    /// The window N, samples.
+    pub window: usize,
+    /// The record's length K, samples.
+    pub horizon: usize,
+    /// The observer's gain, stage 12.
+    pub gain: Gain,
+    /// Where the observer starts.
+    pub observer_start: ObserverStart,
+    /// The sample from which errors of the state are taken.
+    pub scored_from: ScoredFrom,
+}
+
+impl Cell {
+    /// Makes a cell in continuous time.
+    pub(crate) fn continuous(of: ContinuousCell, claim: String, settings: Settings) -> Self {
+        Self {
+            settings,
+            claim,
+            eta: 0.0,
+            order: of.plant.order(),
+            window: 0,
+            horizon: 0,
+            gain: Gain::default(),
+            observer_start: ObserverStart::default(),
+            scored_from: ScoredFrom::default(),
+            source: Source::Continuous(Box::new(of)),
+        }
+    }
+
+    /// Returns what draws records; `None` in continuous time.
+    pub fn process(&self) -> Option<&Process> {
+        match &self.source {
+            Source::Record(process) => Some(process),
+            Source::Continuous(_) => None,
+        }
+    }
+
+    /// Whether nothing is random, so that all trials are identical.
+    pub fn is_deterministic(&self) -> bool {
+        match &self.source {
+            Source::Record(process) => process.is_deterministic(self.eta),
+            Source::Continuous(of) => of.is_deterministic(),
+        }
+    }
+
+    /// The order of the plant.
+    pub fn plant_order(&self) -> usize {
+        self.process().map_or(self.order, Process::order)
+    }
+
+    /// The shape of the estimators' problem.
+    pub fn shape(&self) -> Shape {
+        Shape {
+            order: self.order,
+            window: self.window,
+        }
+    }
+
+    /// Returns the first sample at which the error of the state is scored.
+    pub fn first_scored(&self) -> usize {
+        match self.scored_from {
+            ScoredFrom::Window => self.window,
+            ScoredFrom::Start => 0,
+        }
+    }
+
+    /// Whether x(k) follows from the true plant, x(0) and the measured input: without noise of the process and of the
+    /// input.
+    pub fn follows_input(&self) -> bool {
+        let settings = self.process().map(Process::settings);
+        settings.is_some_and(|of| of.process_noise == 0.0 && of.input_noise == 0.0)
+    }
+
+    /// Returns the model that a method with the true plant receives: the plant, and the mean of its initial states.
+    ///
+    /// # Errors
+    /// [`SetupError::NoKnownPlant`] unless all trials share one plant of the cell's order, in open loop;
+    /// [`SetupError::ContinuousTime`] in continuous time.
+    pub fn known_model(&self) -> Result<KnownModel, SetupError> {
+        let process = self.process().ok_or(SetupError::ContinuousTime)?;
+        let plant = process.open_loop().map(|(plant, ..)| plant);
+        let plant = plant.filter(|plant| plant.order() == self.order);
+        let plant = plant.ok_or(SetupError::NoKnownPlant)?;
+        Ok(KnownModel::new(plant, &process.settings().x0))
+    }
+
+    /// Prepares a method's estimator for this cell. `covariance`: whether standard errors are wanted.
+    ///
+    /// # Errors
+    /// If the method cannot serve the cell.
+    pub fn prepare(
+        &self,
+        method: &Method,
+        covariance: bool,
+    ) -> Result<Box<dyn Estimator>, SetupError> {
+        let known = if method.needs().plant {
+            Some(self.known_model()?)
+        } else {
+            None
+        };
+        method.prepare(Problem {
+            known: known.as_ref(),
+            covariance,
+            ..self.problem(self.window)
+        })
+    }
+
+    /// Returns the problem that a method without knowledge of the plant is prepared for, with a window of this length.
+    pub fn problem(&self, window: usize) -> Problem<'_> {
+        Problem {
+            shape: Shape {
+                order: self.order,
+                window,
+            },
+            known: None,
+            process: self.process().map(|process| (process, self.eta)),
+            covariance: false,
+        }
+    }
+
+    /// Draws a trial of a process and returns the record that a program receives, with the true plant.
+    pub fn record_for_program(
+        &self,
+        (process, eta): (&Process, f64),
+        seed: u64,
+        trial: u64,
+    ) -> (Record, Truth) {
+        let (mut drawn, window) = (Realisation::default(), self.window);
+        process.realise(seed, trial, eta, window, self.horizon, &mut drawn);
+        let cut = |signal: &[f64]| signal[..window].to_vec();
+        let record = Record {
+            trial,
+            seed: seed_of(seed, trial),
+            u: cut(&drawn.u),
+            y: cut(&drawn.y),
+            r: cut(&drawn.r),
+        };
+        (record, drawn.truth)
+    }
+
+    /// Returns the size in bytes of a record with its truth: u, y, r, u0, y0, f and n states for every sample.
+    pub fn record_bytes(&self) -> usize {
+        size_of::<f64>() * (6 + self.plant_order()) * self.horizon
+    }
+}
+
+/// The number of Markov parameters in [`Measure::ImpulseResponse`], and of samples in [`Measure::FreshFit`].
+pub(crate) const RESPONSE_SAMPLES: usize = 200;

@@ -1,0 +1,680 @@
+//! Checks that the claims of a file can be judged by its results.
+
+use crate::design::experiment::Experiment;
+use crate::design::file::ClaimTable;
+use crate::design::file::axis::Axis;
+use crate::design::file::claim_test::{ClaimTest, TestKind, TestUnit, ValueOf};
+use crate::design::file::error::FileError;
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::grid::{Settings, cells, conditions, matches};
+use crate::design::file::key::Key;
+use crate::design::file::rule::TrialRule;
+use crate::design::file::theory_reference::TheoryReference;
+use crate::design::theory::smooth;
+use crate::text::folded;
+use asobench_identification::names::UnknownName;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Checks every claim of an experiment.
+///
+/// # Errors
+/// The first fault.
+pub(crate) fn check(experiment: &Experiment) -> Result<(), FileError> {
+    check_looks(&experiment.file)?;
+    let claims = &experiment.file.claims;
+    for (i, claim) in claims.iter().enumerate() {
+        let place = format!("claims[{i}]");
+        let at =
+            |key: &str, message: String| Err(FileError::key(&format!("{place}.{key}"), message));
+        if claim.test.is_empty() {
+            continue;
+        }
+        if let Err(expected) = check_id(&claim.id) {
+            return at("id", format!("'{}'; {expected}", claim.id.escape_debug()));
+        }
+        if claims[..i]
+            .iter()
+            .any(|other| folded(&other.id) == folded(&claim.id))
+        {
+            return at("id", format!("two claims are called '{}'", claim.id));
+        }
+        if !(claim.level > 0.0 && claim.level < 0.5) {
+            return at(
+                "level",
+                format!("{}; expected a rate above 0 and below 0.5", claim.level),
+            );
+        }
+        check_tests(experiment, claim, &place)?;
+    }
+    check_kind(&experiment.file)
+}
+
+/// Checks the keys that say what the verdicts of a file are worth.
+fn check_kind(file: &ExperimentFile) -> Result<(), FileError> {
+    if file.family && file.claims.iter().all(|claim| claim.test.is_empty()) {
+        let message = "there is no claim with a test to correct over; expected [[claims]]";
+        return Err(FileError::key("family", message));
+    }
+    if file.confirms == Some(file.seed) {
+        let message = format!(
+            "{} is the seed itself; expected the seed of other trials, which this study confirms",
+            file.seed
+        );
+        return Err(FileError::key("confirms", message));
+    }
+    Ok(())
+}
+
+/// Checks that the planned number of looks means something.
+fn check_looks(file: &ExperimentFile) -> Result<(), FileError> {
+    let wrong = |message: &str| Err(FileError::key("looks", message.to_owned()));
+    match (file.looks, &file.trials) {
+        (Some(0), _) => wrong("0; expected at least 1"),
+        (Some(_), TrialRule::Until(_) | TrialRule::Decided(_)) => wrong(
+            "means nothing with a rule 'until', which plans its looks itself; expected a number of trials",
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that the claim that ends the trials is one that their results can decide.
+pub(crate) fn check_target(file: &ExperimentFile, id: &str) -> Result<(), FileError> {
+    let wrong = |message: String| Err(FileError::key("trials.until", message));
+    let Some(claim) = file.claims.iter().find(|claim| claim.id == id) else {
+        let ids = file.claims.iter().map(|claim| claim.id.as_str());
+        let measures = file.measures.iter().map(|measure| measure.name());
+        let names: Vec<&str> = ids.chain(measures).collect();
+        return wrong(UnknownName::new("claim or measure", id, &names).to_string());
+    };
+    if claim.test.is_empty() {
+        return wrong(format!("the claim '{id}' has no test"));
+    }
+    if claim.exploratory && file.confirms.is_none() {
+        return wrong(format!(
+            "the claim '{id}' is exploratory, so no error rate ends its trials; expected another claim, or run --confirm"
+        ));
+    }
+    if claim.cases()?.iter().flatten().any(ClaimTest::is_timed) {
+        return wrong(format!(
+            "the claim '{id}' is about times, which trials cannot decide"
+        ));
+    }
+    Ok(())
+}
+
+fn check_id(id: &str) -> Result<(), &'static str> {
+    let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
+    if id.is_empty() || !id.chars().all(fits) {
+        Err("expected letters, digits, '.', '-' and '_'")
+    } else if id.parse::<f64>().is_ok() {
+        Err("expected a name, not a number")
+    } else {
+        Ok(())
+    }
+}
+
+fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Result<(), FileError> {
+    let cases = claim.cases().map_err(|error| error.within(place))?;
+    let given = claim.given.as_ref().map(|table| {
+        let test = ClaimTest::from_table(table);
+        test.map_err(|error| error.within(&format!("{place}.given")))
+    });
+    let given = given.transpose()?;
+    for case in cases {
+        let mut unit: Option<TestUnit> = None;
+        for ((key, _), test) in claim.tests().zip(case.iter().chain(&given)) {
+            let place = format!("{place}.{key}");
+            check_names(experiment, test).map_err(|error| error.within(&place))?;
+            if unit.as_ref().is_some_and(|unit| *unit != test.unit()) {
+                let message =
+                    "is about other cells than the test before it; expected a claim for each";
+                return Err(FileError::key(&place, message));
+            }
+            unit = Some(test.unit());
+        }
+    }
+    Ok(())
+}
+
+/// Checks that the outputs, methods, measures and coefficients of a test exist.
+fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileError> {
+    let continuous = experiment.file.continuous.is_some();
+    let wrong = |key: &str, message: String| Err(FileError::key(key, message));
+    if let Some(other) = test
+        .measures()
+        .iter()
+        .find(|measure| !measure.is_of(continuous))
+    {
+        let kind = if continuous { "continuous" } else { "discrete" };
+        return wrong(
+            "",
+            format!("'{other}' means nothing in a study in {kind} time"),
+        );
+    }
+    let by_ratio = matches!(
+        test.kind,
+        TestKind::Ratio { .. } | TestKind::Cells { .. } | TestKind::Slope(_)
+    );
+    if let Some(measure) = test
+        .measures()
+        .iter()
+        .find(|measure| by_ratio && measure.may_be_negative())
+    {
+        let message = format!(
+            "'{measure}' may be negative, so ratios of it mean nothing; expected share = \
+            \"{measure}\" with 'to', or a value"
+        );
+        return wrong("", message);
+    }
+    match &test.kind {
+        TestKind::Time { to } if continuous => {
+            return wrong(
+                "to",
+                format!("'{to}': no times are measured in continuous time"),
+            );
+        }
+        TestKind::Time { to } => {
+            let methods = experiment.file.methods.iter();
+            let names: Vec<String> = methods.map(|method| method.output_name(1)).collect();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            for (key, name) in [("of", &test.output), ("to", to)] {
+                if !names.contains(&name.as_str()) {
+                    return wrong(key, UnknownName::new("method", name, &names).to_string());
+                }
+            }
+        }
+        _ => {
+            experiment.output("of", &test.output)?;
+        }
+    }
+    match &test.kind {
+        TestKind::Ratio {
+            to, measure_of_to, ..
+        } if TheoryReference::named(to).is_some() => {
+            let known = smooth(*measure_of_to).filter(|_| !continuous);
+            let unknown =
+                || FileError::key("to", format!("theory does not know '{measure_of_to}'"));
+            known.ok_or_else(unknown)?;
+        }
+        TestKind::Wins { to, .. } | TestKind::Ratio { to, .. } => {
+            experiment.output("to", to)?;
+        }
+        TestKind::Value { what, .. } => check_coefficient(experiment, what)?,
+        _ => {}
+    }
+    let itself = match &test.kind {
+        TestKind::Ratio {
+            measure,
+            to,
+            measure_of_to,
+            ..
+        } => *to == test.output && measure == measure_of_to,
+        TestKind::Wins { to, .. } | TestKind::Time { to } => *to == test.output,
+        _ => false,
+    };
+    if itself {
+        return wrong("to", format!("'{}' is compared with itself", test.output));
+    }
+    Ok(())
+}
+
+fn check_coefficient(experiment: &Experiment, what: &ValueOf) -> Result<(), FileError> {
+    if matches!(what, ValueOf::Measure(_)) {
+        return Ok(());
+    }
+    if experiment.file.continuous.is_some() {
+        let message = "coefficients of a and h mean nothing in a study in continuous time";
+        return Err(FileError::key("value", message));
+    }
+    let least = experiment
+        .cells
+        .iter()
+        .map(|cell| cell.order)
+        .min()
+        .unwrap_or(0);
+    match what {
+        ValueOf::Parameter(name) if name[2..].parse().is_ok_and(|i: usize| i > least) => {
+            let message = format!("'{name}'; expected a coefficient up to {least}, the order");
+            Err(FileError::key("value", message))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks that the cells to which the claims apply are in the grid: see [`ExperimentFile::check_filters`].
+pub(crate) fn check_cells(file: &ExperimentFile, all: &[Settings]) -> Result<(), FileError> {
+    for (i, claim) in file.claims.iter().enumerate() {
+        let place = format!("claims[{i}]");
+        check_where(&claim.cells, all).map_err(|error| error.within(&place))?;
+        // `check` reports faults of a table itself.
+        let cases = claim.cases().unwrap_or_default();
+        let given = claim
+            .given
+            .as_ref()
+            .and_then(|table| ClaimTest::from_table(table).ok());
+        for case in cases {
+            for ((key, _), test) in claim.tests().zip(case.iter().chain(&given)) {
+                let checked = check_unit(file, claim, test);
+                checked.map_err(|error| error.within(&format!("{place}.{key}")))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_where(table: &BTreeMap<Key, Axis>, all: &[Settings]) -> Result<(), FileError> {
+    let conditions = conditions(table);
+    for (key, wanted) in &conditions {
+        let values = all.iter().filter_map(|cell| cell.get(key));
+        let names: BTreeSet<String> = values.map(ToString::to_string).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let wanted = wanted.iter().map(ToString::to_string);
+        if let Some(other) = wanted
+            .into_iter()
+            .find(|name| !names.contains(&name.as_str()))
+        {
+            let unknown = UnknownName::new("value", &other, &names);
+            return Err(FileError::key(&format!("where.{key}"), unknown.to_string()));
+        }
+    }
+    if all.iter().any(|cell| matches(cell, &conditions)) {
+        return Ok(());
+    }
+    let message = "no cell has these values; expected values from [settings]";
+    Err(FileError::key("where", message))
+}
+
+/// Checks that the settings named by a test vary in the file.
+fn check_unit(
+    file: &ExperimentFile,
+    claim: &ClaimTable,
+    test: &ClaimTest,
+) -> Result<(), FileError> {
+    let wrong = |key: &str, message: String| Err(FileError::key(key, message));
+    let twice = |key: Key| format!("'{key}' is also in the claim's 'where'");
+    match (&test.kind, test.unit()) {
+        (_, TestUnit::Cell) => Ok(()),
+        (_, TestUnit::Family(over, _)) if claim.cells.contains_key(&over) => {
+            wrong("over", format!("{}; expected 'from' alone", twice(over)))
+        }
+        (TestKind::Slope(slope), _) => slope
+            .check(&file.settings)
+            .or_else(|message| wrong("over", message)),
+        (_, TestUnit::Family(..)) => Ok(()),
+        (_, TestUnit::Pair(axis, ..)) if claim.cells.contains_key(&axis) => wrong(
+            "axis",
+            format!("{}; expected 'from' and 'to' alone", twice(axis)),
+        ),
+        (_, TestUnit::Pair(axis, from, to)) => {
+            let Some(Axis::Many(values)) = file.settings.get(&axis) else {
+                return wrong("axis", format!("'{axis}' has no list in [settings]"));
+            };
+            let names: Vec<String> = values.iter().map(ToString::to_string).collect();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let to = to.iter().flatten().map(|value| ("to", value));
+            for (key, value) in std::iter::once(("from", &from)).chain(to) {
+                if !values.contains(value) {
+                    let unknown = UnknownName::new("value", &value.to_string(), &names);
+                    return wrong(key, unknown.to_string());
+                }
+            }
+            if test.unit().steps(&file.settings).is_empty() {
+                return wrong("to", "no other value than 'from'".to_owned());
+            }
+            Ok(())
+        }
+    }
+}
+
+impl ExperimentFile {
+    /// Checks that every entry of `exclude`, every claim and every bound's claim applies to at least one cell. Checks
+    /// the file as written: `--quick` and `--set` may leave them without a cell.
+    ///
+    /// # Errors
+    /// The first that applies to no cell. If the grid itself is wrong, nothing is checked.
+    pub fn check_filters(&self) -> Result<(), FileError> {
+        let Ok(resolved) = self.clone().resolve() else {
+            return Ok(());
+        };
+        let Ok(all) = cells(&resolved.settings, &resolved.zip, &[]) else {
+            return Ok(());
+        };
+        for (i, table) in self.exclude.iter().enumerate() {
+            let conditions = conditions(table);
+            if !all.iter().any(|cell| matches(cell, &conditions)) {
+                let message = "no cell has these values; expected values from [settings]";
+                return Err(FileError::key(&format!("exclude[{i}]"), message));
+            }
+        }
+        crate::design::claim_checks::check_cells(&resolved, &all)?;
+        for (i, bound) in self.bounds.iter().enumerate() {
+            let Some(claim) = &bound.claim else { continue };
+            let of = |cell: &Settings| cell.get(&Key::Claim).map(ToString::to_string);
+            if !all.iter().any(|cell| of(cell).as_ref() == Some(claim)) {
+                let message =
+                    format!("no cell has the claim '{claim}'; expected one of the setting 'claim'");
+                return Err(FileError::key(&format!("bounds[{i}].claim"), message));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::file::needs::MediansTable;
+    use crate::design::file::needs::Needs;
+    use crate::design::file::tables::SlopeTable;
+    use crate::design::measure::Measure;
+
+    const GRID: &str = "[settings]\nnoise = ['ar', 'white']\nwindow = [98, 218]\n";
+
+    fn checked(claims: &str, grid: &str) -> Result<Experiment, FileError> {
+        let file = ExperimentFile::parse(&format!("{grid}{claims}"))?;
+        file.check_filters()?;
+        Experiment::new(file)
+    }
+
+    fn claim(test: &str) -> String {
+        format!("[[claims]]\nid = 'W1'\ntest = {test}")
+    }
+
+    #[test]
+    fn a_plan_of_looks_needs_a_number_of_trials() {
+        let refused = |text: &str| {
+            let error = checked(&claim("{ share = 'lost', of = 'ls', below = 0.01 }"), text);
+            error
+                .err()
+                .map(|error| error.to_string())
+                .unwrap_or_default()
+        };
+        assert!(refused("looks = 0\n").contains("expected at least 1"));
+        let until = "looks = 2\ntrials = { until = 'W1', minimum = 10, maximum = 40 }\n";
+        assert!(refused(until).contains("which plans its looks itself"));
+        assert_eq!(refused("looks = 2\n"), "");
+    }
+
+    #[test]
+    fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
+        let ls = "of = 'ls'";
+        let iv = "of = 'iv(4)', to = 'ls'";
+        let both = |a: &str, b: &str| [a.to_owned(), b.to_owned()];
+        let pair = || vec![both("iv(4)", "ls")];
+        let slope = |statistic| SlopeTable {
+            measure: Measure::Ea,
+            over: Key::Window,
+            statistic,
+            from: 0.0,
+        };
+        use asobench_identification::metric::SlopeOf;
+        for (test, needs) in [
+            (
+                format!("{{ share = 'lost', {ls}, below = 0.01 }}"),
+                Needs::default(),
+            ),
+            (
+                format!("{{ ratio = 'e_a', {ls}, to = 'bound:separate', below = 2 }}"),
+                Needs::default(),
+            ),
+            (
+                format!("{{ share = 'e_g', {iv}, above = 0.5 }}"),
+                Needs {
+                    measures: vec![Measure::ImpulseResponse],
+                    compare: pair(),
+                    ..Needs::default()
+                },
+            ),
+            (
+                format!("{{ value = 'e_a', {ls}, statistic = 'q95', below = 1 }}"),
+                Needs::default(),
+            ),
+            (
+                format!("{{ value = 'parameters', {ls}, between = [-0.1, 0.1] }}"),
+                Needs {
+                    parameters: true,
+                    ..Needs::default()
+                },
+            ),
+            (
+                format!(
+                    "[{{ ratio = 'e_a', {iv}, below = 1 }}, \
+                    {{ ratio = 'e_b', {iv}, within = 1.05 }}]"
+                ),
+                Needs {
+                    compare: pair(),
+                    ..Needs::default()
+                },
+            ),
+            (
+                format!("{{ ratio = 'e_a', {iv}, statistic = 'median', below = 1 }}"),
+                Needs {
+                    medians: vec![MediansTable {
+                        output: "iv(4)".to_owned(),
+                        measure: Measure::Ea,
+                        to: "ls".to_owned(),
+                        measure_of_to: Measure::Ea,
+                    }],
+                    ..Needs::default()
+                },
+            ),
+            (
+                format!("{{ slope = 'e_a', {ls}, over = 'window', between = [-0.6, -0.4] }}"),
+                Needs {
+                    slopes: vec![slope(SlopeOf::Median)],
+                    ..Needs::default()
+                },
+            ),
+            (
+                "{ time = 'estimate', of = 'iv', to = 'iv2', below = 1 }".to_owned(),
+                Needs {
+                    timing: true,
+                    ..Needs::default()
+                },
+            ),
+        ] {
+            let methods = "\n[[methods]]\n[[methods]]\nname = 'iv2'\nsolver = 'lu'";
+            let experiment = checked(&format!("{}{methods}", claim(&test)), GRID);
+            let experiment = experiment.unwrap_or_else(|error| panic!("{test}: {error}"));
+            assert_eq!(experiment.file.needed.unwrap_or_default(), needs, "{test}");
+        }
+        let test = "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', within = 1.05 }";
+        let [series] = &checked(&claim(test), GRID).unwrap().file.needs().series[..] else {
+            panic!("one pair of cells");
+        };
+        assert_eq!(
+            (series.from.to_string(), series.to.to_string()),
+            ("ar".into(), "white".into())
+        );
+        let bound = "{ share = 'e_a', of = 'ls', rounding = 100, above = 0.5 }";
+        let needs = checked(&claim(bound), GRID)
+            .unwrap()
+            .file
+            .needed
+            .unwrap_or_default();
+        assert_eq!(needs.bounds.len(), 1);
+        // What the file asks for itself is not needed twice.
+        let file = format!("compare = [['iv(4)', 'ls']]\n{GRID}");
+        let test = "{ ratio = 'e_a', of = 'iv(4)', to = 'ls', below = 1 }";
+        assert!(checked(&claim(test), &file).unwrap().file.needed.is_none());
+    }
+
+    #[test]
+    #[expect(clippy::too_many_lines, reason = "a table")]
+    fn mistakes_are_named_with_their_place() {
+        let ratio = |rest: &str| {
+            claim(&format!(
+                "{{ ratio = 'e_a', of = 'iv(4)', to = 'ls', {rest} }}"
+            ))
+        };
+        let with = |more: &str| format!("{}\n{more}", ratio("below = 1"));
+        for (claims, parts) in [
+            (
+                claim("{ ratio = 'e_c', of = 'ls', below = 1 }"),
+                ["line 6, column", "did you mean 'e_"],
+            ),
+            (
+                ratio("belov = 1"),
+                ["line 6, column", "did you mean 'below'"],
+            ),
+            (
+                "[[claims]]\nid = 'W1'".to_owned(),
+                ["line 4, column", "missing field `test`"],
+            ),
+            (claim("[]"), ["line 6", "at least one test"]),
+            (claim("3"), ["line 6", "expected a test such as"]),
+            (
+                with("hold = 'everywhere'"),
+                ["line 7, column 1", "did you mean 'holds'"],
+            ),
+            (
+                with("holds = 'everywere'"),
+                ["line 7", "did you mean 'everywhere'"],
+            ),
+            (
+                with("where = { noize = 'ar' }"),
+                ["line 7", "did you mean 'noise'"],
+            ),
+            (
+                claim("{ of = 'ls', below = 1 }"),
+                ["claims[0].test: ", "share, value"],
+            ),
+            (
+                ratio("below = 1, above = 2"),
+                ["claims[0].test.above: ", "exactly one of below"],
+            ),
+            (
+                ratio("value = 'e_a', below = 1"),
+                ["claims[0].test.ratio: ", "exactly one of share"],
+            ),
+            (
+                ratio("axis = 'noise', below = 1"),
+                ["test.axis: ", "it belongs to cells"],
+            ),
+            (
+                ratio("statistic = 'mean', below = 1"),
+                ["test.statistic: ", "paired-median, median, rms"],
+            ),
+            (
+                ratio("measure_of_to = 'e_b', below = 1"),
+                ["test.measure_of_to", "median"],
+            ),
+            (
+                ratio("between = [2, 1]"),
+                ["test.between: [2, 1]", "the lower limit first"],
+            ),
+            (ratio("within = 0.9"), ["test.within: 0.9", "above 1"]),
+            (
+                claim("{ ratio = 'e_a', of = 'iv(4)', to = 'iv(9)', below = 1 }"),
+                ["test.to: ", "'iv(9)', did you mean"],
+            ),
+            (
+                claim("{ ratio = 'e_a', of = 'ls', to = 'ls', below = 1 }"),
+                ["test.to: ", "with itself"],
+            ),
+            (
+                claim("{ value = 'e_theta', of = 'ls', below = 1 }"),
+                ["claims[0].test: ", "'e_theta' means nothing"],
+            ),
+            (
+                claim("{ value = 'e_aa', of = 'ls', below = 1 }"),
+                ["test.value: ", "did you mean 'e_a'"],
+            ),
+            (
+                claim("{ value = 'a_7', of = 'ls', below = 1 }"),
+                ["test.value: 'a_7'", "up to 6"],
+            ),
+            (
+                claim("{ share = 'failled', of = 'ls', below = 1 }"),
+                ["test.share: ", "did you mean 'failed'"],
+            ),
+            (
+                claim("{ share = 'failed', of = 'ls', bound = 1, below = 1 }"),
+                ["test.bound: ", "means nothing"],
+            ),
+            (
+                claim("{ share = 'e_a', of = 'ls', below = 1 }"),
+                ["test: ", "one of bound, rounding, to"],
+            ),
+            (
+                claim("{ share = 'failed', of = 'ls', below = 5 }"),
+                ["test.share: ", "from 0 to 1"],
+            ),
+            (
+                claim("{ value = 'e_a', below = 1 }"),
+                ["test.of: ", "missing"],
+            ),
+            (
+                claim("{ time = 'estimate', of = 'iv', to = 'ivv', below = 1 }"),
+                ["test.to: ", "did you mean 'iv'"],
+            ),
+            (
+                claim("{ slope = 'e_a', of = 'ls', over = 'eta', below = 0 }"),
+                ["test.over: ", "'eta' has no list"],
+            ),
+            (
+                claim(
+                    "{ cells = 'e_a', of = 'ls', axis = 'noise', from = 'ar', to = 'wite', \
+                     below = 1 }",
+                ),
+                ["test.to: ", "did you mean 'white'"],
+            ),
+            (
+                format!(
+                    "{}\ngiven = {{ slope = 'e_a', of = 'ls', over = 'window', below = 0 }}",
+                    ratio("below = 1")
+                ),
+                ["claims[0].given: ", "other cells"],
+            ),
+            (
+                with("where = { noise = 'withe' }"),
+                ["claims[0].where.noise: ", "did you mean 'white'"],
+            ),
+            (with("level = 0.7"), ["claims[0].level: 0.7", "below 0.5"]),
+            (
+                with(&ratio("below = 1")),
+                ["claims[1].id: ", "two claims are called 'W1'"],
+            ),
+            (
+                with("").replace("W1", "W 1"),
+                ["claims[0].id: 'W 1'", "letters, digits"],
+            ),
+            (
+                with("").replace("W1", "12"),
+                ["claims[0].id: '12'", "not a number"],
+            ),
+        ] {
+            let error = match checked(&claims, GRID) {
+                Ok(_) => panic!("{claims}"),
+                Err(error) => error.to_string(),
+            };
+            for part in parts {
+                assert!(error.contains(part), "{claims}:\n{error}");
+            }
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
+    }
+
+    /// Names of claims, as in stored manifests, are read and written unchanged, and so are tables. Neither is part of
+    /// the design.
+    #[test]
+    fn claims_are_no_part_of_the_design() {
+        let experiment = |claims: &str| checked(claims, &format!("seed = 1\n{GRID}")).unwrap();
+        let none = experiment("");
+        let table = experiment(&claim("{ share = 'failed', of = 'iv(4)', below = 0.5 }"));
+        let names =
+            Experiment::new(ExperimentFile::parse("claims = ['C4', 'W1']").unwrap()).unwrap();
+        assert_eq!(none.fingerprint(), table.fingerprint());
+        for experiment in [&table, &names] {
+            let json = serde_json::to_value(&experiment.file).unwrap();
+            assert_eq!(ExperimentFile::from_json(&json).unwrap(), experiment.file);
+        }
+        let json = serde_json::to_value(&names.file).unwrap();
+        assert_eq!(json["claims"], serde_json::json!(["C4", "W1"]));
+        // --set and --quick may remove the cells to which a claim applies.
+        let claims = claim("{ slope = 'e_a', of = 'ls', over = 'window', below = 0 }");
+        let file = ExperimentFile::parse(&format!("{GRID}{claims}")).unwrap();
+        let one_window = Experiment::new(file.set("window=98").unwrap()).unwrap();
+        assert!(one_window.file.needed.is_none());
+    }
+}

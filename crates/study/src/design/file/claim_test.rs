@@ -1,0 +1,521 @@
+//! The tests of claims: converts a table of an experiment file to one of the kinds of test.
+
+use crate::design::file::axis::{Axis, Scalar};
+use crate::design::file::bounds::BoundTable;
+use crate::design::file::error::FileError;
+use crate::design::file::key::Key;
+use crate::design::file::tables::SlopeTable;
+use crate::design::file::test_table::{ClaimStatistic as Statistic, TestTable, TimeOf};
+use crate::design::file::theory_reference::TheoryReference;
+use crate::design::measure::Measure;
+use asobench_identification::metric::SlopeOf;
+use asobench_identification::names::{UnknownName, named_enum};
+use std::collections::BTreeMap;
+
+named_enum! {
+    /// How a trial of an output may end.
+    Outcome, "share" {
+        /// With a failure or an unstable A-hat.
+        Lost = "lost",
+        /// With a failure.
+        Failed = "failed",
+        /// With an unstable A-hat.
+        Unstable = "unstable",
+    }
+}
+
+/// What a value is taken of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ValueOf {
+    /// A measure.
+    Measure(Measure),
+    /// Every coefficient of a and h.
+    Parameters,
+    /// One of them, such as "a_1".
+    Parameter(String),
+}
+
+/// The numbers that pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// Those below this number.
+    Below(f64),
+    /// Those above this number.
+    Above(f64),
+    /// Those from the first to the second number.
+    Between(f64, f64),
+    /// Those from 1 over this factor to this factor.
+    Within(f64),
+}
+
+/// What a test looks at.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TestKind {
+    /// The share of trials with this outcome.
+    Outcome(Outcome),
+    /// The share of trials that meet a bound.
+    Bound(BoundTable),
+    /// The share of trials in which the output is better than another one by a measure.
+    Wins {
+        /// The measure.
+        measure: Measure,
+        /// The other output.
+        to: String,
+    },
+    /// A statistic of a measure or a coefficient.
+    Value {
+        /// What it is taken of.
+        what: ValueOf,
+        /// Which statistic.
+        statistic: Statistic,
+    },
+    /// A ratio to another output.
+    Ratio {
+        /// The measure.
+        measure: Measure,
+        /// The other output.
+        to: String,
+        /// The measure of the other output.
+        measure_of_to: Measure,
+        /// Which ratio: [`Statistic::PairedMedian`], [`Statistic::Median`] or [`Statistic::Rms`].
+        statistic: Statistic,
+    },
+    /// The median ratio of two cells.
+    Cells {
+        /// The measure.
+        measure: Measure,
+        /// The setting in which they differ.
+        axis: Key,
+        /// Its value in the cell that others are compared with.
+        from: Scalar,
+        /// Its values in the others; if absent, every other value.
+        to: Option<Vec<Scalar>>,
+    },
+    /// A log-log slope.
+    Slope(SlopeTable),
+    /// The time of a method over that of another method.
+    Time {
+        /// The other method.
+        to: String,
+    },
+}
+
+impl TestKind {
+    /// Returns the output or method with which the test compares.
+    pub fn other(&self) -> Option<&String> {
+        match self {
+            Self::Wins { to, .. } | Self::Ratio { to, .. } | Self::Time { to } => Some(to),
+            _ => None,
+        }
+    }
+
+    /// Returns the same, mutable.
+    pub fn other_mut(&mut self) -> Option<&mut String> {
+        match self {
+            Self::Wins { to, .. } | Self::Ratio { to, .. } | Self::Time { to } => Some(to),
+            _ => None,
+        }
+    }
+}
+
+/// What one test of a claim says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClaimTest {
+    /// The output; the method in [`TestKind::Time`].
+    pub output: String,
+    /// What the test looks at.
+    pub kind: TestKind,
+    /// The limit that this must meet.
+    pub limit: Limit,
+}
+
+/// The unit of a test: a cell, two cells, or a family of cells. All tests of a claim must have the same unit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TestUnit {
+    /// One cell.
+    Cell,
+    /// Two cells that differ in a setting: its value in the first, and its values in the others.
+    Pair(Key, Scalar, Option<Vec<Scalar>>),
+    /// Cells that differ in a setting, from this value on.
+    Family(Key, f64),
+}
+
+const KINDS: [&str; 6] = ["share", "value", "ratio", "cells", "slope", "time"];
+const LIMITS: [&str; 4] = ["below", "above", "between", "within"];
+
+impl TestTable {
+    /// Returns the keys present in the table, each with the kinds of test that allow it.
+    fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
+        const COMPARED: &[&str] = &["share", "ratio", "cells", "time"];
+        let options: [(&str, bool, &[&str]); 9] = [
+            ("to", self.to.is_some(), COMPARED),
+            ("measure_of_to", self.measure_of_to.is_some(), &["ratio"]),
+            (
+                "statistic",
+                self.statistic.is_some(),
+                &["value", "ratio", "slope"],
+            ),
+            ("bound", self.bound.is_some(), &["share"]),
+            ("rounding", self.rounding.is_some(), &["share"]),
+            ("axis", self.axis.is_some(), &["cells"]),
+            ("from", self.from.is_some(), &["cells", "slope"]),
+            ("over", self.over.is_some(), &["slope"]),
+            ("within", self.within.is_some(), &["ratio", "cells", "time"]),
+        ];
+        let given = options.into_iter().filter(|(_, given, _)| *given);
+        given.map(|(name, _, kinds)| (name, kinds)).collect()
+    }
+
+    fn kind_name(&self) -> Result<&'static str, FileError> {
+        let there = [
+            self.share.is_some(),
+            self.value.is_some(),
+            self.ratio.is_some(),
+            self.cells.is_some(),
+            self.slope.is_some(),
+            self.time.is_some(),
+        ];
+        one_of("", KINDS, there)
+    }
+
+    fn limit(&self) -> Result<Limit, FileError> {
+        let there = [
+            self.below.is_some(),
+            self.above.is_some(),
+            self.between.is_some(),
+            self.within.is_some(),
+        ];
+        let name = one_of("", LIMITS, there)?;
+        let limit = match (self.below, self.above, self.between, self.within) {
+            (Some(x), ..) => Limit::Below(x),
+            (_, Some(x), ..) => Limit::Above(x),
+            (_, _, Some([low, high]), _) if !(low < high) => {
+                let message = format!("[{low}, {high}]; expected the lower limit first");
+                return Err(FileError::key(name, message));
+            }
+            (_, _, Some([low, high]), _) => Limit::Between(low, high),
+            (.., factor) => match factor.unwrap_or_default() {
+                factor if factor > 1.0 => Limit::Within(factor),
+                factor => {
+                    let message = format!("{factor}; expected a factor above 1");
+                    return Err(FileError::key(name, message));
+                }
+            },
+        };
+        let [low, high] = self.between.unwrap_or_default();
+        let all = [self.below, self.above, self.within, Some(low), Some(high)];
+        if !all.into_iter().flatten().all(f64::is_finite) {
+            return Err(FileError::key(name, "expected a finite number"));
+        }
+        Ok(limit)
+    }
+
+    fn statistic_of(&self, known: &[Statistic]) -> Result<Statistic, FileError> {
+        let given = self.statistic.unwrap_or(known[0]);
+        if known.contains(&given) {
+            return Ok(given);
+        }
+        let names: Vec<&str> = known.iter().map(|parameter| parameter.name()).collect();
+        let unknown = UnknownName::new("statistic of this test", given.name(), &names);
+        Err(FileError::key("statistic", unknown.to_string()))
+    }
+
+    /// Returns `of` or `to` as the name of an output or method.
+    fn name(key: &str, given: Option<&Axis>, expected: &str) -> Result<String, FileError> {
+        match given {
+            Some(Axis::One(Scalar::Text(label))) => Ok(label.clone()),
+            Some(_) => Err(FileError::key(
+                key,
+                "expected a name, a text, or a list of names",
+            )),
+            None => Err(missing(key, expected)),
+        }
+    }
+
+    fn other(&self) -> Result<String, FileError> {
+        Self::name("to", self.to.as_ref(), "what it is compared with")
+    }
+
+    fn share_kind(&self, share: &str) -> Result<TestKind, FileError> {
+        let limits = [
+            self.bound.is_some(),
+            self.rounding.is_some(),
+            self.to.is_some(),
+        ];
+        if let Ok(outcome) = share.parse::<Outcome>() {
+            let names = ["bound", "rounding", "to"];
+            let stray = names.iter().zip(limits).find(|(_, given)| *given);
+            return match stray {
+                Some((name, _)) => Err(FileError::key(
+                    name,
+                    format!("means nothing with share = \"{outcome}\"; expected a measure there"),
+                )),
+                None => Ok(TestKind::Outcome(outcome)),
+            };
+        }
+        let outcomes = Outcome::ALL.iter().map(|outcome| outcome.name());
+        let measure = measure("share", share, outcomes)?;
+        let [bound, rounding, to] = limits;
+        one_of(
+            "share of a measure: ",
+            ["bound", "rounding", "to"],
+            [bound && !rounding, rounding, to],
+        )?;
+        if self.to.is_some() {
+            let to = self.other()?;
+            return Ok(TestKind::Wins { measure, to });
+        }
+        for (key, limit) in [("bound", self.bound), ("rounding", self.rounding)] {
+            if let Some(limit) = limit.filter(|limit| !limit.is_finite()) {
+                let message = format!("{limit} is not a finite number");
+                return Err(FileError::key(key, message));
+            }
+        }
+        Ok(TestKind::Bound(BoundTable {
+            claim: None,
+            measure,
+            label: None,
+            below: self.bound,
+            rounding: self.rounding,
+        }))
+    }
+
+    fn value_kind(&self, value: &str) -> Result<TestKind, FileError> {
+        use Statistic::{Bias, Coverage, Mean, Median, Q05, Q25, Q75, Q95, Rms};
+        let what = match value {
+            "parameters" => ValueOf::Parameters,
+            _ if is_coefficient(value) => ValueOf::Parameter(value.to_owned()),
+            _ => ValueOf::Measure(measure("value", value, ["parameters", "a_1", "h_1"])?),
+        };
+        let statistic = match what {
+            ValueOf::Measure(_) => self.statistic_of(&[Median, Mean, Rms, Q05, Q25, Q75, Q95])?,
+            _ => self.statistic_of(&[Bias, Coverage])?,
+        };
+        Ok(TestKind::Value { what, statistic })
+    }
+
+    fn ratio_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
+        let to = self.other()?;
+        let mut known = &[Statistic::PairedMedian, Statistic::Median, Statistic::Rms][..];
+        if TheoryReference::named(&to).is_some() {
+            // Theory has no trials to pair with.
+            known = &known[1..];
+        }
+        let statistic = self.statistic_of(known)?;
+        if self.measure_of_to.is_some() && statistic != Statistic::Median {
+            let message = "two different measures can be compared only by their medians; expected statistic = \"median\"";
+            return Err(FileError::key("measure_of_to", message));
+        }
+        Ok(TestKind::Ratio {
+            measure,
+            to,
+            measure_of_to: self.measure_of_to.unwrap_or(measure),
+            statistic,
+        })
+    }
+
+    fn cells_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
+        let axis = self.axis.ok_or_else(|| missing("axis", "a setting"))?;
+        let from = self.from.clone();
+        let to = self.to.as_ref().map(|to| to.values(axis.is_count()));
+        Ok(TestKind::Cells {
+            measure,
+            axis,
+            from: from.ok_or_else(|| missing("from", "a value of the axis"))?,
+            to,
+        })
+    }
+
+    fn slope_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
+        let from = match self.from {
+            None => 0.0,
+            Some(Scalar::Number(from)) => from,
+            Some(_) => return Err(FileError::key("from", "expected a number")),
+        };
+        let statistic = match self.statistic_of(&[Statistic::Median, Statistic::Rms])? {
+            Statistic::Rms => SlopeOf::Rmse,
+            _ => SlopeOf::Median,
+        };
+        Ok(TestKind::Slope(SlopeTable {
+            measure,
+            over: self.over.ok_or_else(|| missing("over", "a setting"))?,
+            statistic,
+            from,
+        }))
+    }
+}
+
+impl ClaimTest {
+    /// Converts a table to a test.
+    ///
+    /// # Errors
+    /// What is wrong with the table, with the key in it.
+    pub fn from_table(table: &TestTable) -> Result<Self, FileError> {
+        let name = table.kind_name()?;
+        let stray = table
+            .given()
+            .into_iter()
+            .find(|(_, kinds)| !kinds.contains(&name));
+        if let Some((key, kinds)) = stray {
+            let message = format!(
+                "means nothing in a test of '{name}'; it belongs to {}",
+                kinds.join(", ")
+            );
+            return Err(FileError::key(key, message));
+        }
+        let limit = table.limit()?;
+        let kind = match table {
+            TestTable {
+                share: Some(share), ..
+            } => table.share_kind(share)?,
+            TestTable {
+                value: Some(value), ..
+            } => table.value_kind(value)?,
+            TestTable {
+                ratio: Some(measure),
+                ..
+            } => table.ratio_kind(*measure)?,
+            TestTable {
+                cells: Some(measure),
+                ..
+            } => table.cells_kind(*measure)?,
+            TestTable {
+                slope: Some(measure),
+                ..
+            } => table.slope_kind(*measure)?,
+            TestTable { time, .. } => {
+                let TimeOf::Estimate = time.unwrap_or_default();
+                TestKind::Time { to: table.other()? }
+            }
+        };
+        let output = TestTable::name("of", table.output.as_ref(), "an output, such as \"iv(4)\"")?;
+        let shares = matches!(
+            kind,
+            TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. }
+        );
+        let beyond = |end: f64| end.is_finite() && !(0.0..=1.0).contains(&end);
+        if shares && limit.ends().into_iter().any(beyond) {
+            return Err(FileError::key(
+                name,
+                "its limit is not a share; expected one from 0 to 1",
+            ));
+        }
+        Ok(Self {
+            output,
+            kind,
+            limit,
+        })
+    }
+
+    /// Returns the unit of the test.
+    pub fn unit(&self) -> TestUnit {
+        match &self.kind {
+            TestKind::Cells { axis, from, to, .. } => {
+                TestUnit::Pair(*axis, from.clone(), to.clone())
+            }
+            TestKind::Slope(slope) => TestUnit::Family(slope.over, slope.from),
+            _ => TestUnit::Cell,
+        }
+    }
+
+    /// Whether it looks at times.
+    pub fn is_timed(&self) -> bool {
+        matches!(self.kind, TestKind::Time { .. })
+    }
+
+    /// Returns the measures that it looks at.
+    pub fn measures(&self) -> Vec<Measure> {
+        match &self.kind {
+            TestKind::Bound(bound) => vec![bound.measure],
+            TestKind::Slope(slope) => vec![slope.measure],
+            TestKind::Value {
+                what: ValueOf::Measure(measure),
+                ..
+            }
+            | TestKind::Wins { measure, .. }
+            | TestKind::Cells { measure, .. } => vec![*measure],
+            TestKind::Ratio {
+                measure,
+                measure_of_to,
+                ..
+            } => vec![*measure, *measure_of_to],
+            TestKind::Outcome(_) | TestKind::Value { .. } | TestKind::Time { .. } => Vec::new(),
+        }
+    }
+}
+
+impl TestUnit {
+    /// Returns the values (from, to) of the setting in which two cells differ, for all pairs in a file.
+    pub fn steps(&self, settings: &BTreeMap<Key, Axis>) -> Vec<(Scalar, Scalar)> {
+        let Self::Pair(axis, from, to) = self else {
+            return Vec::new();
+        };
+        let all = settings
+            .get(axis)
+            .map(|values| values.values(axis.is_count()));
+        let mut others = all.unwrap_or_default();
+        if !others.contains(from) {
+            return Vec::new();
+        }
+        let asked = |value: &Scalar| to.as_ref().is_none_or(|to| to.contains(value));
+        others.retain(|value| value != from && asked(value));
+        others
+            .into_iter()
+            .map(|value| (from.clone(), value))
+            .collect()
+    }
+}
+
+impl Limit {
+    /// Returns the smallest and the largest number; one of them may be infinite.
+    pub fn ends(self) -> [f64; 2] {
+        match self {
+            Self::Below(high) => [f64::NEG_INFINITY, high],
+            Self::Above(low) => [low, f64::INFINITY],
+            Self::Between(low, high) => [low, high],
+            Self::Within(factor) => [1.0 / factor, factor],
+        }
+    }
+}
+
+fn missing(key: &str, what: &str) -> FileError {
+    FileError::key(key, format!("missing; expected {what}"))
+}
+
+/// Returns the only key of several that is present.
+fn one_of<const N: usize>(
+    intro: &str,
+    names: [&'static str; N],
+    there: [bool; N],
+) -> Result<&'static str, FileError> {
+    let mut found = names.iter().zip(there).filter(|(_, there)| *there);
+    let expected = || format!("{intro}expected exactly one of {}", names.join(", "));
+    match (found.next(), found.next()) {
+        (Some((name, _)), None) => Ok(name),
+        (Some((_, _)), Some((second, _))) => Err(FileError::key(second, expected())),
+        (None, _) => Err(FileError::key("", expected())),
+    }
+}
+
+/// Parses the name of a measure; `others` are further names to offer.
+fn measure<'a>(
+    key: &str,
+    name: &str,
+    others: impl IntoIterator<Item = &'a str>,
+) -> Result<Measure, FileError> {
+    name.parse::<Measure>().map_err(|_| {
+        let names = Measure::ALL.iter().map(|measure| measure.name());
+        let names: Vec<&str> = others.into_iter().chain(names).collect();
+        FileError::key(key, UnknownName::new(key_of(key), name, &names).to_string())
+    })
+}
+
+fn key_of(key: &str) -> &'static str {
+    if key == "share" { "share" } else { "value" }
+}
+
+/// Whether a name is that of a coefficient: "a_1", "h_2".
+fn is_coefficient(name: &str) -> bool {
+    let number = name.strip_prefix("a_").or_else(|| name.strip_prefix("h_"));
+    number.is_some_and(|number| number.parse::<usize>().is_ok_and(|number| number > 0))
+}

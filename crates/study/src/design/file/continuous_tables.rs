@@ -1,0 +1,364 @@
+//! The tables of a study in continuous time.
+
+use crate::design::file::error::FileError;
+use crate::files;
+use crate::files::Kind;
+use asobench_identification::names::named_enum;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A study of observers in continuous time: x' = A x + B u, y = C'x + delta. A file with this table is such a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContinuousTable {
+    /// The end T of a trial, seconds.
+    pub until: f64,
+    /// Root mean squares are taken from this time on, seconds.
+    #[serde(default)]
+    pub scored_from: f64,
+    /// The input u: a constant from t = 0 on.
+    #[serde(default = "unit")]
+    pub input: f64,
+    /// The n - 1 filters that extend regression (9): numbers a for lags a / (p + a), or delays such as { delay = 0.5 };
+    /// 1, 2, ..., n - 1 if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filters: Option<Vec<FilterTable>>,
+    /// A trial whose relative error by step halving is estimated above this has failed.
+    #[serde(default = "error_limit")]
+    pub error_limit: f64,
+    /// Seconds between the points of the first trial's course that are kept for figures; none if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trace_every: Option<f64>,
+}
+
+fn unit() -> f64 {
+    1.0
+}
+
+fn error_limit() -> f64 {
+    1e-4
+}
+
+/// A filter that extends a regression.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected a pole in rad/s, or { delay = SECONDS }"
+)]
+pub enum FilterTable {
+    /// The pole a of the lag a / (p + a), rad/s.
+    Pole(f64),
+    /// A delay.
+    Delay(DelayTable),
+}
+
+/// A delay: v(t - delay), and 0 before t = delay.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DelayTable {
+    /// Seconds, a whole number of steps.
+    pub delay: f64,
+}
+
+/// A plant in continuous time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContinuousPlantTable {
+    /// A, n rows of n numbers.
+    pub a: Vec<Vec<f64>>,
+    /// B, n numbers.
+    pub b: Vec<f64>,
+    /// C, n numbers.
+    pub c: Vec<f64>,
+    /// x(0), n numbers.
+    pub x0: Vec<f64>,
+    /// xi(0), n numbers; zeros if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub xi0: Option<Vec<f64>>,
+}
+
+named_enum! {
+    /// The shape of a disturbance.
+    WaveName, "wave" {
+        /// A constant.
+        Constant = "constant",
+        /// A ramp with this slope per second.
+        Ramp = "ramp",
+        /// A sine.
+        Sine = "sine",
+        /// The sign of a sine.
+        Square = "square",
+        /// White Gaussian numbers, each held for a time.
+        White = "white",
+        /// Samples of a CSV file.
+        File = "file",
+    }
+}
+
+named_enum! {
+    /// The signal between two samples.
+    HoldName, "hold" {
+        /// The previous sample.
+        Zero = "zero",
+        /// The straight line between them.
+        Linear = "linear",
+    }
+}
+
+/// One term of a disturbance; the setting `level` multiplies all of them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WaveTable {
+    /// The shape.
+    pub wave: WaveName,
+    /// Value, slope, amplitude or standard deviation at level 1.
+    #[serde(default = "unit")]
+    pub amplitude: f64,
+    /// Radians per second, of a sine or square; the setting `frequency` if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency: Option<f64>,
+    /// Radians, of a sine or square; the setting `phase` if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase: Option<f64>,
+    /// A CSV file with the header `t,delta`, relative to this file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// The signal between the file's samples.
+    #[serde(default)]
+    pub hold: HoldName,
+    /// Seconds between samples, taken from the file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<f64>,
+    /// The samples, taken from the file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub values: Option<Vec<f64>>,
+}
+
+/// A disturbance: the sum of its terms.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SignalTable {
+    /// The terms.
+    pub waves: Vec<WaveTable>,
+}
+
+named_enum! {
+    /// An observer in continuous time.
+    ObserverName, "observer" {
+        /// GPEBO with the proposed estimator, Eqs. (11) to (17).
+        Proposed = "proposed",
+        /// GPEBO with the gradient estimator on Eq. (10).
+        Gradient = "gradient",
+        /// GPEBO with the gradient estimator on Eq. (10), corrected so that it converges in finite time.
+        FiniteTime = "finite-time",
+        /// GPEBO with gradient estimators on mixed least squares (LS+DREM).
+        LsDrem = "ls-drem",
+        /// The full-order observer, Eq. (4).
+        Luenberger = "luenberger",
+        /// The Kalman-Bucy filter: the time-varying one with a prior, else the steady-state one.
+        KalmanBucy = "kalman-bucy",
+    }
+}
+
+named_enum! {
+    /// Whether the common factor g = e^m of (17) is kept.
+    FactorName, "factor" {
+        /// Kept, as in the paper.
+        Keep = "keep",
+        /// Cancelled; this needs other gains.
+        Drop = "drop",
+    }
+}
+
+/// An observer with its options; all run on the same trial.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObserverTable {
+    /// Name in the results; the observer's if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Which observer.
+    pub observer: ObserverName,
+    /// luenberger: L, n numbers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<Vec<f64>>,
+    /// luenberger, instead of L: the n poles of A - L C', such as "-1+2i,-1-2i".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poles: Option<String>,
+    /// luenberger, instead of L: all n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bandwidth: Option<f64>,
+    /// gradient, finite-time, ls-drem, proposed: adaptation gains, one for each component of theta, or one for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gains: Option<Vec<f64>>,
+    /// finite-time: the share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if
+    /// absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// proposed: k of the filter k / (p + k), Eq. (11).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pole: Option<f64>,
+    /// proposed: order of the expansion of exp(delta), 1 or 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expansion: Option<usize>,
+    /// proposed: filters of the second mixing, poles or delays, as many as the expansion's order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filters: Option<Vec<FilterTable>>,
+    /// proposed: keep (the paper's) or drop the common factor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<FactorName>,
+    /// kalman-bucy: intensity q of the process noise assumed in every state, Q = q I.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<f64>,
+    /// kalman-bucy, ls-drem: intensity r of the measurement noise assumed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measurement: Option<f64>,
+    /// kalman-bucy, for the time-varying filter, and ls-drem: variance p0 of every component of theta, P(0) = p0 I.
+    /// Without it the filter is in its steady state, which needs process noise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<f64>,
+}
+
+impl ObserverTable {
+    /// Returns the name of its output.
+    pub fn label(&self) -> String {
+        let name = || self.observer.name().to_owned();
+        self.name.clone().unwrap_or_else(name)
+    }
+
+    /// Returns the options given in the table, each with the observers that take it.
+    fn given(&self) -> impl Iterator<Item = (&'static str, &'static [ObserverName])> {
+        use ObserverName as O;
+        const ADAPTIVE: &[O] = &[O::Gradient, O::FiniteTime, O::LsDrem, O::Proposed];
+        const SQUARES: &[O] = &[O::KalmanBucy, O::LsDrem];
+        [
+            ("gain", self.gain.is_some(), &[O::Luenberger][..]),
+            ("poles", self.poles.is_some(), &[O::Luenberger]),
+            ("bandwidth", self.bandwidth.is_some(), &[O::Luenberger]),
+            ("gains", self.gains.is_some(), ADAPTIVE),
+            ("share", self.share.is_some(), &[O::FiniteTime]),
+            ("pole", self.pole.is_some(), &[O::Proposed]),
+            ("expansion", self.expansion.is_some(), &[O::Proposed]),
+            ("filters", self.filters.is_some(), &[O::Proposed]),
+            ("factor", self.factor.is_some(), &[O::Proposed]),
+            ("process", self.process.is_some(), &[O::KalmanBucy]),
+            ("measurement", self.measurement.is_some(), SQUARES),
+            ("prior", self.prior.is_some(), SQUARES),
+        ]
+        .into_iter()
+        .filter_map(|(name, given, observers)| given.then_some((name, observers)))
+    }
+
+    /// Returns the first option that its observer does not take.
+    pub(crate) fn stray(&self) -> Option<&'static str> {
+        let stray = |(_, observers): &(&str, &[ObserverName])| !observers.contains(&self.observer);
+        self.given().find(stray).map(|(name, _)| name)
+    }
+}
+
+impl SignalTable {
+    /// Reads the samples of the files that its terms name, relative to `folder`.
+    pub(crate) fn read_files(&mut self, folder: &Path, place: &str) -> Result<(), FileError> {
+        for (i, wave) in self.waves.iter_mut().enumerate() {
+            let place = format!("{place}.waves[{i}]");
+            match (&wave.file, wave.wave) {
+                (Some(file), WaveName::File) if wave.values.is_none() => {
+                    let path = folder.join(file);
+                    let wrong = |message: String| {
+                        FileError::key(&place, format!("{}: {message}", path.display()))
+                    };
+                    let text = files::read_named(&path, Kind::Signal);
+                    let text = text.map_err(|e| wrong(e.to_string()))?;
+                    let (interval, values) = samples(&text).map_err(wrong)?;
+                    (wave.interval, wave.values) = (Some(interval), Some(values));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Parses a table `t,delta` with evenly spaced times from 0 on. Returns the interval and the values.
+fn samples(text: &str) -> Result<(f64, Vec<f64>), String> {
+    let lines = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| (i + 1, line.trim()));
+    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let header = lines.next().map(|(_, line)| line.replace(' ', ""));
+    if header.as_deref() != Some("t,delta") {
+        return Err("no header; expected the line t,delta first".to_owned());
+    }
+    let mut rows: Vec<(usize, f64, f64)> = Vec::new();
+    for (line, text) in lines {
+        let mut cells = text.split(',').map(|cell| cell.trim().parse::<f64>().ok());
+        let row = [cells.next(), cells.next()].map(Option::flatten);
+        match (row, cells.next()) {
+            ([Some(t), Some(value)], None) if t.is_finite() && value.is_finite() => {
+                rows.push((line, t, value));
+            }
+            _ => {
+                return Err(format!(
+                    "line {line}: '{text}'; expected two finite numbers, t and delta"
+                ));
+            }
+        }
+    }
+    let [(_, first, _), (_, second, _), ..] = rows[..] else {
+        return Err("expected at least two samples".to_owned());
+    };
+    let interval = second - first;
+    if interval <= 0.0 {
+        return Err(format!(
+            "t = {second} after {first}; expected ascending times"
+        ));
+    }
+    for (k, (line, t, _)) in rows.iter().enumerate() {
+        let due = k as f64 * interval;
+        if (t - due).abs() > 1e-6 * interval {
+            let expected = "expected evenly spaced times from 0 on";
+            return Err(format!(
+                "line {line}: t = {t} where {due} is due; {expected}"
+            ));
+        }
+    }
+    Ok((
+        interval,
+        rows.into_iter().map(|(_, _, value)| value).collect(),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_evenly_spaced_from_zero() {
+        let text = "# a comment\nt,delta\n0,1\n0.5, 2\n1.0,-3\n";
+        assert_eq!(samples(text), Ok((0.5, vec![1.0, 2.0, -3.0])));
+        for (text, part) in [
+            ("0,1\n1,2", "no header"),
+            ("t,delta\n0,1", "at least two"),
+            ("t,delta\n0,1\n1,2\n3,4", "line 4: t = 3 where 2 is due"),
+            ("t,delta\n0,1\n1,nan", "line 3"),
+            ("t,delta\n0,1\n1,2,3", "line 3"),
+            ("t,delta\n1,1\n2,2", "line 2: t = 1 where 0 is due"),
+        ] {
+            let error = samples(text).unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn an_option_of_another_observer_is_stray() {
+        let table = ObserverTable {
+            gains: Some(vec![1.0]),
+            pole: Some(1.0),
+            observer: ObserverName::Gradient,
+            ..ObserverTable::default()
+        };
+        assert_eq!(table.stray(), Some("pole"));
+    }
+}

@@ -1,0 +1,488 @@
+//! The settings of a study. Each is a scalar and may be an axis of the grid. Each has one entry of one table.
+
+use crate::design::file::axis::Scalar;
+use Given::{Number, Text};
+use InWords::{Template, Words};
+use asobench_identification::names::named_table;
+
+/// Which studies have a setting or a measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Time {
+    Discrete,
+    Continuous,
+    Both,
+}
+
+impl Time {
+    /// Whether studies in continuous time (`continuous`) or in discrete time have it.
+    pub(crate) const fn is_of(self, continuous: bool) -> bool {
+        match self {
+            Self::Discrete => !continuous,
+            Self::Continuous => continuous,
+            Self::Both => true,
+        }
+    }
+}
+
+/// A default value.
+#[derive(Clone, Copy)]
+enum Given {
+    Nothing,
+    Text(&'static str),
+    Number(f64),
+}
+
+/// How a value is put into words.
+#[derive(Clone, Copy)]
+enum InWords {
+    /// As the setting's name and the value.
+    Named,
+    /// With the value instead of {}.
+    Template(&'static str),
+    /// By a rule of its own.
+    Words(fn(&str) -> String),
+}
+
+/// The properties of a setting, other than its name and description.
+#[expect(clippy::struct_excessive_bools, reason = "each is one property")]
+struct Entry {
+    /// The value if a file gives none.
+    default: Given,
+    /// The default in continuous time, if it differs.
+    default_in_continuous: Option<&'static str>,
+    time: Time,
+    /// The heading of a table's column; the setting's name if empty.
+    title: &'static str,
+    /// The unit beside the heading.
+    unit: &'static str,
+    /// The label of an axis, with its unit; heading and unit if empty.
+    axis: &'static str,
+    words: InWords,
+    /// Shortens a value for the ticks of an axis of names.
+    tick: fn(&str) -> &str,
+    /// The setting's rank among those that may tell cells apart.
+    telling: usize,
+    /// The setting's rank among those that may be the axis of a picture.
+    along: usize,
+    /// The setting's rank among those that get panels of a picture; the last are held at one value.
+    held: usize,
+    /// Whether a resolved file omits the setting if it has its default.
+    left_out: bool,
+    /// Whether the value is a count, a whole number.
+    count: bool,
+    /// Whether results have a column of the setting even if it does not vary.
+    column: bool,
+    /// Whether the setting is a reading of the paper, named only if it is not the default.
+    reading: bool,
+    /// Whether the setting changes only the observer, and no parameter.
+    of_observer: bool,
+}
+
+const DISCRETE: Entry = Entry {
+    default: Given::Nothing,
+    default_in_continuous: None,
+    time: Time::Discrete,
+    title: "",
+    unit: "",
+    axis: "",
+    words: InWords::Named,
+    tick: |value| value,
+    telling: usize::MAX,
+    along: usize::MAX,
+    held: usize::MAX,
+    left_out: false,
+    count: false,
+    column: false,
+    reading: false,
+    of_observer: false,
+};
+
+const CONTINUOUS: Entry = Entry {
+    time: Time::Continuous,
+    ..DISCRETE
+};
+
+named_table! {
+    /// A setting. The grid's axes are in this order, the first one slowest.
+    Key, "setting", Entry {
+        /// label of the cell, such as C2
+        Claim = "claim": Entry {
+            default: Text(""),
+            time: Time::Both,
+            words: Template("{}"),
+            telling: 0,
+            along: 2,
+            held: 1,
+            column: true,
+            ..DISCRETE
+        },
+        /// "nikolov2023", "random" or a name in `[plants]`; in continuous time "bobtsov2023" or a
+        /// name in `[continuous_plants]`
+        Plant = "plant": Entry {
+            default: Text("nikolov2023"),
+            default_in_continuous: Some("bobtsov2023"),
+            time: Time::Both,
+            ..DISCRETE
+        },
+        /// reading E1 of nikolov2023: "state-space" or "transfer-function"
+        Numerator = "numerator": Entry {
+            default: Text("state-space"),
+            words: Template("{} numerator"),
+            reading: true,
+            ..DISCRETE
+        },
+        /// order n of random plants, a new one in every trial
+        PlantOrder = "plant_order": Entry {
+            default: Number(2.0),
+            axis: "order n of the plant",
+            words: Template("plant's n = {}"),
+            telling: 1,
+            held: 3,
+            count: true,
+            ..DISCRETE
+        },
+        /// poles of random plants are uniform on the disc of this radius, in (0, 1)
+        PoleRadius = "pole_radius": Entry {
+            default: Number(0.9),
+            axis: "largest pole radius",
+            words: Template("poles within {}"),
+            held: 5,
+            ..DISCRETE
+        },
+        /// initial state: one number for every component, or "plant" for x0 of `[plants.NAME]`
+        X0 = "x0": Entry {
+            default: Number(1.0),
+            axis: "x0, every component",
+            words: Template("x0 = {}"),
+            held: 5,
+            ..DISCRETE
+        },
+        /// standard deviation of every component of the initial state about x0, in open loop
+        X0Deviation = "x0_deviation": Entry {
+            default: Number(0.0),
+            words: Template("x0 within {}"),
+            left_out: true,
+            ..DISCRETE
+        },
+        /// "signs" (random, +-amplitude), "gaussian" (of that standard deviation), a name in
+        /// `[noises]` (Gaussian through that filter, of that standard deviation), or
+        /// "file:PATH#COLUMN" (the same samples in every trial; column u if none is named)
+        Input = "input": Entry {
+            default: Text("signs"),
+            ..DISCRETE
+        },
+        /// amplitude of the input, or of the reference r if there is feedback
+        Amplitude = "amplitude": Entry {
+            default: Number(10.0),
+            ..DISCRETE
+        },
+        /// reading E5: "independent" or "periodic-127"
+        Sequence = "sequence": Entry {
+            default: Text("independent"),
+            words: Template("{} input"),
+            reading: true,
+            ..DISCRETE
+        },
+        /// colour of the output noise: "ar" (1/A of the plant), "white" or a name in `[noises]`
+        Noise = "noise": Entry {
+            default: Text("ar"),
+            words: Words(noise_words),
+            tick: noise,
+            held: 0,
+            ..DISCRETE
+        },
+        /// "none" or a name in `[feedbacks]`
+        Feedback = "feedback": Entry {
+            default: Text("none"),
+            words: Template("feedback {}"),
+            held: 5,
+            ..DISCRETE
+        },
+        /// noise on the measured input, per cent of the input's standard deviation
+        InputNoise = "input_noise": Entry {
+            default: Number(0.0),
+            unit: "%",
+            words: Template("input noise {} %"),
+            ..DISCRETE
+        },
+        /// standard deviation of white noise on every state in each step, in open loop
+        ProcessNoise = "process_noise": Entry {
+            default: Number(0.0),
+            words: Template("process noise {}"),
+            left_out: true,
+            ..DISCRETE
+        },
+        /// reading E7: "exact" (in the window) or "nominal" (of the processes); or "absolute": eta/100
+        /// is the standard deviation of the white noise before its filter, in units of y
+        EtaOver = "eta_over": Entry {
+            default: Text("exact"),
+            words: Template("{} eta"),
+            reading: true,
+            ..DISCRETE
+        },
+        /// reading E7: sigma_y of the "noise-free" or the "measured" output
+        EtaOf = "eta_of": Entry {
+            default: Text("noise-free"),
+            words: Template("eta of the {} output"),
+            reading: true,
+            ..DISCRETE
+        },
+        /// noise level 100 sigma_f / sigma_y, per cent
+        Eta = "eta": Entry {
+            default: Number(10.0),
+            unit: "%",
+            words: Template("eta = {} %"),
+            telling: 4,
+            along: 1,
+            held: 4,
+            column: true,
+            ..DISCRETE
+        },
+        /// order n of the estimators; "auto": the plant's
+        Order = "order": Entry {
+            default: Text(AUTOMATIC),
+            axis: "order n of the estimator",
+            words: Template("n = {}"),
+            telling: 2,
+            count: true,
+            ..DISCRETE
+        },
+        /// the paper's l = 0, 1, 2, ...: the window is N = 3n + 2l; instead of window
+        L = "l": Entry {
+            telling: 5,
+            count: true,
+            ..DISCRETE
+        },
+        /// the window N, samples: any whole number from 3n on, even or odd
+        Window = "window": Entry {
+            default: Number(98.0),
+            title: "N",
+            unit: "samples",
+            words: Template("N = {}"),
+            telling: 3,
+            along: 0,
+            held: 3,
+            count: true,
+            column: true,
+            ..DISCRETE
+        },
+        /// the record's length K, samples; "auto": max(400, N + 200)
+        Horizon = "horizon": Entry {
+            default: Text(AUTOMATIC),
+            count: true,
+            ..DISCRETE
+        },
+        /// reading E8: "dead-beat", "scaled:RHO" or "poles:LIST"
+        Gain = "gain": Entry {
+            default: Text("dead-beat"),
+            axis: "poles of F over those of A",
+            words: Words(gain_words),
+            tick: gain,
+            of_observer: true,
+            ..DISCRETE
+        },
+        /// the observer starts from "x0-hat" or from "zero"
+        ObserverStart = "observer_start": Entry {
+            default: Text("x0-hat"),
+            words: Template("start at {}"),
+            held: 2,
+            of_observer: true,
+            ..DISCRETE
+        },
+        /// the state's errors are taken from the "window" on (k >= N) or from the "start" (k >=
+        /// 0)
+        ScoredFrom = "scored_from": Entry {
+            default: Text("window"),
+            words: Template("scored from the {}"),
+            left_out: true,
+            ..DISCRETE
+        },
+        /// disturbance of a continuous-time output: "none", "constant", "ramp", "sine", "square",
+        /// "white" or a name in `[signals]`
+        Disturbance = "disturbance": Entry {
+            default: Text("sine"),
+            words: Template("{} disturbance"),
+            ..CONTINUOUS
+        },
+        /// factor on the disturbance: its amplitude, slope or standard deviation
+        Level = "level": Entry {
+            default: Number(0.3),
+            axis: "level of the disturbance",
+            ..CONTINUOUS
+        },
+        /// frequency of a sine or square disturbance, rad/s
+        Frequency = "frequency": Entry {
+            default: Number(1.0),
+            axis: "frequency, rad/s",
+            words: Template("{} rad/s"),
+            ..CONTINUOUS
+        },
+        /// phase of a sine or square disturbance, rad; "random": uniform, a new one in every
+        /// trial
+        Phase = "phase": Entry {
+            default: Number(0.0),
+            words: Template("phase {}"),
+            ..CONTINUOUS
+        },
+        /// seconds for which a number of white noise is held: its bandwidth is 1/(2 hold) Hz
+        NoiseHold = "noise_hold": Entry {
+            default: Number(0.01),
+            axis: "hold of white noise, s",
+            words: Template("hold {} s"),
+            ..CONTINUOUS
+        },
+        /// factor on the adaptation gains of every observer
+        GainScale = "gain_scale": Entry {
+            default: Number(1.0),
+            axis: "factor on the adaptation gains",
+            words: Template("gains times {}"),
+            ..CONTINUOUS
+        },
+        /// longest step of the integration, seconds
+        Step = "step": Entry {
+            default: Number(0.01),
+            axis: "step, s",
+            words: Template("step {} s"),
+            ..CONTINUOUS
+        },
+    }
+}
+
+/// The value of settings whose default follows from others: "the plant's", "as stated".
+pub const AUTOMATIC: &str = "auto";
+
+/// Returns the common name of a noise.
+fn noise(value: &str) -> &str {
+    match value {
+        "ar" => "1/A",
+        "ma" => "MA",
+        "arma" => "ARMA",
+        _ => value,
+    }
+}
+
+fn noise_words(value: &str) -> String {
+    format!("{} noise", noise(value))
+}
+
+/// Shortens a gain to the factor on the poles.
+fn gain(value: &str) -> &str {
+    match value {
+        "dead-beat" => "0",
+        _ => value.strip_prefix("scaled:").unwrap_or(value),
+    }
+}
+
+/// Describes a gain by the poles of F.
+fn gain_words(value: &str) -> String {
+    match value.strip_prefix("scaled:") {
+        Some("1") => "no feedback (scaled:1)".to_owned(),
+        Some(factor) => format!("poles {factor} times A's"),
+        None => format!("{value} gain"),
+    }
+}
+
+impl Key {
+    /// Whether studies in continuous time (`continuous`) or in discrete time have the setting.
+    pub const fn is_of(self, continuous: bool) -> bool {
+        self.entry().time.is_of(continuous)
+    }
+
+    /// Returns the value if a file of that kind gives none.
+    pub fn default_of(self, continuous: bool) -> Option<Scalar> {
+        let own = self.entry().default_in_continuous.filter(|_| continuous);
+        let own = own.map(|text| Scalar::Text(text.to_owned()));
+        own.or_else(|| self.default())
+            .filter(|_| self.is_of(continuous))
+    }
+
+    /// Returns the value if a file gives none; `None` for `l`, which replaces `window`.
+    pub fn default(self) -> Option<Scalar> {
+        match self.entry().default {
+            Given::Nothing => None,
+            Text(text) => Some(Scalar::Text(text.to_owned())),
+            Number(number) => Some(Scalar::Number(number)),
+        }
+    }
+
+    /// Puts a value into words: "N = 98", "eta = 2 %", "white noise".
+    pub fn words(self, value: &str) -> String {
+        match self.entry().words {
+            InWords::Named => format!("{self} {value}"),
+            Template(template) => template.replace("{}", value),
+            Words(words) => words(value),
+        }
+    }
+
+    /// Returns a value as the tick of an axis of names.
+    pub fn tick(self, value: &str) -> &str {
+        (self.entry().tick)(value)
+    }
+
+    /// Returns the heading of a table's column, without its unit.
+    pub fn title(self) -> String {
+        match self.entry().title {
+            "" => self.name().replace('_', " "),
+            title => title.to_owned(),
+        }
+    }
+
+    /// Returns the unit beside the heading; empty if there is none.
+    pub const fn unit(self) -> &'static str {
+        self.entry().unit
+    }
+
+    /// Returns the label of an axis of this setting, with its unit.
+    pub fn axis_label(self) -> String {
+        let Entry { axis, unit, .. } = self.entry();
+        match (axis, unit) {
+            ("", "") => self.title(),
+            ("", unit) => format!("{}, {unit}", self.title()),
+            (axis, _) => axis.to_owned(),
+        }
+    }
+
+    /// Returns every setting, in the order in which they are used to tell cells apart.
+    pub fn telling() -> impl Iterator<Item = Self> {
+        let mut all = Self::ALL.to_vec();
+        all.sort_by_key(|key| key.entry().telling);
+        all.into_iter()
+    }
+
+    /// Returns the setting's rank among those that may be the axis of a picture; the lowest is preferred.
+    pub const fn along(self) -> usize {
+        self.entry().along
+    }
+
+    /// Returns the setting's rank among those that get panels of a picture. Colours of noise come first; readings of
+    /// the errata and similar settings are held at one value if there is no room.
+    pub const fn held(self) -> usize {
+        self.entry().held
+    }
+
+    /// Whether the setting is a reading of the paper, named only if it is not the default.
+    pub const fn is_reading(self) -> bool {
+        self.entry().reading
+    }
+
+    /// Whether the setting changes only the observer, and no parameter.
+    pub const fn is_of_observer(self) -> bool {
+        self.entry().of_observer
+    }
+
+    /// Whether a resolved file omits the setting if it has its default. These settings were added later; omitting them
+    /// keeps the designs of older results unchanged.
+    pub const fn is_left_out(self) -> bool {
+        self.entry().left_out
+    }
+
+    /// Whether the value is a count, a whole number.
+    pub const fn is_count(self) -> bool {
+        self.entry().count
+    }
+
+    /// Whether results have a column of this setting even if it does not vary.
+    pub const fn is_always_a_column(self) -> bool {
+        self.entry().column
+    }
+}

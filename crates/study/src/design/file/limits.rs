@@ -1,0 +1,16 @@
+//! Limits on the lengths of texts and lists in a file.
+
+use crate::design::file::error::FileError;
+
+/// The largest number of entries in a list, such as methods (one for each combination of their options), bounds or
+/// comparisons.
+pub(crate) const LIST_LIMIT: usize = 1_000;
+
+/// Checks a count against its limit.
+pub(crate) fn at_most(key: &str, count: usize, things: &str, most: usize) -> Result<(), FileError> {
+    if count <= most {
+        return Ok(());
+    }
+    let message = format!("{count} {things}; expected at most {most}");
+    Err(FileError::key(key, message))
+}

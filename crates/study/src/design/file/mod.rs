@@ -1,0 +1,43 @@
+//! Experiment files: TOML, or the same structure as JSON in a manifest with every default written out.
+
+pub(crate) mod axis;
+pub(crate) mod bounds;
+pub(crate) mod claim;
+pub(crate) mod claim_test;
+pub(crate) mod columns;
+pub(crate) mod continuous_tables;
+pub(crate) mod engine;
+pub(crate) mod error;
+pub(crate) mod experiment_file;
+pub(crate) mod grid;
+pub(crate) mod key;
+pub(crate) mod lengths;
+pub(crate) mod limits;
+pub(crate) mod method;
+pub(crate) mod needed_by_claims;
+pub(crate) mod needs;
+pub(crate) mod parse;
+pub(crate) mod resolve;
+pub(crate) mod rule;
+pub(crate) mod tables;
+pub(crate) mod test_table;
+pub(crate) mod theory_reference;
+
+pub use axis::{Axis, Scalar};
+pub use bounds::BoundTable;
+pub use claim::{CLAIM_LEVEL, ClaimTable, Holds};
+pub use claim_test::{ClaimTest, Limit, Outcome, TestKind, TestUnit, ValueOf};
+pub use continuous_tables::{
+    ContinuousPlantTable, ContinuousTable, FactorName, FilterTable, HoldName, ObserverName,
+    ObserverTable, SignalTable, WaveName, WaveTable,
+};
+pub use error::FileError;
+pub use experiment_file::{ExperimentFile, Store, Unfinished};
+pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};
+pub use key::{AUTOMATIC, Key};
+pub use method::MethodTable;
+pub use needs::{MediansTable, Needs, SeriesTable};
+pub use parse::schema;
+pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
+pub use tables::{FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
+pub use test_table::{ClaimStatistic, TestTable, TimeOf};

@@ -1,0 +1,135 @@
+//! What the claims of a file need of a run.
+
+use crate::design::file::bounds::BoundTable;
+use crate::design::file::claim::ClaimTable;
+use crate::design::file::claim_test::{ClaimTest, TestKind, ValueOf};
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::key::Key;
+use crate::design::file::needs::{MediansTable, Needs, SeriesTable};
+use crate::design::file::test_table::ClaimStatistic;
+use crate::design::file::theory_reference::TheoryReference;
+
+/// Adds the items that the list does not have yet.
+pub(crate) fn extend<T: Clone + PartialEq>(list: &mut Vec<T>, items: &[T]) {
+    for item in items {
+        if !list.contains(item) {
+            list.push(item.clone());
+        }
+    }
+}
+
+/// Adds an item that is in neither list.
+pub(crate) fn push<T: PartialEq>(list: &mut Vec<T>, known: &[T], item: T) {
+    if !known.contains(&item) && !list.contains(&item) {
+        list.push(item);
+    }
+}
+
+impl ExperimentFile {
+    /// Returns what the claims need of a run beyond what a resolved file asks for itself. Faulty tests need nothing.
+    pub fn needs(&self) -> Needs {
+        let mut needs = Needs::default();
+        for claim in &self.claims {
+            for test in claim.cases().unwrap_or_default().iter().flatten() {
+                needs.add(claim, test, self);
+            }
+            if let Some(Ok(given)) = claim.given.as_ref().map(ClaimTest::from_table) {
+                needs.add(claim, &given, self);
+            }
+        }
+        needs.measures.sort_unstable();
+        needs
+    }
+
+    /// Adds what the claims need. If `needed` is given already, adds exactly that.
+    pub(crate) fn add_needs(&mut self) {
+        let needs = self.needed.take().unwrap_or_else(|| self.needs());
+        extend(&mut self.measures, &needs.measures);
+        extend(&mut self.compare, &needs.compare);
+        extend(&mut self.bounds, &needs.bounds);
+        extend(&mut self.slopes, &needs.slopes);
+        self.parameters |= needs.parameters;
+        self.coverage |= needs.coverage;
+        self.timing |= needs.timing;
+        self.needed = Some(needs).filter(|needs| !needs.is_empty());
+    }
+}
+
+impl Needs {
+    fn add(&mut self, claim: &ClaimTable, test: &ClaimTest, file: &ExperimentFile) {
+        let output = || test.output.clone();
+        match &test.kind {
+            TestKind::Outcome(_) => {}
+            TestKind::Bound(bound) => {
+                push(&mut self.measures, &file.measures, bound.measure);
+                // A bound of the file may apply to the cells of one claim only.
+                let claim = claim.single(Key::Claim);
+                let counted = |table: &BoundTable| {
+                    table.limits() == bound.limits()
+                        && (table.claim.is_none() || table.claim == claim)
+                };
+                if !file.bounds.iter().any(counted) {
+                    let claim = claim.clone();
+                    push(
+                        &mut self.bounds,
+                        &[],
+                        BoundTable {
+                            claim,
+                            ..bound.clone()
+                        },
+                    );
+                }
+            }
+            TestKind::Wins { measure, to } => {
+                push(&mut self.measures, &file.measures, *measure);
+                push(&mut self.compare, &file.compare, [output(), to.clone()]);
+            }
+            TestKind::Value { what, statistic } => match what {
+                ValueOf::Measure(measure) => push(&mut self.measures, &file.measures, *measure),
+                _ if *statistic == ClaimStatistic::Coverage => self.coverage |= !file.coverage,
+                ValueOf::Parameters | ValueOf::Parameter(_) => self.parameters |= !file.parameters,
+            },
+            TestKind::Ratio {
+                measure,
+                to,
+                measure_of_to,
+                statistic,
+            } => {
+                push(&mut self.measures, &file.measures, *measure);
+                push(&mut self.measures, &file.measures, *measure_of_to);
+                let of_theory = TheoryReference::named(to).is_some();
+                if *statistic == ClaimStatistic::Median && !of_theory {
+                    let medians = MediansTable {
+                        output: output(),
+                        measure: *measure,
+                        to: to.clone(),
+                        measure_of_to: *measure_of_to,
+                    };
+                    push(&mut self.medians, &[], medians);
+                } else if !of_theory {
+                    push(&mut self.compare, &file.compare, [output(), to.clone()]);
+                }
+            }
+            TestKind::Cells { measure, axis, .. } => {
+                push(&mut self.measures, &file.measures, *measure);
+                for (from, to) in test.unit().steps(&file.settings) {
+                    let series = SeriesTable {
+                        measure: *measure,
+                        output: output(),
+                        axis: *axis,
+                        from,
+                        to,
+                    };
+                    push(&mut self.series, &[], series);
+                }
+            }
+            TestKind::Slope(slope) => {
+                push(&mut self.measures, &file.measures, slope.measure);
+                if slope.check(&file.settings).is_ok() {
+                    push(&mut self.slopes, &file.slopes, slope.clone());
+                }
+            }
+            TestKind::Time { .. } => self.timing |= !file.timing,
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Reading experiment files. An error is one line with its place.
+
+use crate::design::file::error::FileError;
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::key::Key;
+use crate::design::measure::Measure;
+use crate::files;
+use crate::files::Kind;
+use asobench_identification::names::UnknownName;
+use serde_json::Value;
+use std::path::Path;
+
+/// Adds the nearest name to serde's message "unknown field `x`, expected one of `a`, `b`".
+fn with_nearest(message: &str) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let (true, Some(given)) = (message.starts_with("unknown field"), quoted.next()) else {
+        return message.replace('\n', " ");
+    };
+    let valid: Vec<&str> = quoted.collect();
+    UnknownName::new("key", given, &valid).to_string()
+}
+
+impl ExperimentFile {
+    /// Reads TOML.
+    ///
+    /// # Errors
+    /// [`FileError::Text`] with line and column.
+    pub fn parse(text: &str) -> Result<Self, FileError> {
+        toml::from_str(text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start).min(text.len());
+            let before = text.get(..at).unwrap_or_default();
+            let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+            FileError::Text {
+                line: before.matches('\n').count() + 1,
+                column: before[line_start..].chars().count() + 1,
+                message: with_nearest(error.message()),
+            }
+        })
+    }
+
+    /// Reads a TOML file, or the experiment of a manifest (`manifest.json`).
+    ///
+    /// # Errors
+    /// The error, with the file's name.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let json = path
+            .extension()
+            .is_some_and(|extension| extension == "json");
+        let kind = if json {
+            Kind::Manifest
+        } else {
+            Kind::Experiment
+        };
+        let read = match files::read_named(path, kind) {
+            Ok(text) if path == Path::new("-") && text.trim().is_empty() => Err(FileError::Io(
+                "standard input is empty; expected an experiment file".to_owned(),
+            )),
+            Ok(text) if json => Self::parse_manifest(&text),
+            Ok(text) => Self::parse(&text).and_then(|file| file.with_samples(path)),
+            Err(error) => Err(FileError::Io(error.to_string())),
+        };
+        read.map_err(|error| FileError::In {
+            path: path.display().to_string(),
+            error: Box::new(error),
+        })
+    }
+
+    /// Reads the samples of files that disturbances, inputs and noises name, unless they were read before. Paths are
+    /// relative to the folder of the experiment file `path`.
+    ///
+    /// # Errors
+    /// If one cannot be read.
+    pub fn with_samples(mut self, path: &Path) -> Result<Self, FileError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        self.read_columns(folder)?;
+        for (name, signal) in &mut self.signals {
+            signal.read_files(folder, &format!("signals.{name}"))?;
+        }
+        Ok(self)
+    }
+
+    fn parse_manifest(text: &str) -> Result<Self, FileError> {
+        let wrong = |message: &str| FileError::key("experiment", message);
+        let manifest: Value = serde_json::from_str(text).map_err(|e| wrong(&e.to_string()))?;
+        let experiment = manifest.get("experiment");
+        let expected = "expected a manifest.json of a results folder, or a TOML file";
+        Self::from_json(experiment.ok_or_else(|| wrong(expected))?)
+    }
+
+    /// Reads the JSON of a manifest.
+    ///
+    /// # Errors
+    /// If it does not have this structure.
+    pub fn from_json(value: &Value) -> Result<Self, FileError> {
+        serde_json::from_value(value.clone())
+            .map_err(|error| FileError::key("experiment", with_nearest(&error.to_string())))
+    }
+
+    /// Sets one key, `eta=5`, `seed=7`, `methods.0.solver=["lu","qr"]`: a setting by its name, or a path into the file.
+    /// The value is TOML; anything else is a text.
+    ///
+    /// # Errors
+    /// If there is no such key, or the value does not fit.
+    pub fn set(&self, assignment: &str) -> Result<Self, FileError> {
+        let Some((path, text)) = assignment.split_once('=') else {
+            return Err(FileError::key(assignment, "expected KEY=VALUE"));
+        };
+        let path = path.trim();
+        let wrong = |message: String| FileError::key(path, message);
+        let value = toml_value(text.trim());
+        if holds_null(&value) {
+            return Err(wrong(format!("'{}' is not a finite number", text.trim())));
+        }
+        let mut file = serde_json::to_value(self).map_err(|error| wrong(error.to_string()))?;
+        let top = file
+            .get(path.split('.').next().unwrap_or_default())
+            .is_some();
+        let full = if top || path.contains('.') {
+            path.to_owned()
+        } else {
+            path.parse::<Key>()
+                .map_err(|error| wrong(error.to_string()))?;
+            format!("settings.{path}")
+        };
+        let mut place = &mut file;
+        for part in full.split('.') {
+            let next = match part.parse::<usize>() {
+                Ok(index) if place.is_array() => place.get_mut(index),
+                _ if place.is_object() => Some(&mut place[part]),
+                _ => None,
+            };
+            place = next.ok_or_else(|| wrong(format!("no '{part}' there")))?;
+        }
+        *place = value;
+        serde_json::from_value(file).map_err(|error| wrong(with_nearest(&error.to_string())))
+    }
+}
+
+/// Parses the text as a TOML value; anything else is a text.
+fn toml_value(text: &str) -> Value {
+    #[derive(serde::Deserialize)]
+    struct Line {
+        v: Value,
+    }
+    let parsed: Result<Line, _> = toml::from_str(&format!("v = {text}"));
+    parsed.map_or_else(|_| Value::String(text.to_owned()), |line| line.v)
+}
+
+/// Whether the value contains a null, which JSON has instead of NaN and infinity.
+fn holds_null(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(values) => values.iter().any(holds_null),
+        Value::Object(values) => values.values().any(holds_null),
+        _ => false,
+    }
+}
+
+/// Returns the JSON schema of experiment files, for editors.
+pub fn schema() -> Value {
+    let mut schema = schemars::schema_for!(ExperimentFile).to_value();
+    schema["title"] = "asobench experiment".into();
+    let settings: serde_json::Map<String, Value> = Key::ALL
+        .iter()
+        .map(|key| {
+            let mut setting =
+                serde_json::json!({ "$ref": "#/$defs/Axis", "description": key.about() });
+            if let Some(default) = key.default() {
+                setting["default"] = serde_json::json!(default);
+            }
+            (key.to_string(), setting)
+        })
+        .collect();
+    schema["properties"]["settings"] = serde_json::json!({
+        "type": "object",
+        "description": "The settings: one value each, or a list or range, which makes an axis of the grid.",
+        "properties": settings,
+        "additionalProperties": false,
+    });
+    let measures = Measure::ALL.iter();
+    let measures =
+        measures.map(|of| serde_json::json!({ "const": of.name(), "description": of.about() }));
+    schema["$defs"]["Measure"] = serde_json::json!({ "oneOf": measures.collect::<Vec<_>>() });
+    schema
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::file::axis::Axis;
+    use crate::design::file::axis::Scalar;
+
+    fn refused(text: &str) -> String {
+        ExperimentFile::parse(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn mistakes_are_named_with_line_column_and_the_nearest_key() {
+        for (text, parts) in [
+            (
+                "titel = \"x\"",
+                ["line 1, column 1", "did you mean 'title'"],
+            ),
+            (
+                "seed = 1\n[settings]\netaa = 5",
+                ["line 3, column 1", "did you mean 'eta'"],
+            ),
+            (
+                "[settings]\neta = true",
+                ["line 2, column 7", "expected a number"],
+            ),
+            ("[settings]\neta = []", ["line 2, column 7", "empty list"]),
+            (
+                "[[methods]]\nsolvr = \"lu\"",
+                ["line 2, column 1", "did you mean 'solver'"],
+            ),
+            ("seed = \"x\"", ["line 1, column 8", "expected u64"]),
+            ("trials = -3", ["line 1, column 10", "expected at least 1"]),
+            (
+                "measures = [\"e_c\"]",
+                ["line 1", "unknown measure 'e_c', did you mean"],
+            ),
+            ("seed = = 1", ["line 1", ""]),
+            ("trials = { until = \"e_a\" }", ["line 1", "missing field"]),
+        ] {
+            let error = refused(text);
+            for part in parts {
+                assert!(error.contains(part), "{text}: {error}");
+            }
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
+    }
+
+    #[test]
+    fn keys_can_be_set() {
+        let file =
+            ExperimentFile::parse("[settings]\neta = 3\n[[methods]]\nsolver = \"lu\"").unwrap();
+        let set = |text: &str| file.set(text);
+        let number = |x| Axis::One(Scalar::Number(x));
+        assert_eq!(set("eta=5").unwrap().settings[&Key::Eta], number(5.0));
+        assert_eq!(
+            set("settings.window = 98").unwrap().settings[&Key::Window],
+            number(98.0)
+        );
+        let white = Axis::One(Scalar::Text("white".to_owned()));
+        assert_eq!(set("noise=white").unwrap().settings[&Key::Noise], white);
+        assert!(matches!(
+            set("eta=[1, 2]").unwrap().settings[&Key::Eta],
+            Axis::Many(_)
+        ));
+        assert_eq!(set("seed=7").unwrap().seed, 7);
+        assert!(set("methods.0.solver=qr").unwrap() != file);
+        for (text, part) in [
+            ("etaa=1", "did you mean 'eta'"),
+            ("eta", "expected KEY=VALUE"),
+            ("seed=x", "invalid type"),
+            ("methods.7.solver=lu", "no '7'"),
+            ("methods.0.solvr=lu", "did you mean 'solver'"),
+        ] {
+            let error = set(text).unwrap_err().to_string();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_resolved_file_is_its_own_resolution_through_json_too() {
+        let text = "[settings]\neta = { logspace = [1, 100, 3] }\nl = [1, 2]\n\
+                    [[methods]]\nsolver = [\"lu\", \"qr\"]\n[[methods]]\nestimator = \"ls\"";
+        let resolved = ExperimentFile::parse(text).unwrap().resolve().unwrap();
+        assert_eq!(resolved.methods.len(), 3);
+        let json = serde_json::to_value(&resolved).unwrap();
+        let back = ExperimentFile::from_json(&json).unwrap();
+        assert_eq!(back, resolved);
+        assert_eq!(back.clone().resolve().unwrap(), resolved);
+        let only_iv = "[[methods]]\nestimator = \"ls\"\niterations = 3";
+        let error = ExperimentFile::parse(only_iv)
+            .unwrap()
+            .resolve()
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("methods[0] (ls)") && error.contains("'iv' or 'wnsf' only"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,143 @@
+//! Writes out every default of a file, and refuses what belongs to another kind of study.
+
+use crate::design::file::axis::Axis;
+use crate::design::file::error::FileError;
+use crate::design::file::experiment_file::{ExperimentFile, Unfinished};
+use crate::design::file::key::Key;
+use crate::design::file::method::MethodTable;
+use crate::design::file::rule::TrialRule;
+use crate::design::measure::Measure;
+
+impl ExperimentFile {
+    /// Applies the changes of `[quick]` to the file.
+    #[must_use]
+    pub fn quick(mut self) -> Self {
+        if let Some(quick) = self.quick.take() {
+            self.trials = TrialRule::Fixed(quick.trials);
+            self.settings.extend(quick.settings);
+        }
+        self
+    }
+
+    /// Refuses keys that belong to the other kind of study.
+    fn check_kind(&self) -> Result<(), FileError> {
+        let continuous = self.continuous.is_some();
+        let kind = if continuous {
+            "continuous time (the file has [continuous])"
+        } else {
+            "discrete time (the file has no [continuous])"
+        };
+        let wrong = |key: &str| {
+            let message = format!("is not used in a study in {kind}");
+            Err(FileError::key(key, message))
+        };
+        // The same error, with the names that this kind of study has.
+        let instead = |key: &str, names: Vec<&str>| {
+            let message = format!(
+                "is not used in a study in {kind}; expected one of {}",
+                names.join(", ")
+            );
+            Err(FileError::key(key, message))
+        };
+        if let Some(key) = self.settings.keys().find(|key| !key.is_of(continuous)) {
+            let known = Key::ALL.iter().filter(|key| key.is_of(continuous));
+            return instead(key.name(), known.map(|key| key.name()).collect());
+        }
+        let default = Self::default();
+        let measured = self
+            .measures
+            .iter()
+            .find(|measure| !measure.is_of(continuous));
+        if let Some(measure) = measured.filter(|_| self.measures != default.measures) {
+            let known = Measure::ALL.iter().filter(|of| of.is_of(continuous));
+            let key = format!("measures: '{measure}'");
+            return instead(&key, known.map(|of| of.name()).collect());
+        }
+        let given = [
+            (
+                "methods",
+                continuous && self.methods != default.methods && !self.methods.is_empty(),
+            ),
+            ("plants", continuous && !self.plants.is_empty()),
+            ("noises", continuous && !self.noises.is_empty()),
+            ("feedbacks", continuous && !self.feedbacks.is_empty()),
+            ("parameters", continuous && self.parameters),
+            ("coverage", continuous && self.coverage),
+            ("curves", continuous && self.curves),
+            ("timing", continuous && self.timing),
+            (
+                "unfinished",
+                continuous && self.unfinished == Unfinished::Counted,
+            ),
+            (
+                "continuous_plants",
+                !continuous && !self.continuous_plants.is_empty(),
+            ),
+            ("signals", !continuous && !self.signals.is_empty()),
+            ("observers", !continuous && !self.observers.is_empty()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((key, _)) => wrong(key),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes out every default, except those of [`Key::is_left_out`]: settings, and one table per method.
+    ///
+    /// # Errors
+    /// If both `l` and `window` are given, or a method's options contradict each other.
+    pub fn resolve(mut self) -> Result<Self, FileError> {
+        if self.settings.contains_key(&Key::L) && self.settings.contains_key(&Key::Window) {
+            let message = "cannot be set together with 'window' (N = 3n + 2l)";
+            return Err(FileError::key("l", message));
+        }
+        let continuous = self.continuous.is_some();
+        self.check_kind()?;
+        self.check_lengths()?;
+        if continuous {
+            self.methods.clear();
+            if self.measures == Self::default().measures {
+                self.measures = vec![
+                    Measure::RmsState,
+                    Measure::Theta,
+                    Measure::ThetaRms,
+                    Measure::StepError,
+                ];
+            }
+        }
+        for key in Key::ALL {
+            let absent = *key == Key::Window && self.settings.contains_key(&Key::L);
+            if let Some(default) = key.default_of(continuous).filter(|_| !absent) {
+                self.settings.entry(*key).or_insert(Axis::One(default));
+            }
+        }
+        // Ranges and lists of counts become the values that they stand for.
+        for (key, axis) in &mut self.settings {
+            let mut values = axis.values(key.is_count());
+            *axis = match (axis.clone(), values.len()) {
+                (Axis::One(_), _) | (_, 1) => Axis::One(values.swap_remove(0)),
+                _ => Axis::Many(values),
+            };
+        }
+        self.settings.retain(|key, axis| {
+            let default = key.default().map(Axis::One);
+            !(key.is_left_out() && Some(&*axis) == default.as_ref())
+        });
+        self.drop_columns();
+        for (name, noise) in &mut self.noises {
+            let resolved = std::mem::take(noise).resolve();
+            let wrong = |message: String| FileError::key(&format!("noises.{name}"), message);
+            *noise = resolved.map_err(wrong)?;
+        }
+        let methods = self.methods.iter().enumerate();
+        let expanded: Result<Vec<Vec<MethodTable>>, FileError> =
+            methods.map(|(i, method)| method.expand(i)).collect();
+        self.methods = expanded?.concat();
+        self.check_lengths()?;
+        self.add_needs();
+        self.measures.sort_unstable();
+        self.measures.dedup();
+        self.quick = None;
+        Ok(self)
+    }
+}

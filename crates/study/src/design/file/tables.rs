@@ -1,0 +1,341 @@
+//! The smaller tables of an experiment file.
+
+use crate::design::file::axis::{Axis, Scalar};
+use crate::design::file::key::Key;
+use crate::design::measure::Measure;
+use crate::design::state_feedback::LoopModel;
+use asobench_identification::metric::SlopeOf;
+use asobench_identification::model::{LinearModel, Orders};
+use asobench_identification::plant::{StateSpace, TransferFunction};
+use asobench_identification::text::number;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A plant: the polynomials A, B, F of `A(q) y = B(q)/F(q) u` in the usual notation, or the paper's a with b or h.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlantTable {
+    /// `A = [1, a_1, ..., a_na]` in q^-1, such as `[1, -1.5, 0.7]`; 1 if absent.
+    #[serde(rename = "A", skip_serializing_if = "Option::is_none")]
+    pub output_polynomial: Option<Vec<f64>>,
+    /// `B = [0, b_1, ...]` in q^-1: as many zeros as samples of delay, at least one.
+    #[serde(rename = "B", skip_serializing_if = "Option::is_none")]
+    pub input_polynomial: Option<Vec<f64>>,
+    /// `F = [1, f_1, ..., f_nf]` in q^-1; 1 if absent.
+    #[serde(rename = "F", skip_serializing_if = "Option::is_none")]
+    pub transfer_polynomial: Option<Vec<f64>>,
+    /// Last row of the matrix A, `a_1 ... a_n`: `a_i` is minus the coefficient of `q^-(n+1-i)` in `A(q)`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub a: Option<Vec<f64>>,
+    /// Input vector b: the first n samples of the impulse response.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub b: Option<Vec<f64>>,
+    /// Numerator h of W(z), instead of b: `h_i` is the coefficient of `q^-i` in `B(q)`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub h: Option<Vec<f64>>,
+    /// Initial state, used if the setting x0 is "plant".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x0: Option<Vec<f64>>,
+    /// Whether the plant is meant to be unstable.
+    pub unstable: bool,
+}
+
+impl PlantTable {
+    /// The largest order that the lengths of its lists can mean.
+    pub(crate) fn order(&self) -> usize {
+        let longest = |lists: &[&Option<Vec<f64>>]| {
+            let lengths = lists.iter().map(|list| list.as_ref().map_or(0, Vec::len));
+            lengths.max().unwrap_or(0)
+        };
+        let polynomials = [
+            &self.output_polynomial,
+            &self.input_polynomial,
+            &self.transfer_polynomial,
+        ];
+        let rows = longest(&[&self.a, &self.b, &self.h, &self.x0]);
+        longest(&polynomials).saturating_sub(1).max(rows)
+    }
+
+    /// Returns the plant, from the notation in which it is given.
+    pub(crate) fn plant(&self) -> Result<StateSpace, String> {
+        let polynomials = [
+            &self.output_polynomial,
+            &self.input_polynomial,
+            &self.transfer_polynomial,
+        ];
+        let polynomials = polynomials.into_iter().any(Option::is_some);
+        let rows = [&self.a, &self.b, &self.h].into_iter().any(Option::is_some);
+        match (polynomials, rows) {
+            (true, false) => self.plant_of_polynomials(),
+            (false, true) => match (&self.a, &self.b, &self.h) {
+                (Some(a), Some(b), None) => {
+                    StateSpace::new(a.clone(), b.clone()).map_err(|e| e.to_string())
+                }
+                (Some(a), None, Some(h)) => TransferFunction::new(a.clone(), h.clone())
+                    .map(StateSpace::from)
+                    .map_err(|e| e.to_string()),
+                _ => Err("expected a, and either b or h beside it".to_owned()),
+            },
+            (true, true) => Err(
+                "both the polynomials A, B, F and the paper's a, b, h; expected one of them"
+                    .to_owned(),
+            ),
+            (false, false) => Err(
+                "expected the polynomials A = [1, ...] and B = [0, ...], or a with b or h"
+                    .to_owned(),
+            ),
+        }
+    }
+
+    fn plant_of_polynomials(&self) -> Result<StateSpace, String> {
+        let b = self.input_polynomial.as_deref().unwrap_or(&[]);
+        let delay = b.iter().take_while(|b| **b == 0.0).count();
+        if b.len() < 2 || delay == b.len() {
+            return Err(
+                "B: expected B = [0, b_1, ...] with a coefficient that is not 0".to_owned(),
+            );
+        }
+        if delay == 0 {
+            return Err(format!(
+                "B: its first number is {}; expected 0, a delay of at least one sample: B = [0, b_1, ...]",
+                number(b[0])
+            ));
+        }
+        let model = LinearModel {
+            a: monic("A", self.output_polynomial.as_deref())?,
+            f: monic("F", self.transfer_polynomial.as_deref())?,
+            b: b.to_vec(),
+            delay,
+            ..LinearModel::zero(Orders::default())
+        };
+        let plant = model.plant();
+        plant.ok_or_else(|| "a plant's coefficients must be finite numbers".to_owned())
+    }
+}
+
+/// Checks a polynomial whose first coefficient is 1; returns 1 if it is absent.
+fn monic(name: &str, given: Option<&[f64]>) -> Result<Vec<f64>, String> {
+    match given {
+        None => Ok(vec![1.0]),
+        Some([first, ..]) if *first == 1.0 => Ok(given.unwrap_or_default().to_vec()),
+        Some([]) => Err(format!("{name}: an empty list; expected {name} = [1, ...]")),
+        Some([first, ..]) => Err(format!(
+            "{name}: its leading coefficient is {}; expected 1: {name} = [1, ...]",
+            number(*first)
+        )),
+    }
+}
+
+/// A noise filter of white noise: the polynomials `C/D`, or numerator and denominator.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseTable {
+    /// `C = [1, c_1, ..., c_nc]` in q^-1; 1 if absent.
+    #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
+    pub moving_average: Option<Vec<f64>>,
+    /// `D = [1, d_1, ..., d_nd]` in q^-1; 1 if absent.
+    #[serde(rename = "D", skip_serializing_if = "Option::is_none")]
+    pub autoregression: Option<Vec<f64>>,
+    /// `c_0 ... c_q`, with any first coefficient.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numerator: Option<Vec<f64>>,
+    /// `1, d_1 ... d_p`; 1 if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denominator: Option<Vec<f64>>,
+    /// The white noise is drawn with replacement from a column of a CSV file, "file:PATH#COLUMN", its mean subtracted and
+    /// its variance made 1; Gaussian if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residuals: Option<String>,
+}
+
+impl NoiseTable {
+    /// Returns the table as a resolved file has it, with numerator and denominator.
+    pub(crate) fn resolve(self) -> Result<Self, String> {
+        let Self {
+            moving_average: c,
+            autoregression: d,
+            numerator,
+            denominator,
+            residuals,
+        } = self;
+        let polynomials = c.is_some() || d.is_some();
+        let (numerator, denominator) = match (polynomials, numerator, denominator) {
+            (true, None, None) => (monic("C", c.as_deref())?, monic("D", d.as_deref())?),
+            (false, Some(numerator), denominator) => {
+                (numerator, denominator.unwrap_or_else(|| vec![1.0]))
+            }
+            (true, _, _) => {
+                return Err(
+                    "both C, D and numerator, denominator are given; expected one pair of them"
+                        .to_owned(),
+                );
+            }
+            (false, None, _) => {
+                return Err("expected C = [1, ...] and D = [1, ...], or numerator".to_owned());
+            }
+        };
+        Ok(Self {
+            numerator: Some(numerator),
+            denominator: Some(denominator),
+            residuals,
+            ..Self::default()
+        })
+    }
+
+    /// Returns numerator and denominator of a resolved table.
+    pub(crate) fn filter(&self) -> (&[f64], &[f64]) {
+        let numerator = self.numerator.as_deref().unwrap_or(&[1.0]);
+        (numerator, self.denominator.as_deref().unwrap_or(&[1.0]))
+    }
+}
+
+/// A feedback: of the measured output, `u(k) = -K(q) y(k) + r(k)`, or of the adaptive observer's state,
+/// `u(k) = -k'xhat(k) + r(k)` after the first `identify` samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FeedbackTable {
+    /// Numerator of K(q): `c_0 ... c_q`; one number is a static gain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numerator: Option<Vec<f64>>,
+    /// Denominator of K(q): `1, d_1 ... d_p`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denominator: Option<Vec<f64>>,
+    /// State feedback: k, one number per state.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub state_gain: Option<Vec<f64>>,
+    /// State feedback: samples of the open loop from which the observer's model is identified.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identify: Option<usize>,
+    /// State feedback: "identified" (the default), or "true" for the plant itself as the observer's model, after the
+    /// same samples in open loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<LoopModel>,
+    /// The reference's amplitude instead of the setting `amplitude`; 0 is r = 0, with state feedback once the
+    /// loop is closed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<f64>,
+}
+
+/// A log-log slope: of a statistic of a measure over an axis, for every output and every value of the other axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SlopeTable {
+    /// The measure.
+    #[serde(rename(serialize = "figure"), alias = "figure")]
+    pub measure: Measure,
+    /// The axis.
+    pub over: Key,
+    /// "median" or "rmse".
+    #[serde(default)]
+    pub statistic: SlopeOf,
+    /// Only cells from this value of the axis on.
+    #[serde(default)]
+    pub from: f64,
+}
+
+impl SlopeTable {
+    /// Checks that the setting has values over which to take a slope.
+    pub(crate) fn check(&self, settings: &BTreeMap<Key, Axis>) -> Result<(), String> {
+        let Self { over, from, .. } = self;
+        let Some(Axis::Many(values)) = settings.get(over) else {
+            return Err(format!("'{over}' has no list in [settings]"));
+        };
+        let taken = |value: &&Scalar| match value {
+            Scalar::Number(number) => number >= from,
+            Scalar::Text(_) => true,
+        };
+        let positive = |value: &Scalar| matches!(value, Scalar::Number(number) if *number > 0.0);
+        let taken: Vec<&Scalar> = values.iter().filter(taken).collect();
+        if taken.len() < 2 || !taken.into_iter().all(positive) {
+            return Err(format!(
+                "'{over}' must have at least two values from {from} on, all of them numbers above 0"
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// What `--quick` changes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct QuickTable {
+    /// Trials in each cell.
+    pub trials: u64,
+    /// Settings instead of the file's.
+    #[serde(default)]
+    pub settings: BTreeMap<Key, Axis>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plant(text: &str) -> Result<StateSpace, String> {
+        let table: PlantTable = toml::from_str(text).unwrap();
+        table.plant()
+    }
+
+    /// `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2)` in every notation; b is the impulse response, by hand.
+    #[test]
+    fn a_plant_is_the_same_in_every_notation() {
+        let expected = StateSpace::new(vec![-0.7, 1.5], vec![1.0, 2.0]).unwrap();
+        for text in [
+            "A = [1, -1.5, 0.7]\nB = [0, 1, 0.5]",
+            "F = [1, -1.5, 0.7]\nB = [0, 1, 0.5]",
+            "a = [-0.7, 1.5]\nh = [1, 0.5]",
+            "a = [-0.7, 1.5]\nb = [1, 2]",
+        ] {
+            assert_eq!(plant(text).unwrap(), expected, "{text}");
+        }
+        // (1 - 0.5 q^-1)(1 - 0.25 q^-1), and a delay of two samples.
+        let product = plant("A = [1, -0.5]\nF = [1, -0.25]\nB = [0, 0, 1]").unwrap();
+        assert_eq!(product.a(), [-0.125, 0.75]);
+        assert_eq!(product.h(), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn mistakes_in_a_plant_are_told() {
+        for (text, part) in [
+            (
+                "A = [2, -1]\nB = [0, 1]",
+                "A: its leading coefficient is 2; expected 1",
+            ),
+            ("A = []\nB = [0, 1]", "A: an empty list"),
+            (
+                "A = [1, -0.5]\nB = [1, 0.5]",
+                "B: its first number is 1; expected 0",
+            ),
+            ("A = [1, -0.5]", "B: expected B = [0, b_1, ...]"),
+            ("A = [1, -0.5]\nB = [0, 0]", "B: expected B = [0, b_1, ...]"),
+            (
+                "A = [1, -0.5]\nB = [0, 1]\na = [0.5]\nb = [1]",
+                "both the polynomials",
+            ),
+            ("a = [0.5]", "either b or h"),
+            ("x0 = [0]", "expected the polynomials"),
+        ] {
+            let error = plant(text).unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn noise_as_polynomials_or_as_a_filter() {
+        let noise = |text: &str| toml::from_str::<NoiseTable>(text).unwrap().resolve();
+        let same = noise("numerator = [1, 0.5]\ndenominator = [1, -0.9]").unwrap();
+        assert_eq!(noise("C = [1, 0.5]\nD = [1, -0.9]").unwrap(), same);
+        assert_eq!(same.clone().resolve().unwrap(), same);
+        assert_eq!(
+            noise("D = [1, -0.9]").unwrap().filter(),
+            (&[1.0][..], &[1.0, -0.9][..])
+        );
+        for (text, part) in [
+            ("C = [2, 1]", "C: its leading coefficient is 2"),
+            ("C = [1]\nnumerator = [1]", "both"),
+            ("denominator = [1, 0.5]", "expected C"),
+        ] {
+            assert!(noise(text).unwrap_err().contains(part), "{text}");
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! A test of a claim as it is written in a file.
+
+use crate::design::file::axis::{Axis, Scalar};
+use crate::design::file::key::Key;
+use crate::design::measure::Measure;
+use asobench_identification::names::named_enum;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+named_enum! {
+    /// The statistic of a measure that a test looks at.
+    ClaimStatistic, "statistic" {
+        /// The median.
+        Median = "median",
+        /// The median over trials of the ratio of two outputs on the same trial; for ratios.
+        PairedMedian = "paired-median",
+        /// The mean.
+        Mean = "mean",
+        /// The root mean square.
+        Rms = "rms",
+        /// The 5 % quantile.
+        Q05 = "q05",
+        /// The lower quartile.
+        Q25 = "q25",
+        /// The upper quartile.
+        Q75 = "q75",
+        /// The 95 % quantile.
+        Q95 = "q95",
+        /// The mean of the signed error over its standard deviation; for a coefficient.
+        Bias = "bias",
+        /// The share of trials whose 95 % interval contains the truth, among those with a standard error; for a
+        /// coefficient.
+        Coverage = "coverage",
+    }
+}
+
+/// A test of one cell. Exactly one of `share`, `value`, `ratio`, `cells`, `slope` and `time` says
+/// its kind, exactly one of `below`, `above`, `between` and `within` its limit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TestTable {
+    /// Share of the trials of `of`: "failed", "unstable" or "lost" (either), or a measure: the
+    /// trials whose measure is below `bound` or `rounding`, or in which `of` is better in it than
+    /// `to`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<String>,
+    /// A statistic of a measure of `of`, or the bias or coverage of "parameters" (every coefficient), "a_1",
+    /// "h_2", ...
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<String>,
+    /// A measure of `of` over that of `to`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<Measure>,
+    /// A measure of `of` in the cell with `axis` at `to` over that at `from`, on the same trials.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<Measure>,
+    /// The log-log slope of a measure of `of` over a setting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slope: Option<Measure>,
+    /// "estimate": the median time of method `of` over that of `to`; it needs timing = true.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<TimeOf>,
+    /// The output, such as "iv(4)"; of `time` the method. A list: each of them is judged by itself.
+    #[serde(rename = "of", skip_serializing_if = "Option::is_none")]
+    pub output: Option<Axis>,
+    /// The output or method that it is compared with, or a list, as for `of`; of `ratio` also "theory"
+    /// (the output's own), "bound:shared" or "bound:separate" (Cramer-Rao); of `cells` the value of
+    /// `axis`, or a list (every other value if absent).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to: Option<Axis>,
+    /// ratio: the measure of `to`, if it differs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measure_of_to: Option<Measure>,
+    /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; of a coefficient "bias" (default),
+    /// "coverage"; ratio: "paired-median"
+    /// (default; of theory "median"), "median" (of two medians), "rms"; slope: "median" (default), "rms".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub statistic: Option<ClaimStatistic>,
+    /// share: the measure must be below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<f64>,
+    /// share: or below this multiple of eps times the condition number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounding: Option<f64>,
+    /// cells: the setting in which the two cells differ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<Key>,
+    /// cells: the value of `axis` that the others are compared with; slope: the first value of
+    /// `over` that is taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<Scalar>,
+    /// slope: the setting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over: Option<Key>,
+    /// It must be below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// It must be above this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+    /// It must be from the first to the second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between: Option<[f64; 2]>,
+    /// ratio, cells, time: it must be the same within this factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within: Option<f64>,
+}
+
+impl TestTable {
+    /// Returns what the test compares with, if that is an output or a method.
+    pub(crate) fn compared_with(&self) -> Option<&Axis> {
+        self.to.as_ref().filter(|_| self.cells.is_none())
+    }
+
+    /// Returns the table with one name instead of each list.
+    pub(crate) fn chosen(&self, output: Option<&Scalar>, to: Option<&Scalar>) -> Self {
+        let name = |list: Option<&Axis>, name: Option<&Scalar>| match (list, name) {
+            (Some(Axis::Many(_)), Some(name)) => Some(Axis::One(name.clone())),
+            (list, _) => list.cloned(),
+        };
+        let compared = self.compared_with().is_some();
+        Self {
+            output: name(self.output.as_ref(), output),
+            to: name(self.to.as_ref(), to.filter(|_| compared)),
+            ..self.clone()
+        }
+    }
+}
+
+named_enum! {
+    /// What part of a method is timed.
+    TimeOf, "time" {
+        /// The whole estimate, with all passes.
+        Estimate = "estimate",
+    }
+}

@@ -1,0 +1,211 @@
+//! The part of an experiment that the lanes can run.
+
+use crate::design::cell::{Cell, ObserverStart, ScoredFrom};
+use crate::design::experiment::Experiment;
+use asobench_identification::data::{
+    Feedback, NoiseColour, PlantSource, Process, ProcessSettings, Truth,
+};
+use asobench_identification::estimator::IvOptions;
+use asobench_identification::plant::StateSpace;
+use asobench_identification::signal::{Input, NoiseFilter, ProcessVariances};
+use asobench_lanes::LARGEST_ORDER;
+use asobench_lanes::record::RecordSource;
+use asobench_lanes::score::Wanted;
+
+/// The longest record of a pack: its lanes together take 256 MiB.
+const LONGEST_HORIZON: usize = 1 << 20;
+
+/// A method of a plan.
+pub(crate) struct PlannedMethod<'e> {
+    pub(crate) options: IvOptions,
+    pub(crate) passes: usize,
+    pub(crate) reported: &'e [usize],
+}
+
+/// What a pack computes for a cell.
+///
+/// The lanes cover open loops with one plant for all trials, of the estimator's order and at most [`LARGEST_ORDER`];
+/// inputs without measurement noise; least squares and IV by the partitioned inverse, stage 10 corrected, with every
+/// reading of E4 and E11; every gain; and the measures that the table of measures marks.
+#[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
+pub struct Plan<'e> {
+    pub(crate) cell: &'e Cell,
+    pub(crate) source: RecordSource<'e>,
+    pub(crate) truth: Truth,
+    pub(crate) methods: Vec<PlannedMethod<'e>>,
+    pub(crate) wanted_condition: bool,
+    pub(crate) wanted_states: bool,
+    pub(crate) wanted: Wanted,
+    pub(crate) wanted_radius: bool,
+    pub(crate) wanted_impulse_response: bool,
+    pub(crate) wanted_fresh_fit: bool,
+    pub(crate) from_zero: bool,
+}
+
+impl<'e> Plan<'e> {
+    /// Makes the plan of a cell.
+    ///
+    /// # Errors
+    /// What the lanes do not cover, in words.
+    pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, String> {
+        use crate::design::measure::Measure as F;
+        let (process, (plant, noise, variances)) = covered(experiment, cell)?;
+        let file = &experiment.file;
+        let asked = experiment.measures_asked();
+        let any = |measures: &[F]| asked.iter().any(|measure| measures.contains(measure));
+        let methods = experiment.methods.iter().filter_map(|method| {
+            Some(PlannedMethod {
+                options: method.options()?.in_lanes().ok()?,
+                passes: method.passes(),
+                reported: method.reported(),
+            })
+        });
+        Ok(Self {
+            cell,
+            source: RecordSource {
+                settings: process.settings(),
+                plant,
+                noise,
+                variances,
+                seed: file.seed,
+                eta: cell.eta,
+                window: cell.window,
+            },
+            truth: Truth {
+                a: plant.a().to_vec(),
+                b: plant.b().to_vec(),
+                h: plant.h(),
+                x0: process.settings().x0.clone(),
+            },
+            methods: methods.collect(),
+            wanted_condition: any(&[F::Condition]),
+            wanted_states: file.curves || asked.iter().any(|of| of.is_of_state()),
+            wanted: Wanted {
+                states_as_printed: any(&[F::ExMaxPrinted, F::ExRmsPrinted]),
+                states_absolute: any(&[F::RmsState]),
+                curves: file.curves,
+            },
+            wanted_radius: any(&[F::SpectralRadius]),
+            wanted_impulse_response: any(&[F::ImpulseResponse]),
+            wanted_fresh_fit: any(&[F::FreshFit]),
+            from_zero: cell.observer_start == ObserverStart::Zero,
+        })
+    }
+}
+
+/// A process, with its fixed plant, noise filter and variances.
+type Covered<'e> = (
+    &'e Process,
+    (&'e StateSpace, &'e NoiseFilter, ProcessVariances),
+);
+
+/// Returns the process of a cell that lanes cover. The error says what they do not cover.
+pub(crate) fn covered<'e>(
+    experiment: &'e Experiment,
+    cell: &'e Cell,
+) -> Result<Covered<'e>, String> {
+    let process = cell.process().ok_or("continuous time")?;
+    covers_process(process.settings())?;
+    let open_loop = process.undisturbed();
+    let open_loop = open_loop.ok_or("disturbances of the state")?;
+    covers_cell(cell, open_loop.0.order())?;
+    let asked = experiment.measures_asked();
+    if let Some(measure) = asked.iter().find(|measure| !measure.is_in_lanes()) {
+        return Err(format!("the measure {measure}"));
+    }
+    if experiment.file.coverage {
+        return Err("standard errors of the coefficients (coverage = true)".to_owned());
+    }
+    for method in &experiment.methods {
+        if method.observer().is_some() {
+            return Err("observers of a method's own".to_owned());
+        }
+        let options = method.options().ok_or("an estimator of your own")?;
+        options.in_lanes()?;
+    }
+    Ok((process, open_loop))
+}
+
+// The functions below destructure every field and name the values that lanes have. A new field does not compile until
+// someone decides whether they have it; a new value runs on faer.
+
+/// Whether lanes cover the source of the records.
+fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
+    // `_`: handled by the code that draws single records, too.
+    let ProcessSettings {
+        plant,
+        x0: _,
+        x0_deviation,
+        input,
+        noise,
+        level: _,
+        input_noise,
+        process_noise,
+        feedback,
+    } = settings;
+    let input = matches!(
+        input,
+        Input::Signs(_) | Input::Gaussian { .. } | Input::Samples(_)
+    );
+    let gaussian = match noise {
+        NoiseColour::InverseDenominator => true,
+        NoiseColour::Filter(filter) => filter.is_gaussian(),
+    };
+    let has = [
+        (input, "an input through a filter"),
+        (gaussian, "noise that is drawn from given numbers"),
+        (matches!(feedback, Feedback::None), "feedback"),
+        (matches!(plant, PlantSource::Fixed(_)), "random plants"),
+        (*input_noise == 0.0, "input noise"),
+        (*process_noise == 0.0, "process noise"),
+        (*x0_deviation == 0.0, "random initial states"),
+    ];
+    first_missing(has).map_or(Ok(()), Err)
+}
+
+/// Whether lanes cover a cell with a plant of this order.
+fn covers_cell(cell: &Cell, of_plant: usize) -> Result<(), String> {
+    let Cell {
+        settings: _,
+        source: _,
+        claim: _,
+        eta: _,
+        order,
+        window: _,
+        horizon,
+        gain: _,
+        observer_start,
+        scored_from,
+    } = cell;
+    if *order != of_plant {
+        return Err("an order that is not the plant's".to_owned());
+    }
+    if *order > LARGEST_ORDER {
+        return Err(format!("orders above {LARGEST_ORDER}"));
+    }
+    if *horizon > LONGEST_HORIZON {
+        return Err(format!("records of more than {LONGEST_HORIZON} samples"));
+    }
+    let starts = matches!(
+        observer_start,
+        ObserverStart::Estimate | ObserverStart::Zero
+    );
+    let scores = matches!(scored_from, ScoredFrom::Window);
+    let has = [
+        (starts, ("observer_start", observer_start.name())),
+        (scores, ("scored_from", scored_from.name())),
+    ];
+    has_values(has)
+}
+
+/// Checks that lanes have the values of some keys. The error is the first that they do not have, in words.
+fn has_values<const N: usize>(has: [(bool, (&str, &str)); N]) -> Result<(), String> {
+    let missing = first_missing(has);
+    missing.map_or(Ok(()), |(key, value)| Err(format!("{key} = \"{value}\"")))
+}
+
+/// Returns the first thing that lanes do not have.
+fn first_missing<T, const N: usize>(has: [(bool, T); N]) -> Option<T> {
+    has.into_iter()
+        .find_map(|(has, what)| (!has).then_some(what))
+}

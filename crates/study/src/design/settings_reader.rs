@@ -1,0 +1,83 @@
+//! Reads the settings of a cell, with errors that name the key.
+
+use crate::design::file::axis::Scalar;
+use crate::design::file::error::FileError;
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::grid::Settings;
+use crate::design::file::key::{AUTOMATIC, Key};
+use asobench_identification::text::number;
+
+/// The largest order, window or record. A longer record would not fit into memory.
+pub(crate) const LARGEST_COUNT: f64 = 1e7;
+
+/// Makes a cell from its settings.
+pub(crate) struct SettingsReader<'a> {
+    /// The file.
+    pub(crate) file: &'a ExperimentFile,
+    /// The cell's settings.
+    pub(crate) settings: Settings,
+}
+
+pub(crate) fn unknown(key: Key, given: &str, known: &[&str]) -> FileError {
+    FileError::key(
+        key.name(),
+        asobench_identification::names::UnknownName::new(key.name(), given, known).to_string(),
+    )
+}
+
+impl SettingsReader<'_> {
+    pub(crate) fn text(&self, key: Key) -> String {
+        self.settings
+            .get(&key)
+            .map_or_else(String::new, Scalar::to_string)
+    }
+
+    pub(crate) fn number(&self, key: Key) -> Result<f64, FileError> {
+        match self.settings.get(&key) {
+            Some(Scalar::Number(number)) => Ok(*number),
+            other => {
+                let given = other.map_or_else(String::new, Scalar::to_string);
+                Err(FileError::key(
+                    key.name(),
+                    format!("'{given}'; expected a number"),
+                ))
+            }
+        }
+    }
+
+    /// Returns the number of a setting, or its default if a resolved file omits it.
+    pub(crate) fn number_or_default(&self, key: Key) -> Result<f64, FileError> {
+        match (self.settings.get(&key), key.default()) {
+            (None, Some(Scalar::Number(default))) => Ok(default),
+            _ => self.number(key),
+        }
+    }
+
+    pub(crate) fn count(&self, key: Key) -> Result<usize, FileError> {
+        let count = self.number(key)?;
+        if (0.0..=LARGEST_COUNT).contains(&count) && count.fract() == 0.0 {
+            Ok(count as usize)
+        } else {
+            let count = number(count);
+            let message = format!("{count}; expected a whole number of 0 to {LARGEST_COUNT}");
+            Err(FileError::key(key.name(), message))
+        }
+    }
+
+    pub(crate) fn count_or(&self, key: Key, automatic: usize) -> Result<usize, FileError> {
+        if self.text(key) == AUTOMATIC {
+            Ok(automatic)
+        } else {
+            self.count(key)
+        }
+    }
+
+    pub(crate) fn name<T: std::str::FromStr<Err: std::fmt::Display>>(
+        &self,
+        key: Key,
+    ) -> Result<T, FileError> {
+        let text = self.text(key);
+        text.parse()
+            .map_err(|e: T::Err| FileError::key(key.name(), e.to_string()))
+    }
+}

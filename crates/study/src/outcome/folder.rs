@@ -1,0 +1,581 @@
+//! A folder of results, which are written completely or not at all.
+
+use crate::design::experiment::design_of;
+use crate::files;
+use crate::files::Kind;
+use crate::files::PathError;
+use crate::files::Staged;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::fs::{File, TryLockError};
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Why a folder cannot take the results.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// A file or folder failed.
+    #[error(transparent)]
+    File(#[from] PathError),
+    /// The manifest cannot be read.
+    #[error("{}: not a manifest of this program ({reason})", .path.display())]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
+    /// The list of looks cannot be read.
+    #[error("{}: not a list of looks of this program ({reason})", .path.display())]
+    Looks {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
+    /// Another run has the folder.
+    #[error("{}: another run is writing there", .0.display())]
+    Busy(PathBuf),
+    /// A newer version wrote the results.
+    #[error(
+        "{}: written by asobench {version}, which is newer than this one ({})",
+        .path.display(),
+        env!("CARGO_PKG_VERSION")
+    )]
+    Newer {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        version: String,
+    },
+    /// The folder holds results of unknown design.
+    #[error(
+        "{}: holds {file} without manifest.json, so its study is unknown; remove it or \
+        choose another folder",
+        .path.display()
+    )]
+    Unknown {
+        /// The folder.
+        path: PathBuf,
+        /// The file.
+        file: &'static str,
+    },
+    /// The folder holds results of another design.
+    #[error(
+        "{}: holds results of another design (different: {}); choose another folder",
+        .path.display(), .keys.join(", ")
+    )]
+    OtherDesign {
+        /// The folder.
+        path: PathBuf,
+        /// The keys that differ.
+        keys: Vec<String>,
+    },
+}
+
+/// A folder whose files are written under temporary names and renamed together.
+#[derive(Debug)]
+pub struct ResultsFolder {
+    path: PathBuf,
+    /// Kept open for its lock, which the system releases when the process ends.
+    _lock: File,
+    staged: Staged,
+}
+
+/// The lock file. It stays in the folder: if it were removed, a third run could enter beside a second.
+const LOCK: &str = ".lock";
+/// The file with the looks at a study.
+pub(crate) const LOOKS: &str = "looks.json";
+
+/// The file of a results folder that says what was run.
+pub const MANIFEST: &str = "manifest.json";
+/// The results that a manifest describes. Without the manifest or the design of the blocks, their study is unknown.
+const RESULTS: [(&str, Kind); 3] = [
+    ("trials.parquet", Kind::Parquet),
+    ("summary.json", Kind::Summary),
+    ("summary.parquet", Kind::Parquet),
+];
+pub(crate) const BLOCKS: &str = "blocks";
+pub(crate) const DESIGN: &str = "design.json";
+
+/// Reads the manifest of the results in a folder. Returns `None` if there are no results, or they were not completely
+/// written.
+///
+/// # Errors
+/// If the manifest cannot be read, or is of a newer version.
+pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
+    let path = folder.join(MANIFEST);
+    let Some(text) = files::read_own(&path, Kind::Manifest)? else {
+        return Ok(None);
+    };
+    parse_manifest(path, &text).map(Some)
+}
+
+/// Parses the text of a manifest.
+///
+/// # Errors
+/// What is wrong with the content.
+pub fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, FolderError> {
+    let manifest: Result<Value, String> = serde_json::from_slice(text).map_err(|e| e.to_string());
+    if let Ok(manifest) = &manifest {
+        refuse_newer(&path, manifest)?;
+    }
+    match manifest {
+        Ok(manifest) if manifest["experiment"].is_object() => Ok(manifest),
+        Ok(_) => Err("no experiment in it".to_owned()),
+        Err(reason) => Err(reason),
+    }
+    .map_err(|reason| FolderError::Manifest { path, reason })
+}
+
+/// Returns the design of the results or blocks in a folder, if it can be read.
+pub fn stored_design(folder: &Path) -> Option<Value> {
+    let manifest = read_manifest(folder).ok().flatten();
+    let stored = manifest.or_else(|| {
+        let path = files::subfolder(folder, BLOCKS).ok()??.join(DESIGN);
+        let text = files::read_own(&path, Kind::Design).ok()??;
+        serde_json::from_slice(&text).ok()
+    });
+    Some(design_of(&stored?["experiment"]))
+}
+
+/// Returns the name of a result file in a folder, if there is one.
+fn result_file(folder: &Path) -> Option<&'static str> {
+    let mut names = RESULTS.into_iter().map(|(name, _)| name);
+    names.find(|name| files::is_there(&folder.join(name)))
+}
+
+/// Parses the name of a block file, `c00000-0000000000-0000000100.block`: the cell, the first trial and the end.
+pub(crate) fn span_of(path: &Path) -> Option<(usize, u64, u64)> {
+    let name = path.file_name()?.to_str()?;
+    let mut parts = name.strip_prefix('c')?.strip_suffix(".block")?.split('-');
+    let mut number = |digits: usize| {
+        let part = parts.next()?;
+        let fits = part.len() >= digits && part.bytes().all(|b| b.is_ascii_digit());
+        part.parse::<u64>().ok().filter(|_| fits)
+    };
+    let span = (number(5)? as usize, number(10)?, number(10)?);
+    parts.next().is_none().then_some(span)
+}
+
+/// Returns the files of a folder of blocks with their kinds.
+///
+/// # Errors
+/// If the folder contains anything else.
+fn own_blocks(blocks: &Path) -> Result<Vec<(PathBuf, Kind)>, PathError> {
+    let mut own = Vec::new();
+    for path in files::list(blocks)? {
+        let kind = if span_of(&path).is_some() {
+            Kind::Block
+        } else if path.ends_with(DESIGN) {
+            Kind::Design
+        } else {
+            return Err(PathError::foreign(&path, files::NOT_OWN));
+        };
+        files::replaceable(&path, kind)?;
+        own.push((path, kind));
+    }
+    Ok(own)
+}
+
+/// Refuses a file that a newer version wrote.
+fn refuse_newer(path: &Path, stored: &Value) -> Result<(), FolderError> {
+    match stored["version"].as_str() {
+        Some(version) if is_newer(version) => Err(FolderError::Newer {
+            path: path.to_owned(),
+            version: version.to_owned(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+impl ResultsFolder {
+    /// Opens a folder and checks that it can be written to. Makes it if needed.
+    ///
+    /// # Errors
+    /// If the folder cannot be made or written to, or another run uses it.
+    pub fn open(path: &Path) -> Result<Self, FolderError> {
+        /// The kinds of files that a run writes at the top of the folder.
+        const OWN: [Kind; 5] = [
+            Kind::Manifest,
+            Kind::Looks,
+            Kind::Summary,
+            Kind::Parquet,
+            Kind::Figure,
+        ];
+        files::make_folder(path)?;
+        let lock_path = path.join(LOCK);
+        let lock = files::open_lock(&lock_path)?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(FolderError::Busy(path.to_owned())),
+            // A file system without locks: the user must then avoid two runs at once.
+            Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
+            Err(TryLockError::Error(error)) => return Err(PathError::io(&lock_path)(error).into()),
+        }
+        files::remove_temporary(path, &OWN)?;
+        if let Some(blocks) = files::subfolder(path, BLOCKS)? {
+            files::remove_temporary(&blocks, &[Kind::Block, Kind::Design])?;
+        }
+        files::probe(path)?;
+        Ok(Self {
+            path: path.to_owned(),
+            _lock: lock,
+            staged: Staged::default(),
+        })
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Makes the folder one of this design. Refuses a folder with results or blocks of another design, and one in which
+    /// a foreign file has the name of a result or of one of `figures`. Results without a manifest are accepted if the
+    /// blocks' design is there: a run was killed while it published them. Otherwise they are foreign.
+    ///
+    /// # Errors
+    /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`],
+    /// [`FolderError::Unknown`], [`FolderError::File`], and as for [`read_manifest`].
+    pub fn claim_design(&self, design: &Value, figures: &[&str]) -> Result<(), FolderError> {
+        let manifest = read_manifest(&self.path)?;
+        if let Some(manifest) = &manifest {
+            let experiment = design_of(&manifest["experiment"]);
+            let stored = json!({ "version": manifest["version"], "experiment": experiment });
+            self.compare(&stored, design)?;
+        }
+        let blocks = files::subfolder(&self.path, BLOCKS)?;
+        let path = self.path.join(BLOCKS).join(DESIGN);
+        let stored = match blocks {
+            Some(_) => files::read_own(&path, Kind::Design)?,
+            None => None,
+        };
+        let Some(text) = stored else {
+            if let (None, Some(file)) = (&manifest, result_file(&self.path)) {
+                let path = self.path.clone();
+                return Err(FolderError::Unknown { path, file });
+            }
+            self.check_targets(figures)?;
+            files::make_subfolder(&self.path, BLOCKS)?;
+            return Ok(files::replace(
+                &path,
+                Kind::Design,
+                design.to_string().as_bytes(),
+            )?);
+        };
+        let stored = serde_json::from_slice(&text).map_err(|error| FolderError::Manifest {
+            path: path.clone(),
+            reason: error.to_string(),
+        })?;
+        refuse_newer(&path, &stored)?;
+        self.compare(&stored, design)?;
+        self.check_targets(figures)
+    }
+
+    fn compare(&self, stored: &Value, design: &Value) -> Result<(), FolderError> {
+        let mut keys = Vec::new();
+        differences("", stored, design, &mut keys);
+        if keys.is_empty() {
+            return Ok(());
+        }
+        for key in &mut keys {
+            *key = key.trim_start_matches("experiment.").to_owned();
+        }
+        Err(FolderError::OtherDesign {
+            path: self.path.clone(),
+            keys,
+        })
+    }
+
+    /// Checks that results can be written: every existing file with the name of a result, or of one of `figures`, was
+    /// written by this program.
+    fn check_targets(&self, figures: &[&str]) -> Result<(), FolderError> {
+        let others = [(MANIFEST, Kind::Manifest), (LOOKS, Kind::Looks)];
+        for (name, kind) in others.into_iter().chain(RESULTS) {
+            files::replaceable(&self.path.join(name), kind)?;
+        }
+        for name in figures {
+            files::replaceable(&self.path.join(name), Kind::Figure)?;
+        }
+        Ok(())
+    }
+
+    /// Removes the blocks and results in the folder, so that results of any design, with `figures`, can be written
+    /// there. The list of looks stays if `keep_looks`.
+    ///
+    /// # Errors
+    /// If a foreign file is in the way (nothing is removed then), or a file cannot be removed.
+    pub fn clear(&self, figures: &[&str], keep_looks: bool) -> Result<(), FolderError> {
+        self.check_targets(figures)?;
+        self.check_blocks()?;
+        if !keep_looks {
+            files::remove(&self.path.join(LOOKS), Kind::Looks)?;
+        }
+        for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
+            files::remove(&self.path.join(name), kind)?;
+        }
+        self.remove_blocks()
+    }
+
+    /// Checks that all blocks may be removed.
+    ///
+    /// # Errors
+    /// If there are other files among them.
+    pub fn check_blocks(&self) -> Result<(), FolderError> {
+        if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
+            own_blocks(&blocks)?;
+        }
+        Ok(())
+    }
+
+    /// Removes the blocks and leaves the results. The design stays if nothing else identifies the study of the results.
+    ///
+    /// # Errors
+    /// If there are other files among the blocks (nothing is removed then), or a block cannot be removed.
+    pub fn remove_blocks(&self) -> Result<(), FolderError> {
+        let Some(blocks) = files::subfolder(&self.path, BLOCKS)? else {
+            return Ok(());
+        };
+        let keep_design =
+            result_file(&self.path).is_some() && !files::is_there(&self.path.join(MANIFEST));
+        for (path, kind) in own_blocks(&blocks)? {
+            if kind == Kind::Block || !keep_design {
+                files::remove(&path, kind)?;
+            }
+        }
+        if !keep_design {
+            files::remove_empty(&blocks)?;
+        }
+        Ok(())
+    }
+
+    /// Creates a file that [`Self::publish`] will rename to `name`. Returns it with its temporary path.
+    ///
+    /// # Errors
+    /// If it cannot be created, or a foreign file has that name.
+    pub fn stage(&mut self, name: &str, kind: Kind) -> Result<(File, PathBuf), FolderError> {
+        Ok(self.staged.create(&self.path.join(name), kind)?)
+    }
+
+    /// Writes a file that [`Self::publish`] will rename to `name`.
+    ///
+    /// # Errors
+    /// As for [`Self::stage`], and if it cannot be written.
+    pub fn write(&mut self, name: &str, kind: Kind, content: &[u8]) -> Result<(), FolderError> {
+        Ok(self.staged.write(&self.path.join(name), kind, content)?)
+    }
+
+    /// Writes a JSON file like [`Self::write`], but piece by piece.
+    ///
+    /// # Errors
+    /// As for [`Self::write`].
+    pub fn write_json(
+        &mut self,
+        name: &str,
+        kind: Kind,
+        value: &impl Serialize,
+    ) -> Result<(), FolderError> {
+        let (file, path) = self.stage(name, kind)?;
+        let mut writer = BufWriter::new(file);
+        let written = serde_json::to_writer(&mut writer, value).map_err(Into::into);
+        let written = written
+            .and_then(|()| writer.write_all(b"\n"))
+            .and_then(|()| writer.into_inner()?.sync_all());
+        Ok(written.map_err(PathError::io(&path))?)
+    }
+
+    /// Writes the manifest, which is published last.
+    ///
+    /// # Errors
+    /// As for [`Self::write`].
+    pub fn write_manifest(&mut self, manifest: &Value) -> Result<(), FolderError> {
+        self.write(MANIFEST, Kind::Manifest, format!("{manifest}\n").as_bytes())
+    }
+
+    /// Renames every staged file to its final name, the manifest last. An older manifest is removed first, so that a
+    /// manifest always describes the files beside it.
+    ///
+    /// # Errors
+    /// If a file cannot be renamed, or a foreign file has its name.
+    pub fn publish(&mut self) -> Result<(), FolderError> {
+        self.staged.check()?;
+        files::remove(&self.path.join(MANIFEST), Kind::Manifest)?;
+        Ok(self.staged.publish()?)
+    }
+}
+
+/// Whether a version is newer than this program's.
+fn is_newer(version: &str) -> bool {
+    let numbers = |version: &str| -> Vec<u64> {
+        version
+            .split('.')
+            .map(|part| part.parse().unwrap_or(0))
+            .collect()
+    };
+    numbers(version) > numbers(env!("CARGO_PKG_VERSION"))
+}
+
+/// Collects the paths of values that differ.
+fn differences(path: &str, left: &Value, right: &Value, keys: &mut Vec<String>) {
+    match (left, right) {
+        (Value::Object(left), Value::Object(right)) => {
+            let all: std::collections::BTreeSet<&String> =
+                left.keys().chain(right.keys()).collect();
+            for key in all {
+                let dot = if path.is_empty() { "" } else { "." };
+                let null = &Value::Null;
+                let (left, right) = (
+                    left.get(key).unwrap_or(null),
+                    right.get(key).unwrap_or(null),
+                );
+                differences(&format!("{path}{dot}{key}"), left, right, keys);
+            }
+        }
+        _ if left != right => keys.push(path.to_owned()),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    /// Returns a design with two keys.
+    fn design(seed: u64, y: u64) -> Value {
+        let experiment = json!({"seed": seed, "x": {"y": y}});
+        json!({"version": "0.0.0", "experiment": experiment})
+    }
+
+    fn write(results: &mut ResultsFolder, name: &str) {
+        results.write(name, Kind::Figure, OWN_FIGURE).unwrap();
+    }
+
+    const OWN_FIGURE: &[u8] = b"<svg xmlns=\"x\" class=\"asoplot\" width=\"1\"/>";
+    const OWN_SUMMARY: &[u8] = br#"{"title":"","question":"","hypothesis":"","claims":[]}"#;
+
+    #[test]
+    fn results_appear_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new");
+        let mut results = ResultsFolder::open(&path).unwrap();
+        write(&mut results, "a.svg");
+        drop(results);
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 1, "only the lock");
+
+        let mut results = ResultsFolder::open(&path).unwrap();
+        let mut manifest = json!({"program": "asobench"});
+        manifest["version"] = "0.0.0".into();
+        manifest["experiment"] = design(1, 2)["experiment"].clone();
+        results.write_manifest(&manifest).unwrap();
+        write(&mut results, "a.svg");
+        results.publish().unwrap();
+        let mut names: Vec<_> = fs::read_dir(&path)
+            .unwrap()
+            .map(|f| f.unwrap().file_name())
+            .collect();
+        names.sort();
+        assert_eq!(names, [".lock", "a.svg", "manifest.json"]);
+        drop(results);
+
+        let results = ResultsFolder::open(&path).unwrap();
+        assert!(matches!(
+            ResultsFolder::open(&path),
+            Err(FolderError::Busy(_))
+        ));
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        let error = results
+            .claim_design(&design(2, 3), &[])
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("(different: seed, x.y)"), "{error}");
+        fs::remove_file(path.join(MANIFEST)).unwrap();
+        let error = results
+            .claim_design(&design(1, 3), &[])
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("(different: x.y)"), "by the blocks: {error}");
+        fs::write(path.join("blocks/design.json"), r#"{"version": "99.0.0"}"#).unwrap();
+        fs::write(path.join("summary.json"), b"{}").unwrap();
+        let error = results
+            .claim_design(&design(1, 2), &[])
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("99.0.0, which is newer"), "{error}");
+    }
+
+    #[test]
+    fn results_without_a_manifest_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let results = ResultsFolder::open(folder.path()).unwrap();
+        for (name, _) in RESULTS {
+            fs::write(folder.path().join(name), b"").unwrap();
+            let error = results
+                .claim_design(&json!({}), &[])
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(&format!("holds {name} without")), "{error}");
+            fs::remove_file(folder.path().join(name)).unwrap();
+        }
+        results.claim_design(&json!({}), &[]).unwrap();
+    }
+
+    /// The design stays beside results without a manifest. Otherwise it is removed.
+    #[test]
+    fn removing_blocks_leaves_no_results_unknown() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let results = ResultsFolder::open(path).unwrap();
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        let (kept, block) = (
+            path.join("blocks/design.json"),
+            path.join("blocks/c00000-0000000000-0000000001.block"),
+        );
+        fs::write(&block, b"asobench").unwrap();
+        fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
+        results.remove_blocks().unwrap();
+        assert!(kept.exists() && !block.exists());
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        results.clear(&[], false).unwrap();
+        assert!(!path.join(BLOCKS).exists() && !path.join("summary.json").exists());
+        results.remove_blocks().unwrap();
+    }
+
+    /// The whole folder is inspected before any file is removed.
+    #[test]
+    fn what_is_not_own_is_never_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let results = ResultsFolder::open(path).unwrap();
+        results.claim_design(&design(1, 2), &[]).unwrap();
+        fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
+        for foreign in [
+            "trials.parquet",
+            "blocks/thesis.txt",
+            "blocks/thesis.block",
+            "blocks/c00001-0000000000-0000000001.block",
+        ] {
+            fs::write(path.join(foreign), b"thesis").unwrap();
+            let error = results.clear(&[], false).unwrap_err().to_string();
+            assert!(error.contains(foreign), "{error}");
+            assert!(path.join(foreign).exists() && path.join("summary.json").exists());
+            fs::remove_file(path.join(foreign)).unwrap();
+        }
+        results.clear(&[], false).unwrap();
+    }
+
+    #[test]
+    fn names_of_blocks() {
+        for (name, is) in [
+            ("c00000-0000000000-0000000100.block", true),
+            ("c123456-0000000000-12345678901.block", true),
+            ("c0000-0000000000-0000000100.block", false),
+            ("c00000-0000000000-0000000100.block.damaged", false),
+            ("c00000-0000000000.block", false),
+            ("c00000-0000000000-000000010x.block", false),
+            ("thesis.block", false),
+        ] {
+            assert_eq!(span_of(Path::new(name)).is_some(), is, "{name}");
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! What came out: rows of trials, tallies, summaries, and the files that hold them.
+
+pub(crate) mod coefficient_statistics;
+pub(crate) mod coefficients;
+pub(crate) mod curves;
+pub(crate) mod folder;
+pub(crate) mod looks;
+pub(crate) mod method_times;
+pub(crate) mod outcomes;
+pub mod place;
+pub(crate) mod row;
+pub(crate) mod rows;
+pub(crate) mod spent;
+pub(crate) mod summary;
+pub(crate) mod summary_table;
+pub(crate) mod tally;
+pub(crate) mod theory_summary;
+pub(crate) mod traces;
+pub(crate) mod trial_table;
+pub(crate) mod trials;

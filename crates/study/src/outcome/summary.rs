@@ -1,0 +1,718 @@
+//! The summary of a study: all that a report shows, computed from tallies and stored in summary.json.
+
+use crate::design::experiment::Experiment;
+use crate::design::file::axis::Scalar;
+use crate::design::file::bounds::BoundTable;
+use crate::design::file::grid::{Settings, partners};
+use crate::design::file::key::Key;
+use crate::design::file::needs::{MediansTable, SeriesTable};
+use crate::design::file::rule::TRIAL_LIMIT;
+use crate::design::file::tables::SlopeTable;
+use crate::design::measure::Measure;
+use crate::design::settings_reader::LARGEST_COUNT;
+use crate::design::theory::smooth;
+use crate::outcome::coefficient_statistics;
+use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles};
+use crate::outcome::outcomes::Outcomes;
+use crate::outcome::tally::{CellSeries, CellTally, OutputTally};
+use crate::outcome::theory_summary::{TheorySummary, beside};
+use crate::outcome::traces::Traces;
+use asobench_identification::estimator::Output;
+use asobench_identification::metric::{
+    BoundVerdict, Coverage, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share,
+    Slope, Statistics, correlation_of_medians, slope_of_statistics, verdict,
+};
+use asobench_identification::plant::ORDER_LIMIT;
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// One output of one method in one cell.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct OutputSummary {
+    /// The estimator's name.
+    pub estimator: String,
+    /// The pass.
+    pub pass: usize,
+    /// Failures by kind.
+    pub outcomes: Outcomes,
+    /// The share of trials with a failure.
+    pub failed: Share,
+    /// The share of trials with an unstable A-hat.
+    pub unstable: Share,
+    /// Statistics of every measure.
+    #[serde(rename = "figures", alias = "measures")]
+    pub measures: BTreeMap<Measure, Statistics>,
+    /// Statistics of the signed errors of a_1 ... a_n, h_1 ... h_n: bias (mean), SD, RMSE.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<(String, Statistics)>,
+    /// How the 95 % intervals of the coefficients cover the truth, for coefficients with a standard error.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coverage: Vec<(String, Coverage)>,
+    /// Theoretical values of the measures that theory knows; empty if the cell has no theory.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub theory: BTreeMap<Measure, TheorySummary>,
+}
+
+impl OutputSummary {
+    pub(crate) fn new(
+        experiment: &Experiment,
+        output: &Output,
+        order: usize,
+        tally: &OutputTally,
+    ) -> Self {
+        let Outcomes {
+            trials, unstable, ..
+        } = tally.outcomes;
+        let measures = experiment.file.measures.iter().copied();
+        Self {
+            estimator: output.estimator.clone(),
+            pass: output.pass,
+            outcomes: tally.outcomes.clone(),
+            failed: Share::new(tally.outcomes.failed(), trials),
+            unstable: Share::new(unstable, trials),
+            measures: measures
+                .zip(&tally.samples)
+                .map(|(measure, sample)| {
+                    let mut statistics = sample.statistics(measure.worse());
+                    // A measure that this output never has does not count as failed.
+                    if statistics.count == 0 && tally.outcomes.failed() == 0 {
+                        statistics.quantiles = Quantiles::UNDEFINED;
+                        statistics.conditional = None;
+                    }
+                    (measure, statistics)
+                })
+                .collect(),
+            parameters: coefficient_statistics::errors(tally, order),
+            coverage: coefficient_statistics::coverage(tally, order),
+            theory: BTreeMap::new(),
+        }
+    }
+
+    /// The label, such as "iv(4)".
+    pub fn label(&self) -> String {
+        Output {
+            estimator: self.estimator.clone(),
+            pass: self.pass,
+        }
+        .label()
+    }
+}
+
+/// Two outputs on the same trials.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ComparisonSummary {
+    /// The first output's label.
+    pub first: String,
+    /// The second output's label.
+    pub second: String,
+    /// Differences and ratios of every measure.
+    #[serde(rename = "figures", alias = "measures")]
+    pub measures: BTreeMap<Measure, PairedStatistics>,
+}
+
+/// Two medians over the same trials.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MedianPair {
+    /// Which medians.
+    #[serde(rename = "of")]
+    pub table: MediansTable,
+    /// Their correlation over repetitions of the study: [`asobench_identification::metric::correlation_of_medians`].
+    pub correlation: f64,
+}
+
+impl MedianPair {
+    /// Returns the pairs of a cell whose series are there.
+    fn of_cell(experiment: &Experiment, index: usize, tally: &CellTally) -> Vec<Self> {
+        let kept: Vec<(usize, Measure)> = experiment.series_of(&experiment.cells[index]).collect();
+        let series = tally.whole_series();
+        let ranked = |label: &str, measure: Measure| {
+            let output = experiment.output("output", label).ok()?;
+            let place = kept.iter().position(|kept| *kept == (output, measure))?;
+            Some((&series.get(place)?[..], measure.worse()))
+        };
+        let tables = experiment
+            .file
+            .needed
+            .iter()
+            .flat_map(|needed| &needed.medians);
+        let pair = |table: &MediansTable| {
+            let first = ranked(&table.output, table.measure)?;
+            let second = ranked(&table.to, table.measure_of_to)?;
+            Some(Self {
+                table: table.clone(),
+                correlation: correlation_of_medians(first, second)?,
+            })
+        };
+        tables.filter_map(pair).collect()
+    }
+}
+
+/// How often one output meets a bound.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct OutputShare {
+    /// The output's label.
+    pub output: String,
+    /// The share of all trials that meet the bound; a failed trial does not.
+    pub met: Share,
+}
+
+/// One bound in one cell.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct BoundSummary {
+    /// The bound.
+    pub bound: BoundTable,
+    /// Every output.
+    pub outputs: Vec<OutputShare>,
+    /// The verdict of the last output's share.
+    pub verdict: BoundVerdict,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+/// One cell.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CellSummary {
+    /// The cell's index.
+    pub cell: usize,
+    /// The claim or case.
+    pub claim: String,
+    /// The noise level, per cent.
+    pub eta: f64,
+    /// The estimators' order n.
+    pub order: usize,
+    /// The window N.
+    pub window: usize,
+    /// The record's length K.
+    pub horizon: usize,
+    /// The settings of the file.
+    pub settings: Settings,
+    /// Trials.
+    pub trials: u64,
+    /// Whether nothing is random. One trial then stands for all, its values have no Monte-Carlo error, and shares of
+    /// trials mean nothing.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub deterministic: bool,
+    /// Solves of a lane that were repeated with pivoting; 0 if faer ran.
+    #[serde(default)]
+    pub fallbacks: u64,
+    /// Every output.
+    pub outputs: Vec<OutputSummary>,
+    /// The comparisons that the file asks for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub comparisons: Vec<ComparisonSummary>,
+    /// The dependence of medians whose ratio a claim looks at.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub medians: Vec<MedianPair>,
+    /// The bounds of this cell.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bounds: Vec<BoundSummary>,
+    /// Quantiles of e_x(k), k = 0 ... K-1, of the first and the last output.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curves: Option<[CurveQuantiles; 2]>,
+    /// The course of trial 0 in continuous time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traces: Option<Traces>,
+}
+
+impl CellSummary {
+    /// Summarises a cell.
+    pub fn new(experiment: &Experiment, index: usize, tally: &CellTally) -> Self {
+        let cell = &experiment.cells[index];
+        let outputs = experiment.outputs();
+        let (file, labels) = (&experiment.file, outputs.iter().map(Output::label));
+        let labels: Vec<String> = labels.collect();
+        let compared = file.measures.iter().copied();
+        let all = outputs.iter().zip(&tally.outputs);
+        let mut summaries: Vec<OutputSummary> = all
+            .map(|(output, tally)| OutputSummary::new(experiment, output, cell.order, tally))
+            .collect();
+        let is_known = file
+            .measures
+            .iter()
+            .any(|measure| smooth(*measure).is_some());
+        if let Some(Ok(theory)) = is_known.then(|| experiment.theory(index)) {
+            for (summary, (_, of_output)) in summaries.iter_mut().zip(&theory.outputs) {
+                summary.theory = beside(theory, of_output, cell.window, &summary.measures);
+            }
+        }
+        let comparisons = experiment.compare.iter().zip(&tally.pairs);
+        Self {
+            cell: index,
+            claim: cell.claim.clone(),
+            eta: cell.eta,
+            order: cell.order,
+            window: cell.window,
+            horizon: cell.horizon,
+            settings: cell.settings.clone(),
+            trials: tally.trials,
+            deterministic: cell.is_deterministic(),
+            fallbacks: tally.fallbacks,
+            outputs: summaries,
+            comparisons: comparisons
+                .map(|([first, second], pairs)| ComparisonSummary {
+                    first: labels[*first].clone(),
+                    second: labels[*second].clone(),
+                    measures: compared
+                        .clone()
+                        .zip(pairs)
+                        .map(|(measure, pair)| (measure, pair.statistics(measure.worse())))
+                        .collect(),
+                })
+                .collect(),
+            medians: MedianPair::of_cell(experiment, index, tally),
+            bounds: bounds(experiment, &cell.claim, &labels, tally),
+            curves: tally
+                .curves
+                .as_ref()
+                .map(|c| [false, true].map(|last| c.quantiles(last, tally.trials))),
+            traces: tally.traces.clone(),
+        }
+    }
+
+    fn labels(&self) -> Vec<String> {
+        self.outputs.iter().map(OutputSummary::label).collect()
+    }
+
+    /// Checks that a stored cell could have come from [`Self::new`], with these outputs and at least `least` trials.
+    /// The error names the faulty part.
+    fn check(&self, index: usize, labels: &[String], least: u64) -> Result<(), &'static str> {
+        let (trials, n) = (self.trials, self.order);
+        let output = |output: &OutputSummary| {
+            let parameters = output.parameters.iter().map(|(_, statistics)| statistics);
+            let listed = &output.outcomes.failed_trials;
+            output.outcomes.are_of(trials)
+                // Partial results may have trials of any number.
+                && (listed.is_empty() || output.outcomes.lists_trials_of(&(0..TRIAL_LIMIT)))
+                && output.failed.is_of(trials)
+                && output.failed.count == output.outcomes.failed()
+                && output.unstable.is_of(trials)
+                && output.unstable.count == output.outcomes.unstable
+                && [0, 2 * n].contains(&output.parameters.len())
+                && output.coverage.len() <= 2 * n
+                && output
+                    .coverage
+                    .iter()
+                    .all(|(_, coverage)| coverage.is_of(trials))
+                && output
+                    .measures
+                    .values()
+                    .chain(parameters)
+                    .all(|statistics| statistics.are_of(trials))
+        };
+        let pair = |pair: &ComparisonSummary| {
+            let known = labels.contains(&pair.first) && labels.contains(&pair.second);
+            known
+                && pair
+                    .measures
+                    .values()
+                    .all(|statistics| statistics.are_of(trials))
+        };
+        let medians = |pair: &MedianPair| {
+            pair.correlation.abs() <= 1.0 && labels.contains(&pair.table.output)
+        };
+        let share = |share: &OutputShare| labels.contains(&share.output) && share.met.is_of(trials);
+        let bound = |bound: &BoundSummary| bound.outputs.iter().all(share);
+        let curves =
+            |curves: &[CurveQuantiles; 2]| curves.iter().all(|curve| curve.are_of(self.horizon));
+        let traces = |traces: &Traces| traces.are_of(n, self.outputs.len());
+        for (fits, part) in [
+            (self.cell == index, "the index"),
+            (
+                (least..=TRIAL_LIMIT).contains(&trials),
+                "the number of trials",
+            ),
+            ((1..=ORDER_LIMIT).contains(&n), "the order"),
+            (self.window <= self.horizon, "the window"),
+            (self.horizon as f64 <= LARGEST_COUNT, "the horizon"),
+            (self.eta >= 0.0 && self.eta.is_finite(), "eta"),
+            (!labels.is_empty() && self.labels() == labels, "the outputs"),
+            (self.outputs.iter().all(output), "an output"),
+            (self.comparisons.iter().all(pair), "a comparison"),
+            (self.medians.iter().all(medians), "a pair of medians"),
+            (self.bounds.iter().all(bound), "a bound"),
+            (self.curves.as_ref().is_none_or(curves), "the curves"),
+            (self.traces.as_ref().is_none_or(traces), "the course"),
+        ] {
+            if !fits {
+                return Err(part);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the output with this label.
+    pub fn output(&self, label: &str) -> Option<&OutputSummary> {
+        self.outputs.iter().find(|output| output.label() == label)
+    }
+
+    /// Whether a setting's value is a number. A text is not one, even if it looks like a number.
+    pub fn is_number(&self, key: Key) -> bool {
+        let count = matches!(key, Key::Window | Key::Order | Key::Horizon);
+        count || matches!(self.settings.get(&key), Some(Scalar::Number(_)))
+    }
+
+    /// Returns a setting's value as text.
+    pub fn setting(&self, key: Key) -> String {
+        match key {
+            Key::Window => self.window.to_string(),
+            Key::Order => self.order.to_string(),
+            Key::Horizon => self.horizon.to_string(),
+            _ => self
+                .settings
+                .get(&key)
+                .map_or_else(String::new, ToString::to_string),
+        }
+    }
+}
+
+pub(crate) fn bounds(
+    experiment: &Experiment,
+    claim: &str,
+    labels: &[String],
+    tally: &CellTally,
+) -> Vec<BoundSummary> {
+    let all = experiment.file.bounds.iter().enumerate();
+    let of_cell = all.filter(|(_, bound)| bound.claim.as_ref().is_none_or(|c| c == claim));
+    of_cell
+        .map(|(i, bound)| {
+            let outputs: Vec<OutputShare> = labels
+                .iter()
+                .zip(&tally.outputs)
+                .map(|(label, tally)| OutputShare {
+                    output: label.clone(),
+                    met: Share::new(tally.met[i], tally.outcomes.trials),
+                })
+                .collect();
+            BoundSummary {
+                bound: bound.clone(),
+                verdict: outputs
+                    .last()
+                    .map_or_else(BoundVerdict::default, |last| verdict(last.met)),
+                outputs,
+            }
+        })
+        .collect()
+}
+
+/// What slopes need of a cell: a few numbers for every slope of the file and every output, instead of tallies.
+#[derive(Clone, Debug)]
+pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
+
+impl SlopeStatistics {
+    /// Extracts them from a cell's tally.
+    pub fn new(experiment: &Experiment, tally: &CellTally) -> Self {
+        let measures = experiment.sloped_measures();
+        let groups_of = |table: &SlopeTable| {
+            let groups = measures.iter().zip(&tally.groups);
+            let mut groups = groups.filter(|(measure, _)| **measure == table.measure);
+            groups.next().map_or(&[][..], |(_, outputs)| outputs)
+        };
+        let slopes = experiment.file.slopes.iter();
+        Self(
+            slopes
+                .map(|table| {
+                    groups_of(table)
+                        .iter()
+                        .map(|groups| {
+                            Jackknife::from_groups(groups, table.statistic, table.measure.worse())
+                        })
+                        .collect()
+                })
+                .collect(),
+        )
+    }
+}
+
+/// A log-log slope of one output over some cells.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SlopeSummary {
+    /// What was asked for.
+    #[serde(rename = "of")]
+    pub table: SlopeTable,
+    /// The output's label.
+    pub output: String,
+    /// The settings that these cells share, among those that vary.
+    pub settings: Settings,
+    /// The cells.
+    pub cells: Vec<usize>,
+    /// The slope; null if it is undefined.
+    pub slope: Option<Slope>,
+    /// Why it is undefined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undefined: Option<String>,
+}
+
+/// One output in two cells that differ in a setting, on the same trials.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CellPair {
+    /// What was asked for.
+    #[serde(rename = "of")]
+    pub table: SeriesTable,
+    /// The cell in the denominator.
+    pub from: usize,
+    /// The other cell.
+    pub to: usize,
+    /// The measure in `to` over that in `from`.
+    pub ratio: PairedStatistics,
+}
+
+/// A study's results. In JSON the numbers of cells and slopes have nine significant digits; summary.parquet has all
+/// digits.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Summary {
+    /// The title.
+    pub title: String,
+    /// The question.
+    pub question: String,
+    /// The hypothesis.
+    pub hypothesis: String,
+    /// The names of the study's claims.
+    pub claims: Vec<String>,
+    /// Whether trials that the study asks for are missing.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub partial: bool,
+    /// The seed.
+    pub seed: u64,
+    /// The settings that vary, other than claim, eta and window.
+    pub axes: Vec<Key>,
+    /// The largest relative error of quantiles and trimmed means due to binning. It comes on top of their standard
+    /// error.
+    pub quantile_relative_error: f64,
+    /// The same for the quantiles in `curves`.
+    pub curve_relative_error: f64,
+    /// Every cell.
+    #[serde(serialize_with = "rounded")]
+    pub cells: Vec<CellSummary>,
+    /// Slopes.
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        serialize_with = "rounded"
+    )]
+    pub slopes: Vec<SlopeSummary>,
+    /// Pairs of cells that claims compare.
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        serialize_with = "rounded"
+    )]
+    pub cell_pairs: Vec<CellPair>,
+}
+
+impl Summary {
+    /// Puts cells together. `statistics` holds what the slopes need of every cell, `series` what pairs of cells need.
+    pub fn new(
+        experiment: &Experiment,
+        cells: Vec<CellSummary>,
+        statistics: &[SlopeStatistics],
+        series: &[CellSeries],
+    ) -> Self {
+        let file = &experiment.file;
+        let asked = file.slopes.iter().enumerate();
+        Self {
+            title: file.title.clone(),
+            question: file.question.clone(),
+            hypothesis: file.hypothesis.clone(),
+            partial: false,
+            claims: file.claims.iter().map(|claim| claim.id.clone()).collect(),
+            seed: file.seed,
+            axes: experiment.axes(),
+            quantile_relative_error: SKETCH_ERROR,
+            curve_relative_error: CURVE_BIN_ERROR,
+            slopes: asked
+                .flat_map(|(i, table)| slopes(experiment, i, table, &cells, statistics))
+                .collect(),
+            cell_pairs: cell_pairs(experiment, series),
+            cells,
+        }
+    }
+
+    /// The total number of trials.
+    pub fn trials(&self) -> u64 {
+        self.cells.iter().map(|cell| cell.trials).sum()
+    }
+
+    /// Reads a summary from JSON, and checks that a run could have written it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_json(text: &[u8]) -> Result<Self, String> {
+        let summary: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+        let errors = [
+            summary.quantile_relative_error,
+            summary.curve_relative_error,
+        ];
+        if !errors.iter().all(|error| (0.0..=1.0).contains(error)) {
+            return Err("a relative error of quantiles outside 0 to 1".to_owned());
+        }
+        let labels = summary
+            .cells
+            .first()
+            .map_or_else(Vec::new, CellSummary::labels);
+        for (index, cell) in summary.cells.iter().enumerate() {
+            if let Err(part) = cell.check(index, &labels, u64::from(!summary.partial)) {
+                return Err(format!("damaged: {part} of cell {index}"));
+            }
+        }
+        let cells = summary.cells.len();
+        let fits = |slope: &SlopeSummary| {
+            labels.contains(&slope.output)
+                && slope.cells.iter().all(|cell| *cell < cells)
+                && slope
+                    .slope
+                    .is_none_or(|estimate| estimate.is_over(slope.cells.len()))
+        };
+        if let Some(slope) = summary.slopes.iter().position(|slope| !fits(slope)) {
+            return Err(format!("damaged: slope {slope}"));
+        }
+        let fits = |pair: &CellPair| {
+            let cells = [pair.from, pair.to].map(|cell| summary.cells.get(cell));
+            let [Some(from), Some(to)] = cells else {
+                return false;
+            };
+            let trials = match (from.deterministic, to.deterministic) {
+                (true, false) => to.trials,
+                (false, true) => from.trials,
+                _ => from.trials.min(to.trials),
+            };
+            // If trials are missing, cells are paired up to the first missing one.
+            let trials = if summary.partial {
+                pair.ratio
+                    .checked_trials()
+                    .filter(|paired| *paired <= trials)
+            } else {
+                Some(trials)
+            };
+            let is_sound = trials.is_some_and(|trials| pair.ratio.are_of(trials));
+            labels.contains(&pair.table.output) && is_sound
+        };
+        match summary.cell_pairs.iter().position(|pair| !fits(pair)) {
+            Some(pair) => Err(format!("damaged: pair of cells {pair}")),
+            None => Ok(summary),
+        }
+    }
+}
+
+/// Serializes items with numbers of nine significant digits. Works item by item, because all items of a large study
+/// would not fit into memory.
+fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(items.iter().map(|item| {
+        let mut json = serde_json::to_value(item).unwrap_or_default();
+        round(&mut json);
+        json
+    }))
+}
+
+pub(crate) fn round(value: &mut Value) {
+    match value {
+        Value::Array(values) => values.iter_mut().for_each(round),
+        Value::Object(values) => values.values_mut().for_each(round),
+        Value::Number(number) if number.is_f64() => {
+            let rounded = number
+                .as_f64()
+                .and_then(|x| format!("{x:.8e}").parse::<f64>().ok());
+            if let Some(rounded) = rounded.and_then(serde_json::Number::from_f64) {
+                *number = rounded;
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Returns every pair of cells that claims compare, over the trials that both have.
+fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
+    let file = &experiment.file;
+    let settings: Vec<&Settings> = experiment.cells.iter().map(|cell| &cell.settings).collect();
+    let values = |cell: usize, table: &SeriesTable| {
+        let mut kept = experiment.series_of(&experiment.cells[cell]);
+        let output = experiment.output("output", &table.output).ok()?;
+        let place = kept.position(|kept| kept == (output, table.measure))?;
+        series.get(cell)?.get(place)
+    };
+    let tables = file.needed.iter().flat_map(|needed| &needed.series);
+    let found = tables.flat_map(|table| {
+        let pairs = partners(file, &settings, table.axis, [&table.from, &table.to]);
+        pairs.into_iter().map(move |pair| (table, pair))
+    });
+    let paired = found.filter_map(|(table, [from, to])| {
+        let (first, second) = (values(to, table)?, values(from, table)?);
+        // One trial of a cell without randomness stands for all.
+        let sure = |cell: usize| experiment.cells[cell].is_deterministic();
+        let trials = match (sure(to), sure(from)) {
+            (true, false) => second.len(),
+            (false, true) => first.len(),
+            _ => first.len().min(second.len()),
+        };
+        let [first, second] =
+            [first, second].map(|values| values.iter().copied().map(Some).cycle());
+        let both = first.zip(second).take(trials);
+        Some(CellPair {
+            table: table.clone(),
+            from,
+            to,
+            ratio: Paired::from_pairs(both).statistics(table.measure.worse()),
+        })
+    });
+    paired.collect()
+}
+
+/// Returns the slopes of one table, for every combination of the other axes and every output.
+pub(crate) fn slopes(
+    experiment: &Experiment,
+    index: usize,
+    table: &SlopeTable,
+    cells: &[CellSummary],
+    statistics: &[SlopeStatistics],
+) -> Vec<SlopeSummary> {
+    let axes = [Key::Claim, Key::Eta, Key::Window]
+        .into_iter()
+        .chain(experiment.axes());
+    // Settings that change together with the axis do not tell families apart: those zipped with it, and l, which
+    // determines the window.
+    let zip = experiment
+        .file
+        .zip
+        .iter()
+        .find(|group| group.contains(&table.over));
+    let moves = |key: &Key| {
+        *key == table.over
+            || *key == Key::L && table.over == Key::Window
+            || zip.is_some_and(|group| group.contains(key))
+    };
+    let others: Vec<Key> = axes.filter(|key| !moves(key)).collect();
+    let x = |cell: &CellSummary| cell.setting(table.over).parse::<f64>().unwrap_or(f64::NAN);
+    let mut families: BTreeMap<String, (Settings, Vec<usize>)> = BTreeMap::new();
+    for cell in cells.iter().filter(|cell| x(cell) >= table.from) {
+        let shared: Settings = others
+            .iter()
+            .filter_map(|key| cell.settings.get(key).map(|value| (*key, value.clone())))
+            .collect();
+        let name: Vec<String> = shared.values().map(ToString::to_string).collect();
+        let family = families
+            .entry(name.join("|"))
+            .or_insert_with(|| (shared, Vec::new()));
+        family.1.push(cell.cell);
+    }
+    let mut found = Vec::new();
+    for (settings, members) in families.into_values() {
+        let xs: Vec<f64> = members.iter().map(|cell| x(&cells[*cell])).collect();
+        for (number, output) in experiment.outputs().iter().enumerate() {
+            let of_cell = |cell: &usize| statistics[*cell].0[index][number];
+            let of_cells: Vec<Option<Jackknife>> = members.iter().map(of_cell).collect();
+            let slope = slope_of_statistics(&xs, &of_cells);
+            found.push(SlopeSummary {
+                table: table.clone(),
+                output: output.label(),
+                settings: settings.clone(),
+                cells: members.clone(),
+                undefined: slope.as_ref().err().map(ToString::to_string),
+                slope: slope.ok(),
+            });
+        }
+    }
+    found
+}

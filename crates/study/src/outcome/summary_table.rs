@@ -1,0 +1,263 @@
+//! Parquet files: writes the summary as a table, and reads stored trials again.
+
+use crate::design::cell::Cell;
+use crate::design::experiment::Experiment;
+use crate::design::file::axis::Scalar;
+use crate::files;
+use crate::files::PathError;
+use crate::outcome::coefficients::Kept;
+use crate::outcome::rows::Rows;
+use crate::outcome::summary::{CellSummary, OutputSummary, Summary};
+use crate::outcome::trial_table::{GROUP_ROWS, Setting, StoreError, TrialTable, numeric_settings};
+use asobench_identification::metric::{Estimate, Quantile, Statistics};
+use polars::prelude::{
+    BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
+    PolarsResult, SerReader, Series,
+};
+use std::fs::File;
+use std::io::{BufWriter, Cursor};
+use std::path::Path;
+
+/// Makes a writer of row groups with the columns of a table.
+fn batched(to: BufWriter<File>, table: &DataFrame) -> PolarsResult<BatchedWriter<BufWriter<File>>> {
+    ParquetWriter::new(to)
+        .with_compression(ParquetCompression::Zstd(None))
+        .set_parallel(false)
+        .batched(table.schema())
+}
+
+/// Returns the columns that identify the cell of a row.
+fn cell_columns<'e, R>(
+    experiment: &'e Experiment,
+    settings: &[Setting],
+    rows: &[R],
+    cell_of: impl Fn(&R) -> usize,
+) -> Vec<Column> {
+    let cell = |row: &R| -> &'e Cell { &experiment.cells[cell_of(row)] };
+    let mut columns = vec![
+        column(rows, "cell", |row| cell_of(row) as u32),
+        column(rows, "claim", |row| cell(row).claim.as_str()),
+        column(rows, "eta", |row| cell(row).eta),
+        column(rows, "window", |row| cell(row).window as u32),
+    ];
+    for (key, numeric) in settings {
+        let number = |scalar: Option<&Scalar>| match scalar {
+            Some(Scalar::Number(number)) => Some(*number),
+            _ => None,
+        };
+        let setting = |row: &R| cell(row).settings.get(key);
+        if *numeric {
+            columns.push(column(rows, key.name(), |row| number(setting(row))));
+        } else {
+            columns.push(column(rows, key.name(), |row| {
+                setting(row).map(ToString::to_string)
+            }));
+        }
+    }
+    columns
+}
+
+/// Returns a number; `None` (null) if it is undefined.
+fn defined(x: f64) -> Option<f64> {
+    Some(x).filter(|x| !x.is_nan())
+}
+
+/// Writes the summary as a table to a new file, with a row for every cell, output and measure.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_summary(
+    file: &File,
+    path: &Path,
+    experiment: &Experiment,
+    summary: &Summary,
+) -> Result<(), StoreError> {
+    let parquet = |source| StoreError::Parquet {
+        path: path.to_owned(),
+        source,
+    };
+    let io = PathError::io(path);
+    let to = BufWriter::new(file.try_clone().map_err(io)?);
+    let settings = numeric_settings(experiment);
+    let table = |cells| summary_frame(experiment, &settings, cells).map_err(parquet);
+    let mut writer = batched(to, &table(&[])?).map_err(parquet)?;
+    for cells in summary.cells.chunks(group_cells(summary)) {
+        writer.write_batch(&table(cells)?).map_err(parquet)?;
+    }
+    writer.finish().map_err(parquet)?;
+    Ok(file.sync_all().map_err(PathError::io(path))?)
+}
+
+/// A row of the summary's table: cell, output, name of the measure and its statistics.
+type SummaryRow<'a> = (usize, &'a OutputSummary, String, &'a Statistics);
+
+/// Returns the number of cells in a group of the summary's table.
+fn group_cells(summary: &Summary) -> usize {
+    let rows = |cell: &CellSummary| -> usize {
+        let outputs = cell.outputs.iter();
+        outputs
+            .map(|output| output.measures.len() + output.parameters.len())
+            .sum()
+    };
+    let most = summary.cells.iter().map(rows).max().unwrap_or(0);
+    (GROUP_ROWS / most.max(1)).max(1)
+}
+
+fn summary_frame(
+    experiment: &Experiment,
+    settings: &[Setting],
+    cells: &[CellSummary],
+) -> PolarsResult<DataFrame> {
+    let mut rows: Vec<SummaryRow<'_>> = Vec::new();
+    for cell in cells {
+        for output in &cell.outputs {
+            let measures = output
+                .measures
+                .iter()
+                .map(|(measure, statistics)| (measure.to_string(), statistics));
+            let parameters = output
+                .parameters
+                .iter()
+                .map(|(name, statistics)| (format!("error of {name}"), statistics));
+            rows.extend(
+                measures
+                    .chain(parameters)
+                    .map(|(name, statistics)| (cell.cell, output, name, statistics)),
+            );
+        }
+    }
+    let rows = &rows[..];
+    let mut columns = cell_columns(experiment, settings, rows, |row| row.0);
+    columns.extend([
+        column(rows, "estimator", |row| row.1.estimator.as_str()),
+        column(rows, "pass", |row| row.1.pass as u32),
+        column(rows, "trials", |row| row.1.outcomes.trials),
+        column(rows, "failed", |row| row.1.outcomes.failed()),
+        column(rows, "unstable", |row| row.1.outcomes.unstable),
+        column(rows, "measure", |row| row.2.as_str()),
+        column(rows, "count", |row| row.3.count),
+    ]);
+    let estimates: [Named<Estimate>; 5] = [
+        ("mean", |s| s.mean),
+        ("sd", |s| s.sd),
+        ("mse", |s| s.mse),
+        ("rmse", |s| s.rmse),
+        ("trimmed", |s| s.trimmed),
+    ];
+    for (name, part) in estimates {
+        columns.push(column(rows, name, |row| defined(part(row.3).value)));
+        columns.push(column(rows, &format!("{name}_mcse"), |row| {
+            defined(part(row.3).mcse)
+        }));
+    }
+    let quantiles: [Named<Quantile>; 5] = [
+        ("q05", |s| s.q05),
+        ("q25", |s| s.q25),
+        ("q50", |s| s.q50),
+        ("q75", |s| s.q75),
+        ("q95", |s| s.q95),
+    ];
+    for (name, part) in quantiles {
+        columns.push(column(rows, name, |row| defined(part(row.3).value)));
+        columns.push(column(rows, &format!("{name}_mcse"), |row| {
+            defined(part(row.3).mcse)
+        }));
+    }
+    columns.extend([
+        column(rows, "min", |row| defined(row.3.min)),
+        column(rows, "max", |row| defined(row.3.max)),
+        column(rows, "largest_share", |row| defined(row.3.largest_share)),
+        column(rows, "dominated", |row| row.3.dominated),
+    ]);
+    DataFrame::new(rows.len(), columns)
+}
+
+/// A column's name, and the statistic that it shows.
+type Named<T> = (&'static str, fn(&Statistics) -> T);
+
+fn column<'a, R, T>(rows: &'a [R], name: &str, value: impl Fn(&'a R) -> T) -> Column
+where
+    Series: NamedFrom<Vec<T>, [T]>,
+{
+    let values: Vec<T> = rows.iter().map(value).collect();
+    Series::new(name.into(), values).into()
+}
+
+fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, StoreError> {
+    let missing = || PathError::io(path)(std::io::ErrorKind::NotFound.into());
+    let file = files::open_own(path)?.ok_or_else(missing)?;
+    let reader = ParquetReader::new(file).with_slice(Some((first, count)));
+    reader.finish().map_err(|source| StoreError::Parquet {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Whether a stored file contains `rows`, all outputs of one trial of a cell, bit for bit. `trials` is the number of
+/// trials of each of its cells. `None` if the file does not have this trial. Files of older builds have no
+/// coefficients, and are compared without them.
+///
+/// # Errors
+/// If the file cannot be read.
+pub fn stored_alike(
+    path: &Path,
+    experiment: &Experiment,
+    cell: usize,
+    trials: &[u64],
+    rows: &Rows,
+) -> Result<Option<bool>, StoreError> {
+    let Some(first) = first_row(cell, trials, rows) else {
+        return Ok(None);
+    };
+    let stored = read_rows(path, first, rows.len())?;
+    let replayed = TrialTable::new(experiment)
+        .and_then(|table| table.file_of(cell, rows.clone()))
+        .and_then(|bytes| ParquetReader::new(Cursor::new(bytes)).finish());
+    let alike = replayed.and_then(|replayed| {
+        let coefficients = Kept::new(&experiment.file, &experiment.cells).names();
+        let is_older = coefficients.iter().all(|name| stored.column(name).is_err());
+        let comparable = if is_older {
+            replayed.drop_many(coefficients)
+        } else {
+            replayed
+        };
+        same_bits(&comparable, &stored)
+    });
+    alike.map(Some).map_err(|source| StoreError::Parquet {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Returns the index of the first row of a trial in a file whose cells have these numbers of trials; `None` if it does
+/// not have the trial.
+fn first_row(cell: usize, trials: &[u64], rows: &Rows) -> Option<usize> {
+    let (before, of_cell) = (trials.get(..cell)?, trials.get(cell)?);
+    let trial = rows.trials().next()?;
+    if trial >= *of_cell {
+        return None;
+    }
+    let before = before
+        .iter()
+        .try_fold(trial, |sum, n| sum.checked_add(*n))?;
+    usize::try_from(before).ok()?.checked_mul(rows.len())
+}
+
+/// Whether two tables are equal, numbers bit for bit.
+fn same_bits(left: &DataFrame, right: &DataFrame) -> PolarsResult<bool> {
+    if left.schema() != right.schema() || left.height() != right.height() {
+        return Ok(false);
+    }
+    for (left, right) in left.columns().iter().zip(right.columns()) {
+        let alike = if let Ok(left) = left.f64() {
+            let bits = |value: Option<f64>| value.map(f64::to_bits);
+            left.iter().map(bits).eq(right.f64()?.iter().map(bits))
+        } else {
+            left.equals_missing(right)
+        };
+        if !alike {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}

@@ -1,0 +1,340 @@
+//! The tally of a block: counts and accumulators that give the same bits in whatever order they are merged.
+
+use crate::design::cell::{Cell, Source};
+use crate::design::experiment::Experiment;
+use crate::design::file::bounds::BoundTable;
+use crate::design::measure::Measure;
+use crate::outcome::coefficients;
+use crate::outcome::curves::Curves;
+use crate::outcome::outcomes::Outcomes;
+use crate::outcome::rows::{Flags, OutputRows};
+use crate::outcome::traces::Traces;
+use crate::outcome::trials::Trials;
+use asobench_identification::metric::{JACKKNIFE_GROUPS, Paired, Sample};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// One output of one method.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct OutputTally {
+    /// Trials, failures, unstable models.
+    pub outcomes: Outcomes,
+    /// Every measure, in the order of the file.
+    pub samples: Vec<Sample>,
+    /// The requested values of each coefficient (`coefficients`).
+    pub parameters: Vec<Sample>,
+    /// The number of trials that meet each bound, in the order of the file.
+    pub met: Vec<u64>,
+}
+
+/// All outputs of a cell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CellTally {
+    /// Trials.
+    pub trials: u64,
+    /// Solves of a lane that were repeated with pivoting.
+    pub fallbacks: u64,
+    /// Every output.
+    pub outputs: Vec<OutputTally>,
+    /// Every measure of every comparison.
+    pub pairs: Vec<Vec<Paired>>,
+    /// The jackknife's groups, for every measure with a slope and every output.
+    pub groups: Vec<Vec<Vec<Sample>>>,
+    /// For every series that the cell keeps, runs of the measure trial by trial, keyed by their first trial. A failed
+    /// trial is NaN.
+    pub series: Vec<BTreeMap<u64, Vec<f64>>>,
+    /// e_x(k) over k for the first and the last output.
+    pub curves: Option<Curves>,
+    /// The course of trial 0 in continuous time, if wanted.
+    pub traces: Option<Traces>,
+}
+
+fn merge_all<T>(left: &mut Vec<T>, right: &[T], merge: impl Fn(&mut T, &T))
+where
+    T: Clone,
+{
+    if left.is_empty() {
+        left.extend_from_slice(right);
+    } else {
+        left.iter_mut()
+            .zip(right)
+            .for_each(|(left, right)| merge(left, right));
+    }
+}
+
+impl CellTally {
+    /// Returns the tally of some trials. Their curves move into it.
+    pub fn from_trials(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
+        let (curves, traces) = (trials.curves.take(), trials.traces.take());
+        let rows = &trials.rows;
+        let file = &experiment.file;
+        // The rows contain every measure of the file.
+        let place = |measure: Measure| rows.measures().iter().position(|other| *other == measure);
+        let counted = |output: usize, measure: Measure| -> Cow<'_, [f64]> {
+            let rows = &rows.outputs()[output];
+            place(measure).map_or(Cow::default(), |at| rows.counted(&rows.values()[at]))
+        };
+        // Leave the failed trials out of each column once, for all that use it.
+        let columns: Vec<Vec<Cow<'_, [f64]>>> = (0..rows.outputs().len())
+            .map(|output| {
+                file.measures
+                    .iter()
+                    .map(|measure| counted(output, *measure))
+                    .collect()
+            })
+            .collect();
+        let column = |output: usize, measure: Measure| -> &[f64] {
+            let at = file.measures.iter().position(|other| *other == measure);
+            at.map_or(&[], |at| &columns[output][at])
+        };
+        let outputs = rows.outputs().iter().zip(&columns);
+        let outputs = outputs.map(|(output, columns)| OutputTally {
+            outcomes: outcomes(output, rows.trials().start),
+            samples: columns.iter().map(|column| sample(column)).collect(),
+            parameters: output
+                .parameters()
+                .iter()
+                .map(|errors| sample(&output.counted(errors)))
+                .collect(),
+            met: met(experiment, cell, rows.measures(), output),
+        });
+        let defined = |x: &f64| Some(*x).filter(|x| !x.is_nan());
+        let pair = |[first, second]: [usize; 2], measure: Measure| {
+            let pairs = column(first, measure).iter().zip(column(second, measure));
+            Paired::from_pairs(pairs.map(|(x, y)| (defined(x), defined(y))))
+        };
+        let pairs = experiment.compare.iter();
+        let pairs = pairs.map(|compared| {
+            file.measures
+                .iter()
+                .map(|measure| pair(*compared, *measure))
+                .collect()
+        });
+        let first = rows.trials().start;
+        let group = |column: &[f64], group: usize| {
+            let groups = JACKKNIFE_GROUPS as u64;
+            let begin = (group as u64 + groups - first % groups) % groups;
+            let of_group = column.iter().skip(begin as usize);
+            Sample::from_values(of_group.step_by(JACKKNIFE_GROUPS).copied())
+        };
+        let groups_of = |measure: Measure| -> Vec<Vec<Sample>> {
+            let of_output = |output| {
+                let column = column(output, measure);
+                (0..JACKKNIFE_GROUPS)
+                    .map(|number| group(column, number))
+                    .collect()
+            };
+            (0..columns.len()).map(of_output).collect()
+        };
+        let groups = experiment.sloped_measures().into_iter().map(groups_of);
+        let series = experiment.series_of(cell);
+        let series = series
+            .map(|(output, measure)| BTreeMap::from([(first, column(output, measure).to_vec())]));
+        Self {
+            trials: rows.trial_count() as u64,
+            fallbacks: trials.fallbacks,
+            outputs: outputs.collect(),
+            pairs: pairs.collect(),
+            groups: groups.collect(),
+            series: series.collect(),
+            curves,
+            traces,
+        }
+    }
+
+    /// Checks that this can be what [`Self::from_trials`] returns for these trials of a cell: every part is there, and
+    /// each keeps the invariants of its type.
+    ///
+    /// # Errors
+    /// The faulty part.
+    pub(crate) fn check(
+        &self,
+        experiment: &Experiment,
+        cell: &Cell,
+        trials: &Range<u64>,
+    ) -> Result<(), &'static str> {
+        let file = &experiment.file;
+        let (measures, outputs) = (file.measures.len(), experiment.output_count());
+        let parameters = coefficients::columns(file, cell.order);
+        let count = trials.end - trials.start;
+        let passes: u64 = experiment
+            .methods
+            .iter()
+            .map(|method| method.passes() as u64)
+            .sum();
+        let all = |samples: &[Sample], wanted: usize| {
+            samples.len() == wanted && samples.iter().all(|sample| sample.is_of(count))
+        };
+        let output = |output: &OutputTally| {
+            output.outcomes.are_of(count)
+                && output.outcomes.lists_trials_of(trials)
+                && all(&output.samples, measures)
+                && all(&output.parameters, parameters)
+                && output.met.len() == file.bounds.len()
+                && output.met.iter().all(|met| *met <= count)
+        };
+        let pairs = |pairs: &Vec<Paired>| {
+            pairs.len() == measures && pairs.iter().all(|pair| pair.is_of(count))
+        };
+        let groups = |groups: &Vec<Sample>| {
+            groups.len() == JACKKNIFE_GROUPS
+                && (0..)
+                    .zip(groups)
+                    .all(|(group, samples)| samples.is_of(group_size(group, trials)))
+        };
+        let slope = |slope: &Vec<Vec<Sample>>| slope.len() == outputs && slope.iter().all(groups);
+        let curves_fit = match &self.curves {
+            Some(curves) => file.curves && curves.are_of(cell.horizon, count),
+            None => !file.curves,
+        };
+        let traces_fit = self.traces.as_ref().is_none_or(|traces| {
+            let wanted = match &cell.source {
+                Source::Continuous(cell) => cell.trace_every.is_some(),
+                Source::Record(_) => false,
+            };
+            wanted && trials.start == 0 && traces.are_of(cell.order, outputs)
+        });
+        let series = experiment.series_of(cell).count();
+        let whole = |parts: &BTreeMap<u64, Vec<f64>>| {
+            let mut next = trials.start;
+            let joined = parts.iter().all(|(first, values)| {
+                let follows = *first == next;
+                next = first.saturating_add(values.len() as u64);
+                follows
+            });
+            joined && next == trials.end
+        };
+        // Stages 3 or 10, and stage 6.
+        let solves = count.saturating_mul(2 * passes);
+        for (fits, part) in [
+            (self.trials == count, "a wrong number of trials"),
+            (self.fallbacks <= solves, "more repeated solves than solves"),
+            (self.outputs.len() == outputs, "a wrong number of outputs"),
+            (
+                self.outputs.iter().all(output),
+                "an output's counts or sums",
+            ),
+            (self.pairs.len() == experiment.compare.len(), "comparisons"),
+            (
+                self.pairs.iter().all(pairs),
+                "a comparison's counts or sums",
+            ),
+            (self.series.len() == series, "the series"),
+            (self.series.iter().all(whole), "a series"),
+            (
+                self.groups.len() == experiment.sloped_measures().len(),
+                "slopes",
+            ),
+            (self.groups.iter().all(slope), "a slope's groups"),
+            (curves_fit, "curves"),
+            (traces_fit, "the course of trial 0"),
+        ] {
+            if !fits {
+                return Err(part);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the series of all trials, in their order.
+    pub fn whole_series(&self) -> CellSeries {
+        let whole = |parts: &BTreeMap<u64, Vec<f64>>| parts.values().flatten().copied().collect();
+        self.series.iter().map(whole).collect()
+    }
+
+    /// Adds the tally of other trials of the same cell.
+    pub fn merge(&mut self, other: &Self) {
+        self.trials += other.trials;
+        self.fallbacks += other.fallbacks;
+        merge_all(&mut self.outputs, &other.outputs, |left, right| {
+            left.outcomes.merge(&right.outcomes);
+            merge_all(&mut left.samples, &right.samples, Sample::merge);
+            merge_all(&mut left.parameters, &right.parameters, Sample::merge);
+            merge_all(&mut left.met, &right.met, |left, right| *left += right);
+        });
+        merge_all(&mut self.pairs, &other.pairs, |left, right| {
+            merge_all(left, right, Paired::merge);
+        });
+        merge_all(&mut self.groups, &other.groups, |left, right| {
+            merge_all(left, right, |left, right| {
+                merge_all(left, right, Sample::merge);
+            });
+        });
+        merge_all(&mut self.series, &other.series, |left, right| {
+            left.extend(right.iter().map(|(first, values)| (*first, values.clone())));
+        });
+        match (&mut self.curves, &other.curves) {
+            (Some(left), Some(right)) => left.merge(right),
+            (left, right) => left.clone_from(right),
+        }
+        if self.traces.is_none() {
+            self.traces.clone_from(&other.traces);
+        }
+    }
+}
+
+/// Returns how many of some trials belong to a group of the jackknife.
+fn group_size(group: u64, trials: &Range<u64>) -> u64 {
+    let groups = JACKKNIFE_GROUPS as u64;
+    let before = |end: u64| (end + groups - 1 - group) / groups;
+    before(trials.end) - before(trials.start)
+}
+
+fn sample(column: &[f64]) -> Sample {
+    Sample::from_values(column.iter().copied())
+}
+
+/// Counts the outcomes of trials from `first` on.
+pub(crate) fn outcomes(rows: &OutputRows, first: u64) -> Outcomes {
+    let count =
+        |is: &dyn Fn(&Flags) -> bool| rows.flags().iter().filter(|flags| is(flags)).count() as u64;
+    let is_unstable = |flags: &Flags| flags.unstable() == Some(true);
+    let unstable = count(&is_unstable);
+    let mut outcomes = Outcomes {
+        trials: rows.len() as u64,
+        unstable,
+        unstable_so_far: count(&|flags| flags.unstable_so_far()),
+        lost: unstable,
+        failures: BTreeMap::new(),
+        failed_trials: BTreeMap::new(),
+    };
+    for (place, failure) in rows.failures() {
+        let lost = !failure.kind.is_counted() && !is_unstable(&rows.flags()[*place]);
+        outcomes.lost += u64::from(lost);
+        outcomes.add_failure(failure.kind.name(), first + *place as u64);
+    }
+    outcomes
+}
+
+/// Counts the rows that meet each bound of the file.
+fn met(experiment: &Experiment, cell: &Cell, measures: &[Measure], rows: &OutputRows) -> Vec<u64> {
+    let column = |measure: Measure| {
+        let at = measures.iter().position(|other| *other == measure);
+        at.map(|at| &rows.values()[at][..])
+    };
+    let condition = column(Measure::Condition);
+    let of_bound = |bound: &BoundTable| {
+        let asked = bound
+            .claim
+            .as_ref()
+            .is_none_or(|claim| *claim == cell.claim);
+        let values = column(bound.measure).filter(|_| asked);
+        let Some(values) = values.map(|values| rows.counted(values)) else {
+            return 0;
+        };
+        let condition = |place: usize| condition.map_or(f64::NAN, |numbers| numbers[place]);
+        let values = values.iter().enumerate();
+        values
+            .filter(|(place, value)| bound.is_met(**value, condition(*place)))
+            .count() as u64
+    };
+    experiment.file.bounds.iter().map(of_bound).collect()
+}
+
+/// What a cell kept trial by trial, in the order of [`Experiment::series_of`].
+pub type CellSeries = Vec<Vec<f64>>;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,217 @@
+//! Merges the blocks that processes left into results: the same bytes as those of one machine.
+
+use crate::design::experiment::Experiment;
+use crate::design::file::engine::Engine;
+use crate::design::file::experiment_file::Store;
+use crate::design::file::rule::TrialRule;
+use crate::files;
+use crate::files::Kind;
+use crate::files::PathError;
+use crate::outcome::looks::{Look, Looks};
+use crate::outcome::summary::Summary;
+use crate::run::blocks::{BlockFolder, StoredBlock};
+use crate::run::campaign::{Campaign, Origin, RunOptions};
+use crate::run::cluster::ClusterError;
+use crate::run::cluster::collect::{Collection, Verified};
+use crate::run::cluster::plan::ShardPlan;
+use crate::run::cluster::status::Status;
+use crate::run::event::{CampaignError, go_on};
+use crate::run::rounds::Rounds;
+use crate::run::runner::{Span, pool};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// How results are put together.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MergeOptions {
+    /// Threads.
+    pub threads: usize,
+    /// Whether results are made even if trials are missing.
+    pub partial: bool,
+    /// Whether faer's bits from different machines may be mixed.
+    pub mix_instructions: bool,
+}
+
+/// The outcome of a merge.
+pub enum Merged {
+    /// The results.
+    Done(Box<Summary>),
+    /// Trials are missing: nothing was written.
+    Missing(Status),
+    /// All trials of the plan are there, but the file's rule asks for more in this many cells. Nothing was written.
+    More(usize),
+}
+
+/// Merges the blocks in folders. Blocks are read in place, each thread holding one at a time in memory. Afterwards
+/// `out` has what a run leaves in its folder; but without blocks, if the study keeps its trials.
+///
+/// # Errors
+/// [`ClusterError`].
+pub fn merge(
+    (plan, experiment): (&ShardPlan, &Experiment),
+    mut found: Collection,
+    out: &Path,
+    options: MergeOptions,
+    stop: &AtomicBool,
+    is_decided: impl Fn(&Summary, Look) -> bool,
+) -> Result<(Merged, Vec<String>, Verified), ClusterError> {
+    let verified = pool(options.threads)?.install(|| found.verify(experiment))?;
+    let notes = std::mem::take(&mut found.refused);
+    let done = |merged| Ok((merged, notes, verified));
+    let faer_instructions = one_kind(plan, &mut found, options.mix_instructions)?;
+    let status = Status::new(plan, &found);
+    let partial = !status.is_complete();
+    if partial && !options.partial {
+        return done(Merged::Missing(status));
+    }
+    let run = RunOptions {
+        threads: options.threads,
+        ..RunOptions::default()
+    };
+    let rule = experiment.file.trials.clone();
+    let mut campaign = Campaign::open(out, experiment, rule, run)?;
+    campaign.origin = Origin {
+        faer_instructions,
+        partial,
+    };
+    let chosen = found.chosen(|cell| plan.trials[cell]);
+    let before = std::mem::replace(&mut campaign.stored, chosen);
+    drop(found);
+    if experiment.file.store == Store::Summaries {
+        campaign.stored = fold(&campaign, options.threads, stop)?;
+        remove_parts(before.iter().flatten(), &campaign.stored)?;
+    }
+    let mut targets = plan.trials.clone();
+    if partial {
+        let trials = |blocks: &Vec<StoredBlock>| blocks.iter().map(|block| block.span.len()).sum();
+        targets = campaign.stored.iter().map(trials).collect();
+    } else {
+        let decided = || campaign.is_decided(stop, &is_decided);
+        if campaign.rounds().raise(&mut targets, stop, decided)? {
+            let raised = targets.iter().zip(&plan.trials).filter(|(a, b)| a > b);
+            let raised = raised.count();
+            if !options.partial {
+                return done(Merged::More(raised));
+            }
+            campaign.origin.partial = true;
+            targets.clone_from(&plan.trials);
+        }
+    }
+    let summary = campaign.conclude(&targets, stop, |_| Vec::new())?;
+    done(Merged::Done(Box::new(summary)))
+}
+
+/// Writes to the folder of the results one block per cell and contiguous range of trials.
+fn fold(
+    campaign: &Campaign<'_>,
+    threads: usize,
+    stop: &AtomicBool,
+) -> Result<Vec<Vec<StoredBlock>>, ClusterError> {
+    let follows = |a: &StoredBlock, b: &StoredBlock| a.span.trials.end == b.span.trials.start;
+    let of_cell = |of_cell: &Vec<StoredBlock>| -> Result<Vec<StoredBlock>, ClusterError> {
+        go_on(stop)?;
+        let ranges = of_cell.chunk_by(follows);
+        Ok(ranges
+            .map(|range| campaign.blocks.join(range))
+            .collect::<Result<_, _>>()?)
+    };
+    let pool = pool(threads)?;
+    pool.install(|| campaign.stored.par_iter().map(of_cell).collect())
+}
+
+/// Removes earlier blocks in the folder of the results that lie within others.
+fn remove_parts<'a>(
+    before: impl Iterator<Item = &'a StoredBlock>,
+    whole: &[Vec<StoredBlock>],
+) -> Result<(), PathError> {
+    for block in before {
+        let is_part =
+            |other: &StoredBlock| other.path != block.path && other.span.holds(&block.span);
+        if whole[block.span.cell].iter().any(is_part) {
+            files::remove(&block.path, Kind::Block)?;
+        }
+    }
+    Ok(())
+}
+
+/// Returns the vector instructions of faer's cells, and keeps only blocks computed with them. If no single kind covers
+/// all trials, nothing is left out, and it is an error unless `mix`.
+fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<String, ClusterError> {
+    let by_faer = |cell: &usize| plan.is_by_faer(*cell);
+    let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
+    for cell in (0..plan.trials.len()).filter(by_faer) {
+        for run in found.runs_of(cell) {
+            let kind = run.map_or("unknown", |run| run.faer_instructions.as_str());
+            *kinds.entry(kind.to_owned()).or_default() += 1;
+        }
+    }
+    let names: Vec<String> = kinds.keys().cloned().collect();
+    match &names[..] {
+        [] => return Ok(Engine::faer_instructions().to_owned()),
+        [block] => return Ok(block.clone()),
+        _ => {}
+    }
+    for kind in &names {
+        let is_whole = |cell| {
+            let trials = plan.trials[cell];
+            let of_kind = found.cover_of(cell, trials, |run| {
+                run.is_some_and(|run| run.faer_instructions == *kind)
+            });
+            of_kind == trials
+        };
+        if (0..plan.trials.len()).filter(by_faer).all(is_whole) {
+            found.retain(|cell, run| {
+                !plan.is_by_faer(cell) || run.is_some_and(|run| run.faer_instructions == *kind)
+            });
+            return Ok(kind.clone());
+        }
+    }
+    if mix {
+        return Ok(names.join("+"));
+    }
+    let counts = kinds
+        .iter()
+        .map(|(kind, count)| format!("{count} blocks with {kind}"));
+    Err(ClusterError::Instructions(
+        counts.collect::<Vec<String>>().join(", "),
+    ))
+}
+
+/// Returns how many trials each cell should have next by the rule of the file, and which of them are missing. Reads
+/// stored blocks if the rule needs them.
+///
+/// # Errors
+/// [`ClusterError`].
+pub fn next_targets(
+    experiment: &Experiment,
+    rule: &TrialRule,
+    found: &Collection,
+    (threads, stop): (usize, &AtomicBool),
+    is_decided: impl Fn(&Summary, Look) -> bool,
+) -> Result<(Vec<u64>, Vec<Span>), ClusterError> {
+    if let TrialRule::Until(until) = rule {
+        experiment.target(until)?;
+    }
+    let (_, most) = rule.extent();
+    let stored = found.chosen(|cell| experiment.trials_of(cell, most));
+    let blocks = BlockFolder::at(PathBuf::new(), experiment);
+    let rounds = Rounds {
+        experiment,
+        rule,
+        blocks: &blocks,
+        stored: &stored,
+    };
+    let mut targets = rounds.first_targets();
+    let decided = || {
+        let summary = Campaign::summary_of(experiment, &blocks, &stored, threads, stop)?;
+        let look = Looks::default().at(summary.trials(), &experiment.file, rule);
+        Ok::<bool, CampaignError>(is_decided(&summary, look))
+    };
+    rounds.raise(&mut targets, stop, decided)?;
+    let cells = 0..targets.len();
+    let missing = cells.flat_map(|cell| rounds.missing(cell, targets[cell]));
+    let missing = missing.collect();
+    Ok((targets, missing))
+}

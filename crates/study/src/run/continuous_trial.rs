@@ -1,0 +1,189 @@
+//! One trial in continuous time: draw the disturbance, run every observer, measure.
+
+use crate::design::continuous_cell::ContinuousCell;
+use crate::design::experiment::Experiment;
+use crate::design::measure::Measure;
+use crate::outcome::row::Row;
+use crate::outcome::spent::Watch;
+use crate::outcome::traces::{Traces, append};
+use crate::outcome::trials::Trials;
+use asobench_identification::estimator::{Failure, FailureKind, Stage};
+use asobench_identification::observer::gpebo::{
+    Cascade, CascadeError, Convergence, ObserverSpec, ObserverSummary, Outcome, Sample, halve,
+};
+
+/// Runs trials of one cell; each worker has its own.
+pub struct ContinuousTrial<'e> {
+    cell: &'e ContinuousCell,
+    seed: u64,
+}
+
+impl ContinuousCell {
+    /// Makes the run of a trial.
+    ///
+    /// # Errors
+    /// If the parts do not fit each other: [`CascadeError`].
+    pub fn cascade(&self, seed: u64, trial: u64) -> Result<Cascade, CascadeError> {
+        let scenario = self.scenario(self.draw(seed, trial));
+        Cascade::new(&self.plant, &scenario, &self.gpebo, &self.observers)
+    }
+
+    /// Checks that a trial can be run; any trial serves.
+    ///
+    /// # Errors
+    /// As for [`Self::cascade`].
+    pub(crate) fn check(&self, seed: u64) -> Result<(), CascadeError> {
+        self.cascade(seed, 0).map(|_| ())
+    }
+}
+
+impl<'e> ContinuousTrial<'e> {
+    /// Makes buffers for a cell.
+    ///
+    /// # Errors
+    /// As for [`ContinuousCell::cascade`].
+    pub fn new(experiment: &Experiment, cell: &'e ContinuousCell) -> Result<Self, CascadeError> {
+        cell.check(experiment.file.seed)?;
+        Ok(Self {
+            cell,
+            seed: experiment.file.seed,
+        })
+    }
+
+    /// Runs a trial and appends its rows, one per observer. For trial 0 also stores its course, if wanted.
+    pub fn run_into(&self, trial: u64, to: &mut Trials) {
+        let every = self.cell.trace_every.filter(|_| trial == 0);
+        self.run_with_course(trial, every, to);
+    }
+
+    /// Does the same, and stores the trial's course with a point every `every` seconds, if given.
+    pub fn run_with_course(&self, trial: u64, every: Option<f64>, to: &mut Trials) {
+        let rows = 0..self.cell.observers.len();
+        // `new` checked it, but random phases may lead to steps of too many lengths.
+        let Ok(cascade) = self.cell.cascade(self.seed, trial) else {
+            for output in rows {
+                let row = failed(Row::new(trial, output), FailureKind::NotRun);
+                to.rows.push(&row, &[]);
+            }
+            return;
+        };
+        let mut course = every.map(|every| self.course(every, &cascade));
+        let mut watch = Watch::start();
+        let found = halve(&cascade, |sample| {
+            if let Some(course) = &mut course {
+                course.add(sample);
+            }
+        });
+        let dbar = found
+            .summary
+            .largest_dbar
+            .iter()
+            .fold(0.0, |most: f64, x| most.max(*x));
+        for output in rows {
+            let mut row = Row::new(trial, output);
+            row[Measure::MixedDisturbance] = dbar;
+            row[Measure::Excitation] = found.summary.smallest_eigenvalue.unwrap_or(f64::NAN);
+            let (observer, step) = (&found.summary.observers[output], found.observers[output]);
+            to.rows.push(&self.row(row, observer, step), &[]);
+        }
+        to.spent.simulation += watch.lap();
+        if let Some(course) = course {
+            to.traces = Some(course.traces);
+        }
+    }
+
+    /// Makes the empty course of a trial.
+    fn course(&self, every: f64, cascade: &Cascade) -> Course {
+        let is_gpebo = |spec: &ObserverSpec| {
+            !matches!(
+                spec,
+                ObserverSpec::Luenberger { .. } | ObserverSpec::Filter { .. }
+            )
+        };
+        let estimates: Vec<bool> = self.cell.observers.iter().map(is_gpebo).collect();
+        Course {
+            every,
+            traces: Traces::new(cascade.theta().to_vec(), &estimates),
+        }
+    }
+
+    /// Fills the row of an observer.
+    fn row(&self, mut row: Row, observer: &ObserverSummary, step: Convergence) -> Row {
+        if observer.outcome != Outcome::Finite {
+            return failed(row, FailureKind::NonFinite);
+        }
+        let relative = step.relative();
+        row[Measure::StepError] = relative;
+        row[Measure::StepOrder] = step.state.order.unwrap_or(f64::NAN);
+        // A NaN does not count as a small error.
+        if !(relative <= self.cell.error_limit) {
+            return failed(row, FailureKind::StepTooLong);
+        }
+        let accuracy = &observer.accuracy;
+        if accuracy.overflows() {
+            return failed(row, FailureKind::NonFinite);
+        }
+        row[Measure::RmsState] = accuracy.rms_state;
+        for (measure, rms) in Measure::STATES.into_iter().zip(&accuracy.rms_states) {
+            row[measure] = *rms;
+        }
+        row[Measure::ThetaRms] = accuracy.rms_theta;
+        row[Measure::Theta] = accuracy.theta;
+        row[Measure::Reaching] = accuracy.reached.unwrap_or(f64::NAN);
+        row[Measure::Settling] = accuracy.settled.unwrap_or(f64::NAN);
+        let gains: &[f64] = match &self.cell.observers[row.output] {
+            ObserverSpec::Gradient { gains }
+            | ObserverSpec::FiniteTime { gains, .. }
+            | ObserverSpec::LsDrem { gains, .. }
+            | ObserverSpec::Proposed { gains, .. } => gains,
+            ObserverSpec::Luenberger { .. }
+            | ObserverSpec::Filter { .. }
+            | ObserverSpec::KalmanBucy { .. } => &[],
+        };
+        let learnt = gains
+            .iter()
+            .zip(&observer.excitation.integral)
+            .map(|(gain, integral)| gain * integral);
+        row[Measure::Adaptation] = learnt.fold(f64::NAN, f64::min);
+        let frozen = observer.excitation.frozen_at.iter().copied();
+        // All components: the whole estimate is frozen when its last component is.
+        let last = frozen.collect::<Option<Vec<f64>>>();
+        let last = last.map_or(f64::NAN, |times| times.into_iter().fold(f64::NAN, f64::max));
+        row[Measure::Frozen] = last;
+        row
+    }
+}
+
+/// Returns a row of a failed trial, with no further measures.
+fn failed(mut row: Row, kind: FailureKind) -> Row {
+    row.failure = Some(Failure {
+        kind,
+        stage: Stage::Observer,
+        pass: 0,
+    });
+    row
+}
+
+/// The stored course of a trial, point by point.
+struct Course {
+    every: f64,
+    traces: Traces,
+}
+
+impl Course {
+    /// Stores a point if one is due.
+    fn add(&mut self, sample: &Sample<'_>) {
+        let traces = &mut self.traces;
+        let due = traces.times.len() as f64 * self.every;
+        // Times are sums of steps, so they have rounding errors.
+        if sample.t < due - 1e-9 * self.every {
+            return;
+        }
+        traces.times.push(sample.t);
+        append(&mut traces.x, sample.x);
+        for (output, estimate) in traces.outputs.iter_mut().zip(sample.estimates) {
+            append(&mut output.x_hat, &estimate.x);
+            append(&mut output.theta_hat, &estimate.theta);
+        }
+    }
+}

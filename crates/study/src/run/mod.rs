@@ -1,0 +1,20 @@
+//! How it is run: trials on engines and threads, blocks, rounds, shards, and what they will take.
+
+pub(crate) mod blocks;
+pub(crate) mod campaign;
+pub mod cluster;
+pub(crate) mod compute;
+pub(crate) mod continuous_trial;
+pub(crate) mod event;
+pub mod kernels;
+pub(crate) mod machine_peak;
+pub(crate) mod memory_and_disk;
+pub(crate) mod pack;
+pub(crate) mod pilot;
+pub(crate) mod rounds;
+pub(crate) mod runner;
+pub(crate) mod score;
+pub(crate) mod time;
+pub(crate) mod trial;
+pub(crate) mod trial_worker;
+pub(crate) mod workload;

@@ -1,0 +1,516 @@
+//! The runner: computes blocks of trials on rayon's threads.
+
+use crate::design::cell::Source;
+use crate::design::experiment::Experiment;
+use crate::design::file::engine::Engine;
+use crate::design::file::experiment_file::Store;
+use crate::outcome::curves::Curves;
+use crate::outcome::rows::Rows;
+use crate::outcome::spent::{Spent, Watch};
+use crate::outcome::tally::CellTally;
+use crate::outcome::trials::Trials;
+use crate::run::trial_worker::{Worker, WorkerError};
+use asobench_identification::estimator::{Method, ProgramError};
+use asobench_identification::real::MOST_LANES;
+use std::convert::Infallible;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+/// About how many times more trials than faer the lanes run in the same time.
+const LANES_SPEED: usize = 64;
+
+/// The work of one step of all observers in continuous time, with its half steps, in samples times outputs
+/// (approximate).
+const STEP_WORK: usize = 32;
+
+/// The work of a block in samples times outputs: about half a second.
+const BLOCK_WORK: usize = 1 << 21;
+
+/// If rows are not kept, so many trials are tallied at once.
+const TALLIED: u64 = 1 << 14;
+
+/// The least number of blocks per thread, if there are enough trials.
+const BLOCKS_OF_A_THREAD: u64 = 4;
+
+/// A block that takes longer is delivered as far as it is computed; the rest follows as another block.
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// A contiguous range of trials of one cell, as assigned to one worker.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// The cell's index.
+    pub cell: usize,
+    /// The trials.
+    pub trials: Range<u64>,
+}
+
+impl Span {
+    /// Returns the number of trials.
+    pub(crate) fn len(&self) -> u64 {
+        self.trials.end - self.trials.start
+    }
+
+    /// Whether another span lies within this one.
+    pub(crate) fn holds(&self, part: &Self) -> bool {
+        let (whole, trials) = (&self.trials, &part.trials);
+        self.cell == part.cell && whole.start <= trials.start && trials.end <= whole.end
+    }
+}
+
+/// A computed block: a contiguous range of trials of one cell.
+pub struct Block {
+    /// The cell and the trials.
+    pub span: Span,
+    /// Their rows; empty if rows are not kept.
+    pub rows: Rows,
+    /// Their tally.
+    pub tally: CellTally,
+    /// Where the time went.
+    pub spent: Spent,
+}
+
+/// What a block keeps of its trials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// The rows and their tally.
+    Rows,
+    /// The tally alone.
+    Tally,
+    /// Nothing.
+    Nothing,
+}
+
+/// Why a run ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError<E> {
+    /// Threads could not be started.
+    #[error("cannot start {threads} threads: {reason}")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// The reason.
+        reason: String,
+    },
+    /// The `stop` flag was raised.
+    #[error("interrupted after {done} of {total} trials")]
+    Interrupted {
+        /// Trials that were delivered, over all cells.
+        done: u64,
+        /// Trials that were asked for, over all cells.
+        total: u64,
+    },
+    /// No worker serves a cell, for example because a caller's own method refuses its shape.
+    #[error(transparent)]
+    Worker(WorkerError),
+    /// The consumer failed.
+    #[error(transparent)]
+    Consumer(E),
+}
+
+/// Returns the default number of trials in a block of a cell: about half a second of work.
+pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
+    let cell_of = &experiment.cells[cell];
+    let outputs: usize = experiment.methods.iter().map(Method::passes).sum();
+    let samples = match &cell_of.source {
+        Source::Record(_) => cell_of.horizon * outputs.max(1),
+        Source::Continuous(cell) => STEP_WORK * cell.steps(),
+    };
+    let work = BLOCK_WORK / samples.max(1);
+    let work = match experiment.engine(cell) {
+        Ok(Engine::Lanes) => LANES_SPEED * work,
+        _ => work,
+    };
+    // Rows stay in memory until their block ends.
+    let most = match experiment.file.store {
+        Store::Trials => TALLIED,
+        Store::Summaries => 1 << 20,
+    };
+    (work as u64).clamp(1, most)
+}
+
+/// Runs trials 0 ... `trials` - 1 of every cell on `threads` threads; a deterministic cell has one trial. `consume`
+/// receives each block on the calling thread when it is finished, in no particular order.
+///
+/// # Errors
+/// [`RunError`].
+///
+/// # Panics
+/// With the panic of an estimator or of `consume`.
+pub fn run<E>(
+    experiment: &Experiment,
+    trials: u64,
+    threads: usize,
+    stop: &AtomicBool,
+    consume: impl FnMut(Block) -> Result<(), E>,
+) -> Result<(), RunError<E>> {
+    let spans = whole(experiment, trials);
+    let shared = Shared::new(experiment, &spans, None, Keep::Rows, stop);
+    shared.run(threads, |block| block, consume)
+}
+
+/// Runs the same trials and discards the results. This times simulation, estimation and measures alone.
+///
+/// # Errors
+/// [`RunError`].
+///
+/// # Panics
+/// With the panic of an estimator.
+pub fn run_and_forget(
+    experiment: &Experiment,
+    trials: u64,
+    threads: usize,
+    stop: &AtomicBool,
+) -> Result<Spent, RunError<Infallible>> {
+    let spans = whole(experiment, trials);
+    let mut spent = Spent::default();
+    let shared = Shared::new(experiment, &spans, None, Keep::Nothing, stop);
+    let consume = |block: Block| {
+        spent += block.spent;
+        Ok(())
+    };
+    shared.run(threads, |block| block, consume)?;
+    Ok(spent)
+}
+
+/// Returns trials 0 ... `trials` - 1 of every cell; a deterministic cell has one.
+fn whole(experiment: &Experiment, trials: u64) -> Vec<Span> {
+    let whole = |cell| Span {
+        cell,
+        trials: 0..experiment.trials_of(cell, trials),
+    };
+    (0..experiment.cells.len()).map(whole).collect()
+}
+
+/// Runs spans on `threads` threads, in blocks of `block` trials, by default [`block_size`]. No result depends on the
+/// size of blocks.
+///
+/// `finish` converts a block on the thread that computed it. `consume` receives the result on the calling thread when
+/// the block is finished, in no particular order. A block that takes long arrives in several parts. An error of
+/// `consume`, or raising `stop`, ends the run after the trials under way; the finished part of every span is still
+/// delivered.
+///
+/// # Errors
+/// [`RunError`].
+///
+/// # Panics
+/// With the panic of an estimator, of `finish` or of `consume`.
+pub fn run_spans<E, T: Delivery>(
+    experiment: &Experiment,
+    (spans, block): (&[Span], Option<u64>),
+    keep: Keep,
+    threads: usize,
+    stop: &AtomicBool,
+    finish: impl Fn(Block) -> T + Sync,
+    consume: impl FnMut(T) -> Result<(), E>,
+) -> Result<(), RunError<E>> {
+    Shared::new(experiment, spans, block, keep, stop).run(threads, finish, consume)
+}
+
+/// What is delivered for a block.
+pub trait Delivery: Send {
+    /// Returns the number of trials.
+    fn trials(&self) -> u64;
+}
+
+impl Delivery for Block {
+    fn trials(&self) -> u64 {
+        self.span.len()
+    }
+}
+
+/// Returns a pool of so many threads.
+pub(crate) fn pool<E>(threads: usize) -> Result<rayon::ThreadPool, RunError<E>> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().map_err(|error| RunError::Threads {
+        threads,
+        reason: error.to_string(),
+    })
+}
+
+/// Reports that a worker is done when dropped. If the worker panicked, this ends the run.
+struct Done<'a, T> {
+    sender: &'a SyncSender<Option<T>>,
+    ended: &'a AtomicBool,
+}
+
+impl<T> Drop for Done<'_, T> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.ended.store(true, Ordering::Relaxed);
+        }
+        // If the receiver is gone, nobody waits.
+        let _ = self.sender.send(None);
+    }
+}
+
+/// What the workers share.
+struct Shared<'a> {
+    experiment: &'a Experiment,
+    spans: &'a [Span],
+    /// Trials in a block; `None`: [`block_size`].
+    block: Option<u64>,
+    keep: Keep,
+    /// The upper limit of the default size of a block, so that no thread waits long for another's last block.
+    share: u64,
+    stop: &'a AtomicBool,
+    /// Raised when the consumer or a worker has failed.
+    ended: AtomicBool,
+    /// The next trials to take: the index of a span, and how many of its trials are already taken.
+    next: Mutex<(usize, u64)>,
+    /// Why a cell has no worker.
+    failed: OnceLock<WorkerError>,
+}
+
+impl<'a> Shared<'a> {
+    pub(crate) fn new(
+        experiment: &'a Experiment,
+        spans: &'a [Span],
+        block: Option<u64>,
+        keep: Keep,
+        stop: &'a AtomicBool,
+    ) -> Self {
+        Self {
+            experiment,
+            spans,
+            block,
+            keep,
+            share: u64::MAX,
+            stop,
+            ended: AtomicBool::new(false),
+            next: Mutex::new((0, 0)),
+            failed: OnceLock::new(),
+        }
+    }
+
+    /// Runs all blocks.
+    fn run<E, T: Delivery>(
+        mut self,
+        threads: usize,
+        finish: impl Fn(Block) -> T + Sync,
+        consume: impl FnMut(T) -> Result<(), E>,
+    ) -> Result<(), RunError<E>> {
+        let trials: u64 = self.spans.iter().map(Span::len).sum();
+        let share = trials.div_ceil(BLOCKS_OF_A_THREAD * threads.max(1) as u64);
+        self.share = share.max(1).next_multiple_of(MOST_LANES as u64);
+        let threads = self.blocks().clamp(1, threads.max(1) as u64) as usize;
+        let (sender, receiver) = sync_channel(threads);
+        let delivered = pool(threads)?.in_place_scope(|scope| {
+            scope.spawn_broadcast(|_, _| self.work(&sender, &finish));
+            self.deliver(receiver, threads, consume)
+        });
+        let total = trials;
+        if let Some(error) = self.failed.into_inner() {
+            return Err(RunError::Worker(error));
+        }
+        match delivered {
+            Err(error) => Err(RunError::Consumer(error)),
+            Ok(done) if done < total => Err(RunError::Interrupted { done, total }),
+            Ok(_) => Ok(()),
+        }
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.ended.load(Ordering::Relaxed)
+    }
+
+    fn block_size(&self, cell: usize) -> u64 {
+        if let Some(block) = self.block {
+            return block.max(1);
+        }
+        let most = if self.keep == Keep::Rows {
+            TALLIED
+        } else {
+            u64::MAX
+        };
+        block_size(self.experiment, cell).min(most).min(self.share)
+    }
+
+    /// Returns the number of blocks.
+    fn blocks(&self) -> u64 {
+        let blocks = self.spans.iter();
+        let blocks = blocks.map(|span| span.len().div_ceil(self.block_size(span.cell)));
+        blocks.sum()
+    }
+
+    /// Takes the next block to compute.
+    fn take(&self) -> Option<Span> {
+        // No code panics while holding the lock.
+        let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
+        let (index, taken) = *next;
+        let span = self.spans.get(index)?;
+        let start = span.trials.start + taken;
+        let batch = self.experiment.batch();
+        let end = start.saturating_add(self.block_size(span.cell).next_multiple_of(batch));
+        let end = span.trials.end.min(end - end % batch);
+        *next = if end == span.trials.end {
+            (index + 1, 0)
+        } else {
+            (index, end - span.trials.start)
+        };
+        Some(Span {
+            cell: span.cell,
+            trials: start..end,
+        })
+    }
+
+    /// Runs one worker: takes blocks in order until none is left.
+    fn work<T>(&self, sender: &SyncSender<Option<T>>, finish: impl Fn(Block) -> T) {
+        let _done = Done {
+            sender,
+            ended: &self.ended,
+        };
+        let mut current: Option<(usize, Worker<'_>, Trials)> = None;
+        while !self.stopped() {
+            let Some(span) = self.take() else {
+                return;
+            };
+            if current
+                .as_ref()
+                .is_none_or(|(known, ..)| *known != span.cell)
+            {
+                let cell = &self.experiment.cells[span.cell];
+                match Worker::new(self.experiment, cell) {
+                    Ok(worker) => {
+                        let mut trials = Trials::new(self.experiment, cell);
+                        if self.keep == Keep::Nothing {
+                            trials.curves = None;
+                        }
+                        current = Some((span.cell, worker, trials));
+                    }
+                    Err(error) => return self.fail(error),
+                }
+            }
+            let Some((_, worker, room)) = &mut current else {
+                return;
+            };
+            let mut from = span.trials.start;
+            while from < span.trials.end && !self.stopped() {
+                let (block, error) = self.block(worker, room, span.cell, from..span.trials.end);
+                from = block.span.trials.end;
+                if block.span.len() > 0 && sender.send(Some(finish(block))).is_err() {
+                    return;
+                }
+                if let Some(error) = error {
+                    self.fail(error);
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Ends the run. Keeps the first error; a program that was stopped is not an error.
+    fn fail(&self, error: WorkerError) {
+        if error != WorkerError::Setup(ProgramError::Stopped.into()) {
+            let _ = self.failed.set(error);
+        }
+        self.ended.store(true, Ordering::Relaxed);
+    }
+
+    /// Computes trials of one cell until the time or the stop flag ends it: at least one trial, unless an external
+    /// program fails.
+    fn block(
+        &self,
+        worker: &mut Worker<'_>,
+        room: &mut Trials,
+        cell: usize,
+        trials: Range<u64>,
+    ) -> (Block, Option<WorkerError>) {
+        let settings = &self.experiment.cells[cell];
+        let begin = Instant::now();
+        let goes_on = |end: u64| {
+            end == trials.start || end < trials.end && !self.stopped() && begin.elapsed() < LONGEST
+        };
+        let (mut tally, mut end) = (CellTally::default(), trials.start);
+        let (mut rows, mut error) = (Rows::default(), None);
+        while error.is_none() && goes_on(end) {
+            // Rows that are not kept are tallied once there are many.
+            let most = match self.keep {
+                Keep::Rows => trials.end - trials.start,
+                Keep::Tally | Keep::Nothing => TALLIED,
+            };
+            let to = trials.end.min(end + most);
+            room.rows.reserve((to - end) as usize);
+            let stride = worker.stride(settings);
+            let first = end;
+            while end < to && (end == first || goes_on(end)) {
+                let next = to.min(end + stride);
+                error = worker.run_into(end..next, room).err();
+                if error.is_some() {
+                    break;
+                }
+                end = next;
+            }
+            if end == first {
+                break;
+            }
+            let mut watch = Watch::start();
+            if self.keep != Keep::Nothing {
+                // Curves are counted over the whole block.
+                let curves = room.curves.take();
+                tally.merge(&CellTally::from_trials(self.experiment, settings, room));
+                room.curves = curves;
+            }
+            room.spent.statistics += watch.lap();
+            if self.keep == Keep::Rows {
+                rows = room.rows.take();
+            }
+            room.clear();
+        }
+        if let Some(curves) = &mut room.curves {
+            let next = Curves::new(settings.horizon);
+            tally.curves = Some(std::mem::replace(curves, next));
+        }
+        let block = Block {
+            span: Span {
+                cell,
+                trials: trials.start..end,
+            },
+            tally,
+            rows,
+            spent: std::mem::take(&mut room.spent),
+        };
+        (block, error)
+    }
+
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "dropping the receiver ends the workers"
+    )]
+    /// Passes blocks to `consume` until every worker is done. Returns the number of trials delivered.
+    fn deliver<E, T: Delivery>(
+        &self,
+        receiver: Receiver<Option<T>>,
+        mut working: usize,
+        mut consume: impl FnMut(T) -> Result<(), E>,
+    ) -> Result<u64, E> {
+        /// Ends the workers if the consumer panics. The receiver is dropped too, which frees workers that wait to send.
+        struct EndOnPanic<'a>(&'a AtomicBool);
+        impl Drop for EndOnPanic<'_> {
+            fn drop(&mut self) {
+                if std::thread::panicking() {
+                    self.0.store(true, Ordering::Relaxed);
+                }
+            }
+        }
+        let _guard = EndOnPanic(&self.ended);
+        let mut done = 0;
+        while working > 0 {
+            let Ok(message) = receiver.recv() else {
+                break;
+            };
+            let Some(block) = message else {
+                working -= 1;
+                continue;
+            };
+            done += block.trials();
+            if let Err(error) = consume(block) {
+                self.ended.store(true, Ordering::Relaxed);
+                return Err(error);
+            }
+        }
+        Ok(done)
+    }
+}
