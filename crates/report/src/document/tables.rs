@@ -4,7 +4,7 @@ use super::extremes::LongTable;
 use super::{lead_figures, lead_outputs};
 use crate::html::{CellText, Column};
 use crate::results::Study;
-use asobench_identification::metric::{Estimate, Quantile, Share, Statistics};
+use asobench_identification::metric::{Estimate, Quantile, Share, Statistic, Statistics};
 use asobench_identification::number::uncertain;
 use asobench_study::study::file::{Key, Scalar};
 use asobench_study::study::{CellSummary, OutputSummary};
@@ -113,33 +113,15 @@ pub(super) fn everything(study: &Study) -> LongTable {
     let keys = study.varying();
     let mut all = columns(study, &keys);
     let texts = ["output", "measure"].map(Column::text);
-    const NUMBERS: [&str; 23] = [
-        "trials",
-        "failed",
-        "unstable",
-        "with measure",
-        "median",
-        "median MCSE",
-        "q05",
-        "q05 MCSE",
-        "q25",
-        "q25 MCSE",
-        "q75",
-        "q75 MCSE",
-        "q95",
-        "q95 MCSE",
-        "mean",
-        "mean MCSE",
-        "SD",
-        "SD MCSE",
-        "RMSE",
-        "RMSE MCSE",
-        "trimmed mean",
-        "trimmed mean MCSE",
-        "dominated",
-    ];
     all.extend(texts);
-    all.extend(NUMBERS.map(|name| Column::number(name, "")));
+    all.extend(
+        ["trials", "failed", "unstable", "with measure"].map(|name| Column::number(name, "")),
+    );
+    for statistic in statistics_in_csv() {
+        let title = statistic.title();
+        all.extend([title, &format!("{title} MCSE")].map(|name| Column::number(name, "")));
+    }
+    all.push(Column::number("dominated", ""));
     let mut table = LongTable::new("", all, "median");
     for cell in &study.summary.cells {
         let settings = settings(cell, &keys);
@@ -168,6 +150,17 @@ pub(super) fn everything(study: &Study) -> LongTable {
     table
 }
 
+/// The statistics of the CSV file in its order: the median, the other quantiles, the moments. The MSE is the RMSE squared.
+fn statistics_in_csv() -> impl Iterator<Item = Statistic> {
+    let mut all: Vec<Statistic> = Statistic::ALL
+        .iter()
+        .copied()
+        .filter(|of| *of != Statistic::Mse)
+        .collect();
+    all.sort_by_key(|of| (*of != Statistic::Q50, !of.is_quantile()));
+    all.into_iter()
+}
+
 fn numbers(output: &OutputSummary, statistics: &Statistics) -> Vec<f64> {
     let outcomes = &output.outcomes;
     let counts = [
@@ -177,24 +170,11 @@ fn numbers(output: &OutputSummary, statistics: &Statistics) -> Vec<f64> {
         statistics.count,
     ]
     .map(|count| count as f64);
-    let quantiles = [
-        statistics.q50,
-        statistics.q05,
-        statistics.q25,
-        statistics.q75,
-        statistics.q95,
-    ];
-    let quantiles = quantiles.map(|q: Quantile| [q.value, brief(q.mcse)]);
-    let moments = [
-        statistics.mean,
-        statistics.sd,
-        statistics.rmse,
-        statistics.trimmed,
-    ];
-    let moments = moments.map(|e: Estimate| [e.value, brief(e.mcse)]);
     let mut all = counts.to_vec();
-    all.extend(quantiles.as_flattened());
-    all.extend(moments.as_flattened());
+    for statistic in statistics_in_csv() {
+        let Estimate { value, mcse } = statistic.of(statistics);
+        all.extend([value, brief(mcse)]);
+    }
     all.push(f64::from(u8::from(statistics.dominated)));
     all
 }

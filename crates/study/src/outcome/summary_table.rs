@@ -9,7 +9,7 @@ use crate::outcome::coefficients::Kept;
 use crate::outcome::rows::Rows;
 use crate::outcome::summary::{CellSummary, OutputSummary, Summary};
 use crate::outcome::trial_table::{GROUP_ROWS, Setting, StoreError, TrialTable, numeric_settings};
-use asobench_identification::metric::{Estimate, Quantile, Statistics};
+use asobench_identification::metric::{Statistic, Statistics};
 use polars::prelude::{
     BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
     PolarsResult, SerReader, Series,
@@ -137,30 +137,13 @@ fn summary_frame(
         column(rows, "measure", |row| row.2.as_str()),
         column(rows, "count", |row| row.3.count),
     ]);
-    let estimates: [Named<Estimate>; 5] = [
-        ("mean", |s| s.mean),
-        ("sd", |s| s.sd),
-        ("mse", |s| s.mse),
-        ("rmse", |s| s.rmse),
-        ("trimmed", |s| s.trimmed),
-    ];
-    for (name, part) in estimates {
-        columns.push(column(rows, name, |row| defined(part(row.3).value)));
-        columns.push(column(rows, &format!("{name}_mcse"), |row| {
-            defined(part(row.3).mcse)
+    for statistic in Statistic::ALL {
+        let estimate = |row: &SummaryRow<'_>| statistic.of(row.3);
+        columns.push(column(rows, statistic.name(), |row| {
+            defined(estimate(row).value)
         }));
-    }
-    let quantiles: [Named<Quantile>; 5] = [
-        ("q05", |s| s.q05),
-        ("q25", |s| s.q25),
-        ("q50", |s| s.q50),
-        ("q75", |s| s.q75),
-        ("q95", |s| s.q95),
-    ];
-    for (name, part) in quantiles {
-        columns.push(column(rows, name, |row| defined(part(row.3).value)));
-        columns.push(column(rows, &format!("{name}_mcse"), |row| {
-            defined(part(row.3).mcse)
+        columns.push(column(rows, &format!("{statistic}_mcse"), |row| {
+            defined(estimate(row).mcse)
         }));
     }
     columns.extend([
@@ -171,9 +154,6 @@ fn summary_frame(
     ]);
     DataFrame::new(rows.len(), columns)
 }
-
-/// A column's name, and the statistic that it shows.
-type Named<T> = (&'static str, fn(&Statistics) -> T);
 
 fn column<'a, R, T>(rows: &'a [R], name: &str, value: impl Fn(&'a R) -> T) -> Column
 where
