@@ -1,8 +1,8 @@
 //! The figure with the bias of every coefficient.
 
-use super::figures::Drawn;
+use super::figure::Drawn;
 use super::layout::{Choice, Layout, panel_title, sheet};
-use super::lead_outputs;
+use super::lead::lead_outputs;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::Statistics;

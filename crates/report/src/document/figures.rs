@@ -1,7 +1,8 @@
 //! The figures of a study, chosen by its content.
 
+use super::figure::{Drawn, quantile_note, y_axis};
 use super::layout::{Layout, panel_title, sheet, x_of};
-use super::{lead_figures, lead_outputs};
+use super::lead::{lead_figures, lead_outputs};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::{Quantile, Statistics, Z};
@@ -11,17 +12,6 @@ use asobench_study::text::number;
 
 /// Largest number of outputs for which marks of theory can still be distinguished.
 const MOST_MARKS: usize = 4;
-
-/// A figure with its file name.
-#[derive(Clone, Debug)]
-pub(super) struct Drawn {
-    /// The file name without folder and extension.
-    pub name: String,
-    /// The SVG document.
-    pub svg: String,
-    /// The caption.
-    pub caption: String,
-}
 
 /// With fewer trials than this, quartiles are drawn, because the interval of a median says little.
 const FEW: u64 = 100;
@@ -59,25 +49,6 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         .collect();
     drawn.truncate(FIGURES);
     drawn
-}
-
-/// Explains the quantiles and their accuracy.
-pub(super) fn quantile_note(study: &Study) -> String {
-    let percent = 100.0 * study.summary.quantile_relative_error;
-    format!(
-        "Quantiles are over all trials, failed ones counted as worst and unstable models as estimated; they come from bins with a relative error below \
-        {percent:.2} %."
-    )
-}
-
-/// The y axis of a measure.
-pub(super) fn y_axis(measure: Measure) -> PlotAxis {
-    let label = measure.axis_label();
-    match measure.scale() {
-        measure::Scale::Log => PlotAxis::log(label),
-        measure::Scale::Linear => PlotAxis::linear(label),
-        measure::Scale::Percent => PlotAxis::linear(label).range(-20.0, 100.0),
-    }
 }
 
 fn quantiles(at: f64, statistics: &Statistics) -> Point {

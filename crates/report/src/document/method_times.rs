@@ -1,8 +1,8 @@
 //! The figure of the times of the methods.
 
-use super::OUTPUTS;
-use super::figures::Drawn;
+use super::figure::Drawn;
 use super::layout::{Choice, Layout, panel_title, sheet, x_key};
+use super::lead::OUTPUTS;
 use crate::plot::{Plot, PlotAxis, Point, Series, Style};
 use crate::results::{Study, Time};
 use std::collections::HashMap;

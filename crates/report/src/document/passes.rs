@@ -1,8 +1,8 @@
 //! Figures over the passes of an estimator: errors, and lost trials.
 
-use super::figures::{Drawn, quantile_note, y_axis};
+use super::figure::{Drawn, quantile_note, y_axis};
 use super::layout::{Choice, Layout, panel_title, sheet, x_key};
-use super::{OUTPUTS, lead_figures, lead_outputs};
+use super::lead::{OUTPUTS, lead_figures, lead_outputs};
 use crate::plot::{Plot, PlotAxis, Point, Series, Style};
 use crate::results::Study;
 use asobench_study::study::{CellSummary, OutputSummary};

@@ -1,8 +1,8 @@
 //! The figure of the state error over time.
 
-use super::OUTPUTS;
-use super::figures::Drawn;
+use super::figure::Drawn;
 use super::layout::{Choice, Layout, panel_title, sheet};
+use super::lead::OUTPUTS;
 use crate::figures::curve;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::results::{Study, words};
