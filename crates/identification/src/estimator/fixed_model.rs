@@ -1,6 +1,6 @@
 //! A model that makes instruments in every pass of instrumental variables.
 
-use crate::model::polynomial::{divide, filter};
+use crate::model::polynomial::{self, divide, filter};
 #[cfg(feature = "json")]
 use serde::{Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
@@ -49,9 +49,8 @@ impl std::str::FromStr for FixedModel {
                 "F" => &mut f,
                 _ => return Err(format!("'{part}'; expected a text such as B=0,1;F=1,-0.5")),
             };
-            let numbers = numbers.split(',').map(|number| number.trim().parse());
-            let numbers: Result<Vec<f64>, _> = numbers.collect();
-            *place = numbers.map_err(|_| format!("'{part}' is not a list of numbers"))?;
+            let numbers = polynomial::parse(numbers);
+            *place = numbers.ok_or_else(|| format!("'{part}' is not a list of numbers"))?;
         }
         Self::new(b, f)
     }
@@ -59,11 +58,8 @@ impl std::str::FromStr for FixedModel {
 
 impl std::fmt::Display for FixedModel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let list = |values: &[f64]| {
-            let texts: Vec<String> = values.iter().map(f64::to_string).collect();
-            texts.join(",")
-        };
-        write!(f, "B={};F={}", list(&self.b), list(&self.f))
+        let [numerator, denominator] = [&self.b, &self.f].map(|c| polynomial::text(c));
+        write!(f, "B={numerator};F={denominator}")
     }
 }
 
