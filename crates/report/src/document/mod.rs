@@ -3,8 +3,7 @@
 mod answer;
 mod bound_grid;
 mod bound_shares;
-mod coefficient_bias;
-mod coefficient_coverage;
+mod coefficients;
 mod courses;
 mod extremes;
 mod figure;
