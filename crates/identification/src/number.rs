@@ -7,7 +7,7 @@ use crate::metric::Quantile;
 ///
 /// An undefined value is `-`. If the error is undefined or zero, only the value is shown, with four digits.
 pub fn uncertain(value: f64, error: f64) -> String {
-    rounded(value, error, 17)
+    uncertain_within(value, error, 17)
 }
 
 /// Formats a quantile with its standard error; `none` if it falls among trials without the measure.
@@ -20,7 +20,7 @@ pub fn quantile(quantile: Quantile) -> String {
 }
 
 /// Like [`uncertain`] with at most `most` digits of the value; a smaller error is shown as 1 in the last of them.
-pub fn rounded(value: f64, error: f64, most: i32) -> String {
+pub fn uncertain_within(value: f64, error: f64, most: i32) -> String {
     if !value.is_finite() {
         return "-".to_owned();
     }
@@ -110,7 +110,7 @@ mod tests {
             (0.087_912, 0.005_2, "0.088(5)"),
             (12_345.0, 1.0, "12345(1)"),
         ] {
-            assert_eq!(rounded(value, error, 3), text);
+            assert_eq!(uncertain_within(value, error, 3), text);
         }
     }
 }

@@ -1,8 +1,10 @@
 //! Writes the files of a report: all of them or none.
 
-use super::document::Files;
 use asobench_study::files::{self, Kind, PathError, Staged};
 use std::path::Path;
+
+/// The files of a report: name relative to its folder, content.
+pub type Files = Vec<(String, String)>;
 
 /// The last file of a report.
 const PAGE: &str = "report.html";

@@ -21,9 +21,9 @@ pub mod terminal;
 
 use asobench_identification::number;
 pub use asobench_identification::number::uncertain;
-pub use document::{Files, course_figures, report};
+pub use document::{course_figures, report};
 pub use figures::{OneTrial, TrialErrors, draw};
-pub use folder::{prepare as prepare_report, write as write_report};
+pub use folder::{Files, prepare as prepare_report, write as write_report};
 pub use gpebo_table::{ends, example_table};
 pub use results::{ResultsError, Study, Time};
 pub use table::verdict_table;

@@ -11,7 +11,7 @@ use asobench_study::study::{
     CellSummary, Experiment, Look, Looks, Measure, OutputSummary, Summary, TheoryReference,
     read_manifest,
 };
-use asobench_study::text::shell_word;
+use asobench_study::text::{grouped, shell_word};
 use serde::Deserialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -208,6 +208,23 @@ impl Study {
     /// The label of every output, in order.
     pub fn labels(&self) -> &[String] {
         &self.index.labels
+    }
+
+    /// "20 trials in each of 22 cells."
+    pub(crate) fn extent(&self) -> String {
+        let trials = || self.summary.cells.iter().map(|cell| cell.trials);
+        let (least, most) = (trials().min().unwrap_or(0), trials().max().unwrap_or(0));
+        let mut text = grouped(least);
+        if least < most {
+            text += &format!(" to {}", grouped(most));
+        }
+        let cells = self.summary.cells.len();
+        match (most, cells) {
+            (1, 1) => "One trial of one cell.".to_owned(),
+            (_, 1) => format!("{text} trials of one cell."),
+            (1, _) => format!("One trial in each of {} cells.", grouped(cells as u64)),
+            _ => format!("{text} trials in each of {} cells.", grouped(cells as u64)),
+        }
     }
 
     /// The settings that distinguish cells, without those determined by another one.

@@ -1,6 +1,6 @@
 //! The verdict table, at most 80 columns wide.
 
-use super::number::rounded;
+use super::number::uncertain_within;
 use asobench_identification::metric::{Quantile, Share, Statistics};
 use asobench_study::study::{BoundSummary, CellSummary, OutputShare, Summary};
 use asobench_study::text::{number, visible};
@@ -129,6 +129,6 @@ fn spread(statistics: &Statistics) -> String {
     if all.len() <= SPREAD {
         all
     } else {
-        spread(|q| rounded(q.value, q.mcse, 3))
+        spread(|q| uncertain_within(q.value, q.mcse, 3))
     }
 }

@@ -1,7 +1,7 @@
 //! The final output of a run on a terminal: its first measures by cells and outputs, at most one screen, and the
 //! verdict on every claim.
 
-use super::document::lead_outputs;
+use super::document::lead::lead_outputs;
 use super::results::Study;
 use asobench_identification::metric::{Quantile, Share};
 use asobench_identification::number::{quantile, uncertain};

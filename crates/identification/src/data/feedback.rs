@@ -3,6 +3,7 @@
 //! The plant is strictly proper: y(k) depends on u up to k - 1 only. So u(k) may use y(k) without an algebraic loop.
 
 use super::{ControlLaw, DrawFailure, History, Realisation};
+use crate::model::polynomial;
 use crate::plant::{StateSpace, drive};
 #[cfg(feature = "json")]
 use serde_json::{Value, json};
@@ -207,9 +208,8 @@ impl std::str::FromStr for OutputFeedback {
     /// Parses `c_0,c_1,...` or `c_0,c_1,.../1,d_1,...`.
     fn from_str(text: &str) -> Result<Self, FeedbackError> {
         let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
-        let numbers = |list: &str| -> Result<Vec<f64>, FeedbackError> {
-            let numbers: Result<_, _> = list.split(',').map(|part| part.trim().parse()).collect();
-            numbers.map_err(|_| FeedbackError::Form(text.to_owned()))
+        let numbers = |list: &str| {
+            polynomial::parse(list).ok_or_else(|| FeedbackError::Form(text.to_owned()))
         };
         Self::new(&numbers(numerator)?, &numbers(denominator)?)
     }
@@ -217,11 +217,10 @@ impl std::str::FromStr for OutputFeedback {
 
 impl std::fmt::Display for OutputFeedback {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let list = |c: &[f64]| c.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-        f.write_str(&list(&self.numerator))?;
+        f.write_str(&polynomial::text(&self.numerator))?;
         if self.denominator.is_empty() {
             return Ok(());
         }
-        write!(f, "/{}", list(&self.denominator()))
+        write!(f, "/{}", polynomial::text(&self.denominator()))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::DrawFailure;
 use super::process_error::ProcessError;
-use crate::model::polynomial::multiply;
+use crate::model::polynomial::{self, multiply};
 use crate::plant::{ORDER_LIMIT, StateSpace, random_stable};
 use crate::signal::{Input, NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};
 #[cfg(feature = "json")]
@@ -114,10 +114,7 @@ impl std::str::FromStr for NoiseColour {
             _ => {}
         }
         let (numerator, denominator) = text.split_once('/').ok_or_else(form)?;
-        let numbers = |list: &str| -> Result<Vec<f64>, NoiseColourError> {
-            let numbers: Result<_, _> = list.split(',').map(|part| part.trim().parse()).collect();
-            numbers.map_err(|_| form())
-        };
+        let numbers = |list: &str| polynomial::parse(list).ok_or_else(form);
         let filter = NoiseFilter::new(&numbers(numerator)?, &numbers(denominator)?)?;
         Ok(Self::Filter(filter))
     }
@@ -131,9 +128,9 @@ impl std::fmt::Display for NoiseColour {
         if *filter == NoiseFilter::white() {
             return f.write_str("white");
         }
-        let list = |c: &[f64]| c.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-        let (numerator, denominator) = (filter.numerator(), filter.denominator());
-        write!(f, "{}/{}", list(numerator), list(&denominator))
+        let [numerator, denominator] =
+            [filter.numerator(), &filter.denominator()].map(polynomial::text);
+        write!(f, "{numerator}/{denominator}")
     }
 }
 

@@ -3,17 +3,17 @@
 
 mod feedback;
 mod precision;
-mod residuals;
 mod response;
 mod roots;
 #[cfg(test)]
 mod tests;
+mod whiteness;
 
 pub use feedback::{feedback_p_value, is_feedback};
 pub use precision::Precision;
-pub use residuals::{Residuals, Whiteness};
 pub use response::{FrequencyPoint, StepPoint, frequency_response, step_response};
 pub use roots::{Cancellation, Root, RootError};
+pub use whiteness::{Residuals, Whiteness};
 
 /// Level of the tests of residuals: the false-alarm probability of each.
 pub const LEVEL: f64 = 0.01;

@@ -1,11 +1,12 @@
 //! Least squares for any orders: `A(q) y = B(q) u + e`.
 
 use super::covariance::Covariance;
-use super::least_squares::{StartState, StateEstimate};
-use super::method::{MethodKind, OptionError, Problem};
+use super::method_kind::{MethodKind, Problem};
+use super::option_error::OptionError;
 use super::order_choice::{Criterion, OrderComparison};
 use super::reading::{R_SYSID_RIDGE, Reading};
 use super::regression::{Regression, Rows};
+use super::start_state::{StartState, StateEstimate};
 use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 

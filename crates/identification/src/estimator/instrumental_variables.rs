@@ -4,119 +4,22 @@ use super::arx::ArxOptions;
 use super::auxiliary::AuxiliaryModel;
 use super::covariance::Covariance;
 use super::covariance::freedom;
-use super::general_iv::{FixedModel, GeneralIv, GeneralOptions};
+use super::general_iv::{GeneralIv, GeneralOptions};
 use super::instruments::{InstrumentalRegression, Instruments as InstrumentsOf, Signals};
-use super::least_squares::{
-    LeastSquaresErrors, StartState, StateEstimate, conclude, iteration_zero,
-};
-use super::method::{MethodKind, Needs, OptionError, Output, Problem};
+use super::iv_options::{Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS};
+use super::least_squares::{LeastSquaresErrors, conclude, iteration_zero};
+use super::method_kind::{MethodKind, Needs, Output, Problem};
+use super::option_error::OptionError;
 use super::reading::Reading;
 use super::reflection::{PoleReflection, Stabilise};
 use super::regression::Rows;
 use super::solver::{Instruments, Solution, SolveInstruments};
+use super::start_state::{StartState, StateEstimate};
 use super::{
     Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10,
     Window,
 };
 use crate::model::Orders;
-use crate::names::named_enum;
-use crate::observer::Gain;
-
-named_enum! {
-    /// The parts of the auxiliary model that each pass renews: reading E4.
-    Auxiliary, "reading of the auxiliary model" {
-        /// b and x0 follow each pass: stages 5 and 6 after every stage 10 (the default).
-        Refresh = "refresh",
-        /// Only A-hat is renewed. b and x0 of iteration 0 drive every simulation, and that x0 starts the observer. The
-        /// reported b comes from each pass's h.
-        Frozen = "frozen",
-        /// As frozen, but the reported b is that of iteration 0.
-        Literal = "literal",
-    }
-}
-
-named_enum! {
-    /// The auxiliary model: reading E12.
-    Drive, "reading of stage 7" {
-        /// The simulation of (A-hat, b-hat) from x0-hat (the default).
-        Model = "model",
-        /// The observer, driven by y: `F-hat = A-hat - g c'`.
-        Observer = "observer",
-    }
-}
-
-named_enum! {
-    /// The signal from which the instruments are formed: claim C7.
-    InstrumentSource, "source of the instruments" {
-        /// The input u, both to drive the auxiliary model and in Z (the default).
-        Input = "u",
-        /// The reference r in both places, free of noise that came through the loop.
-        Reference = "r",
-    }
-}
-
-/// The largest number of IV passes.
-pub const MOST_ITERATIONS: usize = 1000;
-
-/// The readings of the IV passes.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct IvOptions {
-    /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
-    pub solver: Solver,
-    /// Number of IV passes (reading E11: 4 or 5).
-    pub iterations: usize,
-    /// Formula of stage 10, reading E2: corrected, as-printed, as-printed-2024.
-    pub stage10: Stage10,
-    /// What each IV pass renews, reading E4: refresh, frozen, literal.
-    pub auxiliary: Auxiliary,
-    /// The auxiliary model, reading E12: model (simulation of the estimate), observer.
-    pub drive: Drive,
-    /// The observer's gain, if the observer is the auxiliary model.
-    pub gain: Gain,
-    /// The signal from which the instruments are formed: u or r.
-    pub instruments: InstrumentSource,
-    /// What is done about unstable poles of the auxiliary model: none, reflect (into the unit circle).
-    pub stabilise: Stabilise,
-    /// Initial state, in every pass: estimate (stage 6), or zero.
-    pub initial_state: StartState,
-    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The equations that are used: complete (the default), prewindow (zeros before the record), padded (zeros before and after).
-    pub rows: Option<Rows>,
-    /// The conventions of another tool: r-sysid.
-    pub reading: Option<Reading>,
-    /// A fixed model x = B/F u for the instruments, such as B=0,1;F=1,-0.5: one pass.
-    pub fixed_model: Option<FixedModel>,
-    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
-    /// instruments), robust.
-    pub covariance: Option<Covariance>,
-}
-
-impl Default for IvOptions {
-    fn default() -> Self {
-        Self {
-            iterations: 4,
-            solver: Solver::default(),
-            stage10: Stage10::default(),
-            auxiliary: Auxiliary::default(),
-            drive: Drive::default(),
-            gain: Gain::default(),
-            instruments: InstrumentSource::default(),
-            stabilise: Stabilise::default(),
-            initial_state: StartState::default(),
-            orders: None,
-            rows: None,
-            reading: None,
-            fixed_model: None,
-            covariance: None,
-        }
-    }
-}
 
 impl IvOptions {
     /// Returns the options of the general form if one is given that the paper's form does not have; otherwise `None`.

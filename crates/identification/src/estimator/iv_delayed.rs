@@ -3,9 +3,10 @@
 use super::arx::ArxOptions;
 use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::least_squares::{StartState, StateEstimate};
-use super::method::{MethodKind, OptionError, Problem};
+use super::method_kind::{MethodKind, Problem};
+use super::option_error::OptionError;
 use super::regression::Rows;
+use super::start_state::{StartState, StateEstimate};
 use super::{Estimator, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 

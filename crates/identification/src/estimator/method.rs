@@ -1,135 +1,17 @@
 //! A method under study: its name, and how workers make their own copy of it.
 
+use super::iv_options::IvOptions;
+use super::known::KnownOptions;
+use super::least_squares::LsOptions;
+use super::method_kind::{Needs, Output, Problem};
+use super::registry::MethodOptions;
 use super::scale::Scaled;
-use super::{
-    Estimator, IvOptions, KnownModel, KnownOptions, LsOptions, MethodOptions, SetupError, Shape,
-};
-use crate::data::Process;
+use super::{Estimator, SetupError, Shape};
 use crate::model::Orders;
 use crate::observer::ObserverKind;
 
-/// One line of a method's results: the name of an estimator and the number of a pass.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Output {
-    /// The estimator's name, such as "ls" or "iv".
-    pub estimator: String,
-    /// The number of the pass; 0 for a method without iterations.
-    pub pass: usize,
-}
-
-impl Output {
-    /// Returns the name, with the pass if it is not 0: "ls", "iv(4)".
-    pub fn label(&self) -> String {
-        match self.pass {
-            0 => self.estimator.clone(),
-            pass => format!("{}({pass})", self.estimator),
-        }
-    }
-}
-
 /// Makes an estimator with buffers for a shape.
 type Factory = dyn Fn(&Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync;
-
-/// The problem that an estimator is prepared for.
-#[derive(Clone, Copy, Debug)]
-pub struct Problem<'a> {
-    /// The setting's order and the window.
-    pub shape: Shape,
-    /// The true model for a method that is given it, if all trials have the same one.
-    pub known: Option<&'a KnownModel>,
-    /// The process that draws the records and the noise level eta in per cent, for a method that may know them.
-    pub process: Option<(&'a Process, f64)>,
-    /// Whether standard errors are wanted from methods that can do without them.
-    pub covariance: bool,
-}
-
-impl From<Shape> for Problem<'_> {
-    fn from(shape: Shape) -> Self {
-        Self {
-            shape,
-            known: None,
-            process: None,
-            covariance: false,
-        }
-    }
-}
-
-/// What a method needs of a cell besides a record.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Needs {
-    /// The true plant.
-    pub plant: bool,
-    /// A separate reference, which exists in feedback only: the key and value of the option that requires it.
-    pub reference: Option<(&'static str, &'static str)>,
-}
-
-/// An error in an option.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}{message}", .key.as_ref().map_or_else(String::new, |key| format!("{key}: ")))]
-pub struct OptionError {
-    /// The option's key; `None` if the message names it.
-    pub key: Option<String>,
-    /// What is wrong and what was expected.
-    pub message: String,
-}
-
-impl OptionError {
-    /// Makes the error of a key.
-    pub fn new(key: &str, message: impl Into<String>) -> Self {
-        Self {
-            key: Some(key.to_owned()),
-            message: message.into(),
-        }
-    }
-}
-
-/// The interface of an estimator's options to the registry. One struct with serde and docs yields the keys of
-/// experiment files, their schema, the flags of `asobench estimate` and docs/methods.md.
-pub trait MethodKind {
-    /// Checks that the options are within their bounds and fit together.
-    ///
-    /// # Errors
-    /// The key and what is wrong with it.
-    fn check(&self) -> Result<(), OptionError> {
-        Ok(())
-    }
-
-    /// Returns the outputs of a method with this name; by default one, pass 0.
-    fn outputs(&self, name: &str) -> Vec<Output> {
-        vec![Output {
-            estimator: name.to_owned(),
-            pass: 0,
-        }]
-    }
-
-    /// Returns the orders of the estimator's models for a value of the setting `order`. `None`: the paper's form of
-    /// that order.
-    fn model_orders(&self, _setting: usize) -> Option<Orders> {
-        None
-    }
-
-    /// Returns what the estimator needs of a cell.
-    fn needs(&self) -> Needs {
-        Needs::default()
-    }
-
-    /// Returns an estimator with buffers for a problem.
-    ///
-    /// # Errors
-    /// If the estimator cannot serve the problem.
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError>;
-
-    /// Returns the options in the form that lanes run, that of IV passes. `None`: lanes do not have the estimator.
-    ///
-    /// An implementation must destructure all options (no `..`) and name the values that lanes support, so that a new
-    /// value runs on the scalar engine.
-    ///
-    /// # Errors
-    /// The option that lanes do not support, in words.
-    fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
-        None
-    }
-}
 
 /// A method: the names of its outputs and a factory of estimators.
 pub struct Method {

@@ -10,6 +10,7 @@ mod autoregression;
 pub mod auxiliary;
 mod covariance;
 mod failure;
+mod fixed_model;
 mod general_iv;
 pub mod information;
 pub mod initial_state;
@@ -17,12 +18,16 @@ mod instrumental_variables;
 pub mod instruments;
 mod iv4;
 mod iv_delayed;
+mod iv_options;
 mod known;
+mod known_model;
 mod lag_sums;
 mod least_squares;
 mod limit;
 mod method;
+mod method_kind;
 mod null_space;
+mod option_error;
 #[cfg(feature = "json")]
 mod options;
 mod order_choice;
@@ -37,8 +42,11 @@ pub mod regression;
 pub mod regressors;
 mod riv;
 mod scale;
+#[cfg(feature = "json")]
+mod schema;
 pub mod solver;
 mod sorted_qr;
+mod start_state;
 mod subspace;
 mod wnsf;
 
@@ -46,20 +54,22 @@ pub use arx::{Arx, ArxOptions};
 pub use autoregression::spectrum;
 pub use covariance::Covariance;
 pub use failure::{FailureKind, Reason};
-pub use general_iv::{FixedModel, GeneralIv};
-pub use instrumental_variables::{
-    Auxiliary, Drive, InstrumentSource, InstrumentalVariables, IvOptions, MOST_ITERATIONS,
-};
+pub use fixed_model::FixedModel;
+pub use general_iv::GeneralIv;
+pub use instrumental_variables::InstrumentalVariables;
 pub use iv_delayed::{IvDelayed, IvDelayedOptions};
+pub use iv_options::{Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS};
 pub use iv4::{Iv4, Iv4Options};
-pub use known::{KnownModel, KnownOptions};
-pub use least_squares::StateEstimate;
-pub use least_squares::{LeastSquares, LsOptions, StartState};
+pub use known::KnownOptions;
+pub use known_model::KnownModel;
+pub use least_squares::{LeastSquares, LsOptions};
 pub use limit::{LimitError, least_squares_limit};
-pub use method::{Method, MethodKind, Needs, OptionError, Output, Problem};
+pub use method::Method;
+pub use method_kind::{MethodKind, Needs, Output, Problem};
 pub(crate) use null_space::long_autoregression;
+pub use option_error::OptionError;
 #[cfg(feature = "json")]
-pub use options::{OptionEntry, inline_schema, option_keys};
+pub use options::{OptionEntry, option_keys};
 pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
 pub use pass::{Failure, Pass, Progress, Stage};
@@ -73,7 +83,10 @@ pub use registry::{EstimatorName, MethodOptions};
 pub use regression::{Regression, Rows};
 pub use riv::{RefinedIv, RivOptions};
 pub use scale::unit_of;
+#[cfg(feature = "json")]
+pub use schema::inline_schema;
 pub use solver::{Instruments, Solver, Stage10};
+pub use start_state::{StartState, StateEstimate};
 pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
 
 use crate::model::Orders;

@@ -2,7 +2,8 @@
 //! refined instrumental variables.
 
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::method::{MethodKind, OptionError, Problem};
+use super::method_kind::{MethodKind, Problem};
+use super::option_error::OptionError;
 use super::reflection::{Stabilise, stay_stable};
 use super::regression::{Regression, Rows};
 use super::{Estimator, FailureKind, Pass, SetupError, Window};

@@ -1,6 +1,6 @@
 //! Defaults of other tools that differ from this program's, available as readings that an option names.
 
-use super::method::OptionError;
+use super::option_error::OptionError;
 use super::regression::Rows;
 use crate::names::named_enum;
 

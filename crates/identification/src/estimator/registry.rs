@@ -4,9 +4,9 @@ use super::arx::ArxOptions;
 use super::iv_delayed::IvDelayedOptions;
 use super::iv4::Iv4Options;
 use super::known::KnownOptions;
+use super::method_kind::{MethodKind, Needs, Output, Problem};
 #[cfg(feature = "json")]
-use super::method::OptionError;
-use super::method::{MethodKind, Needs, Output, Problem};
+use super::option_error::OptionError;
 use super::output_error_iteration::{SrivOptions, StmcbOptions};
 use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
 use super::riv::RivOptions;
@@ -87,7 +87,7 @@ macro_rules! estimators {
 
             pub(super) fn options_schema(self) -> Value {
                 match self {
-                    $(Self::$variant => super::options::inline_schema::<$options>(),)*
+                    $(Self::$variant => super::schema::inline_schema::<$options>(),)*
                 }
             }
         }

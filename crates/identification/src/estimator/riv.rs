@@ -4,7 +4,8 @@
 
 use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::method::{MethodKind, OptionError, Problem};
+use super::method_kind::{MethodKind, Problem};
+use super::option_error::OptionError;
 use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS, REST, ROUND};
 use super::prediction_error::{BjOptions, Descent};
 use super::reflection::{Stabilise, stay_stable};

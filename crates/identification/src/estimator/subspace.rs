@@ -4,8 +4,9 @@
 //! the block of L in the rows of `Y_f` and the columns of the past. Its left singular vectors span the range of the
 //! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
 
-use super::method::{MethodKind, OptionError, Problem};
+use super::method_kind::{MethodKind, Problem};
 use super::null_space::HighOrder;
+use super::option_error::OptionError;
 use super::reflection::stable;
 use super::reflection::{Stabilise, reflect_zeros};
 use super::solver::Reduction;

@@ -3,8 +3,9 @@
 //! Source: M. Galrinho, C. R. Rojas, H. Hjalmarsson, "Parametric identification using weighted null-space fitting",
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
-use super::method::{MethodKind, OptionError, Problem};
+use super::method_kind::{MethodKind, Problem};
 use super::null_space::NullSpaceFit;
+use super::option_error::OptionError;
 use super::regression::covariance_of_triangle;
 use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::{Estimator, FailureKind, Pass, SetupError, Window};

@@ -1,5 +1,17 @@
 //! Polynomials in q^-1, `c_0 + c_1 q^-1 + ...`, as filters of signals that are zero before k = 0.
 
+/// Reads coefficients such as `1,-0.5`; `None` if one of them is not a number.
+pub fn parse(list: &str) -> Option<Vec<f64>> {
+    let numbers = list.split(',').map(|number| number.trim().parse().ok());
+    numbers.collect()
+}
+
+/// Writes coefficients as [`parse`] reads them, with all digits.
+pub fn text(coefficients: &[f64]) -> String {
+    let texts: Vec<String> = coefficients.iter().map(f64::to_string).collect();
+    texts.join(",")
+}
+
 /// Returns the product of two polynomials.
 pub fn multiply(first: &[f64], second: &[f64]) -> Vec<f64> {
     let mut product = Vec::new();

@@ -3,7 +3,7 @@
 use super::arithmetic::with_fma;
 use super::noise::NoiseFilter;
 use super::normal::fill_standard_normal;
-use super::stream::Stream;
+use super::random_stream::Stream;
 use crate::names::named_enum;
 use rand::Rng;
 #[cfg(feature = "json")]
@@ -171,7 +171,7 @@ pub fn fill_white(stream: &mut Stream, deviation: f64, z: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::stream::{Purpose, stream};
+    use crate::signal::{Purpose, stream};
 
     /// The mean and variance of Gaussian input are within 4.5 standard errors of 0 and amplitude^2.
     #[test]

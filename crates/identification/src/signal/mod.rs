@@ -8,15 +8,15 @@ mod input;
 mod level;
 pub mod noise;
 pub mod normal;
-mod stream;
+mod random_stream;
 mod wave;
 mod wave_sum;
 
 pub use input::{Input, InputLaw, RandomSigns, Sequence, fill_white};
 pub use level::{LevelOf, LevelOver, LevelReading, ProcessVariances};
 pub use noise::{NoiseFilter, NoiseFilterError};
-pub use stream::state_of;
-pub use stream::{Purpose, Stream, stream};
+pub use random_stream::state_of;
+pub use random_stream::{Purpose, Stream, stream};
 pub use wave::{Hold, SignalError, Wave};
 pub use wave_sum::Signal;
 

@@ -3,7 +3,7 @@
 
 use super::arithmetic::{mean, variance, with_fma};
 use super::normal::fill_standard_normal;
-use super::stream::Stream;
+use super::random_stream::Stream;
 use crate::plant::stability::StepDown;
 use crate::real::Real;
 use rand::Rng;
@@ -289,7 +289,7 @@ fn recur<const P: usize, R: Real>(d: &[f64], v: &mut [R], from: usize, mut draw:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::stream::{Purpose, stream};
+    use crate::signal::{Purpose, stream};
 
     fn realise(filter: &NoiseFilter, trial: u64, count: usize) -> Vec<f64> {
         let mut f = vec![0.0; count];

@@ -6,7 +6,7 @@
 //! numbers.
 
 use super::arithmetic::with_fma;
-use super::stream::Stream;
+use super::random_stream::Stream;
 use crate::real::{Real, Word};
 use rand::Rng;
 use std::f64::consts::FRAC_PI_2;
@@ -156,7 +156,7 @@ fn horner<const M: usize, R: Real>(c: &[f64; M], x: R) -> R {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::stream::{Purpose, stream};
+    use crate::signal::{Purpose, stream};
 
     fn normals(trial: u64, count: usize) -> Vec<f64> {
         let mut z = vec![0.0; count];

@@ -1,7 +1,7 @@
 //! The results of a study in sentences with numbers.
 
 use super::layout::x_key;
-use super::lead_figures;
+use super::lead::lead_figures;
 use crate::results::{Study, place, words};
 use asobench_identification::metric::Quantile;
 use asobench_identification::number::uncertain;

@@ -1,7 +1,7 @@
 //! A map of the shares of trials that satisfy nested bounds, over two sides of the grid. It shows where a method works,
 //! nearly works or fails.
 
-use super::figures::Drawn;
+use super::figure::Drawn;
 use super::layout::x_key;
 use crate::plot::{Heat, HeatCell};
 use crate::results::{Study, axis_label, place};

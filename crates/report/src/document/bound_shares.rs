@@ -1,8 +1,8 @@
 //! The figure with the shares of trials that satisfy each bound.
 
-use super::figures::Drawn;
+use super::figure::Drawn;
 use super::layout::sheet;
-use super::lead_outputs;
+use super::lead::lead_outputs;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::results::Study;
 use crate::table::share;

@@ -1,6 +1,7 @@
 //! The course of the first trial in continuous time: theta_hat(t) and the state errors, Figs. 1 to 4 of Bobtsov et al.
 
-use super::figures::Drawn;
+use super::figure::Drawn;
+use crate::folder::Files;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use asobench_study::study::{CellSummary, OutputTrace, Summary, Traces};
 use asobench_study::text::number;
@@ -63,7 +64,7 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
 }
 
 /// The figures as files.
-pub fn course_figures(summary: &Summary) -> super::Files {
+pub fn course_figures(summary: &Summary) -> Files {
     let drawn = courses(summary).into_iter();
     drawn
         .map(|drawn| (format!("{}.svg", drawn.name), drawn.svg))

@@ -1,30 +1,25 @@
 //! The figures of a study, chosen by its content.
 
-use super::layout::{Layout, panel_title, sheet, x_of};
-use super::{lead_figures, lead_outputs};
+use super::figure::{Drawn, Figure, level, quantile_note, series_of, y_axis};
+use super::layout::{Layout, x_of};
+use super::lead::{lead_figures, lead_outputs};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::{Quantile, Statistics, Z};
 use asobench_study::study::file::Key;
-use asobench_study::study::{Better, CellSummary, Measure, TheoryReference, measure};
+use asobench_study::study::{
+    Better, CellSummary, ComparisonSummary, Measure, TheoryReference, measure,
+};
 use asobench_study::text::number;
 
 /// Largest number of outputs for which marks of theory can still be distinguished.
 const MOST_MARKS: usize = 4;
 
-/// A figure with its file name.
-#[derive(Clone, Debug)]
-pub(super) struct Drawn {
-    /// The file name without folder and extension.
-    pub name: String,
-    /// The SVG document.
-    pub svg: String,
-    /// The caption.
-    pub caption: String,
-}
-
 /// With fewer trials than this, quartiles are drawn, because the interval of a median says little.
 const FEW: u64 = 100;
+
+/// Largest number of pairs in a figure.
+const PAIRS: usize = 6;
 
 /// Largest number of figures of a study.
 const FIGURES: usize = 6;
@@ -44,8 +39,8 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
             .then(|| super::bound_shares::shares(study))
             .flatten(),
         first.and_then(|measure| ratios(study, measure)),
-        super::coefficient_coverage::coverage(study),
-        super::coefficient_bias::coefficients(study),
+        super::coefficients::coverage(study),
+        super::coefficients::bias(study),
         super::state_error::curves(study),
     ];
     let rest = lead
@@ -59,25 +54,6 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         .collect();
     drawn.truncate(FIGURES);
     drawn
-}
-
-/// Explains the quantiles and their accuracy.
-pub(super) fn quantile_note(study: &Study) -> String {
-    let percent = 100.0 * study.summary.quantile_relative_error;
-    format!(
-        "Quantiles are over all trials, failed ones counted as worst and unstable models as estimated; they come from bins with a relative error below \
-        {percent:.2} %."
-    )
-}
-
-/// The y axis of a measure.
-pub(super) fn y_axis(measure: Measure) -> PlotAxis {
-    let label = measure.axis_label();
-    match measure.scale() {
-        measure::Scale::Log => PlotAxis::log(label),
-        measure::Scale::Linear => PlotAxis::linear(label),
-        measure::Scale::Percent => PlotAxis::linear(label).range(-20.0, 100.0),
-    }
 }
 
 fn quantiles(at: f64, statistics: &Statistics) -> Point {
@@ -163,43 +139,16 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
         _ => Style::ErrorBars,
     };
     let few = study.summary.cells.iter().all(|cell| cell.trials < FEW);
-    let point = |cell: &CellSummary, statistics: &Statistics| {
-        let at = layout.at(study, cell);
-        if style == Style::ErrorBars && few {
-            Point::interval(
-                at,
-                statistics.q50.value,
-                statistics.q25.value,
-                statistics.q75.value,
-            )
-        } else if style == Style::ErrorBars {
-            estimate(at, statistics.q50, &y_axis(measure).scale)
-        } else {
-            quantiles(at, statistics)
+    let y = y_axis(measure);
+    let point = |at: f64, statistics: &Statistics| match style {
+        Style::ErrorBars if few => {
+            let [low, middle, high] =
+                [statistics.q25, statistics.q50, statistics.q75].map(|quantile| quantile.value);
+            Point::interval(at, middle, low, high)
         }
+        Style::ErrorBars => estimate(at, statistics.q50, &y.scale),
+        _ => quantiles(at, statistics),
     };
-    let draw = |panel: &super::layout::Choice| {
-        let cells = layout.along(study, panel);
-        let mut plot = Plot::new(
-            panel_title(panel, &cells),
-            layout.axis(study),
-            y_axis(measure),
-        );
-        for (slot, label) in &outputs {
-            let points = cells
-                .iter()
-                .filter(|cell| is_shown(study, cell, label))
-                .filter_map(|cell| Some(point(cell, study.statistics(cell, label, measure)?)));
-            let points: Vec<Point> = points.filter(|point| point.y.is_finite()).collect();
-            plot = plot.series(Series::new(label, style, points).slot(*slot));
-        }
-        let plot = theory(study, &layout, measure, &cells, plot);
-        references(study, &layout, measure, &cells, plot)
-    };
-    let plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
-    if layout.x.is_some() && at_one_place(&plots) {
-        return None;
-    }
     let name = measure.label();
     let what = match style {
         Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
@@ -210,20 +159,33 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
         _ if few => "Medians with the middle half of the trials.",
         _ => "Medians with their 95 % intervals.",
     };
-    let title = format!("{}: {name}", study.title());
-    let (svg, note) = sheet(&title, &format!("{name} by output. {what}"), plots)?;
-    let caption = format!(
-        "{what}{note}{}{}{} {}",
-        limits(study, &layout, measure),
-        left_out(study, &outputs),
-        layout.held_text(),
-        quantile_note(study)
-    );
-    Some(Drawn {
-        name: measure.name().to_owned(),
-        svg,
-        caption,
-    })
+    let limits = limits(study, &layout, measure);
+    Figure {
+        name: measure.name(),
+        title: name,
+        of: &format!("{name} by output. "),
+        what,
+        left_out: &format!("{limits}{}", left_out(study, &outputs)),
+        end: &format!(" {}", quantile_note(study)),
+        series: series_of(&outputs, style),
+        points: &|i, cell, at| {
+            let label = &outputs[i].1;
+            let statistics = study.statistics(cell, label, measure);
+            let shown = statistics.filter(|_| is_shown(study, cell, label));
+            let point = shown.map(|statistics| point(at, statistics));
+            point
+                .filter(|point| point.y.is_finite())
+                .into_iter()
+                .collect()
+        },
+        guides: &|cells, plot| {
+            let plot = theory(study, &layout, measure, cells, plot);
+            references(study, &layout, measure, cells, plot)
+        },
+        finish: &|plots| layout.x.is_none() || !at_one_place(plots),
+        ..Figure::new(&layout, y.clone())
+    }
+    .draw(study)
 }
 
 /// The part of a caption that explains the lines of theory.
@@ -348,63 +310,48 @@ fn references(
 
 /// Ratios on the same trials, for the pairs that the file compares.
 fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
-    let pairs: Vec<(String, String)> = study
-        .file
-        .compare
-        .iter()
-        .take(6)
-        .map(|[a, b]| (a.clone(), b.clone()))
-        .collect();
-    let layout = Layout::new(study, x_of(study, measure), &[]);
-    let name = measure.label();
-    let is_shown = |cell: &CellSummary, label: &str| is_shown(study, cell, label);
-    let draw = |panel: &super::layout::Choice| {
-        let mut cells = layout.along(study, panel);
-        let axis = PlotAxis::log(format!("median ratio of {name}"));
-        let mut plot = Plot::new(panel_title(panel, &cells), layout.axis(study), axis);
-        cells.retain(|cell| {
-            pairs
-                .iter()
-                .any(|(a, b)| is_shown(cell, a) && is_shown(cell, b))
-        });
-        for (first, second) in &pairs {
-            let point = |cell: &&CellSummary| {
-                let pair = cell
-                    .comparisons
-                    .iter()
-                    .find(|pair| pair.first == *first && pair.second == *second)?;
-                let ratio = pair.measures.get(&measure)?.median_ratio;
-                let shown = ratio.value > 0.0 && is_shown(cell, first) && is_shown(cell, second);
-                shown.then(|| estimate(layout.at(study, cell), ratio, &Scale::Log))
-            };
-            let points: Vec<Point> = cells.iter().filter_map(point).collect();
-            let label = format!("{first} over {second}");
-            plot = plot.series(Series::new(label, Style::ErrorBars, points));
-        }
-        plot.reference("equal", Course::Horizontal(1.0))
+    let pairs = &study.file.compare[..study.file.compare.len().min(PAIRS)];
+    let series = |[first, second]: &[String; 2]| {
+        Series::new(
+            format!("{first} over {second}"),
+            Style::ErrorBars,
+            Vec::new(),
+        )
     };
-    let mut plots: Vec<Plot> = layout.panels.iter().map(draw).collect();
-    near_one(&mut plots);
-    let title = format!("{}: {name} on the same trials", study.title());
+    let name = measure.label();
     let better = match measure.better() {
         Better::Smaller => "; below 1 the first is better",
         Better::Larger => "; above 1 the first is better",
         Better::Neither => "",
     };
-    let what = format!(
-        "Medians over the trials of the ratio of two outputs on the same record, with 95 % \
-        intervals{better}."
-    );
-    let (svg, note) = sheet(&title, &what, plots)?;
-    Some(Drawn {
-        name: format!("ratio-{}", measure.name()),
-        svg,
-        caption: format!(
-            "{what} A trial in which one output failed counts as its loss, and one in which both failed as a tie. Pairs of which \
-             one output fails in more than half of the trials are left out.{note}{}",
-            layout.held_text()
+    Figure {
+        name: &format!("ratio-{}", measure.name()),
+        title: &format!("{name} on the same trials"),
+        what: &format!(
+            "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals{better}."
         ),
-    })
+        about: " A trial in which one output failed counts as its loss, and one in which both failed as a tie. Pairs of \
+                which one output fails in more than half of the trials are left out.",
+        series: pairs.iter().map(series).collect(),
+        points: &|i, cell, at| {
+            let of = |pair: &&ComparisonSummary| [&pair.first, &pair.second] == pairs[i].each_ref();
+            let pair = cell.comparisons.iter().find(of);
+            let ratio = pair.and_then(|pair| Some(pair.measures.get(&measure)?.median_ratio));
+            let is_shown = || pairs[i].iter().all(|label| is_shown(study, cell, label));
+            let shown = ratio.filter(|ratio| ratio.value > 0.0 && is_shown());
+            shown.map(|ratio| estimate(at, ratio, &Scale::Log)).into_iter().collect()
+        },
+        guides: &level("equal", 1.0),
+        finish: &|plots| {
+            near_one(plots);
+            true
+        },
+        ..Figure::new(
+            &Layout::new(study, x_of(study, measure), &[]),
+            PlotAxis::log(format!("median ratio of {name}")),
+        )
+    }
+    .draw(study)
 }
 
 /// If all ratios are close to 1, makes the axis linear, with at least 5 % to either side.

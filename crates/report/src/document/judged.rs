@@ -1,16 +1,19 @@
 //! The verdicts on the claims of an experiment file: for each a sentence, a figure and the cells it rests on.
 
 mod picture;
+mod words;
 
 use super::extremes::LongTable;
-use super::figures::Drawn;
+use super::figure::Drawn;
+use super::paper;
 use super::tables::tidy;
-use super::{Files, paper};
+use crate::folder::Files;
 use crate::html::{CellText, Column, Section, Table, markdown_text};
 use crate::results::Study;
 use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, Standing};
 use asobench_study::text::grouped;
 use picture::pictures;
+use words::{heading, is_share, levels, place, unit};
 
 /// Every claim with its study.
 fn all(studies: &[Study]) -> impl Iterator<Item = (&Study, &Judged)> {
@@ -121,7 +124,7 @@ pub(super) fn csv(studies: &[Study]) -> String {
             for judged in cell.numbers.iter().filter(known) {
                 let what = judged.what.trim_end_matches(',');
                 let mut row = [claim.id.as_str(), what].map(CellText::text).to_vec();
-                let unit = picture::unit(&claim.tests[judged.test]);
+                let unit = unit(&claim.tests[judged.test]);
                 row.extend([unit * judged.value, unit * judged.error].map(number));
                 row.extend([must(claim, judged), &study.name, &cell.place].map(CellText::text));
                 row.push(CellText::text(cell.says));
@@ -217,7 +220,7 @@ fn cells(claim: &Judged) -> LongTable {
     };
     let several = claim.tests.len() > 1 || claim.cells.iter().any(more);
     let mut caption = match claim.tests.as_slice() {
-        [test] => format!("{} must be {}. ", picture::heading(&test.what), test.must),
+        [test] => format!("{} must be {}. ", heading(&test.what), test.must),
         _ => "All tests must pass in a cell. ".to_owned(),
     };
     caption.push_str(&format!(
@@ -229,7 +232,7 @@ fn cells(claim: &Judged) -> LongTable {
     if several {
         columns.extend(["number", "must be"].map(Column::text));
     }
-    let are_shares = claim.tests.iter().all(picture::is_share);
+    let are_shares = claim.tests.iter().all(is_share);
     let unit = if are_shares { "%" } else { "" };
     columns.extend([Column::number("value", unit), Column::text("verdict")]);
     columns.extend(["p (pass)", "p (fail)", "level"].map(|name| Column::number(name, "")));
@@ -266,7 +269,7 @@ fn row(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber, several: bool) 
     let kept = number
         .kept
         .map_or_else(String::new, |kept| format!(" of {:.1} %", 100.0 * kept));
-    let unit = claim.tests.get(number.test).map_or(1.0, picture::unit);
+    let unit = claim.tests.get(number.test).map_or(1.0, unit);
     let value = CellText::number(format!("{}{kept}", number.text), tidy(unit * number.value));
     row.extend([
         value,
@@ -289,60 +292,9 @@ fn level(cell: &JudgedCell) -> CellText {
     })
 }
 
-/// The levels at which the cells of a claim are compared, in words: "2.5 % / 24 (Holm's correction for 24 cells)".
-fn levels(claim: &Judged) -> String {
-    let whole = format!(
-        "{} %",
-        asobench_study::text::rounded(100.0 * claim.level, 6)
-    );
-    // Every level is that of the claim over a whole number.
-    let parts = |level: f64| (claim.level / level).round() as usize;
-    let of = |says: &str| {
-        let mut cells = claim.cells.iter().filter(|cell| cell.says == says);
-        cells.find_map(|cell| cell.level).map(parts)
-    };
-    let over = |parts: usize| match parts {
-        1 => whole.clone(),
-        parts => format!("{whole} / {parts}"),
-    };
-    let names = [
-        ("pass", "where a cell passes"),
-        ("fail", "where it fails"),
-        ("open", "where it is open"),
-    ];
-    let found: Vec<(&str, usize)> = names
-        .iter()
-        .filter_map(|(says, words)| Some((*words, of(says)?)))
-        .collect();
-    let count = claim.cells.len();
-    let text = match found.as_slice() {
-        [] => return whole,
-        _ if count == 1 => return whole,
-        // Certain in all cells: each by itself, or the last step of Holm's procedure.
-        [(_, 1)] => return format!("{whole} (all cells are certain, so none is corrected)"),
-        [(_, first), rest @ ..] if rest.iter().all(|(_, parts)| parts == first) => over(*first),
-        all => {
-            let all = all
-                .iter()
-                .map(|(words, parts)| format!("{} {words}", over(*parts)));
-            all.collect::<Vec<String>>().join(", ")
-        }
-    };
-    format!("{text} (Holm's correction for {count} cells)")
-}
-
 /// The condition on a number.
 fn must<'a>(claim: &'a Judged, number: &JudgedNumber) -> &'a str {
     claim.tests.get(number.test).map_or("", |test| &test.must)
-}
-
-/// The place of a cell in words.
-fn place(cell: &JudgedCell) -> &str {
-    if cell.place.is_empty() {
-        "the only one"
-    } else {
-        &cell.place
-    }
 }
 
 #[cfg(test)]

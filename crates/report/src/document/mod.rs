@@ -3,13 +3,14 @@
 mod answer;
 mod bound_grid;
 mod bound_shares;
-mod coefficient_bias;
-mod coefficient_coverage;
+mod coefficients;
 mod courses;
 mod extremes;
+mod figure;
 mod figures;
 mod judged;
 mod layout;
+pub(crate) mod lead;
 mod method_times;
 mod paper;
 mod passes;
@@ -19,101 +20,13 @@ mod tables;
 #[cfg(test)]
 pub(super) mod tests;
 
+use super::folder::Files;
 use super::html::{Page, Section};
 use super::results::Study;
-use asobench_study::study::Measure;
 use asobench_study::text::grouped;
 pub use courses::course_figures;
 use extremes::LongTable;
-use figures::Drawn;
-use std::collections::HashMap;
-
-/// The files of a report: name relative to its folder, content.
-pub type Files = Vec<(String, String)>;
-
-/// Largest number of outputs in a figure.
-const OUTPUTS: usize = 8;
-
-/// The outputs that figures and the page's tables show, with their places in the palette. If there are many, these are
-/// the outputs named by claims and the last pass of every other estimator.
-pub(super) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
-    let Some(cell) = study.summary.cells.first() else {
-        return Vec::new();
-    };
-    let outputs = &cell.outputs;
-    let few = outputs.len() <= 3;
-    let claimed = study.claimed();
-    let mut last: HashMap<&str, usize> = HashMap::new();
-    for output in outputs {
-        last.insert(&output.estimator, output.pass);
-    }
-    for output in outputs
-        .iter()
-        .filter(|output| claimed.contains(&output.label()))
-    {
-        last.remove(output.estimator.as_str());
-    }
-    let kept = outputs.iter().filter(|output| {
-        few || claimed.contains(&output.label())
-            || last.get(output.estimator.as_str()) == Some(&output.pass)
-    });
-    let kept = kept
-        .take(OUTPUTS)
-        .map(asobench_study::study::OutputSummary::label);
-    kept.enumerate().collect()
-}
-
-/// The measures that the study is about, at most three, in a fixed order. Those missing in many cells come last.
-fn lead_figures(study: &Study) -> Vec<Measure> {
-    const ORDER: [Measure; 11] = [
-        Measure::Ea,
-        Measure::Eb,
-        Measure::ExMax,
-        Measure::ImpulseResponse,
-        Measure::FreshFit,
-        Measure::Eh,
-        Measure::ExRms,
-        Measure::Ex0,
-        Measure::RmsState,
-        Measure::ThetaRms,
-        Measure::Theta,
-    ];
-    let outputs = lead_outputs(study);
-    let defined = |measure: Measure| {
-        let cells = study.summary.cells.iter();
-        let statistics = cells.flat_map(|cell| {
-            let outputs = outputs.iter();
-            outputs.filter_map(move |(_, label)| study.statistics(cell, label, measure))
-        });
-        let medians = statistics.map(|statistics| statistics.q50.value);
-        medians.filter(|median| median.is_finite()).count()
-    };
-    let mut found: Vec<(usize, Measure)> = Vec::new();
-    let others = study
-        .file
-        .measures
-        .iter()
-        .copied()
-        .filter(|measure| !ORDER.contains(measure));
-    for measure in ORDER
-        .into_iter()
-        .filter(|measure| study.file.measures.contains(measure))
-        .chain(others)
-    {
-        let count = defined(measure);
-        if count > 0 {
-            found.push((count, measure));
-        }
-    }
-    let most = found.iter().map(|(count, _)| *count).max().unwrap_or(0);
-    // A measure that is defined less than half as often as the most frequent one comes after the others.
-    found.sort_by_key(|(count, _)| 2 * count < most);
-    found
-        .into_iter()
-        .map(|(_, measure)| measure)
-        .take(3)
-        .collect()
-}
+use figure::Drawn;
 
 /// Makes a report of studies with different names; calls `on_step` with the name of each step.
 pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
@@ -181,23 +94,6 @@ fn introduction(section: &mut Section, studies: &[Study]) {
     section.settings(&pairs);
 }
 
-/// "20 trials in each of 22 cells."
-fn extent(study: &Study) -> String {
-    let trials = || study.summary.cells.iter().map(|cell| cell.trials);
-    let (least, most) = (trials().min().unwrap_or(0), trials().max().unwrap_or(0));
-    let mut text = grouped(least);
-    if least < most {
-        text += &format!(" to {}", grouped(most));
-    }
-    let cells = study.summary.cells.len();
-    match (most, cells) {
-        (1, 1) => "One trial of one cell.".to_owned(),
-        (_, 1) => format!("{text} trials of one cell."),
-        (1, _) => format!("One trial in each of {} cells.", grouped(cells as u64)),
-        _ => format!("{text} trials in each of {} cells.", grouped(cells as u64)),
-    }
-}
-
 /// The section of one study.
 fn experiment(
     section: &mut Section,
@@ -215,7 +111,7 @@ fn experiment(
     if !summary.hypothesis.is_empty() {
         section.paragraph(&format!("Hypothesis: {}", summary.hypothesis));
     }
-    section.paragraph(&extent(study));
+    section.paragraph(&study.extent());
     on_step(&format!("figures of {}", study.name));
     judged::verdicts(section, study, files);
     section.paragraph(&answer::in_numbers(study));

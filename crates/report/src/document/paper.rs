@@ -2,7 +2,7 @@
 //! they have few enough rows, as LaTeX and as CSV, with their
 //! Monte-Carlo errors in parentheses.
 
-use super::Files;
+use crate::folder::Files;
 use crate::html::{CellText, Table};
 
 /// The most lines of a table that fits a page of a paper. A longer one is only in its CSV file with all digits.

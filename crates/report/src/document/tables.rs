@@ -1,7 +1,7 @@
 //! The tables of a study.
 
 use super::extremes::LongTable;
-use super::{lead_figures, lead_outputs};
+use super::lead::{lead_figures, lead_outputs};
 use crate::html::{CellText, Column};
 use crate::results::Study;
 use asobench_identification::metric::{Estimate, Quantile, Share, Statistic, Statistics};

@@ -8,6 +8,7 @@ use asobench_study::study::file::ExperimentFile;
 use asobench_study::study::{
     CellSummary, CellTally, ComparisonSummary, Experiment, Outcomes, OutputSummary, Summary,
 };
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 /// A study whose medians are 1, 2, 3 ... over the cells.

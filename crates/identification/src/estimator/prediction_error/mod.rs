@@ -14,9 +14,10 @@ mod search_starts;
 mod starts;
 
 use super::covariance::Covariance;
-use super::known::KnownModel;
-use super::least_squares::{StartState, StateEstimate};
-use super::method::{MethodKind, Needs, OptionError, Problem};
+use super::known_model::KnownModel;
+use super::method_kind::{MethodKind, Needs, Problem};
+use super::option_error::OptionError;
+use super::start_state::{StartState, StateEstimate};
 use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;

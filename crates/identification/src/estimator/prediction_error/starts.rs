@@ -5,7 +5,7 @@ use super::draws::{draw, move_zeros};
 use super::instrumental::{Instrumental, Kind};
 use super::kernels::{Triangle, divide, filter};
 use crate::estimator::SetupError;
-use crate::estimator::known::KnownModel;
+use crate::estimator::known_model::KnownModel;
 use crate::estimator::lag_sums::{System, TINY, lagged_products};
 use crate::estimator::null_space::NullSpaceFit;
 use crate::estimator::reflection::reflect_zeros;

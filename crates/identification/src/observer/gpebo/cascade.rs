@@ -1,5 +1,6 @@
 //! The run: plant, first mixing and all observers on one time grid.
 
+use super::check::{check, check_delays};
 use super::delay::{DelayLine, whole_steps};
 use super::estimators::{Estimator, MixedNodes};
 use super::filter::{half_simpson, simpson};
@@ -7,8 +8,9 @@ use super::grid::Grid;
 use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
 use super::recursive::LeastSquaresIntegrals;
+use super::refusal::CascadeError;
 use super::scalar::At;
-use super::scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, check, check_delays};
+use super::scenario::{GpeboOptions, ObserverSpec, Scenario};
 use super::score::{Score, squares};
 use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::plant::ContinuousPlant;

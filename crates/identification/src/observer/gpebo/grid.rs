@@ -1,15 +1,7 @@
 //! The time grid: no step crosses a breakpoint.
 
-use super::scenario::{CascadeError, Scenario};
-
-/// The largest number of base steps of a run.
-pub const LARGEST_STEPS: f64 = 1e7;
-
-/// The largest number of breakpoints of a run.
-pub const LARGEST_BREAKPOINTS: f64 = 1e6;
-
-/// The largest number of different step lengths of a run. Each length needs propagators of its own.
-pub const LARGEST_LENGTHS: usize = 4096;
+use super::refusal::{CascadeError, LARGEST_LENGTHS};
+use super::scenario::Scenario;
 
 /// The numbers of parts into which step halving divides each base step.
 pub const REFINEMENTS: [usize; 3] = [1, 2, 4];

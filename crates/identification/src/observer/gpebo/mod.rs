@@ -21,6 +21,7 @@
 //! 339-345, DOI 10.17587/mau.24.339-345.
 
 mod cascade;
+mod check;
 mod delay;
 mod estimators;
 mod excitation;
@@ -34,6 +35,7 @@ mod matrices;
 mod mixing;
 mod proposed;
 mod recursive;
+mod refusal;
 mod riccati_filter;
 mod scalar;
 mod scenario;
@@ -45,10 +47,13 @@ pub use delay::{LONGEST_DELAY, Operator};
 pub use excitation::FROZEN;
 pub use expansion::{Factor, HIGHEST_ORDER, Regression, regression};
 pub use filter::{Filter, Nodes, phi_functions};
-pub use grid::{LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS, REFINEMENTS};
+pub use grid::REFINEMENTS;
 pub use halving::{Convergence, Halving, StepError, halve};
 pub use mixing::{Mixer, determinant};
+pub use refusal::{
+    CascadeError, LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS, SettingError,
+};
 pub use scalar::ScalarEstimator;
-pub use scenario::{CascadeError, GpeboOptions, ObserverSpec, Scenario, SettingError};
+pub use scenario::{GpeboOptions, ObserverSpec, Scenario};
 pub use score::{Accuracy, BAND};
 pub use summary::{Excitation, ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};

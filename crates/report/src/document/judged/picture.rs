@@ -1,7 +1,7 @@
 //! The figure for a verdict: the number of every cell with its error, and the condition on it.
 
-use super::{levels, place};
-use crate::document::figures::Drawn;
+use super::words::{heading, levels, place, unit};
+use crate::document::figure::Drawn;
 use crate::document::layout::{Choice, Layout, panel_title, sheet};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::results::Study;
@@ -45,24 +45,6 @@ pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
     tests
         .filter_map(|(i, test)| Picture::new(claim, i, test).draw(study))
         .collect()
-}
-
-/// Makes a heading of a text: first letter in upper case, no comma at the end.
-pub(super) fn heading(what: &str) -> String {
-    let what = what.trim_end_matches(',');
-    let mut letters = what.chars();
-    let first = letters.next().map(char::to_uppercase);
-    first.into_iter().flatten().chain(letters).collect()
-}
-
-/// Whether the numbers of a test are shares of trials.
-pub(super) fn is_share(test: &JudgedTest) -> bool {
-    test.scale == Compared::Share
-}
-
-/// The factor for the numbers of a test: shares are drawn, and written to tables, in per cent.
-pub(super) fn unit(test: &JudgedTest) -> f64 {
-    if is_share(test) { 100.0 } else { 1.0 }
 }
 
 struct Picture<'a> {

@@ -1,6 +1,6 @@
 //! Aims: what is asked, expected and claimed.
 
-use super::{Part, Row, at_most, row};
+use super::part::{Part, Row, at_most, row};
 use crate::results::Study;
 
 pub(super) fn part(study: &Study) -> Part {

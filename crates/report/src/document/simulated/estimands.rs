@@ -1,7 +1,7 @@
 //! Estimands: the truths that the measures of a study compare estimates with.
 
 use super::mechanisms::{is_of_truth, settings};
-use super::{Part, Row, row};
+use super::part::{Part, Row, row};
 use crate::results::Study;
 use asobench_study::study::Measure;
 

@@ -1,8 +1,7 @@
 //! Data-generating mechanisms: plants, inputs, noises, every setting, the grid, the trials and their random numbers.
 
+use super::part::{Part, Row, at_most, row};
 use super::words::{listed, table};
-use super::{Part, Row, at_most, row};
-use crate::document::extent;
 use crate::results::Study;
 use asobench_identification::plant::{ContinuousPlant, Numerator, nikolov2023};
 use asobench_study::study::file::{AUTOMATIC, Axis, ExperimentFile, Key, TrialRule};
@@ -242,7 +241,7 @@ fn trials(study: &Study) -> Vec<Row> {
     let revision = study.revision.as_deref();
     let revision = revision.map_or_else(String::new, |revision| format!(", revision {revision}"));
     vec![
-        row("trials", format!("{rule}{alike}. Made: {}", extent(study))),
+        row("trials", format!("{rule}{alike}. Made: {}", study.extent())),
         row("seed", study.summary.seed.to_string()),
         row(
             "random numbers",

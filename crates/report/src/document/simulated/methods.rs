@@ -1,8 +1,8 @@
 //! Methods with their settings as resolved.
 
 use super::mechanisms::{is_of_methods, settings};
+use super::part::{Part, Row, at_most, row};
 use super::words::{listed, pairs, table};
-use super::{Part, Row, at_most, row};
 use crate::results::Study;
 use asobench_identification::estimator::EstimatorName;
 use asobench_study::study::file::MethodTable;

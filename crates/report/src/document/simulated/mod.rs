@@ -6,30 +6,17 @@ mod aims;
 mod estimands;
 mod mechanisms;
 mod methods;
+mod part;
 mod performance;
 mod words;
 
 use crate::html::{CellText, Column, Section, Table, markdown_text};
 use crate::results::Study;
 use asobench_study::files::SIMULATED_TITLE;
+use part::Part;
 
 const ORDER: &str = "In the order of Morris, White and Crowther (2019). Names are those of the keys in the experiment \
     file, in parentheses what they mean.";
-
-/// The most rows of one kind, such as comparisons; the manifest has the others.
-const MOST: usize = 40;
-
-/// A term and its value.
-type Row = (String, String);
-
-/// A part of the description.
-struct Part {
-    heading: &'static str,
-    /// What the file says, and what follows from it.
-    rows: Vec<Row>,
-    /// What has its default.
-    defaults: Vec<Row>,
-}
 
 fn parts(study: &Study) -> [Part; 5] {
     [
@@ -39,20 +26,6 @@ fn parts(study: &Study) -> [Part; 5] {
         methods::part(study),
         performance::part(study),
     ]
-}
-
-fn row(term: impl Into<String>, value: impl Into<String>) -> Row {
-    (term.into(), value.into())
-}
-
-/// Replaces what is beyond the most rows of a kind by a row that counts it.
-fn at_most(mut rows: Vec<Row>) -> Vec<Row> {
-    if rows.len() > MOST {
-        let left = rows.len() - MOST;
-        rows.truncate(MOST);
-        rows.push(row("and more", format!("{left} in manifest.json")));
-    }
-    rows
 }
 
 /// Adds the description to the section of a study. Defaults are hidden until a click.

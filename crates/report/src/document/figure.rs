@@ -1,0 +1,145 @@
+//! A figure of a study: its specification, and the one way in which it is drawn.
+
+use super::layout::{Layout, panel_title, sheet};
+use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
+use crate::results::Study;
+use asobench_identification::metric::Share;
+use asobench_study::study::{CellSummary, Measure, measure};
+
+/// A figure with its file name.
+#[derive(Clone, Debug)]
+pub(super) struct Drawn {
+    /// The file name without folder and extension.
+    pub name: String,
+    /// The SVG document.
+    pub svg: String,
+    /// The caption.
+    pub caption: String,
+}
+
+/// A figure with a panel for each choice of a layout, and in each panel the same series over its cells.
+pub(super) struct Figure<'a> {
+    /// The file name without folder and extension.
+    pub name: &'a str,
+    /// What the title says after that of the study.
+    pub title: &'a str,
+    /// What is drawn: the description, and the beginning of the caption.
+    pub what: &'a str,
+    /// What the description says before it.
+    pub of: &'a str,
+    /// What the caption says next.
+    pub about: &'a str,
+    /// What it says of things that are not drawn.
+    pub left_out: &'a str,
+    /// The end of the caption.
+    pub end: &'a str,
+    /// The panels and their cells.
+    pub layout: &'a Layout,
+    /// The x axis; `None`: the setting along x.
+    pub x: Option<PlotAxis>,
+    /// The y axis.
+    pub y: PlotAxis,
+    /// The series, without points.
+    pub series: Vec<Series>,
+    /// The points of a series in a cell, from the number of the series, the cell and its place along x.
+    pub points: &'a dyn Fn(usize, &CellSummary, f64) -> Vec<Point>,
+    /// Adds what is not a series over cells to the panel of some cells.
+    pub guides: &'a dyn Fn(&[&CellSummary], Plot) -> Plot,
+    /// Changes the panels together, and says whether they are worth drawing.
+    pub finish: &'a dyn Fn(&mut [Plot]) -> bool,
+}
+
+impl<'a> Figure<'a> {
+    /// A figure without words, series and points.
+    pub(super) fn new(layout: &'a Layout, y: PlotAxis) -> Self {
+        Self {
+            name: "",
+            title: "",
+            what: "",
+            of: "",
+            about: "",
+            left_out: "",
+            end: "",
+            layout,
+            x: None,
+            y,
+            series: Vec::new(),
+            points: &|_, _, _| Vec::new(),
+            guides: &|_, plot| plot,
+            finish: &|_| true,
+        }
+    }
+
+    /// Draws the figure; `None` if it has no points, or is not worth it.
+    pub(super) fn draw(&self, study: &Study) -> Option<Drawn> {
+        let layout = self.layout;
+        let panel = |panel| {
+            let cells = layout.along(study, panel);
+            let x = self.x.clone().unwrap_or_else(|| layout.axis(study));
+            let mut plot = Plot::new(panel_title(panel, &cells), x, self.y.clone());
+            plot.series.clone_from(&self.series);
+            for (i, series) in plot.series.iter_mut().enumerate() {
+                let cells = cells.iter();
+                let points = cells.flat_map(|cell| (self.points)(i, cell, layout.at(study, cell)));
+                series.points = points.collect();
+            }
+            (self.guides)(&cells, plot)
+        };
+        let mut plots: Vec<Plot> = layout.panels.iter().map(panel).collect();
+        if !(self.finish)(&mut plots) {
+            return None;
+        }
+        let Self {
+            what,
+            of,
+            about,
+            left_out,
+            end,
+            ..
+        } = self;
+        let title = format!("{}: {}", study.title(), self.title);
+        let (svg, note) = sheet(&title, &format!("{of}{what}"), plots)?;
+        Some(Drawn {
+            name: self.name.to_owned(),
+            svg,
+            caption: format!("{what}{about}{note}{left_out}{}{end}", layout.held_text()),
+        })
+    }
+}
+
+/// Series for outputs, each with its place in the palette.
+pub(super) fn series_of(outputs: &[(usize, String)], style: Style) -> Vec<Series> {
+    let series =
+        |(slot, label): &(usize, String)| Series::new(label, style, Vec::new()).slot(*slot);
+    outputs.iter().map(series).collect()
+}
+
+/// Adds a horizontal line to each panel.
+pub(super) fn level(label: &'static str, y: f64) -> impl Fn(&[&CellSummary], Plot) -> Plot {
+    move |_, plot| plot.reference(label, Course::Horizontal(y))
+}
+
+/// A share in per cent with its 95 % interval.
+pub(super) fn share_point(at: f64, share: Share) -> Point {
+    let [y, low, high] = [share.share, share.low, share.high].map(|share| 100.0 * share);
+    Point::interval(at, y, low, high)
+}
+
+/// Explains the quantiles and their accuracy.
+pub(super) fn quantile_note(study: &Study) -> String {
+    let percent = 100.0 * study.summary.quantile_relative_error;
+    format!(
+        "Quantiles are over all trials, failed ones counted as worst and unstable models as estimated; they come from bins with a relative error below \
+        {percent:.2} %."
+    )
+}
+
+/// The y axis of a measure.
+pub(super) fn y_axis(measure: Measure) -> PlotAxis {
+    let label = measure.axis_label();
+    match measure.scale() {
+        measure::Scale::Log => PlotAxis::log(label),
+        measure::Scale::Linear => PlotAxis::linear(label),
+        measure::Scale::Percent => PlotAxis::linear(label).range(-20.0, 100.0),
+    }
+}
