@@ -1,9 +1,11 @@
 //! `asobench check`: prints what an experiment file asks for, and what it will cost.
 
 use super::error::{Error, failed};
-use super::need::{Need, Room, amount, duration};
-use super::run::{StudyArguments, threads};
-use super::{memory, print, progress, timing};
+use super::execute::threads;
+use super::need::{Need, Room, amount, duration, span};
+use super::output::print;
+use super::study_arguments::StudyArguments;
+use super::{memory, progress, timing};
 use crate::model::Orders;
 use crate::study::file::{Axis, Key, TrialRule};
 use crate::study::{Cost, Disk, Experiment, disk_of, done, memory_of};
@@ -68,15 +70,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 fn line(text: &mut String, name: &str, value: &str) {
     // Writing to a string does not fail.
     let _ = writeln!(text, "{name:<9} {}", visible(value));
-}
-
-/// Formats one text, or two different ones with "to" between them.
-fn span<T: std::fmt::Display + PartialEq>((least, most): (T, T)) -> String {
-    if least == most {
-        least.to_string()
-    } else {
-        format!("{least} to {most}")
-    }
 }
 
 /// Returns what the file asks for.

@@ -1,7 +1,7 @@
 //! Shared parts of the commands for studies over many machines.
 
 use super::error::{Error, failed};
-use super::run;
+use super::execute;
 use crate::study::cluster::{ClusterError, ShardPlan, Status};
 use crate::study::{BlockError, CampaignError, RunError};
 use crate::text::shell_word;
@@ -28,7 +28,7 @@ pub(super) fn refused(error: ClusterError) -> Error {
             let advice = "remove this file, then its trials are taken or computed again";
             Error::Input(format!("--out {error}; {advice}"))
         }
-        ClusterError::Campaign(error) => run::refused("--out ", error),
+        ClusterError::Campaign(error) => execute::refused("--out ", error),
         ClusterError::Plan { .. }
         | ClusterError::Experiment(_)
         | ClusterError::Foreign { .. }

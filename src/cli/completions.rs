@@ -1,8 +1,8 @@
 //! `asobench completions`: prints the completions of commands and flags for a shell.
 
 use super::error::{Error, failed};
-use super::{Cli, print};
-use clap::CommandFactory as _;
+use super::output::print;
+use clap::Command;
 use clap_complete::Shell;
 use std::process::ExitCode;
 
@@ -14,9 +14,8 @@ pub(super) struct Arguments {
     shell: Shell,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments, mut command: Command) -> Result<ExitCode, Error> {
     let mut script = Vec::new();
-    let mut command = Cli::command();
     let name = command.get_name().to_owned();
     clap_complete::generate(arguments.shell, &mut command, name, &mut script);
     print(&String::from_utf8(script).map_err(failed)?)?;

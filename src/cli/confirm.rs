@@ -1,7 +1,7 @@
 //! `run --confirm`: judges the claims of a file by trials that nobody has seen when the claims were written.
 
 use super::error::Error;
-use super::run::StudyArguments;
+use super::study_arguments::StudyArguments;
 use crate::names::UnknownName;
 use crate::study::file::ExperimentFile;
 use std::path::{Path, PathBuf};

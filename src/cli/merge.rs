@@ -2,8 +2,10 @@
 
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;
-use super::run::{mark_added, results, threads};
-use super::{note, print_with_verdicts, progress};
+use super::execute::{results, threads};
+use super::output::{note, print_with_verdicts};
+use super::progress;
+use super::study_arguments::mark_added;
 use crate::claim;
 use crate::study::Summary;
 use crate::study::cluster::{Collection, MergeOptions, Merged, ShardPlan, merge};

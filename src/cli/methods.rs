@@ -1,7 +1,7 @@
 //! `asobench methods`: prints the estimators with their options, from the registry.
 
 use super::error::Error;
-use super::print;
+use super::output::print;
 use crate::estimator::{EstimatorName, OptionEntry};
 use serde_json::Value;
 use std::process::ExitCode;

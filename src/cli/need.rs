@@ -154,6 +154,15 @@ pub(super) fn duration(seconds: f64) -> String {
     }
 }
 
+/// Formats one text, or two different ones with "to" between them.
+pub(super) fn span<T: std::fmt::Display + PartialEq>((least, most): (T, T)) -> String {
+    if least == most {
+        least.to_string()
+    } else {
+        format!("{least} to {most}")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! `asobench new`: writes a commented experiment file.
 
 use super::error::Error;
-use super::note;
+use super::output::note;
 use crate::files;
 use crate::study::file::{Key, Scalar};
 use crate::text::shell_word;

@@ -2,10 +2,12 @@
 
 use super::cluster::{self, folders, parse_time, refused, word};
 use super::error::{Error, failed};
+use super::execute::threads;
 use super::need::duration;
+use super::output::{note, print};
 use super::programs::{self, Consent};
-use super::run::{StudyArguments, threads};
-use super::{note, print, progress};
+use super::progress;
+use super::study_arguments::StudyArguments;
 use crate::claim;
 use crate::files::is_there;
 use crate::study::cluster::{Collection, ShardPlan, next_targets};

@@ -1,7 +1,8 @@
 //! Methods that are programs: none is started before the user has agreed.
 
 use super::error::{Error, failed};
-use super::{note, progress};
+use super::output::note;
+use super::progress;
 use crate::estimator::ProgramError;
 use crate::files::{self, Kind};
 use crate::study::file::ExperimentFile;

@@ -1,7 +1,7 @@
 //! Progress, as a bar on a terminal or otherwise a line a minute, and Ctrl-C.
 
 use super::error::{Error, failed};
-use super::note;
+use super::output::note;
 use crate::study::{Event, Spent};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;

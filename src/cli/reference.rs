@@ -1,7 +1,7 @@
 //! `asobench schema`: prints the meaning of every key of an experiment file, for editors and as a page.
 
 use super::error::Error;
-use super::{print, print_json};
+use super::output::{print, print_json};
 use crate::study::Measure;
 use crate::study::file::{Key, schema};
 use serde_json::Value;

@@ -2,7 +2,8 @@
 
 use super::error::{Error, failed};
 use super::files::cannot_write;
-use super::{print, print_with_verdicts, progress};
+use super::output::{print, print_with_verdicts};
+use super::progress;
 use crate::files;
 use crate::report::{Study, prepare_report, report, terminal, write_report};
 use crate::study::file::ExperimentFile;

@@ -1,89 +1,25 @@
 //! `asobench reproduce`: runs the papers' experiments, and prints which of their claims a typical realisation meets.
 
+mod arguments;
 mod bobtsov;
+mod claims;
 mod one_trial;
 
 use super::error::{Error, failed};
-use super::run::{execute, threads};
-use super::{Format, need, print, print_json, replay};
-use crate::claim::{Judged, JudgedNumber};
-use crate::names::named_enum;
+use super::execute::{execute, threads};
+use super::output::{Format, print, print_json};
+use super::{need, replay};
 use crate::report::{Study, draw, verdict_table};
-use crate::study::file::{ExperimentFile, TRIAL_LIMIT, TrialRule};
-use crate::study::{
-    CellSummary, Engine, Experiment, NIKOLOV2023, OutputShare, RunOptions, Summary,
-};
+use crate::study::file::{ExperimentFile, TrialRule};
+use crate::study::{CellSummary, Experiment, NIKOLOV2023, OutputShare, RunOptions, Summary};
 use crate::text::{shell_word, visible};
+use arguments::Paper;
+use claims::{claims_json, lines};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
-/// The default folder of the results; replaced at every run.
-const DEFAULT_FOLDER: &str = "results/reproduce";
-
-named_enum! {
-    /// The paper whose experiment is run.
-    Paper, "paper" {
-        /// Both.
-        All = "all",
-        /// Nikolov et al. (2023).
-        Nikolov = "nikolov",
-        /// Bobtsov et al. (2023).
-        Bobtsov = "bobtsov",
-    }
-}
-
-/// Simulate the experiments of Nikolov et al. (2023), claims C1 to C3, and of Bobtsov et al.
-/// (2023), claims B1 to B3, and print which of them a typical realisation meets.
-#[derive(clap::Args)]
-pub(super) struct Arguments {
-    /// Whose experiment: all, nikolov or bobtsov
-    #[arg(long, value_name = "PAPER", default_value_t)]
-    paper: Paper,
-    /// Trials in each of the three cells of Nikolov et al.; those of Bobtsov et al. have their
-    /// own numbers
-    #[arg(
-        long, value_name = "M", default_value_t = 10_000, allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT)
-    )]
-    pub(super) trials: u64,
-    /// Seed of the random streams
-    #[arg(
-        long,
-        value_name = "S",
-        default_value_t = 2023,
-        allow_negative_numbers = true
-    )]
-    pub(super) seed: u64,
-    /// Threads [default: one per processor]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// What computes the trials: auto, lanes or faer
-    #[arg(long, value_name = "ENGINE", default_value_t)]
-    engine: Engine,
-    /// Folder of the results [default: results/reproduce, replaced at every run]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Run it even if `check` expects too little memory or disk
-    #[arg(long)]
-    anyway: bool,
-    /// Compute one trial again and print every stage: C2:17, or the cell's number, 1:17
-    #[arg(long, value_name = "CELL:TRIAL")]
-    replay: Option<replay::Which>,
-    /// With --replay: write that trial's k, u, y to a file for `asobench estimate`
-    #[arg(long, value_name = "FILE.csv", requires = "replay")]
-    pub(super) data: Option<PathBuf>,
-    /// Form of the output: text or json
-    #[arg(long, value_name = "FORMAT", default_value_t)]
-    pub(super) format: Format,
-}
-
-impl Arguments {
-    /// Returns the folder of the results.
-    pub(super) fn folder(&self) -> &Path {
-        self.out.as_deref().unwrap_or(Path::new(DEFAULT_FOLDER))
-    }
-}
+pub(super) use arguments::Arguments;
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = arguments.folder();
@@ -218,58 +154,4 @@ fn report(arguments: &Arguments, study: &Study) -> String {
         lines(std::slice::from_ref(study)),
         visible(arguments.folder().display()),
     )
-}
-
-/// Returns the verdicts on all claims of some studies, one paragraph each, and how many claims each study tested.
-fn lines(studies: &[Study]) -> String {
-    let claims = studies.iter().flat_map(|study| &study.judged);
-    let claims = claims.map(|claim| wrapped(&visible(&claim.line), "    "));
-    let tested = studies.iter().filter_map(|study| {
-        let name = match studies {
-            [_] => String::new(),
-            _ => format!("{}: ", study.name),
-        };
-        Some(wrapped(&format!("{name}{}", study.tested()?), ""))
-    });
-    claims.chain(tested).collect()
-}
-
-/// Returns the claims of a study with their numbers.
-fn claims_json(study: &Study) -> Vec<Value> {
-    let claim = |claim: &Judged| {
-        let numbers = claim.cells.iter().flat_map(|cell| {
-            let named = |number: &JudgedNumber| {
-                let name = format!("{}: {}", number.what, cell.place);
-                json!({ "name": name, "value": number.value, "mcse": number.error })
-            };
-            cell.numbers.iter().map(named)
-        });
-        json!({
-            "claim": claim.id,
-            "text": claim.text,
-            "verdict": claim.verdict.name(),
-            "because": claim.line,
-            "numbers": numbers.collect::<Vec<Value>>(),
-        })
-    };
-    study.judged.iter().map(claim).collect()
-}
-
-/// Wraps a paragraph at 80 columns; all lines after the first begin with `indent`.
-fn wrapped(text: &str, indent: &str) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        let last = lines.len() - 1;
-        let line = &mut lines[last];
-        if line.trim().is_empty() {
-            line.push_str(word);
-        } else if line.chars().count() + 1 + word.chars().count() <= 80 {
-            line.push(' ');
-            line.push_str(word);
-        } else {
-            lines.push(format!("{indent}{word}"));
-        }
-    }
-    lines.push(String::new());
-    lines.join("\n")
 }

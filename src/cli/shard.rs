@@ -2,9 +2,10 @@
 
 use super::cluster::{parse_time, refused, word};
 use super::error::{Error, failed};
+use super::execute::threads;
+use super::output::{note, print};
 use super::programs::{self, Consent};
-use super::run::threads;
-use super::{memory, note, print, progress};
+use super::{memory, progress};
 use crate::study::RunError;
 use crate::study::cluster::{
     ClusterError, Process, ShardOptions, ShardPlan, compute_shard, shard_folder,

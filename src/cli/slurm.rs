@@ -2,10 +2,10 @@
 
 use super::cluster::{parse_time, script_of, slurm_time, word};
 use super::error::{Error, failed};
+use super::output::{note, print};
 use super::plan::{SizeArguments, plan};
 use super::programs::{Consent, folder_of};
-use super::run::StudyArguments;
-use super::{note, print};
+use super::study_arguments::StudyArguments;
 use crate::files::{self, Kind};
 use crate::study::cluster::ShardPlan;
 use crate::text::{beginning, script_word, visible};

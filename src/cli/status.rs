@@ -2,7 +2,7 @@
 
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;
-use super::{note, print};
+use super::output::{note, print};
 use crate::study::cluster::{Collection, PlaceStatus, ShardPlan, Status};
 use std::fmt::Write as _;
 use std::path::PathBuf;

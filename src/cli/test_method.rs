@@ -1,9 +1,9 @@
 //! `asobench test-method`: tests whether a program follows docs/protocol.md and does what a method must.
 
 use super::error::{Error, failed};
-use super::print;
+use super::output::print;
 use super::programs::{self, Consent, introduced};
-use super::run::StudyArguments;
+use super::study_arguments::StudyArguments;
 use crate::data::{Process, ProcessSettings};
 use crate::estimator::{Pass, Progress};
 use crate::model::LinearModel;

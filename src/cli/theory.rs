@@ -1,8 +1,8 @@
 //! `asobench theory`: prints limits, asymptotic accuracy and Cramer-Rao bounds of an experiment file's cells.
 
 use super::error::Error;
-use super::run::StudyArguments;
-use super::{Format, print, print_json};
+use super::output::{Format, print, print_json};
+use super::study_arguments::StudyArguments;
 use crate::number::uncertain;
 use crate::study::file::{Key, Settings};
 use crate::study::{Cell, Experiment, FoundTheory as Found};

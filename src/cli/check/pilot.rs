@@ -1,9 +1,10 @@
 //! `check --pilot`: judges the claims of a file by a few trials that no run of it has, and foretells how many it needs.
 
 use super::super::error::{Error, failed};
-use super::super::need::duration;
-use super::super::{memory, print, progress};
+use super::super::need::{duration, span};
+use super::super::{memory, progress};
 use crate::claim::{Judged, Verdict, judge};
+use crate::cli::output::print;
 use crate::study::file::{ExperimentFile, Store, TrialRule};
 use crate::study::{Event, Experiment, Look, Looks, Pilot, RunError, Spent, pilot_seed};
 use crate::text::{visible, wrap};
@@ -127,7 +128,7 @@ fn foretold(claim: &Judged, pilot: &Pilot, trials: u64, threads: usize) -> Strin
     let machine = format!("on {threads} threads of this machine");
     match (needed.from.map(time), needed.to.map(time)) {
         (Some(least), Some(most)) => {
-            let time = super::span((least, most));
+            let time = span((least, most));
             format!("It would take {needed}: about {time} {machine}.")
         }
         (Some(least), None) => format!("It would take {needed} {least} or longer {machine}."),

@@ -1,6 +1,6 @@
 //! What a user may do about a record: an integrator, a start that is not at rest, a step.
 
-use super::{Estimate, Report};
+use super::report::{Estimate, Report};
 use crate::diagnosis::{Z_95, is_feedback};
 use crate::estimator::{FailureKind, Pass, Problem, Rows, Shape, Window, initial_numbers};
 use crate::metric::tails::chi_square_above;

@@ -1,7 +1,7 @@
 //! The estimates as JSON. Numbers have the shortest form that reads back to the same bits (at most 17 significant
 //! digits); undefined ones are null.
 
-use super::{Estimate, Observed, PassReport, Report};
+use super::report::{Estimate, Observed, PassReport, Report};
 use crate::diagnosis::{Cancellation, Precision, Root, Z_95};
 use crate::estimator::Progress;
 use crate::model::LinearModel;

@@ -1,6 +1,7 @@
 //! A page about a record and the models estimated from it.
 
-use super::{Estimate, Fits, PassReport, Report, pictures, words};
+use super::report::{Estimate, Fits, PassReport, Report};
+use super::{pictures, words};
 use crate::cli::equation::broken;
 use crate::diagnosis::{Precision, Root, Z_95};
 use crate::report::html::{CellText, Column, Page, Section, Table};

@@ -1,6 +1,6 @@
 //! Pictures of a record and of the models estimated from it.
 
-use super::{Estimate, PassReport, Report};
+use super::report::{Estimate, PassReport, Report};
 use crate::diagnosis::{Precision, Residuals, Root, Z_95, frequency_response, step_response};
 use crate::estimator::Progress;
 use crate::metric::prediction_errors;

@@ -2,48 +2,19 @@
 
 mod picture;
 
-use super::{Report, pass_report};
+use super::arguments::Span;
+use super::one_estimator::pass_report;
+use super::report::Report;
 use crate::cli::error::Error;
-use crate::cli::{Format, print, print_json};
+use crate::cli::output::{Format, print, print_json};
 use crate::estimator::{
     ArxOptions, Criterion, Method, OrderComparison, Pass, Progress, Shape, Window,
 };
 use crate::metric::{FitModel, fit};
 use crate::model::Orders;
-use crate::names::UnknownName;
 use crate::text::{visible, wrap};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
-use std::str::FromStr;
-
-/// A number, or a range of numbers: `4`, `1:8`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Span {
-    pub(super) first: usize,
-    pub(super) last: usize,
-}
-
-impl Span {
-    pub(super) fn is_range(self) -> bool {
-        self.first < self.last
-    }
-}
-
-impl FromStr for Span {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let number = |text: &str| text.parse().ok().filter(|number| *number >= 1);
-        let (first, last) = text.split_once(':').unwrap_or((text, text));
-        match (number(first), number(last)) {
-            (Some(first), Some(last)) if first <= last => Ok(Self { first, last }),
-            (None, _) if !text.contains(':') => {
-                Err("expected a whole number of at least 1, or a range such as 1:8".to_owned())
-            }
-            _ => Err("expected a range such as 1:8, of whole numbers of at least 1".to_owned()),
-        }
-    }
-}
 
 /// One model of the table.
 struct Row {
@@ -270,24 +241,4 @@ impl Scan {
              V: mean squared residual; FIT: of the simulated output, its own equations."
         )
     }
-}
-
-/// Refuses a flag that has no meaning for a table of several models.
-pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
-    if given {
-        return Err(Error::Input(format!(
-            "{flag}: needs a single model; expected one --order and one --delay"
-        )));
-    }
-    Ok(())
-}
-
-/// Checks that the estimator is the only one that the table supports.
-pub(super) fn check_estimators(names: &[&str], default: &[&str]) -> Result<(), Error> {
-    if names == ["arx"] || names == default {
-        return Ok(());
-    }
-    let name = names.iter().find(|name| **name != "arx").unwrap_or(&"arx");
-    let error = UnknownName::new("estimator for a range of orders", name, &["arx"]);
-    Err(Error::Input(format!("--estimator: {error}")))
 }

@@ -1,6 +1,7 @@
 //! Prints the estimates for people, at most 80 columns wide.
 
-use super::{Estimate, PassReport, Report, words};
+use super::report::{Estimate, PassReport, Report};
+use super::words;
 use crate::cli::equation::broken;
 use crate::diagnosis::{Residuals, Root, Z_95};
 use crate::estimator::Progress;

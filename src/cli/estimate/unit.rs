@@ -1,6 +1,6 @@
 //! The unit of a record of very large or very small numbers.
 
-use super::Report;
+use super::report::Report;
 use crate::data::csv::Record;
 use crate::estimator::unit_of;
 use crate::text::rounded;

@@ -1,6 +1,6 @@
 //! Words about a model, shared by the text and the page.
 
-use super::Estimate;
+use super::report::Estimate;
 use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness, is_feedback};
 use crate::estimator::FailureKind;
 use crate::model::{LinearModel, Orders};

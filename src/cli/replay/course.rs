@@ -1,7 +1,7 @@
 //! Replays a trial in continuous time.
 
 use super::super::error::{Error, failed};
-use super::{Options, Replay, Stage, stored};
+use super::printed::{Options, Replay, Stage, stored};
 use crate::estimator::Output;
 use crate::study::{ContinuousCell, ContinuousTrial, Experiment, Row, Traces, Trials};
 use std::process::ExitCode;

@@ -2,8 +2,9 @@
 
 use super::super::error::{Error, failed};
 use super::super::files::cannot_write;
-use super::super::run::execute;
-use super::{Arguments, claims_json, lines, wrapped};
+use super::arguments::Arguments;
+use super::claims::{claims_json, lines, wrapped};
+use crate::cli::execute::{execute, threads};
 use crate::files;
 use crate::report::{Study, course_figures, ends, example_table};
 use crate::study::file::{ExperimentFile, TrialRule};
@@ -38,7 +39,7 @@ impl Bobtsov {
             let experiment = Experiment::new(file).map_err(failed)?;
             let path = folder.join(name);
             let options = RunOptions {
-                threads: super::threads(arguments.threads),
+                threads: threads(arguments.threads),
                 fresh: true,
                 replace: arguments.out.is_none(),
                 figures: &["theta.svg", "state-errors.svg", "state-errors-late.svg"],

@@ -1,9 +1,9 @@
 //! `asobench throughput FILE`: measures trials per second of a study's cells, without statistics and files.
 
-use super::{Arguments, median};
+use super::arguments::Arguments;
 use crate::cli::error::{Error, failed};
+use crate::cli::output::{Format, print, print_json};
 use crate::cli::progress::{self, rounded, shares};
-use crate::cli::{Format, print, print_json};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{Engine, Experiment, RunError, Spent, run_and_forget};
 use crate::text::visible;
@@ -134,4 +134,9 @@ fn text(path: &Path, trials: u64, [cells, in_lanes]: [usize; 2], timings: &[Timi
         visible(path.display()),
         lines.collect::<String>(),
     )
+}
+
+/// Returns the median of ascending rates.
+pub(super) fn median(rates: &[f64]) -> f64 {
+    f64::midpoint(rates[(rates.len() - 1) / 2], rates[rates.len() / 2])
 }

@@ -1,7 +1,9 @@
 //! The experiment file of a case, with comments.
 
+use super::arguments::Arguments;
+use super::case::{Case, noise_filter};
 use super::methods::{Chosen, Methods};
-use super::{Arguments, Case, Places, noise_filter};
+use super::places::Places;
 use crate::cli::estimate::words::chance;
 use crate::signal::arithmetic::variance;
 use crate::text::{beginning, number, rounded, visible};

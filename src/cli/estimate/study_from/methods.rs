@@ -1,6 +1,7 @@
 //! Chooses the methods that suit a case, each with orders that contain its model, if its structure can.
 
-use super::{Arguments, Case};
+use super::arguments::Arguments;
+use super::case::Case;
 use crate::estimator::{EstimatorName, Method, MethodOptions, Pass, Problem, Shape, Window};
 use crate::model::{LinearModel, Orders};
 use serde_json::{Map, Value, json};

@@ -1,0 +1,194 @@
+//! The subcommands and what runs each of them; the exit code.
+
+use super::error::Error;
+use super::output::{note, print};
+use super::{
+    check, completions, estimate, merge, methods, new_experiment, plan, reference, replay, report,
+    reproduce, run, shard, slurm, status, test_method, theory, throughput,
+};
+use crate::lanes::Isa;
+use crate::worker;
+use clap::{CommandFactory as _, Parser, Subcommand};
+use std::ffi::OsString;
+use std::process::ExitCode;
+use std::sync::LazyLock;
+
+/// Monte-Carlo benchmarks of estimators and adaptive state observers.
+#[derive(Parser)]
+#[command(
+    name = "asobench",
+    version = VERSION.as_str(),
+    arg_required_else_help = true,
+    max_term_width = 80,
+    after_help = "Exit codes: 0 done, 1 the run failed, 2 bad input, 75 trials are missing: run \
+                  again, 130 interrupted"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Reproduce(reproduce::Arguments),
+    Run(run::Arguments),
+    Check(check::Arguments),
+    New(new_experiment::Arguments),
+    Replay(replay::Arguments),
+    Report(report::Arguments),
+    Theory(theory::Arguments),
+    Estimate(estimate::Arguments),
+    StudyFrom(estimate::study_from::Arguments),
+    Throughput(throughput::Arguments),
+    Plan(plan::Arguments),
+    Shard(shard::Arguments),
+    Merge(merge::Arguments),
+    Status(status::Arguments),
+    Slurm(slurm::Arguments),
+    TestMethod(test_method::Arguments),
+    /// Kill the programs of a run that was killed; started by a run
+    #[command(name = worker::SUBCOMMAND, hide = true)]
+    Guard,
+    /// Print the estimators with their options
+    Methods,
+    Schema(reference::Arguments),
+    Completions(completions::Arguments),
+}
+
+/// The stack on which the program runs. The one that the system gives (`ulimit -s`) may be too small.
+const STACK: usize = 8 << 20;
+
+/// Runs the program and returns its exit code: 0 done, 1 the run or a single estimate failed, 2 bad input, 75 stopped
+/// or trials missing (run again), 130 interrupted.
+pub fn main(arguments: impl IntoIterator<Item = OsString> + Send + 'static) -> ExitCode {
+    let thread = std::thread::Builder::new().name("main".to_owned());
+    match thread.stack_size(STACK).spawn(|| run_command(arguments)) {
+        // A panic has said what it is; the exit code is that of Rust.
+        Ok(running) => running.join().unwrap_or_else(|_| ExitCode::from(101)),
+        Err(error) => {
+            note(&format!(
+                "asobench: no memory for a stack of {STACK} bytes: {error}"
+            ));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    errors_of_large_files();
+    let done = match Cli::try_parse_from(arguments) {
+        Ok(Cli { command }) => match command {
+            Command::Reproduce(arguments) => reproduce::run(&arguments),
+            Command::Run(arguments) => run::run(&arguments),
+            Command::Check(arguments) => check::run(&arguments),
+            Command::New(arguments) => new_experiment::run(&arguments),
+            Command::Replay(arguments) => replay::run(&arguments),
+            Command::Throughput(arguments) => throughput::run_command(&arguments),
+            Command::Plan(arguments) => plan::run(&arguments),
+            Command::Shard(arguments) => shard::run(&arguments),
+            Command::Merge(arguments) => merge::run(&arguments),
+            Command::Status(arguments) => status::run(&arguments),
+            Command::Slurm(arguments) => slurm::run(&arguments),
+            Command::Report(arguments) => report::run(&arguments),
+            Command::Theory(arguments) => theory::run(&arguments),
+            Command::Estimate(arguments) => estimate::run(&arguments),
+            Command::StudyFrom(arguments) => estimate::study_from::run(&arguments),
+            Command::TestMethod(arguments) => test_method::run(&arguments),
+            Command::Guard => {
+                worker::stand(std::io::stdin().lock());
+                Ok(ExitCode::SUCCESS)
+            }
+            Command::Methods => methods::run(),
+            Command::Schema(arguments) => reference::run(&arguments),
+            Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
+        },
+        Err(error) => usage(&error),
+    };
+    match done {
+        Ok(code) => code,
+        Err(error) => {
+            note(&format!("asobench: {error}"));
+            error.exit_code()
+        }
+    }
+}
+
+/// Makes a file beyond the limit of the system (`ulimit -f`) an error of the write. Its signal would end the program
+/// without a word.
+fn errors_of_large_files() {
+    #[cfg(unix)]
+    {
+        let signal = rustix::process::Signal::XFSZ.as_raw();
+        // Without a handler the program is ended, as before.
+        let _ = signal_hook::flag::register(signal, std::sync::Arc::default());
+    }
+}
+
+/// The version, the source's revision, and the instructions that the lanes use on this machine.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let revision = asobench_study::GIT_REVISION.unwrap_or("no git revision");
+    let short = revision.get(..10).filter(|_| !revision.contains(' '));
+    let isa = Isa::best();
+    format!(
+        "{} ({}, {isa})",
+        env!("CARGO_PKG_VERSION"),
+        short.unwrap_or(revision)
+    )
+});
+
+/// Prints help and version if requested; turns a usage error into one line.
+fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
+    use clap::error::ErrorKind;
+    let text = error.render().to_string();
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            print(&text)?;
+            Ok(ExitCode::SUCCESS)
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            for line in text.lines() {
+                note(line);
+            }
+            Ok(ExitCode::from(2))
+        }
+        _ => Err(Error::Input(one_line(&text))),
+    }
+}
+
+/// Returns the message and its tip, without the usage lines.
+fn one_line(text: &str) -> String {
+    let ends = ["\nUsage:", "\nFor more information"];
+    let end = ends
+        .iter()
+        .filter_map(|end| text.find(end))
+        .min()
+        .unwrap_or(text.len());
+    let mut line = String::new();
+    for part in text[..end]
+        .lines()
+        .map(str::trim)
+        .filter(|part| !part.is_empty())
+    {
+        match part.strip_prefix("tip: ") {
+            Some(tip) => line.extend(["; ", tip]),
+            None if line.is_empty() => line.push_str(part.trim_start_matches("error: ")),
+            None => line.extend([" ", part]),
+        }
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn usage_errors_become_one_line() {
+        let text = "error: unexpected argument '--trails' found\n\n  tip: a similar argument \
+                    exists: '--trials'\n\nUsage: asobench reproduce\n\nFor more information, try \
+                    '--help'.\n";
+        let line = super::one_line(text);
+        assert_eq!(
+            line,
+            "unexpected argument '--trails' found; a similar argument exists: '--trials'"
+        );
+    }
+}

@@ -1,0 +1,124 @@
+//! The arguments of `asobench estimate`.
+
+use super::flags::OptionFlags;
+use crate::cli::output::Format;
+use crate::data::Detrend;
+use crate::estimator::EstimatorName;
+use crate::observer::Gain;
+use serde_json::Value;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Gains: dead-beat, scaled:RHO (eigenvalues RHO * eig(A-hat)), poles:LIST (such as \
+                        poles:0.2,0.1+0.3i,0.1-0.3i)"
+)]
+pub(in crate::cli) struct Arguments {
+    #[command(flatten)]
+    pub(super) record: RecordArguments,
+    /// Estimators, separated by commas; `asobench methods` prints them
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "ls,iv"
+    )]
+    pub(super) estimator: Vec<EstimatorName>,
+    /// The observer's gain: dead-beat, scaled:RHO, poles:LIST
+    #[arg(long, value_name = "GAIN", default_value_t)]
+    pub(super) gain: Gain,
+    /// Write the last estimator's observer states, k = 0 ... K, to a CSV file
+    #[arg(long, value_name = "STATES.csv")]
+    pub(super) states: Option<PathBuf>,
+    /// Draw measured and simulated output, and prediction errors; for a range of orders, the criteria
+    #[arg(long, value_name = "FILE.svg")]
+    pub(super) plot: Option<PathBuf>,
+    /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
+    #[arg(long, value_name = "FILE.html")]
+    pub(super) report: Option<PathBuf>,
+    /// Form of the output: text or json
+    #[arg(long, value_name = "FORMAT", default_value_t)]
+    pub(super) format: Format,
+    #[command(flatten, next_help_heading = "Options of the estimators")]
+    pub(super) options: OptionFlags,
+}
+
+impl Arguments {
+    /// Whether all estimators take the signals before the record as zero.
+    pub(super) fn begins_at_rest(&self) -> bool {
+        self.estimator.iter().all(|name| {
+            let options = self.options.taken_by(*name);
+            let given = |key: &str| options.get(key).and_then(Value::as_str);
+            match name {
+                EstimatorName::Oe | EstimatorName::Armax | EstimatorName::Bj => {
+                    given("initial").is_none_or(|initial| initial == "zero")
+                }
+                EstimatorName::Sriv
+                | EstimatorName::Stmcb
+                | EstimatorName::Riv
+                | EstimatorName::Wnsf => true,
+                _ => given("rows").is_some_and(|rows| rows != "complete"),
+            }
+        })
+    }
+}
+
+/// A record, and the orders of its models.
+#[derive(Clone, clap::Args)]
+pub(super) struct RecordArguments {
+    /// CSV file with a header line, or - for standard input: columns u, y and perhaps k or t (time); lines beginning
+    /// with # are comments
+    #[arg(value_name = "FILE.csv")]
+    pub(super) file: PathBuf,
+    /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares ARX
+    /// models of these orders
+    #[arg(long, value_name = "n", allow_negative_numbers = true)]
+    pub(super) order: Option<Span>,
+    /// Delay nk of the input, samples, or a range, beside --order [default: 1]
+    #[arg(long, value_name = "nk", allow_negative_numbers = true)]
+    pub(super) delay: Option<Span>,
+    /// Samples used for estimation, from the first [default: all]; the rest is for validation
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
+    pub(super) window: Option<usize>,
+    /// Trend to subtract from u and y, fitted on the window: none, mean, linear
+    #[arg(long, value_name = "WHAT", default_value_t)]
+    pub(super) detrend: Detrend,
+}
+
+pub(super) fn whole(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(number) if number >= 1 => Ok(number),
+        _ => Err("expected a whole number of at least 1".to_owned()),
+    }
+}
+
+/// A number, or a range of numbers: `4`, `1:8`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Span {
+    pub(super) first: usize,
+    pub(super) last: usize,
+}
+
+impl Span {
+    pub(super) fn is_range(self) -> bool {
+        self.first < self.last
+    }
+}
+
+impl FromStr for Span {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |text: &str| text.parse().ok().filter(|number| *number >= 1);
+        let (first, last) = text.split_once(':').unwrap_or((text, text));
+        match (number(first), number(last)) {
+            (Some(first), Some(last)) if first <= last => Ok(Self { first, last }),
+            (None, _) if !text.contains(':') => {
+                Err("expected a whole number of at least 1, or a range such as 1:8".to_owned())
+            }
+            _ => Err("expected a range such as 1:8, of whole numbers of at least 1".to_owned()),
+        }
+    }
+}

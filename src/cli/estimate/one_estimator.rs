@@ -1,0 +1,202 @@
+//! Runs an estimator on the window of a record.
+
+use super::arguments::Arguments;
+use super::hints;
+use super::report::{Estimate, Fits, Observed, PassReport, Report, Samples};
+use crate::cli::error::Error;
+use crate::diagnosis::{Precision, Residuals};
+use crate::estimator::{
+    EstimatorName, Failure, FailureKind, Method, Pass, Problem, Progress, Shape, Stage, Window,
+};
+use crate::metric::{FitModel, fit};
+use crate::model::{LinearModel, Orders};
+use crate::observer::{Gain, ObservedModel, Observer};
+use crate::plant::PoleFinder;
+use serde_json::{Map, Value, json};
+use std::iter;
+
+/// Runs an estimator on the window.
+pub(super) fn estimate(
+    arguments: &Arguments,
+    name: EstimatorName,
+    report: &Report,
+) -> Result<Estimate, Error> {
+    let bad = |message: String| Error::Input(format!("--estimator {name}: {message}"));
+    let Orders { na: order, nk, .. } = report.orders;
+    let mut options = arguments.options.taken_by(name);
+    if name.takes("gain") {
+        options.insert("gain".to_owned(), json!(arguments.gain));
+    }
+    let parse = |options: &Map<String, Value>| {
+        name.parse(options.clone())
+            .map_err(|error| match error.key {
+                Some(key) if key == "orders" && !arguments.options.has("orders") => {
+                    bad(format!("of --order and --delay: {}", error.message))
+                }
+                Some(key) => {
+                    let flag = key.replace('_', "-");
+                    Error::Input(format!("--{flag}: {} (estimator {name})", error.message))
+                }
+                None => bad(error.message),
+            })
+    };
+    let mut parsed = parse(&options)?;
+    if let Some(orders) = parsed
+        .model_orders(order)
+        .filter(|_| !options.contains_key("orders"))
+    {
+        // From --order and --delay.
+        options.insert("orders".to_owned(), json!(Orders { nk, ..orders }));
+        parsed = parse(&options)?;
+    }
+    let options = parsed;
+    // A model without a delay of its own sees the record without the delay.
+    let shift = options.model_orders(order).map_or(nk - 1, |_| 0);
+    let gain = arguments.gain.check(options.order(order));
+    gain.map_err(|error| Error::Input(format!("--gain: {error}")))?;
+    let samples = report.shifted(shift);
+    let shape = Shape {
+        order,
+        window: samples.window,
+    };
+    let described = options.describe();
+    let method = Method::named(name.name(), options);
+    let prepared = method.prepare(Problem {
+        covariance: true,
+        ..shape.into()
+    });
+    let mut estimator = prepared.map_err(|error| bad(error.to_string()))?;
+    let mut passes = vec![Pass::new(order); method.passes()];
+    let window = Window::new(samples.u, samples.y, samples.window);
+    estimator.estimate(window, &mut passes);
+    // Iteration 0 may belong to another estimator, under that estimator's name.
+    let numbers = method.outputs().iter().zip(passes);
+    let own = numbers.filter(|(output, _)| output.estimator == name.name());
+    let passes = own.map(|(output, pass)| (output.pass, pass_report(pass, report, shift)));
+    let mut estimate = Estimate {
+        name,
+        options: described,
+        shift,
+        passes: passes.collect(),
+        observer: None,
+        fit: None,
+        hints: Vec::new(),
+    };
+    conclude(&mut estimate, &arguments.gain, report);
+    estimate.hints = hints::of(&estimate, report);
+    Ok(estimate)
+}
+
+/// Returns a pass with its delay, loss and poles.
+pub(super) fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
+    let mut model = pass.model.clone();
+    if pass.progress < Progress::Parameters {
+        return PassReport {
+            pass,
+            model,
+            poles: Vec::new(),
+            radius: None,
+            precision: None,
+            residuals: None,
+            feedback: None,
+        };
+    }
+    model.delay += shift;
+    model.b.splice(0..0, iter::repeat_n(0.0, shift));
+    if pass.loss.is_nan() {
+        let (sum, rows) = complete_residuals(&model, report);
+        let parameters = model.orders().parameters();
+        pass.loss = sum / report.window as f64;
+        if model.noise_variance.is_nan() && rows > parameters {
+            model.noise_variance = sum / (rows - parameters) as f64;
+        }
+    }
+    // Without the zero poles that a delay adds.
+    let degree = model.a.len() + model.f.len() - 2;
+    let mut finder = PoleFinder::new(pass.a.len());
+    let radius = finder.spectral_radius(&pass.a, !pass.unstable);
+    let poles = finder.poles(&pass.a[pass.a.len() - degree..]);
+    let (u, y) = (&report.record.u, &report.record.y);
+    let window = report.window;
+    PassReport {
+        precision: Some(Precision::new(&model, &poles)),
+        residuals: Residuals::new(&model, &u[..window], &y[..window]),
+        feedback: report.feedback,
+        poles,
+        radius: Some(radius),
+        pass,
+        model,
+    }
+}
+
+/// Returns the sum of squared prediction errors, and their number, over those rows of the window that look back only
+/// within the record.
+fn complete_residuals(model: &LinearModel, report: &Report) -> (f64, usize) {
+    let (u, y) = (
+        &report.record.u[..report.window],
+        &report.record.y[..report.window],
+    );
+    let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+    model.residuals(u, y, &mut e, &mut scratch);
+    let e = &e[model.orders().reach().min(u.len())..];
+    (e.iter().map(|e| e * e).sum(), e.len())
+}
+
+/// Computes FIT and observer for the last pass.
+fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
+    let samples = report.shifted(estimate.shift);
+    let window = samples.window;
+    let last = estimate.passes.len() - 1;
+    let (number, PassReport { pass, .. }) = &mut estimate.passes[last];
+    if pass.progress < Progress::InitialState {
+        return;
+    }
+    let model = FitModel {
+        model: &pass.model,
+        a: &pass.a,
+        b: &pass.b,
+        d: pass.direct,
+        x0: &pass.x0,
+    };
+    let on = |range| fit(model, samples.u, samples.y, window, range);
+    estimate.fit = Some(Fits {
+        window: on(0..window),
+        validation: (window < samples.y.len()).then(|| on(window..samples.y.len())),
+    });
+    let observed = match pass.observed() {
+        Some(model) => observe(model, gain, samples),
+        None => return,
+    };
+    match observed {
+        Err(kind) => pass.fail(Failure {
+            kind,
+            stage: Stage::Observer,
+            pass: *number,
+        }),
+        Ok(observed) => estimate.observer = Some(observed),
+    }
+}
+
+/// Runs stage 12 on the whole record.
+fn observe(
+    model: ObservedModel<'_>,
+    gain: &Gain,
+    samples: Samples<'_>,
+) -> Result<Observed, FailureKind> {
+    let mut observer = Observer::new(gain.clone(), model.a.len());
+    let (mut at_window, mut last) = (Vec::new(), model.x0.to_vec());
+    observer.run(model, samples.u, samples.y, |k, x| {
+        if k == samples.window {
+            at_window = x.to_vec();
+        }
+        last.copy_from_slice(x);
+    })?;
+    if samples.window == samples.y.len() {
+        at_window = observer.state().to_vec();
+    }
+    Ok(Observed {
+        g: observer.g().to_vec(),
+        at_window,
+        last,
+    })
+}

@@ -1,0 +1,91 @@
+//! Files that `asobench estimate` writes: states, pictures, pages.
+
+use super::arguments::Arguments;
+use super::report::Report;
+use crate::cli::error::Error;
+use crate::cli::files::{check_output, write_whole};
+use crate::cli::output::note;
+use crate::data::csv;
+use crate::files::Kind;
+use crate::observer::Observer;
+use std::io::Write as _;
+use std::iter;
+use std::path::Path;
+
+/// Refuses a file with the wrong extension, or a file that this program did not write.
+pub(super) fn check_drawing(
+    flag: &str,
+    path: Option<&Path>,
+    extension: &str,
+    kind: Kind,
+) -> Result<(), Error> {
+    if let Some(path) = path.filter(|path| path.extension().is_none_or(|own| own != extension)) {
+        let path = path.display();
+        return Err(Error::Input(format!(
+            "{flag} {path}: expected a name that ends in .{extension}"
+        )));
+    }
+    check_output(flag, path, kind)
+}
+
+/// Writes the picture and the page that were requested.
+pub(super) fn write_drawings(
+    arguments: &Arguments,
+    picture: impl FnOnce() -> String,
+    page: impl FnOnce() -> String,
+) -> Result<(), Error> {
+    let write = |flag: &str, path: &Path, kind: Kind, text: String| {
+        write_whole(flag, path, kind, |to| to.write_all(text.as_bytes()))
+    };
+    if let Some(path) = &arguments.plot {
+        write("--plot", path, Kind::Figure, picture())?;
+    }
+    if let Some(path) = &arguments.report {
+        write("--report", path, Kind::Page, page())?;
+    }
+    Ok(())
+}
+
+/// Writes the last estimator's observer states, k = 0 ... K, if they are known.
+pub(super) fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
+    let Some(estimate) = report
+        .estimates
+        .last()
+        .filter(|estimate| estimate.observer.is_some())
+    else {
+        note(&format!(
+            "warning: --states {}: not written, there is no observer",
+            path.display()
+        ));
+        return Ok(());
+    };
+    let Some(model) = estimate.last().pass.observed() else {
+        return Ok(());
+    };
+    let samples = report.shifted(estimate.shift);
+    write_whole("--states", path, Kind::States, |to| {
+        let unit = report
+            .unit_in_words()
+            .map_or_else(String::new, |words| format!("; {words}"));
+        let comment = format!("observer {}, gain {}{unit}", estimate.name, report.gain);
+        writeln!(to, "{}", csv::comment(&comment))?;
+        let states = (1..=model.a.len()).map(|i| format!("x{i}"));
+        let names: Vec<String> = iter::once("k".to_owned()).chain(states).collect();
+        let names = names.iter().map(|name| csv::Cell::Text(name));
+        writeln!(to, "{}", csv::line(names))?;
+        let mut row = |k: usize, x: &[f64]| {
+            let numbers = iter::once(k as f64).chain(x.iter().copied());
+            writeln!(to, "{}", csv::line(numbers.map(csv::Cell::Number)))
+        };
+        let mut observer = Observer::new(report.gain.clone(), model.a.len());
+        let mut written = Ok(());
+        let observed = observer.run(model, samples.u, samples.y, |k, x| {
+            if written.is_ok() {
+                written = row(k, x);
+            }
+        });
+        written?;
+        observed.map_err(|kind| std::io::Error::other(kind.name()))?;
+        row(samples.y.len(), observer.state())
+    })
+}

@@ -1,0 +1,116 @@
+//! The estimates, with all that is printed.
+
+use crate::data::csv::Record;
+use crate::data::{Detrend, Trend};
+use crate::diagnosis::{Precision, Residuals};
+use crate::estimator::{EstimatorName, Failure, Pass, Progress};
+use crate::metric::Fit;
+use crate::model::{LinearModel, Orders};
+use crate::observer::Gain;
+use faer::c64;
+use serde_json::{Map, Value};
+use std::path::PathBuf;
+
+/// The estimates, with all that is printed.
+pub(super) struct Report {
+    pub(super) file: PathBuf,
+    /// The record, in a unit that [`unit_of`] chooses.
+    pub(super) record: Record,
+    /// The unit of u and y, a power of two; 1 for all records but those of very large or very small numbers.
+    pub(super) unit: f64,
+    /// Samples in the window.
+    pub(super) window: usize,
+    /// The orders as given; with `--order` and `--delay`, those of the ARX form.
+    pub(super) orders: Orders,
+    pub(super) detrend: Detrend,
+    /// The trends subtracted from u and from y.
+    pub(super) trends: [Trend; 2],
+    pub(super) gain: Gain,
+    /// [`feedback_p_value`] of the window.
+    pub(super) feedback: Option<f64>,
+    pub(super) estimates: Vec<Estimate>,
+}
+
+impl Report {
+    /// Returns the record with u'(k) = u(k) and y'(k) = y(k + shift), whose delay is 1.
+    pub(super) fn shifted(&self, shift: usize) -> Samples<'_> {
+        Samples {
+            u: &self.record.u[..self.record.u.len() - shift],
+            y: &self.record.y[shift..],
+            window: self.window - shift,
+        }
+    }
+
+    /// Returns the largest shift of an estimate.
+    pub(super) fn shift(&self) -> usize {
+        let shifts = self.estimates.iter().map(|estimate| estimate.shift);
+        shifts.max().unwrap_or(0)
+    }
+}
+
+/// One estimator's passes and what follows from its last one.
+pub(super) struct Estimate {
+    pub(super) name: EstimatorName,
+    /// Every option with its value.
+    pub(super) options: Map<String, Value>,
+    /// For estimators without a delay: by how many samples y was advanced to remove the delay.
+    pub(super) shift: usize,
+    /// Passes with their numbers; the number is 0 for an estimator without iterations.
+    pub(super) passes: Vec<(usize, PassReport)>,
+    pub(super) observer: Option<Observed>,
+    pub(super) fit: Option<Fits>,
+    /// What the user may do about the record or the method.
+    pub(super) hints: Vec<String>,
+}
+
+impl Estimate {
+    /// Returns the last pass, the estimator's result.
+    pub(super) fn last(&self) -> &PassReport {
+        &self.passes[self.passes.len() - 1].1
+    }
+
+    pub(super) fn failure(&self) -> Option<Failure> {
+        self.last().pass.failure
+    }
+}
+
+/// A pass with its poles, largest modulus first, and its spectral radius if it has parameters.
+pub(super) struct PassReport {
+    pub(super) pass: Pass,
+    /// The model of the original record, including its delay.
+    pub(super) model: LinearModel,
+    pub(super) poles: Vec<c64>,
+    pub(super) radius: Option<f64>,
+    /// Standard errors of the poles and of the static gain.
+    pub(super) precision: Option<Precision>,
+    /// Tests of the residuals, if there are enough of them.
+    pub(super) residuals: Option<Residuals>,
+    /// [`feedback_p_value`] of the record.
+    pub(super) feedback: Option<f64>,
+}
+
+impl PassReport {
+    /// Returns the model if it has parameters.
+    pub(super) fn known_model(&self) -> Option<&LinearModel> {
+        (self.pass.progress >= Progress::Parameters).then_some(&self.model)
+    }
+}
+
+pub(super) struct Fits {
+    pub(super) window: Fit,
+    pub(super) validation: Option<Fit>,
+}
+
+pub(super) struct Observed {
+    pub(super) g: Vec<f64>,
+    pub(super) at_window: Vec<f64>,
+    pub(super) last: Vec<f64>,
+}
+
+/// u and y as an estimator without a delay receives them, and the window's length.
+#[derive(Clone, Copy)]
+pub(super) struct Samples<'a> {
+    pub(super) u: &'a [f64],
+    pub(super) y: &'a [f64],
+    pub(super) window: usize,
+}

@@ -1,0 +1,158 @@
+//! Runs a study in a folder, and says what came out of it.
+
+use super::error::{Error, failed};
+use super::files::cannot_write;
+use super::output::note;
+use super::progress;
+use crate::report::{Study, terminal};
+use crate::study::file::TrialRule;
+use crate::study::{
+    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, RunError, RunOptions,
+    Summary,
+};
+use crate::text::{visible, wrap};
+use crate::{claim, files};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Columns in a line.
+const WIDTH: usize = 80;
+
+/// Returns the text on what was computed and its results, and separately the verdicts.
+pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String), Error> {
+    let cells = summary.cells.len();
+    let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
+    let fallbacks: u64 = summary.cells.iter().map(|cell| cell.fallbacks).sum();
+    let fallbacks = match fallbacks {
+        0 => String::new(),
+        some => format!("solves that needed pivoting (no effect on results): {some}\n"),
+    };
+    let study = Study::read(path).map_err(failed)?;
+    let verdicts = terminal::verdicts(&study);
+    let gap = if verdicts.is_empty() { "" } else { "\n" };
+    let done = format!("{cells} cells, {trials} trials, {}", failures(summary));
+    let text = format!(
+        "{}{fallbacks}results in {}\n\n{}{gap}",
+        wrap(&done, WIDTH, "  "),
+        visible(path.display()),
+        terminal::overview(&study)
+    );
+    Ok((text, verdicts))
+}
+
+/// The most kinds of failures of an output in the line of a run.
+const KINDS_SHOWN: usize = 10;
+
+/// Returns the number of failed estimates, by output and kind, as text.
+fn failures(summary: &Summary) -> String {
+    let mut by_output: Vec<(String, BTreeMap<&str, u64>)> = Vec::new();
+    for output in summary.cells.iter().flat_map(|cell| &cell.outputs) {
+        let label = output.label();
+        let at = by_output.iter().position(|(known, _)| *known == label);
+        let at = at.unwrap_or_else(|| {
+            by_output.push((label, BTreeMap::new()));
+            by_output.len() - 1
+        });
+        for (kind, count) in &output.outcomes.failures {
+            *by_output[at].1.entry(kind).or_default() += count;
+        }
+    }
+    let all: u64 = by_output.iter().flat_map(|(_, kinds)| kinds.values()).sum();
+    let failed = by_output.iter().filter(|(_, kinds)| !kinds.is_empty());
+    let failed = failed.map(|(label, kinds)| {
+        let shown = kinds.iter().take(KINDS_SHOWN);
+        let mut shown: Vec<String> = shown
+            .map(|(kind, count)| format!("{kind} {count}"))
+            .collect();
+        if let more @ 1.. = kinds.len().saturating_sub(KINDS_SHOWN) {
+            let rest: u64 = kinds.values().skip(KINDS_SHOWN).sum();
+            shown.push(format!("of {more} other kinds {rest}"));
+        }
+        format!("{}: {}", visible(label), shown.join(", "))
+    });
+    let failed = failed.collect::<Vec<_>>().join("; ");
+    let gap = if failed.is_empty() { "" } else { ": " };
+    format!("{all} estimates failed{gap}{failed}")
+}
+
+/// Returns the number of threads.
+pub(super) fn threads(asked: Option<u16>) -> usize {
+    asked.map_or_else(
+        || std::thread::available_parallelism().map_or(1, usize::from),
+        usize::from,
+    )
+}
+
+/// A completed run of a study.
+pub(super) struct Executed {
+    pub(super) summary: Summary,
+    /// The flag that a signal raises, for later work.
+    pub(super) stop: Arc<AtomicBool>,
+    /// Trials per second and where the time went, if trials were computed.
+    pub(super) speed: Option<String>,
+}
+
+/// Runs a study in a folder, with a progress bar on a terminal. `figures` are written with the results.
+pub(super) fn execute(
+    path: &Path,
+    flag: &str,
+    experiment: &Experiment,
+    rule: TrialRule,
+    options: RunOptions,
+    figures: impl Fn(&Summary) -> Vec<(String, String)>,
+) -> Result<Executed, Error> {
+    let replaces = options.fresh && files::is_there(&path.join("trials.parquet"));
+    let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
+    if replaces {
+        note(&format!("replacing the results in {}", path.display()));
+    }
+    let stop = progress::stop_flag()?;
+    let mut display = progress::Display::new(experiment.cells.len());
+    let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
+    let outcome = campaign.run(
+        &stop,
+        |event: Event| display.show(&event),
+        is_decided,
+        figures,
+    );
+    display.clear();
+    let left = if options.fresh {
+        "nothing was written"
+    } else {
+        "the same command resumes"
+    };
+    match outcome {
+        Ok(summary) => Ok(Executed {
+            summary,
+            stop,
+            speed: display.speed(),
+        }),
+        Err(CampaignError::Run(RunError::Interrupted { done, total })) => Err(Error::Interrupted(
+            format!("interrupted with {done} of {total} trials of this run; {left}"),
+        )),
+        Err(error @ CampaignError::Stopped) => Err(Error::Interrupted(format!("{error}; {left}"))),
+        Err(other) => Err(refused("", other)),
+    }
+}
+
+/// Returns an input error if the user can correct the cause, otherwise a failure.
+pub(super) fn refused(flag: &str, error: CampaignError) -> Error {
+    match error {
+        CampaignError::Folder(FolderError::File(error))
+        | CampaignError::Block(BlockError::File(error))
+            if error.foreign || !flag.is_empty() =>
+        {
+            cannot_write(&error)
+        }
+        CampaignError::Folder(FolderError::File(_))
+        | CampaignError::Block(BlockError::File(_))
+        | CampaignError::Store(_)
+        | CampaignError::Run(_) => failed(error),
+        CampaignError::Block(BlockError::Damaged { .. }) => {
+            Error::Input(format!("{flag}{error}; --repair computes it again"))
+        }
+        _ => Error::Input(format!("{flag}{error}")),
+    }
+}

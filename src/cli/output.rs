@@ -1,0 +1,54 @@
+//! Prints to standard output and standard error: the one place of the program that does.
+
+use super::colour;
+use super::error::{Error, failed};
+use crate::names::named_enum;
+use crate::text::{beginning, visible, visible_json, visible_lines};
+
+named_enum! {
+    /// The form of the output.
+    Format, "format" {
+        /// For people, at most 80 columns.
+        Text = "text",
+        /// For programs.
+        Json = "json",
+    }
+}
+
+/// Prints lines to standard output. This, [`print_json`] and [`note`] are the only places that print. They make
+/// invisible characters visible, whoever wrote them. Foreign text within a line must pass through [`visible`] before it
+/// comes here, so that it cannot end the line.
+pub(super) fn print(text: &str) -> Result<(), Error> {
+    write_out(&visible_lines(text))
+}
+
+/// Prints lines that end with the verdicts on claims, which are coloured if wanted.
+pub(super) fn print_with_verdicts(text: &str, verdicts: &str) -> Result<(), Error> {
+    write_out(&(visible_lines(text) + &colour::verdicts(&visible_lines(verdicts))))
+}
+
+/// Prints JSON to standard output.
+pub(super) fn print_json(value: &impl serde::Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(failed)?;
+    write_out(&format!("{}\n", visible_json(&text)))
+}
+
+/// Writes to standard output. If the reader has gone away, this is not an error.
+fn write_out(text: &str) -> Result<(), Error> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    match written {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Output(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Prints one line to standard error; of an overlong text only its beginning. If standard error cannot be written to,
+/// nothing can be reported.
+pub(super) fn note(line: &str) {
+    use std::io::Write;
+    const LONGEST: usize = 1000;
+    let line = visible(beginning(line, LONGEST));
+    let _ = writeln!(std::io::stderr(), "{line}");
+}

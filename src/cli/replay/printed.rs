@@ -1,0 +1,376 @@
+//! All that one trial computes, printed by stage.
+
+use crate::cli::error::{Error, failed};
+use crate::cli::output::{Format, note, print, print_json};
+use crate::data::Realisation;
+use crate::estimator::auxiliary::AuxiliaryModel;
+use crate::estimator::information::Information;
+use crate::estimator::solver::Instruments;
+use crate::estimator::{
+    Auxiliary, InstrumentSource, Method, Output, Pass, Progress, Stabilise, Window,
+};
+use crate::files;
+use crate::study::file::MethodTable;
+use crate::study::{
+    Cell, Experiment, Measure, Row, Rows, Source, TrialRecord, design_of, read_manifest,
+    stage_twelve, stored_alike,
+};
+use crate::text::{number, visible};
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// What to do with a replay.
+pub(in crate::cli) struct Options<'a> {
+    /// The flag that names the trial, for messages; empty if it is an argument.
+    pub(in crate::cli) flag: &'static str,
+    /// The folder with whose rows the replay is compared.
+    pub(in crate::cli) folder: &'a Path,
+    /// The command that makes this replay.
+    pub(in crate::cli) command: String,
+    /// The file to which the record is written.
+    pub(in crate::cli) data: Option<&'a Path>,
+    /// The form of the output.
+    pub(in crate::cli) format: Format,
+}
+
+/// Whether the stored rows equal these bit for bit; `None` if the folder does not hold this trial of this experiment.
+pub(super) fn stored(
+    folder: &Path,
+    experiment: &Experiment,
+    cell: usize,
+    rows: &Rows,
+) -> Option<bool> {
+    // Other contents of the folder do not matter to a replay.
+    let manifest = read_manifest(folder).ok()??;
+    let partial = manifest["partial"] == Value::Bool(true);
+    if partial || design_of(&manifest["experiment"]) != experiment.design() {
+        return None;
+    }
+    let file = folder.join("trials.parquet");
+    if !files::is_there(&file) {
+        return None;
+    }
+    let trials = match &manifest["trials"] {
+        Value::Array(counts) => counts.iter().map(Value::as_u64).collect::<Option<_>>()?,
+        count => vec![count.as_u64()?; experiment.cells.len()],
+    };
+    stored_alike(&file, experiment, cell, &trials, rows).unwrap_or_else(|error| {
+        note(&format!("warning: the stored rows cannot be read: {error}"));
+        None
+    })
+}
+
+/// One stage's vectors under their names.
+pub(super) type Stage = (String, Vec<(String, Vec<f64>)>);
+
+/// All that one trial computes, by stage.
+pub(super) struct Replay<'a> {
+    pub(super) cell: &'a Cell,
+    pub(super) index: usize,
+    pub(super) trial: u64,
+    pub(super) seed: u64,
+    /// Whether the rows equal the stored ones; `None` if unknown.
+    pub(super) stored: Option<bool>,
+    /// A method whose program says that it is not deterministic.
+    pub(super) may_differ: Option<String>,
+    pub(super) stages: Vec<Stage>,
+    pub(super) rows: Vec<(Output, &'a Row)>,
+}
+
+impl<'a> Replay<'a> {
+    pub(super) fn new(
+        experiment: &'a Experiment,
+        index: usize,
+        trial: u64,
+        record: &TrialRecord<'a>,
+    ) -> Self {
+        let cell = &experiment.cells[index];
+        let data = record.realisation;
+        let window = Window::with_reference(&data.u, &data.y, &data.r, cell.window);
+        let named = |name: &str, values: &[f64]| (name.to_owned(), values.to_vec());
+        let mut vectors = vec![
+            named("u", &data.u),
+            named("y", &data.y),
+            named("noise factor", &[data.scale]),
+        ];
+        let truth = &data.truth;
+        vectors.push(named("true a", &truth.a));
+        vectors.push(named("true b", &truth.b));
+        vectors.push(named("true x(0)", &truth.x0));
+        if !cell.follows_input() {
+            vectors.push(named("x(k), k = 0, 1, ...", &data.states));
+        }
+        let mut stages = vec![("Stage 1: data".to_owned(), vectors)];
+        let tables = experiment.file.methods.iter().zip(&experiment.methods);
+        for ((table, method), passes) in tables.zip(&record.methods) {
+            for (number, pass) in passes.iter().enumerate() {
+                let name = format!("{} pass {number}", table.output_name(number));
+                let solve = if number == 0 { 3 } else { 10 };
+                if table.is_of_the_paper() {
+                    stages.extend(information(table, window, passes, number, &name));
+                }
+                stages.extend(parameters(&name, solve, pass));
+                stages.extend(observer(&name, cell, method, data, pass));
+            }
+        }
+        let output = |row: &Row| record.passes[row.output].0.clone();
+        Self {
+            cell,
+            index,
+            trial,
+            seed: experiment.file.seed,
+            stored: None,
+            may_differ: None,
+            stages,
+            rows: record.rows.iter().map(|row| (output(row), row)).collect(),
+        }
+    }
+
+    pub(super) fn print(&self, options: &Options<'_>) -> Result<ExitCode, Error> {
+        match options.format {
+            Format::Text => print(&self.text(options.folder)?)?,
+            Format::Json => print_json(&self.json())?,
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Returns the cell's settings, and what its vectors mean.
+    fn head(&self) -> (String, &'static str) {
+        if let Source::Continuous(continuous) = &self.cell.source {
+            let settings = format!(
+                "continuous time, T = {} s, step {} s",
+                continuous.until, continuous.step
+            );
+            return (
+                settings,
+                "integration errors are estimated by halving the step twice",
+            );
+        }
+        let Cell {
+            eta,
+            window,
+            horizon,
+            ..
+        } = self.cell;
+        (
+            format!("eta = {} %, N = {window}, K = {horizon}", number(*eta)),
+            "p = (alpha, beta), A(q) = 1 + alpha_1 q^-1 + ..., a_i = -alpha_(n+1-i), h = beta",
+        )
+    }
+
+    fn text(&self, folder: &Path) -> Result<String, Error> {
+        let mut text = String::new();
+        let (settings, meaning) = self.head();
+        let name = match self.cell.claim.as_str() {
+            "" => self.index.to_string(),
+            claim => format!("{}, {}", self.index, visible(claim)),
+        };
+        writeln!(
+            text,
+            "Cell {name} ({settings}), trial {}, seed {}\n{meaning}",
+            self.trial, self.seed
+        )
+        .map_err(failed)?;
+        writeln!(text, "\nRows").map_err(failed)?;
+        for (output, row) in &self.rows {
+            let status = row
+                .failure
+                .map_or_else(|| "ok".to_owned(), |f| f.to_string());
+            let name = match self.cell.source {
+                Source::Record(_) => format!("{} pass {}", output.estimator, output.pass),
+                Source::Continuous(_) => output.label(),
+            };
+            writeln!(text, "  {}: {status}", visible(name)).map_err(failed)?;
+            for &figure in Measure::ALL {
+                if !row[figure].is_nan() {
+                    writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure])
+                        .map_err(failed)?;
+                }
+            }
+        }
+        let equal = match self.stored {
+            None => "Not compared: no rows of this trial (store = \"trials\" keeps them) in",
+            Some(true) => "These rows equal, bit for bit, those stored in",
+            Some(false) => "These rows DIFFER from those stored in",
+        };
+        writeln!(text, "\n{equal} {}.", visible(folder.display())).map_err(failed)?;
+        if let (Some(false), Some(method)) = (self.stored, &self.may_differ) {
+            let line = format!("Those of '{method}' may: it says that it is not deterministic.");
+            writeln!(text, "{}", visible(line)).map_err(failed)?;
+        }
+        for (title, vectors) in &self.stages {
+            writeln!(text, "\n{}", visible(title)).map_err(failed)?;
+            for (name, values) in vectors {
+                writeln!(text, "  {name}").map_err(failed)?;
+                for line in values.chunks(3) {
+                    let line: Vec<String> = line.iter().map(|v| format!("{v:>24?}")).collect();
+                    writeln!(text, "  {}", line.join(" ")).map_err(failed)?;
+                }
+            }
+        }
+        Ok(text)
+    }
+
+    fn json(&self) -> Value {
+        let stages: Vec<Value> = self
+            .stages
+            .iter()
+            .map(|(title, vectors)| {
+                let mut stage = Map::new();
+                stage.insert("stage".to_owned(), json!(title));
+                for (name, values) in vectors {
+                    stage.insert(name.clone(), json!(values));
+                }
+                Value::Object(stage)
+            })
+            .collect();
+        let rows: Vec<Value> = self
+            .rows
+            .iter()
+            .map(|(_, row)| self.row_json(row))
+            .collect();
+        let mut cell = json!({ "index": self.index, "claim": self.cell.claim });
+        if self.cell.process().is_some() {
+            cell["eta"] = json!(self.cell.eta);
+            cell["window"] = json!(self.cell.window);
+            cell["horizon"] = json!(self.cell.horizon);
+        }
+        cell["settings"] = json!(self.cell.settings);
+        json!({
+            "cell": cell,
+            "trial": self.trial,
+            "seed": self.seed,
+            "stages": stages,
+            "rows": rows,
+            "equal_to_stored": self.stored,
+        })
+    }
+
+    fn row_json(&self, row: &Row) -> Value {
+        let (output, _) = &self.rows[row.output];
+        let mut object = Map::new();
+        object.insert("estimator".to_owned(), json!(output.estimator));
+        object.insert("pass".to_owned(), json!(output.pass));
+        object.insert("status".to_owned(), json!(row.status()));
+        object.insert("unstable".to_owned(), json!(row.unstable));
+        object.insert("unstable_so_far".to_owned(), json!(row.unstable_so_far));
+        let continuous = self.cell.process().is_none();
+        for &figure in Measure::ALL.iter().filter(|of| of.is_of(continuous)) {
+            object.insert(figure.name().to_owned(), json!(row[figure]));
+        }
+        Value::Object(object)
+    }
+}
+
+/// Returns stages 7 and 2 or 9 of a pass, if it got so far. Omitted for a reflected auxiliary model, which is not kept.
+fn information(
+    table: &MethodTable,
+    window: Window<'_>,
+    passes: &[Pass],
+    number: usize,
+    name: &str,
+) -> Vec<Stage> {
+    let order = passes[number].a.len();
+    let mut information = Information::new(order);
+    information.least_squares(window);
+    let stage = |first: usize, information: &Information| {
+        let title = format!("Stage {first}, {name}: information blocks, G by columns");
+        (title, blocks(information))
+    };
+    if number == 0 {
+        return vec![stage(2, &information)];
+    }
+    let (Some(options), previous) = (table.iv_options(), &passes[number - 1]) else {
+        return Vec::new();
+    };
+    let known = previous.progress == Progress::InitialState;
+    if !known || options.stabilise != Stabilise::None {
+        return Vec::new();
+    }
+    let source = match options.auxiliary {
+        Auxiliary::Refresh => previous,
+        Auxiliary::Frozen | Auxiliary::Literal => &passes[0],
+    };
+    let input = match options.instruments {
+        InstrumentSource::Input => None,
+        InstrumentSource::Reference => Some(window.r),
+    };
+    let mut model = AuxiliaryModel::new(order, window.len(), options.drive, options.gain);
+    let driver = input.unwrap_or(window.u);
+    if model
+        .run_driven(&previous.a, &source.b, &source.x0, window, driver)
+        .is_err()
+    {
+        return Vec::new();
+    }
+    let output = &model.yhat;
+    information.instruments(window, Instruments { output, input });
+    let yhat = vec![("yhat".to_owned(), output.clone())];
+    let auxiliary = (format!("Stage 7, {name}: auxiliary model"), yhat);
+    vec![auxiliary, stage(9, &information)]
+}
+
+fn blocks(information: &Information) -> Vec<(String, Vec<f64>)> {
+    let g = information.matrix();
+    let columns = (0..g.ncols()).flat_map(|j| (0..g.nrows()).map(move |i| g[(i, j)]));
+    vec![
+        ("G".to_owned(), columns.collect()),
+        ("Z'y".to_owned(), information.rhs().to_vec()),
+    ]
+}
+
+/// Returns stages 3 or 10, 4, 5 and 6 of a pass, as far as it got.
+fn parameters(name: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
+    let mut stages = Vec::new();
+    if pass.progress >= Progress::Parameters {
+        let alpha = pass.a.iter().rev().map(|a| -a);
+        let vectors = vec![
+            (
+                "p".to_owned(),
+                alpha.chain(pass.h.iter().copied()).collect(),
+            ),
+            ("a".to_owned(), pass.a.clone()),
+            ("h".to_owned(), pass.h.clone()),
+            ("b".to_owned(), pass.b.clone()),
+        ];
+        stages.push((
+            format!("Stages {solve}, 4 and 5, {name}: parameters"),
+            vectors,
+        ));
+    }
+    if pass.progress >= Progress::InitialState {
+        let vectors = vec![("x0".to_owned(), pass.x0.clone())];
+        stages.push((format!("Stage 6, {name}: initial state"), vectors));
+    }
+    if let Some(failure) = pass.failure {
+        stages.push((format!("{name} failed: {failure}"), Vec::new()));
+    }
+    stages
+}
+
+/// Returns stage 12 of a pass.
+fn observer(
+    name: &str,
+    cell: &Cell,
+    method: &Method,
+    data: &Realisation,
+    pass: &Pass,
+) -> Option<Stage> {
+    let (mut at_window, mut last) = (Vec::new(), Vec::new());
+    let used = stage_twelve(cell, method, pass, (&data.u, &data.y), |k, x| {
+        if k == cell.window {
+            at_window = x.to_vec();
+        }
+        last = x.to_vec();
+    })?;
+    let named = |(name, values): (&str, Vec<f64>)| (name.to_owned(), values);
+    let mut vectors: Vec<(String, Vec<f64>)> = used.into_iter().map(named).collect();
+    vectors.push(named(("xhat(N)", at_window)));
+    vectors.push(named(("xhat(K-1)", last)));
+    let kind = method
+        .observer()
+        .map_or_else(|| cell.gain.to_string(), ToString::to_string);
+    Some((format!("Stage 12, {name}: observer {kind}"), vectors))
+}

@@ -1,0 +1,92 @@
+//! Which trial is replayed.
+
+use crate::cli::error::Error;
+use crate::study::Experiment;
+use crate::text::folded;
+
+/// A cell, by its claim or its number, and a trial.
+#[derive(Clone, Debug)]
+pub(in crate::cli) struct Which {
+    pub(super) cell: String,
+    pub(super) trial: u64,
+}
+
+impl std::str::FromStr for Which {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.rsplit_once(':').and_then(|(cell, trial)| {
+            let trial = trial.parse().ok()?;
+            let cell = cell.to_owned();
+            Some(Self { cell, trial })
+        });
+        parts.ok_or_else(|| "expected CELL:TRIAL, such as C2:17".to_owned())
+    }
+}
+
+impl std::fmt::Display for Which {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}", self.cell, self.trial)
+    }
+}
+
+impl Which {
+    /// Returns the index of the cell that is meant.
+    pub(super) fn cell(&self, flag: &str, experiment: &Experiment) -> Result<usize, Error> {
+        let (cells, given) = (&experiment.cells, &self.cell);
+        let digits = |text: &&str| text.bytes().all(|byte| byte.is_ascii_digit());
+        let number = |text: &str| Some(text).filter(digits)?.parse().ok();
+        let number = |text: &str| number(text).filter(|number| *number < cells.len());
+        if let Some(number) = given.strip_prefix(NUMBER).and_then(number) {
+            return Ok(number);
+        }
+        let wanted = folded(given);
+        let of_claim = cells.iter().enumerate();
+        let of_claim =
+            of_claim.filter(|(_, cell)| !cell.claim.is_empty() && folded(&cell.claim) == wanted);
+        let mut meant: Vec<usize> = of_claim.map(|(number, _)| number).collect();
+        meant.extend(number(given));
+        meant.sort_unstable();
+        meant.dedup();
+        match meant.as_slice() {
+            [] => Err(Error::Input(format!(
+                "{flag}no cell '{given}'; expected {}",
+                valid(experiment)
+            ))),
+            [number] => Ok(*number),
+            several => Err(Error::Input(format!(
+                "{flag}'{given}' matches {} cells; expected one of {}",
+                several.len(),
+                some(several.iter().map(|number| format!("{NUMBER}{number}")))
+            ))),
+        }
+    }
+}
+
+/// The prefix of a cell's number, to tell it from a claim.
+pub(super) const NUMBER: &str = "cell=";
+
+/// Lists the claims and numbers of cells.
+pub(super) fn valid(experiment: &Experiment) -> String {
+    let cells = &experiment.cells;
+    let numbers = format!("a number from 0 to {}", cells.len() - 1);
+    let mut claims: Vec<&str> = cells.iter().map(|cell| cell.claim.as_str()).collect();
+    claims.retain(|claim| !claim.is_empty());
+    claims.dedup();
+    if claims.is_empty() {
+        return numbers;
+    }
+    let claims = some(claims.into_iter().map(str::to_owned));
+    format!("{claims}, or {numbers}")
+}
+
+/// Lists the first of some names, and how many more there are.
+pub(super) fn some(names: impl ExactSizeIterator<Item = String>) -> String {
+    const SHOWN: usize = 10;
+    let more = names.len().saturating_sub(SHOWN);
+    let shown: Vec<String> = names.take(SHOWN).collect();
+    match more {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}

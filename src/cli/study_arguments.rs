@@ -1,0 +1,117 @@
+//! The arguments that name a study: an experiment file, and what replaces its keys.
+
+use super::error::Error;
+use crate::study::file::{ExperimentFile, FileError, Needs, TRIAL_LIMIT, TrialRule};
+use crate::study::{Engine, Experiment, read_manifest, stored_design};
+use std::path::{Path, PathBuf};
+
+/// Which study.
+#[derive(Clone, clap::Args)]
+pub(super) struct StudyArguments {
+    /// Experiment file, such as experiments/window.toml, or - for standard input
+    pub(super) file: PathBuf,
+    /// Trials in each cell instead of the file's
+    #[arg(
+        long, value_name = "M", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u64).range(1..=TRIAL_LIMIT)
+    )]
+    pub(super) trials: Option<u64>,
+    /// Set a key, such as eta=5 or methods.0.solver=lu; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
+    /// The file's quick variant, of a minute or less
+    #[arg(long)]
+    pub(super) quick: bool,
+    /// Engine instead of the file's: auto, lanes or faer
+    #[arg(long, value_name = "ENGINE")]
+    pub(super) engine: Option<Engine>,
+}
+
+impl StudyArguments {
+    /// Returns the study and its rule for the number of trials. Editing a claim requires no new run in `folder`.
+    pub(super) fn experiment(&self, folder: &Path) -> Result<(Experiment, TrialRule), Error> {
+        self.of_file(self.read()?, folder)
+    }
+
+    /// Reads the file and applies the arguments to it.
+    pub(super) fn read(&self) -> Result<ExperimentFile, Error> {
+        let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
+        let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
+        let mut file = ExperimentFile::read(&self.file).map_err(|e| input(&e))?;
+        file.check_filters().map_err(in_file)?;
+        if self.quick {
+            if file.quick.is_none() {
+                let message = "the file has no such table, but --quick needs it; expected [quick] with trials";
+                return Err(in_file(FileError::key("quick", message)));
+            }
+            file = file.quick();
+        }
+        for assignment in &self.set {
+            file = file
+                .set(assignment)
+                .and_then(|file| file.with_samples(&self.file))
+                .map_err(|e| Error::Input(format!("--set {e}")))?;
+        }
+        if let Some(engine) = self.engine {
+            file.engine = engine;
+        }
+        if let Some(trials) = self.trials {
+            file.trials = TrialRule::Fixed(trials);
+        }
+        Ok(file)
+    }
+
+    /// Returns the study of a file that [`Self::read`] returned.
+    pub(super) fn of_file(
+        &self,
+        file: ExperimentFile,
+        folder: &Path,
+    ) -> Result<(Experiment, TrialRule), Error> {
+        let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
+        let rule = file.trials.clone();
+        let there = as_stored(&file, folder);
+        let experiment = there.map_or_else(|| Experiment::new(file).map_err(in_file), Ok)?;
+        Ok((experiment, rule))
+    }
+
+    /// Returns the folder of the results: the given one, or results/NAME, with --quick results/NAME-quick.
+    pub(super) fn folder(&self, out: Option<&Path>) -> PathBuf {
+        let quick = if self.quick { "-quick" } else { "" };
+        let default = || Path::new("results").join(format!("{}{quick}", self.name()));
+        out.map_or_else(default, Path::to_owned)
+    }
+
+    /// Returns the file's name without folder and extension.
+    pub(super) fn name(&self) -> String {
+        let stem = self.file.file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    }
+}
+
+/// Returns the study with the needs of its claims as they were when the results in a folder were begun, if these are
+/// results of it. Editing a claim then requires no new run.
+fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
+    let stored = stored_design(folder)?;
+    let needed = match stored.get("needed") {
+        Some(needed) => serde_json::from_value(needed.clone()).ok()?,
+        None => Needs::default(),
+    };
+    let file = ExperimentFile {
+        needed: Some(needed),
+        ..file.clone()
+    };
+    let experiment = Experiment::new(file).ok()?;
+    (experiment.design() == stored).then_some(experiment)
+}
+
+/// Marks the claims that did not exist when the results in a folder were made.
+pub(super) fn mark_added(file: &mut ExperimentFile, folder: &Path) {
+    let manifest = read_manifest(folder).ok().flatten();
+    let stored =
+        manifest.and_then(|manifest| ExperimentFile::from_json(&manifest["experiment"]).ok());
+    let Some(stored) = stored else { return };
+    for claim in &mut file.claims {
+        let known = stored.claims.iter().find(|known| known.judges_as(claim));
+        claim.added_after_run = known.is_none_or(|known| known.added_after_run);
+    }
+}
