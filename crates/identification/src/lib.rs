@@ -51,6 +51,7 @@
 pub mod data;
 pub mod diagnosis;
 pub mod estimator;
+mod failure;
 mod fitted;
 pub mod metric;
 pub mod model;
@@ -60,6 +61,7 @@ pub mod observer;
 pub mod plant;
 pub mod real;
 pub mod signal;
+mod step_down;
 pub mod text;
 pub mod theory;
 

@@ -1,8 +1,8 @@
 //! The limit of least squares as the window grows.
 
 use crate::plant::StateSpace;
-use crate::plant::stability::StepDown;
 use crate::signal::NoiseFilter;
+use crate::step_down::StepDown;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 

@@ -1,8 +1,8 @@
 //! The result of one pass of an estimator: the model, or the failure that stopped it.
 
-use super::failure::FailureKind;
 use super::parameters;
 use crate::data::DrawFailure;
+use crate::failure::FailureKind;
 use crate::model::polynomial::multiply_into;
 use crate::model::{LinearModel, Orders};
 use crate::observer::ObservedModel;

@@ -2,7 +2,7 @@
 
 use super::gpebo::Mixer;
 use super::luenberger::ObservedModel;
-use crate::estimator::FailureKind;
+use crate::failure::FailureKind;
 
 /// How theta is estimated from `z(k) = c'Phi(k) theta + f(k)`.
 #[derive(Clone, Copy, Debug, PartialEq)]

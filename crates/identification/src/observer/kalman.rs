@@ -5,7 +5,7 @@ mod tests;
 
 use super::riccati::{Discrete, Equation, RiccatiError, check_covariance};
 use super::stochastic_model::StochasticModel;
-use crate::estimator::FailureKind;
+use crate::failure::FailureKind;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@ use super::luenberger::ObservedModel;
 use super::riccati::RiccatiError;
 use super::steady::SteadyGain;
 use super::stochastic_model::{MeasurementNoise, StochasticModel};
-use crate::estimator::FailureKind;
+use crate::failure::FailureKind;
 use crate::plant::observe;
 use faer::{Mat, MatRef};
 use std::sync::Arc;

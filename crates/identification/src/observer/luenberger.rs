@@ -1,7 +1,7 @@
 //! Stage 12: the observer on a record.
 
 use super::Gain;
-use crate::estimator::FailureKind;
+use crate::failure::FailureKind;
 use crate::plant::observe;
 
 /// The full-order observer `xhat(k+1) = F xhat(k) + b u(k) + g y(k)`, `F = A - g c'`,

@@ -2,7 +2,8 @@
 
 use super::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz};
 use super::simulate::{simulate, simulate_disturbed};
-use super::stability::{StepDown, is_stable};
+use super::stability::is_stable;
+use crate::step_down::StepDown;
 
 /// The plant in phase-coordinate canonical form, Eqs. (1) to (3):
 /// `x(k+1) = A x(k) + b u(k)`, `y(k) = x_1(k)`, `A = [0 | I; a']`.

@@ -4,8 +4,8 @@
 use super::arithmetic::{mean, variance, with_fma};
 use super::normal::fill_standard_normal;
 use super::random_stream::Stream;
-use crate::plant::stability::StepDown;
 use crate::real::Real;
+use crate::step_down::StepDown;
 use rand::Rng;
 use std::sync::Arc;
 

@@ -6,7 +6,7 @@
 
 use super::missing::NoTheory;
 use super::signal::{Part, Signal, Source};
-use crate::plant::stability::StepDown;
+use crate::step_down::StepDown;
 use faer::Mat;
 
 /// Powers `F^(2^j)` with no entry larger than this add nothing.

@@ -13,7 +13,7 @@ pub enum FailureKind {
     NonFinite,
     /// A matrix is exactly singular: it has a zero row or column.
     Singular,
-    /// A matrix is singular up to rounding, or a pivot is zero: [`super::solver::rank::RANK_MULTIPLE`].
+    /// A matrix is singular up to rounding, or a pivot is zero: [`crate::estimator::solver::rank::RANK_MULTIPLE`].
     RankDeficient,
     /// Continuous time: the error by step halving is above the study's limit.
     StepTooLong,
