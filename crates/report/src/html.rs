@@ -2,10 +2,10 @@
 //!
 //! All text is escaped; words between backticks become code.
 
-pub(crate) mod table;
+mod table;
 mod verdict;
 
-pub use table::{CellText, Column, Table, markdown_text};
+pub use crate::table::{CellText, Column, Table, markdown_text};
 pub(crate) use verdict::Badge;
 pub use verdict::Verdict;
 

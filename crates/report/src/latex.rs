@@ -1,6 +1,6 @@
 //! A table as LaTeX for a paper. It needs no package but booktabs.
 
-use crate::html::table::{CellText, Column, Table, reads_as_number};
+use crate::table::{CellText, Column, Table, reads_as_number};
 use asobench_study::files::LATEX_TITLE;
 use asobench_study::text;
 

@@ -18,6 +18,7 @@ mod results;
 mod table;
 #[allow(clippy::format_push_string, reason = "lines of a terminal")]
 pub mod terminal;
+mod verdict_table;
 
 use asobench_identification::number;
 pub use asobench_identification::number::uncertain;
@@ -26,4 +27,4 @@ pub use figures::{OneTrial, TrialErrors, draw};
 pub use folder::{Files, prepare as prepare_report, write as write_report};
 pub use gpebo_table::{ends, example_table};
 pub use results::{ResultsError, Study, Time};
-pub use table::verdict_table;
+pub use verdict_table::verdict_table;

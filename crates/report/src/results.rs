@@ -214,10 +214,11 @@ impl Study {
     pub(crate) fn extent(&self) -> String {
         let trials = || self.summary.cells.iter().map(|cell| cell.trials);
         let (least, most) = (trials().min().unwrap_or(0), trials().max().unwrap_or(0));
-        let mut text = grouped(least);
-        if least < most {
-            text += &format!(" to {}", grouped(most));
-        }
+        let text = if least < most {
+            format!("{} to {}", grouped(least), grouped(most))
+        } else {
+            grouped(least)
+        };
         let cells = self.summary.cells.len();
         match (most, cells) {
             (1, 1) => "One trial of one cell.".to_owned(),

@@ -1,134 +1,318 @@
-//! The verdict table, at most 80 columns wide.
+//! One table in all its forms: as CSV with all digits or as a paper has them, as Markdown and as lines of text; for a page
+//! (`crate::html`), and as LaTeX (`crate::latex`).
 
-use super::number::uncertain_within;
-use asobench_identification::metric::{Quantile, Share, Statistics};
-use asobench_study::study::{BoundSummary, CellSummary, OutputShare, Summary};
-use asobench_study::text::{number, visible};
-use std::fmt::{self, Write};
+use crate::html::Verdict;
+use asobench_identification::data::csv;
+use asobench_study::text;
 
-/// Width of the column `median [5 %, 95 %]`.
-const SPREAD: usize = 39;
-
-/// The verdicts on every bound, with the numbers behind them.
-///
-/// # Panics
-/// Never: writing to a string cannot fail.
-pub fn verdict_table(summary: &Summary) -> String {
-    let mut text = String::new();
-    write_table(&mut text, summary).expect("writing to a string does not fail");
-    text
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// The quantity.
+    pub title: String,
+    /// Its unit; empty if it has none.
+    pub unit: String,
+    /// Whether cells are numbers: aligned right, sorted by value, and written to CSV with all digits.
+    pub numeric: bool,
+    /// Its width in characters where the table is text; a longer cell pushes the others.
+    pub width: usize,
 }
 
-fn write_table(text: &mut String, summary: &Summary) -> fmt::Result {
-    let rule = "-".repeat(80);
-    writeln!(
-        text,
-        "{:<11} {:<8} {:<5} {:<39} {:>13}",
-        "claim", "bound", "", "median [5 %, 95 %]", "bound met in"
-    )?;
-    for cell in &summary.cells {
-        writeln!(text, "{rule}")?;
-        write_cell(text, cell)?;
-        for bound in &cell.bounds {
-            write_bound(text, cell, bound)?;
+impl Column {
+    /// A column of texts.
+    pub fn text(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            unit: String::new(),
+            numeric: false,
+            width: 0,
         }
     }
-    writeln!(text, "{rule}")
-}
 
-fn write_cell(text: &mut String, cell: &CellSummary) -> fmt::Result {
-    let noise = if cell.eta == 0.0 {
-        "noise-free".to_owned()
-    } else {
-        format!("eta = {} %", number(cell.eta))
-    };
-    write!(
-        text,
-        "{}  {noise}, N = {}, {} trials",
-        visible(&cell.claim),
-        cell.window,
-        cell.trials
-    )?;
-    for (i, output) in [cell.outputs.first(), cell.outputs.last()]
-        .iter()
-        .flatten()
-        .enumerate()
-    {
-        let before = if i == 0 { "; failed:" } else { "," };
-        write!(
-            text,
-            "{before} {} {}",
-            output.label(),
-            output.outcomes.failed()
-        )?;
+    /// A column of numbers.
+    pub fn number(title: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            unit: unit.into(),
+            numeric: true,
+            width: 0,
+        }
     }
-    writeln!(text)
-}
 
-fn write_bound(text: &mut String, cell: &CellSummary, bound: &BoundSummary) -> fmt::Result {
-    let asked = &bound.bound;
-    let limit = match asked.rounding {
-        Some(_) => "= 0".to_owned(),
-        None => asked.text(),
-    };
-    let lines = [
-        (
-            format!("    {:<7} {}", asked.label(), limit),
-            bound.outputs.first(),
-        ),
-        (format!("    {}", bound.verdict), bound.outputs.last()),
-    ];
-    for (left, output) in lines {
-        let Some(OutputShare { output, met }) = output else {
-            continue;
-        };
-        let statistics = cell
-            .output(output)
-            .and_then(|o| o.measures.get(&asked.measure));
-        let (label, spread, share) = (
-            output,
-            statistics.map_or_else(String::new, spread),
-            share(*met),
-        );
-        let line = format!("{left:<20} {label:<5} {spread:<39} {share:>13}");
-        writeln!(text, "{}", line.trim_end())?;
+    /// Returns the column with a width for text.
+    #[must_use]
+    pub fn width(mut self, width: usize) -> Self {
+        self.width = width;
+        self
     }
-    Ok(())
-}
 
-/// A share in per cent with its standard error, if it has one. If no trial or every trial counts, the other end of the
-/// 95 % interval replaces the error.
-pub fn share(met: Share) -> String {
-    let percent = |share: f64| 100.0 * share;
-    if met.count == 0 {
-        format!("0 (<{:.2} %)", percent(met.high))
-    } else if met.count == met.total {
-        format!("all (>{:.1} %)", (10.0 * percent(met.low)).floor() / 10.0)
-    } else if met.mcse.is_nan() {
-        format!("{:.1} %", percent(met.share))
-    } else {
-        format!(
-            "{:.1} \u{b1} {:.1} %",
-            percent(met.share),
-            percent(met.mcse)
-        )
+    /// Title and unit in one text.
+    pub(crate) fn heading(&self) -> String {
+        if self.unit.is_empty() {
+            self.title.clone()
+        } else {
+            format!("{} ({})", self.title, self.unit)
+        }
     }
 }
 
-/// `median [5 %, 95 %]`, each with its standard error, and with fewer digits if the column is too narrow.
-fn spread(statistics: &Statistics) -> String {
-    let spread = |text: fn(Quantile) -> String| {
-        format!(
-            "{} [{}, {}]",
-            text(statistics.q50),
-            text(statistics.q05),
-            text(statistics.q95)
-        )
+/// A cell of a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CellText {
+    /// The text shown.
+    pub text: String,
+    /// The sort key. In a column of numbers, cells without one come last.
+    pub sort_value: Option<f64>,
+    /// The verdict to show as a badge instead of the text.
+    pub verdict: Option<Verdict>,
+    /// The target of a link: `#id` of a section, or a file beside the page.
+    pub link: Option<String>,
+}
+
+impl CellText {
+    /// A text, sorted as text.
+    pub fn text(text: impl Into<String>) -> Self {
+        Self {
+            text: text.into(),
+            ..Self::default()
+        }
+    }
+
+    /// A number with its text, as written by [`crate::uncertain`].
+    pub fn number(text: impl Into<String>, value: f64) -> Self {
+        Self {
+            sort_value: value.is_finite().then_some(value),
+            ..Self::text(text)
+        }
+    }
+
+    /// A verdict as a badge; cells are sorted from "holds" to "undecided".
+    pub fn verdict(verdict: Verdict) -> Self {
+        Self {
+            sort_value: Some(f64::from(verdict as u8)),
+            verdict: Some(verdict),
+            ..Self::text(verdict.name())
+        }
+    }
+
+    /// Returns the cell with a link.
+    #[must_use]
+    pub fn link(mut self, target: impl Into<String>) -> Self {
+        self.link = Some(target.into());
+        self
+    }
+}
+
+/// Whether the page's script can read the number from its text: `0.0879(5)`, `3.21(4)e-13`.
+pub(crate) fn reads_as_number(text: &str) -> bool {
+    let plain = match (text.find('('), text.find(')')) {
+        (Some(open), Some(close)) if open < close => [&text[..open], &text[close + 1..]].concat(),
+        _ => text.to_owned(),
     };
-    let all = spread(asobench_identification::number::quantile);
-    if all.len() <= SPREAD {
-        all
-    } else {
-        spread(|q| uncertain_within(q.value, q.mcse, 3))
+    plain.parse::<f64>().is_ok_and(f64::is_finite)
+}
+
+/// A table of texts and numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// A description of the content.
+    pub caption: String,
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// The rows; missing cells at the end of a row are empty.
+    pub rows: Vec<Vec<CellText>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(caption: impl Into<String>, columns: Vec<Column>) -> Self {
+        Self {
+            caption: caption.into(),
+            columns,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = CellText>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// Pairs each column with its cell of a row.
+    pub(crate) fn cells<'a>(
+        &'a self,
+        row: &'a [CellText],
+    ) -> impl Iterator<Item = (&'a Column, Option<&'a CellText>)> {
+        let columns = self.columns.iter().enumerate();
+        columns.map(|(i, column)| (column, row.get(i)))
+    }
+
+    /// The table as CSV (RFC 4180, with CRLF). A numeric cell is its sort value with all digits, any other cell its
+    /// text.
+    pub fn csv(&self) -> String {
+        self.csv_of(|row| self.csv_row(row))
+    }
+
+    /// The table as CSV with every cell as on the page: numbers with their standard errors in parentheses.
+    pub fn csv_as_shown(&self) -> String {
+        self.csv_of(|row| {
+            let cells = self.cells(row).map(|(column, cell)| {
+                let text = cell.map_or("", |cell| cell.text.as_str());
+                if column.numeric && reads_as_number(text) {
+                    csv::Cell::Rounded(text)
+                } else {
+                    csv::Cell::Text(text)
+                }
+            });
+            csv::line(cells) + "\r\n"
+        })
+    }
+
+    /// The headings, then each row as a line of `row`.
+    fn csv_of(&self, row: impl Fn(&[CellText]) -> String) -> String {
+        let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
+        let mut table = csv::line(headings.iter().map(|heading| csv::Cell::Text(heading))) + "\r\n";
+        table.extend(self.rows.iter().map(|cells| row(cells)));
+        table
+    }
+
+    /// Formats a row, which need not be in this table, as a line of [`Self::csv`].
+    pub fn csv_row(&self, row: &[CellText]) -> String {
+        let cells = self.cells(row).map(|(column, cell)| match cell {
+            Some(CellText {
+                sort_value: Some(value),
+                ..
+            }) if column.numeric => csv::Cell::Number(*value),
+            cell => csv::Cell::Text(cell.map_or("", |cell| &cell.text)),
+        });
+        csv::line(cells) + "\r\n"
+    }
+
+    /// The headings as a line of text.
+    pub fn text_head(&self) -> String {
+        self.text_line(self.columns.iter().map(Column::heading))
+    }
+
+    /// Formats a row, which need not be in this table, as a line of text.
+    pub fn text_row(&self, row: &[CellText]) -> String {
+        self.text_line(row.iter().map(|cell| cell.text.clone()))
+    }
+
+    /// Puts cells side by side with a space between them, numbers to the right.
+    fn text_line(&self, cells: impl Iterator<Item = String>) -> String {
+        let cells = self.columns.iter().zip(cells).map(|(column, cell)| {
+            let width = column.width;
+            if column.numeric {
+                format!("{cell:>width$}")
+            } else {
+                format!("{cell:width$}")
+            }
+        });
+        let line = cells.collect::<Vec<_>>().join(" ");
+        line.trim_end().to_owned() + "\n"
+    }
+
+    /// The table as Markdown (GitHub's dialect), with its caption in bold above.
+    pub fn markdown(&self) -> String {
+        let mut text = String::new();
+        if !self.caption.is_empty() {
+            for part in ["**", &markdown_text(&self.caption), "**\n\n"] {
+                text.push_str(part);
+            }
+        }
+        let headings = self.columns.iter().map(|c| markdown_text(&c.heading()));
+        text.push_str(&markdown_line(headings));
+        let rules = self.columns.iter().map(|column| {
+            let rule = if column.numeric { "--:" } else { ":--" };
+            rule.to_owned()
+        });
+        text.push_str(&markdown_line(rules));
+        for row in &self.rows {
+            let cells = self.cells(row).map(|(_, cell)| {
+                let text = cell.map_or("", |cell| cell.text.as_str());
+                markdown_text(text)
+            });
+            text.push_str(&markdown_line(cells));
+        }
+        text
+    }
+}
+
+/// Escapes a text for a Markdown table: no markup, and on one line.
+pub fn markdown_text(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    let line = text.lines().collect::<Vec<_>>().join(" ");
+    for character in text::visible(line).chars() {
+        if matches!(character, '\\' | '|' | '`' | '*' | '<' | '[' | ']' | '~') {
+            escaped.push('\\');
+        }
+        escaped.push(character);
+    }
+    escaped
+}
+
+fn markdown_line(cells: impl Iterator<Item = String>) -> String {
+    format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let columns = vec![
+            Column::text("estimator"),
+            Column::number("median, e_a", "%"),
+            Column::text("verdict"),
+        ];
+        let mut table = Table::new("P(A|B) < 1 & more", columns);
+        table.row([
+            CellText::text("LS, \"plain\"\nsolve").link("#c\"2"),
+            CellText::number("0.0879(5)", 0.087_912_345_678_9),
+            CellText::verdict(Verdict::DoesNotHold),
+        ]);
+        table.row([
+            CellText::text("a|b *c* `d` e_a <b>"),
+            CellText::number("-", f64::NAN),
+        ]);
+        table.row([CellText::text(""), CellText::number("3.2e-13", 3.2e-13)]);
+        table
+    }
+
+    #[test]
+    fn csv_is_quoted_and_has_all_digits() {
+        let expected = "estimator,\"median, e_a (%)\",verdict\r\n\
+                        \"LS, \"\"plain\"\"\nsolve\",0.0879123456789,does not hold\r\n\
+                        a|b *c* `d` e_a <b>,-,\r\n\
+                        ,3.2e-13,\r\n";
+        assert_eq!(table().csv(), expected);
+    }
+
+    #[test]
+    fn csv_as_shown_has_errors_in_parentheses_and_no_formula() {
+        let mut table = table();
+        table.row([
+            CellText::text("-1"),
+            CellText::number("-3.21(4)e-13", -3.21e-13),
+        ]);
+        table.row([CellText::text(""), CellText::number("=1(2)", 1.0)]);
+        let expected = "estimator,\"median, e_a (%)\",verdict\r\n\
+                        \"LS, \"\"plain\"\"\nsolve\",0.0879(5),does not hold\r\n\
+                        a|b *c* `d` e_a <b>,-,\r\n\
+                        ,3.2e-13,\r\n\
+                        '-1,-3.21(4)e-13,\r\n\
+                        ,'=1(2),\r\n";
+        assert_eq!(table.csv_as_shown(), expected);
+    }
+
+    #[test]
+    fn markdown_has_no_stray_pipe_or_markup() {
+        let expected = "**P(A\\|B) \\< 1 & more**\n\n\
+                        | estimator | median, e_a (%) | verdict |\n\
+                        | :-- | --: | :-- |\n\
+                        | LS, \"plain\" solve | 0.0879(5) | does not hold |\n\
+                        | a\\|b \\*c\\* \\`d\\` e_a \\<b> | - |  |\n\
+                        |  | 3.2e-13 |  |\n";
+        assert_eq!(table().markdown(), expected);
     }
 }

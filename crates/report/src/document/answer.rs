@@ -149,7 +149,7 @@ fn failures(study: &Study) -> String {
         Some((cell, output)) => format!(
             " Most failures: {} in {}{}.",
             output.label(),
-            crate::table::share(output.failed),
+            crate::verdict_table::share(output.failed),
             if keys.is_empty() {
                 String::new()
             } else {

@@ -5,7 +5,7 @@ use super::layout::sheet;
 use super::lead::lead_outputs;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::results::Study;
-use crate::table::share;
+use crate::verdict_table::share;
 use std::collections::HashMap;
 
 /// The share of realisations that satisfy each bound: for the last output, or over all combinations of a large grid.

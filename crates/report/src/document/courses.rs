@@ -11,56 +11,59 @@ const LATE: f64 = 0.2;
 
 /// The figures of the last cell with a stored course, if there is one.
 pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
-    let with = |cell: &&CellSummary| cell.traces.is_some();
-    let Some(cell) = summary.cells.iter().rfind(with) else {
+    let mut cells = summary.cells.iter().rev();
+    let with = cells.find_map(|cell| Some((cell, cell.traces.as_ref()?)));
+    let Some((cell, traces)) = with else {
         return Vec::new();
     };
-    let Some(traces) = &cell.traces else {
-        return Vec::new();
-    };
-    let places = 0..traces.theta.len();
     let late = LATE * traces.times.last().copied().unwrap_or_default();
-    let theta = places.clone().map(|i| of_theta(cell, traces, i)).collect();
-    let state = |from: f64| -> Vec<Plot> {
-        let places = places.clone();
-        places.map(|i| of_state(cell, traces, i, from)).collect()
+    let theta = |i: usize| {
+        let y = format!("theta_hat_{}", i + 1);
+        let plot = panel(cell, traces, y, f64::NEG_INFINITY, |trace| {
+            trace.theta_hat.get(i).cloned()
+        });
+        plot.reference("true theta_i", Course::Horizontal(traces.theta[i]))
     };
-    [
-        (
+    let state = |i: usize, from: f64| {
+        let y = format!("x_{0} - xhat_{0}", i + 1);
+        panel(cell, traces, y, from, |trace| {
+            let both = traces.x[i].iter().zip(trace.x_hat.get(i)?);
+            Some(both.map(|(x, x_hat)| x - x_hat).collect())
+        })
+    };
+    let draw = |name: &str, title: &str, caption: &str, panel: &dyn Fn(usize) -> Plot| {
+        let plots: Vec<Plot> = (0..traces.theta.len()).map(panel).collect();
+        let title = format!("{}: {title}", summary.title);
+        let sharing = Sharing { x: true, y: false };
+        Drawn {
+            name: name.to_owned(),
+            svg: small_multiples(&title, caption, &plots, 2, sharing),
+            caption: caption.to_owned(),
+        }
+    };
+    vec![
+        draw(
             "theta",
             "estimates of theta over time",
-            "theta_hat(t) of the first trial; dashed: the true theta = x(0) - xi(0).".to_owned(),
-            theta,
+            "theta_hat(t) of the first trial; dashed: the true theta = x(0) - xi(0).",
+            &theta,
         ),
-        (
+        draw(
             "state-errors",
             "errors of the state over time",
-            "x_i - xhat_i of the first trial.".to_owned(),
-            state(0.0),
+            "x_i - xhat_i of the first trial.",
+            &|i| state(i, 0.0),
         ),
-        (
+        draw(
             "state-errors-late",
             "errors of the state after the transients",
-            format!(
+            &format!(
                 "x_i - xhat_i of the first trial from {} s on.",
                 number(late)
             ),
-            state(late),
+            &|i| state(i, late),
         ),
     ]
-    .into_iter()
-    .map(
-        |(name, title, caption, plots): (&str, &str, String, Vec<Plot>)| {
-            let title = format!("{}: {title}", summary.title);
-            let sharing = Sharing { x: true, y: false };
-            Drawn {
-                name: name.to_owned(),
-                svg: small_multiples(&title, &caption, &plots, 2, sharing),
-                caption,
-            }
-        },
-    )
-    .collect()
 }
 
 /// The figures as files.
@@ -71,52 +74,23 @@ pub fn course_figures(summary: &Summary) -> Files {
         .collect()
 }
 
-/// The points of a course.
-fn points(times: &[f64], values: impl Iterator<Item = f64>) -> Vec<Point> {
-    times
-        .iter()
-        .zip(values)
-        .map(|(t, value)| Point::new(*t, value))
-        .collect()
-}
-
-/// The series of every output that has component i.
-fn series<'a>(
-    cell: &'a CellSummary,
-    traces: &'a Traces,
-    values: impl Fn(&'a OutputTrace) -> Option<Vec<f64>>,
-) -> Vec<Series> {
+/// A line for every output that has the values, from a time on.
+fn panel(
+    cell: &CellSummary,
+    traces: &Traces,
+    y: String,
+    from: f64,
+    values: impl Fn(&OutputTrace) -> Option<Vec<f64>>,
+) -> Plot {
+    let mut plot = Plot::new("", PlotAxis::linear("t, s"), PlotAxis::linear(y));
     let outputs = cell.outputs.iter().zip(&traces.outputs).enumerate();
-    outputs
-        .filter_map(|(slot, (output, trace))| {
-            let points = points(&traces.times, values(trace)?.into_iter());
-            Some(Series::new(output.label(), Style::Line, points).slot(slot))
-        })
-        .collect()
-}
-
-fn of_theta(cell: &CellSummary, traces: &Traces, i: usize) -> Plot {
-    let mut plot = Plot::new(
-        "",
-        PlotAxis::linear("t, s"),
-        PlotAxis::linear(format!("theta_hat_{}", i + 1)),
-    );
-    plot.series = series(cell, traces, |trace| trace.theta_hat.get(i).cloned());
-    plot.reference("true theta_i", Course::Horizontal(traces.theta[i]))
-}
-
-/// The errors of x_i from a time on.
-fn of_state(cell: &CellSummary, traces: &Traces, i: usize, from: f64) -> Plot {
-    let x = &traces.x[i];
-    let error = |trace: &OutputTrace| -> Option<Vec<f64>> {
-        let x_hat = trace.x_hat.get(i)?;
-        Some(x.iter().zip(x_hat).map(|(x, x_hat)| x - x_hat).collect())
-    };
-    let y = PlotAxis::linear(format!("x_{0} - xhat_{0}", i + 1));
-    let mut plot = Plot::new("", PlotAxis::linear("t, s"), y);
-    plot.series = series(cell, traces, error);
-    for series in &mut plot.series {
-        series.points.retain(|point| point.x >= from);
+    for (slot, (output, trace)) in outputs {
+        let points = traces.times.iter().zip(values(trace).unwrap_or_default());
+        let points = points.filter(|(t, _)| **t >= from);
+        let points: Vec<Point> = points.map(|(t, value)| Point::new(*t, value)).collect();
+        if !points.is_empty() {
+            plot = plot.series(Series::new(output.label(), Style::Line, points).slot(slot));
+        }
     }
     plot
 }

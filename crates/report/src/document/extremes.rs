@@ -1,6 +1,7 @@
 //! The extremes of a study that is too large for a page. The CSV table has the rest.
 
 use super::paper;
+use crate::folder::Files;
 use crate::html::{CellText, Column, Table};
 use crate::plot::{Plot, Point, Scale, Style};
 
@@ -70,13 +71,22 @@ impl LongTable {
         (self.count > 0).then_some(self)
     }
 
+    /// The files of the table, `tables/NAME.csv` and those for a paper, if it is for one; the first can be taken once.
+    pub(super) fn files(&mut self, name: &str, title: &str, is_for_paper: bool) -> Files {
+        let mut files = vec![(format!("tables/{name}.csv"), self.take_csv())];
+        if let Some(table) = self.for_paper().filter(|_| is_for_paper) {
+            files.extend(paper::files(name, title, table));
+        }
+        files
+    }
+
     /// Takes the complete table as CSV.
     pub(super) fn take_csv(&mut self) -> String {
         std::mem::take(&mut self.csv)
     }
 
     /// The table if it fits a page of a paper, and is not empty.
-    pub(super) fn for_paper(&self) -> Option<&Table> {
+    fn for_paper(&self) -> Option<&Table> {
         let whole = self.count == self.table.rows.len() && self.count > 0;
         (whole && paper::fits(&self.table)).then_some(&self.table)
     }

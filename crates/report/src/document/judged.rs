@@ -3,6 +3,7 @@
 mod picture;
 mod words;
 
+use super::columns::Columns;
 use super::extremes::LongTable;
 use super::figure::Drawn;
 use super::paper;
@@ -111,31 +112,29 @@ pub(super) fn markdown(studies: &[Study]) -> String {
 
 /// All numbers behind the verdicts, as CSV. Shares, such as coverages, are in per cent.
 pub(super) fn csv(studies: &[Study]) -> String {
-    let mut columns = ["claim", "number"].map(Column::text).to_vec();
-    columns.extend(["value", "MCSE"].map(|name| Column::number(name, "")));
-    columns.extend(["must be", "experiment", "where", "says"].map(Column::text));
-    columns.extend(["p (pass)", "p (fail)", "level"].map(|name| Column::number(name, "")));
-    columns.push(Column::text("standing"));
-    let mut table = Table::new("", columns);
-    let number = |x: f64| CellText::number("", x);
-    for (study, claim) in all(studies) {
-        for cell in &claim.cells {
-            let known = |judged: &&JudgedNumber| judged.test < claim.tests.len();
-            for judged in cell.numbers.iter().filter(known) {
-                let what = judged.what.trim_end_matches(',');
-                let mut row = [claim.id.as_str(), what].map(CellText::text).to_vec();
-                let unit = unit(&claim.tests[judged.test]);
-                row.extend([unit * judged.value, unit * judged.error].map(number));
-                row.extend([must(claim, judged), &study.name, &cell.place].map(CellText::text));
-                row.push(CellText::text(cell.says));
-                let level = cell.level.unwrap_or(f64::NAN);
-                row.extend([cell.p_pass, cell.p_fail, level].map(number));
-                row.push(CellText::text(claim.standing.name()));
-                table.row(row);
-            }
-        }
-    }
-    table.csv()
+    let exact = |x: f64| CellText::number("", x);
+    let rows = all(studies).flat_map(|(study, claim)| {
+        let cells = claim.cells.iter();
+        let numbers = cells.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)));
+        let known = numbers
+            .filter_map(|(cell, number)| Some((cell, number, claim.tests.get(number.test)?)));
+        known.map(move |(cell, number, test)| (study, claim, cell, number, test))
+    });
+    Columns::new(rows)
+        .text("claim", |of| &of.1.id)
+        .text("number", |of| of.3.what.trim_end_matches(','))
+        .number("value", "", |of| exact(unit(of.4) * of.3.value))
+        .number("MCSE", "", |of| exact(unit(of.4) * of.3.error))
+        .text("must be", |of| &of.4.must)
+        .text("experiment", |of| &of.0.name)
+        .text("where", |of| &of.2.place)
+        .text("says", |of| of.2.says)
+        .number("p (pass)", "", |of| exact(of.2.p_pass))
+        .number("p (fail)", "", |of| exact(of.2.p_fail))
+        .number("level", "", |of| exact(of.2.level.unwrap_or(f64::NAN)))
+        .text("standing", |of| of.1.standing.name())
+        .table("", "")
+        .take_csv()
 }
 
 /// Adds a part for each claim of a study: the verdict with its sentence, its figures, and the cells as a detail that
@@ -168,20 +167,11 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
                 return;
             }
             let mut table = cells(claim);
-            let mut all = vec![(format!("tables/{name}.csv"), table.take_csv())];
-            if let Some(table) = table.for_paper() {
-                all.extend(paper::files(
-                    &name,
-                    &format!("{}: {}", claim.id, claim.text),
-                    table,
-                ));
-            }
-            let label = format!("claim-{}.csv", claim.id);
-            links.extend(
-                all.iter()
-                    .map(|(path, _)| (paper::label(path, &study.name), path.clone())),
-            );
+            let title = format!("{}: {}", claim.id, claim.text);
+            let all = table.files(&name, &title, true);
+            links.extend(paper::links(&all, &study.name));
             files.extend(all);
+            let label = format!("claim-{}.csv", claim.id);
             let cells = grouped(claim.cells.len() as u64);
             let summary = format!("The cells behind the verdict: {cells}");
             section.details(&summary, |section| {
@@ -228,57 +218,61 @@ fn cells(claim: &Judged) -> LongTable {
          cell passes or fails if that p-value is at most the level of the cell: {}.",
         levels(claim)
     ));
-    let mut columns = vec![Column::text("cell")];
-    if several {
-        columns.extend(["number", "must be"].map(Column::text));
-    }
     let are_shares = claim.tests.iter().all(is_share);
-    let unit = if are_shares { "%" } else { "" };
-    columns.extend([Column::number("value", unit), Column::text("verdict")]);
-    columns.extend(["p (pass)", "p (fail)", "level"].map(|name| Column::number(name, "")));
-    let mut table = LongTable::new(&caption, columns, "value");
-    for cell in &claim.cells {
-        for number in &cell.numbers {
-            table.row(row(claim, cell, number, several));
-        }
-        for why in &cell.missing {
-            let mut row = vec![CellText::text(place(cell))];
-            if several {
-                row.extend([CellText::text(why), CellText::default()]);
-            }
-            let why = if several { "-" } else { why };
-            row.extend([CellText::text(why), CellText::text(cell.says)]);
-            table.row(row);
-        }
+    let rows = claim.cells.iter().flat_map(|cell| {
+        let missing = cell.missing.iter().map(|why| Err(why.as_str()));
+        let rows = cell.numbers.iter().map(Ok).chain(missing);
+        rows.map(move |number| (cell, number))
+    });
+    let test = |number: &JudgedNumber| claim.tests.get(number.test);
+    let p = |row: &Row<'_>, p: f64| match row.1 {
+        Ok(_) => CellText::number(p_value(p), p),
+        Err(_) => CellText::default(),
+    };
+    let mut columns = Columns::new(rows).text("cell", |row| place(row.0));
+    if several {
+        columns = columns
+            .text("number", |row| match row.1 {
+                Ok(number) => number.what.trim_end_matches(','),
+                Err(why) => why,
+            })
+            .text("must be", |row| {
+                let test = row.1.ok().and_then(test);
+                test.map_or("", |test| &test.must)
+            });
     }
-    table
+    columns
+        .number(
+            "value",
+            if are_shares { "%" } else { "" },
+            |row| match row.1 {
+                Ok(number) => {
+                    let kept = number.kept.map(|kept| format!(" of {:.1} %", 100.0 * kept));
+                    let text = format!("{}{}", number.text, kept.unwrap_or_default());
+                    CellText::number(text, tidy(test(number).map_or(1.0, unit) * number.value))
+                }
+                Err(why) => CellText::text(if several { "-" } else { why }),
+            },
+        )
+        .text("verdict", |row| row.0.says)
+        .number("p (pass)", "", |row| p(row, row.0.p_pass))
+        .number("p (fail)", "", |row| p(row, row.0.p_fail))
+        .number("level", "", |row| match row.1 {
+            Ok(_) => level(row.0),
+            Err(_) => CellText::default(),
+        })
+        .table(&caption, "value")
 }
 
-fn row(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber, several: bool) -> Vec<CellText> {
-    let text = |p: f64| match p {
+/// A number of a cell, or why it is missing.
+type Row<'a> = (&'a JudgedCell, Result<&'a JudgedNumber, &'a str>);
+
+fn p_value(p: f64) -> String {
+    match p {
         p if p < 1e-6 => "< 1e-6".to_owned(),
         p if p < 0.01 => format!("{p:.1e}"),
         p => format!("{p:.2}"),
-    };
-    let p = |p: f64| CellText::number(text(p), p);
-    let must = must(claim, number);
-    let mut row = vec![CellText::text(place(cell))];
-    if several {
-        row.extend([number.what.trim_end_matches(','), must].map(CellText::text));
     }
-    let kept = number
-        .kept
-        .map_or_else(String::new, |kept| format!(" of {:.1} %", 100.0 * kept));
-    let unit = claim.tests.get(number.test).map_or(1.0, unit);
-    let value = CellText::number(format!("{}{kept}", number.text), tidy(unit * number.value));
-    row.extend([
-        value,
-        CellText::text(cell.says),
-        p(cell.p_pass),
-        p(cell.p_fail),
-        level(cell),
-    ]);
-    row
 }
 
 /// The level of a cell.
@@ -290,11 +284,6 @@ fn level(cell: &JudgedCell) -> CellText {
     cell.level.map_or_else(CellText::default, |level| {
         CellText::number(text(level), level)
     })
-}
-
-/// The condition on a number.
-fn must<'a>(claim: &'a Judged, number: &JudgedNumber) -> &'a str {
-    claim.tests.get(number.test).map_or("", |test| &test.must)
 }
 
 #[cfg(test)]

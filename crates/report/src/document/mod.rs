@@ -4,6 +4,7 @@ mod answer;
 mod bound_grid;
 mod bound_shares;
 mod coefficients;
+mod columns;
 mod courses;
 mod extremes;
 mod figure;
@@ -158,18 +159,9 @@ fn numbers(
 ) {
     let mut file = |name: &str, title: &str, table: &mut LongTable| {
         let stem = format!("{}-{name}", study.name);
-        let mut all = vec![(format!("tables/{stem}.csv"), table.take_csv())];
-        if let Some(table) = table.for_paper().filter(|_| paper::NAMES.contains(&name)) {
-            all.extend(paper::files(
-                &stem,
-                &format!("{}: {title}", study.title()),
-                table,
-            ));
-        }
-        links.extend(
-            all.iter()
-                .map(|(path, _)| (paper::label(path, &study.name), path.clone())),
-        );
+        let title = format!("{}: {title}", study.title());
+        let all = table.files(&stem, &title, paper::NAMES.contains(&name));
+        links.extend(paper::links(&all, &study.name));
         files.extend(all);
     };
     file("results", "Results", &mut tables::everything(study));

@@ -32,6 +32,12 @@ pub(super) fn files(name: &str, title: &str, table: &Table) -> Files {
     ]
 }
 
+/// Links to files of a study: what they say, and the paths.
+pub(super) fn links(files: &Files, study: &str) -> Vec<(String, String)> {
+    let link = |(path, _): &(String, String)| (label(path, study), path.clone());
+    files.iter().map(link).collect()
+}
+
 /// The label of a link to a file of a study: its name without folder and study.
 pub(super) fn label(path: &str, study: &str) -> String {
     let name = path.strip_prefix("tables/").unwrap_or(path);

@@ -1,38 +1,16 @@
 //! The tables of a study.
 
+use super::columns::Columns;
 use super::extremes::LongTable;
 use super::lead::{lead_figures, lead_outputs};
-use crate::html::{CellText, Column};
-use crate::results::Study;
-use asobench_identification::metric::{Estimate, Quantile, Share, Statistic, Statistics};
-use asobench_identification::number::uncertain;
+use crate::html::CellText;
+use crate::results::{Study, axis_label, place};
+use asobench_identification::metric::{
+    Estimate, Quantile, Share, SlopeOf, Statistic, Statistics, verdict,
+};
+use asobench_identification::number::{self, uncertain};
 use asobench_study::study::file::{Key, Scalar};
-use asobench_study::study::{CellSummary, OutputSummary};
-
-/// Columns for the settings that vary.
-fn columns(study: &Study, keys: &[Key]) -> Vec<Column> {
-    let column = |key: &Key| {
-        let title = key.title();
-        if study.is_numeric(*key) {
-            Column::number(title, key.unit())
-        } else {
-            Column::text(title)
-        }
-    };
-    keys.iter().map(column).collect()
-}
-
-/// The values of the settings that vary, for one cell.
-fn settings(cell: &CellSummary, keys: &[Key]) -> Vec<CellText> {
-    let text = |key: &Key| {
-        let value = cell.setting(*key);
-        match value.parse() {
-            Ok(number) if cell.is_number(*key) => CellText::number(value, number),
-            _ => CellText::text(value),
-        }
-    };
-    keys.iter().map(text).collect()
-}
+use asobench_study::study::{CellSummary, OutputSummary, SlopeSummary};
 
 fn count(value: u64) -> CellText {
     CellText::number(value.to_string(), value as f64)
@@ -43,111 +21,93 @@ fn percent(share: Share) -> CellText {
     CellText::number(uncertain(percent, 100.0 * share.mcse), tidy(percent))
 }
 
-fn quantile(quantile: Quantile) -> CellText {
-    CellText::number(
-        asobench_identification::number::quantile(quantile),
-        quantile.value,
-    )
+/// One end of the interval of a share, in per cent.
+fn end_of_share(end: f64) -> CellText {
+    CellText::number(format!("{:.2}", 100.0 * end), brief(100.0 * end))
 }
 
-/// The RMSE, or "tail" if one trial dominates it.
-fn rmse(statistics: &Statistics) -> CellText {
-    if statistics.dominated {
+fn quantile(quantile: Quantile) -> CellText {
+    CellText::number(number::quantile(quantile), quantile.value)
+}
+
+fn estimate(estimate: Estimate) -> CellText {
+    CellText::number(uncertain(estimate.value, estimate.mcse), estimate.value)
+}
+
+/// A moment, or "tail" if one trial dominates it.
+fn moment(of: Estimate, dominated: bool) -> CellText {
+    if dominated {
         CellText::number("tail", f64::NAN)
     } else {
-        CellText::number(
-            uncertain(statistics.rmse.value, statistics.rmse.mcse),
-            statistics.rmse.value,
-        )
+        estimate(of)
     }
+}
+
+/// Removes the rounding error of a multiplication by 100.
+pub(super) fn tidy(x: f64) -> f64 {
+    with_digits(x, 12)
+}
+
+/// A standard error or an end of an interval has no more meaningful digits.
+fn brief(x: f64) -> f64 {
+    with_digits(x, 4)
+}
+
+fn with_digits(x: f64, digits: usize) -> f64 {
+    format!("{x:.*e}", digits - 1).parse().unwrap_or(x)
+}
+
+/// The kind of a failure in words.
+fn failure(kind: &str) -> String {
+    kind.replace(['_', '-'], " ")
+}
+
+/// Every output of every cell.
+fn outputs(study: &Study) -> impl Iterator<Item = (&CellSummary, &OutputSummary)> {
+    let cells = study.summary.cells.iter();
+    cells.flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)))
 }
 
 /// Medians and RMSE of the leading measures and outputs, for the page.
 pub(super) fn overview(study: &Study) -> LongTable {
     let keys = study.varying();
-    let (figures, outputs) = (lead_figures(study), lead_outputs(study));
-    let first = figures.first().map(|measure| measure.label());
-    let mut all = columns(study, &keys);
-    all.push(Column::text("output"));
-    for measure in &figures {
-        let (name, unit) = (measure.label(), measure.unit());
-        all.push(Column::number(format!("median {name}"), unit));
-        all.push(Column::number(format!("RMSE {name}"), unit));
-    }
-    all.extend([
-        Column::number("failed", "%"),
-        Column::number("unstable", "%"),
-    ]);
-    let mut table = LongTable::new(
-        "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one \
-        trial has more than a tenth of the sum of squares, so the RMSE means nothing; read the \
-        median. \"none\": the median falls among trials without the measure.",
-        all,
-        &format!("median {}", first.unwrap_or_default()),
-    );
-    for cell in &study.summary.cells {
-        let settings = settings(cell, &keys);
-        for (_, label) in &outputs {
-            let Some(output) = study.output(cell, label) else {
-                continue;
-            };
-            let mut row = settings.clone();
-            row.push(CellText::text(label));
-            for measure in &figures {
-                let statistics = output.measures.get(measure);
-                row.push(
-                    statistics
-                        .map_or_else(CellText::default, |statistics| quantile(statistics.q50)),
-                );
-                row.push(statistics.map_or_else(CellText::default, rmse));
-            }
-            row.extend([percent(output.failed), percent(output.unstable)]);
-            table.row(row);
-        }
-    }
-    table
-}
-
-/// All results, for the CSV file.
-pub(super) fn everything(study: &Study) -> LongTable {
-    let keys = study.varying();
-    let mut all = columns(study, &keys);
-    let texts = ["output", "measure"].map(Column::text);
-    all.extend(texts);
-    all.extend(
-        ["trials", "failed", "unstable", "with measure"].map(|name| Column::number(name, "")),
-    );
-    for statistic in statistics_in_csv() {
-        let title = statistic.title();
-        all.extend([title, &format!("{title} MCSE")].map(|name| Column::number(name, "")));
-    }
-    all.push(Column::number("dominated", ""));
-    let mut table = LongTable::new("", all, "median");
-    for cell in &study.summary.cells {
-        let settings = settings(cell, &keys);
-        for output in &cell.outputs {
-            let label = output.label();
-            let parameters = output
-                .parameters
-                .iter()
-                .map(|(name, statistics)| (format!("error of {name}"), statistics));
-            let figures = output
+    let (measures, labels) = (lead_figures(study), lead_outputs(study));
+    let rows = study.summary.cells.iter().flat_map(|cell| {
+        let outputs = labels
+            .iter()
+            .filter_map(|(_, label)| study.output(cell, label));
+        outputs.map(move |output| (cell, output))
+    });
+    let mut columns = Columns::new(rows).settings(study, &keys, |of| of.0);
+    columns = columns.text("output", |of| of.1.label());
+    for measure in &measures {
+        let of = |output: &OutputSummary, cell: fn(&Statistics) -> CellText| {
+            output
                 .measures
-                .iter()
-                .map(|(measure, statistics)| (measure.to_string(), statistics));
-            for (name, statistics) in figures.chain(parameters) {
-                let mut row = settings.clone();
-                row.extend([CellText::text(&label), CellText::text(name)]);
-                row.extend(
-                    numbers(output, statistics)
-                        .into_iter()
-                        .map(|value| CellText::number("", value)),
-                );
-                table.row(row);
-            }
-        }
+                .get(measure)
+                .map_or_else(CellText::default, cell)
+        };
+        let (name, unit) = (measure.label(), measure.unit());
+        columns = columns
+            .number(format!("median {name}"), unit, move |item| {
+                of(item.1, |statistics| quantile(statistics.q50))
+            })
+            .number(format!("RMSE {name}"), unit, move |item| {
+                of(item.1, |statistics| {
+                    moment(statistics.rmse, statistics.dominated)
+                })
+            });
     }
-    table
+    let first = measures.first().map_or("", |measure| measure.label());
+    columns
+        .number("failed", "%", |of| percent(of.1.failed))
+        .number("unstable", "%", |of| percent(of.1.unstable))
+        .table(
+            "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one \
+             trial has more than a tenth of the sum of squares, so the RMSE means nothing; read the \
+             median. \"none\": the median falls among trials without the measure.",
+            &format!("median {first}"),
+        )
 }
 
 /// The statistics of the CSV file in its order: the median, the other quantiles, the moments. The MSE is the RMSE squared.
@@ -161,366 +121,280 @@ fn statistics_in_csv() -> impl Iterator<Item = Statistic> {
     all.into_iter()
 }
 
-fn numbers(output: &OutputSummary, statistics: &Statistics) -> Vec<f64> {
-    let outcomes = &output.outcomes;
-    let counts = [
-        outcomes.trials,
-        outcomes.failed(),
-        outcomes.unstable,
-        statistics.count,
-    ]
-    .map(|count| count as f64);
-    let mut all = counts.to_vec();
+/// All results, for the CSV file.
+pub(super) fn everything(study: &Study) -> LongTable {
+    let exact = |value: f64| CellText::number("", value);
+    let count = |value: u64| CellText::number("", value as f64);
+    let keys = study.varying();
+    let rows = outputs(study).flat_map(|(cell, output)| {
+        let measures = output.measures.iter();
+        let measures = measures.map(|(measure, statistics)| (measure.to_string(), statistics));
+        let errors = output.parameters.iter();
+        let errors = errors.map(|(name, statistics)| (format!("error of {name}"), statistics));
+        let all = measures.chain(errors);
+        all.map(move |(name, statistics)| (cell, output, name, statistics))
+    });
+    let mut columns = Columns::new(rows)
+        .settings(study, &keys, |of| of.0)
+        .text("output", |of| of.1.label())
+        .text("measure", |of| of.2.clone())
+        .number("trials", "", |of| count(of.1.outcomes.trials))
+        .number("failed", "", |of| count(of.1.outcomes.failed()))
+        .number("unstable", "", |of| count(of.1.outcomes.unstable))
+        .number("with measure", "", |of| count(of.3.count));
     for statistic in statistics_in_csv() {
-        let Estimate { value, mcse } = statistic.of(statistics);
-        all.extend([value, brief(mcse)]);
+        let title = statistic.title();
+        columns = columns
+            .number(title, "", move |of| exact(statistic.of(of.3).value))
+            .number(format!("{title} MCSE"), "", move |of| {
+                exact(brief(statistic.of(of.3).mcse))
+            });
     }
-    all.push(f64::from(u8::from(statistics.dominated)));
-    all
-}
-
-/// Removes the rounding error of a multiplication by 100.
-pub(super) fn tidy(x: f64) -> f64 {
-    format!("{x:.11e}").parse().unwrap_or(x)
-}
-
-/// Rounds to four digits: a standard error or an end of an interval has no more meaningful ones.
-fn brief(x: f64) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(x)
+    columns
+        .number("dominated", "", |of| count(u64::from(of.3.dominated)))
+        .table("", "median")
 }
 
 /// The coverage of the 95 % intervals of the coefficients.
 pub(super) fn coverage(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let mut all = columns(study, &keys);
-    all.extend(["output", "coefficient"].map(Column::text));
-    for (name, unit) in [
-        ("covered", "%"),
-        ("covered, bias removed", "%"),
-        ("bias", ""),
-        ("SD of the estimates", ""),
-        ("reported SE", ""),
-        ("error of reported SE", "%"),
-        ("intervals", "trials"),
-    ] {
-        all.push(Column::number(name, unit));
-    }
-    let mut table = LongTable::new(
-        "How many of a method's 95 % intervals hold the truth; how many hold the mean of its estimates (coverage \
-         without bias); and the relative error of its reported standard error (root mean square) against the standard \
-         deviation of its estimates. Trials without an interval are left out; the last column counts the trials with \
-         one.",
-        all,
-        "covered",
-    );
-    for cell in &study.summary.cells {
-        let settings = settings(cell, &keys);
-        for output in &cell.outputs {
-            for (name, coverage) in &output.coverage {
-                let mut row = settings.clone();
-                row.extend([CellText::text(output.label()), CellText::text(name)]);
-                row.extend([coverage.covered, coverage.bias_eliminated].map(percent));
-                let moments = [coverage.bias, coverage.empirical_se, coverage.model_se];
-                row.extend(moments.map(|e| CellText::number(uncertain(e.value, e.mcse), e.value)));
-                let relative = coverage.relative_error;
-                let [value, mcse] = [relative.value, relative.mcse].map(|x| tidy(100.0 * x));
-                row.push(CellText::number(uncertain(value, mcse), value));
-                let count = coverage.covered.total;
-                row.push(CellText::number(count.to_string(), count as f64));
-                table.row(row);
-            }
-        }
-    }
-    (table.count() > 0).then_some(table)
+    let rows = outputs(study).flat_map(|(cell, output)| {
+        let coverage = output.coverage.iter();
+        coverage.map(move |(name, coverage)| (cell, output, name, coverage))
+    });
+    Columns::new(rows).settings(study, &keys, |of| of.0)
+        .text("output", |of| of.1.label())
+        .text("coefficient", |of| of.2)
+        .number("covered", "%", |of| percent(of.3.covered))
+        .number("covered, bias removed", "%", |of| percent(of.3.bias_eliminated))
+        .number("bias", "", |of| estimate(of.3.bias))
+        .number("SD of the estimates", "", |of| estimate(of.3.empirical_se))
+        .number("reported SE", "", |of| estimate(of.3.model_se))
+        .number("error of reported SE", "%", |of| {
+            let relative = of.3.relative_error;
+            let [value, mcse] = [relative.value, relative.mcse].map(|x| tidy(100.0 * x));
+            CellText::number(uncertain(value, mcse), value)
+        })
+        .number("intervals", "trials", |of| count(of.3.covered.total))
+        .table(
+            "How many of a method's 95 % intervals hold the truth; how many hold the mean of its estimates (coverage \
+             without bias); and the relative error of its reported standard error (root mean square) against the standard \
+             deviation of its estimates. Trials without an interval are left out; the last column counts the trials with \
+             one.",
+            "covered",
+        )
+        .unless_empty()
 }
 
 /// Comparisons on the same trials.
 pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let mut all = columns(study, &keys);
-    all.extend(["first", "second", "measure"].map(Column::text));
-    for (name, unit) in [
-        ("median ratio", ""),
-        ("5 % of ratios", ""),
-        ("95 % of ratios", ""),
-        ("first smaller in", "%"),
-        ("mean difference", ""),
-        ("RMSE ratio", ""),
-        ("both", "trials"),
-        ("only first", "trials"),
-        ("only second", "trials"),
-    ] {
-        all.push(Column::number(name, unit));
-    }
-    let mut table = LongTable::new(
-        "Ratio of the first to the second output on the same trials; an output that failed in a trial loses the comparison \
-         there. \"tail\": one trial dominates.",
-        all,
-        "median ratio",
-    );
-    for cell in &study.summary.cells {
-        let settings = settings(cell, &keys);
-        for pair in &cell.comparisons {
-            for (measure, statistics) in &pair.measures {
-                let mut row = settings.clone();
-                row.extend(
-                    [
-                        pair.first.clone(),
-                        pair.second.clone(),
-                        measure.label().to_owned(),
-                    ]
-                    .map(CellText::text),
-                );
-                row.extend(
-                    [
-                        statistics.median_ratio,
-                        statistics.ratio_q05,
-                        statistics.ratio_q95,
-                    ]
-                    .map(quantile),
-                );
-                row.push(percent(statistics.share_smaller));
-                let moment = |e: Estimate| {
-                    if statistics.dominated {
-                        CellText::number("tail", f64::NAN)
-                    } else {
-                        CellText::number(uncertain(e.value, e.mcse), e.value)
-                    }
-                };
-                row.extend([statistics.mean_difference, statistics.rmse_ratio].map(moment));
-                row.extend(
-                    [
-                        statistics.both,
-                        statistics.only_first,
-                        statistics.only_second,
-                    ]
-                    .map(count),
-                );
-                table.row(row);
-            }
-        }
-    }
-    table.unless_empty()
+    let rows = study.summary.cells.iter().flat_map(|cell| {
+        let pairs = cell.comparisons.iter().flat_map(|pair| {
+            let measures = pair.measures.iter();
+            measures.map(move |(measure, paired)| (pair, measure, paired))
+        });
+        pairs.map(move |(pair, measure, paired)| (cell, pair, measure, paired))
+    });
+    Columns::new(rows).settings(study, &keys, |of| of.0)
+        .text("first", |of| &of.1.first)
+        .text("second", |of| &of.1.second)
+        .text("measure", |of| of.2.label())
+        .number("median ratio", "", |of| quantile(of.3.median_ratio))
+        .number("5 % of ratios", "", |of| quantile(of.3.ratio_q05))
+        .number("95 % of ratios", "", |of| quantile(of.3.ratio_q95))
+        .number("first smaller in", "%", |of| percent(of.3.share_smaller))
+        .number("mean difference", "", |of| moment(of.3.mean_difference, of.3.dominated))
+        .number("RMSE ratio", "", |of| moment(of.3.rmse_ratio, of.3.dominated))
+        .number("both", "trials", |of| count(of.3.both))
+        .number("only first", "trials", |of| count(of.3.only_first))
+        .number("only second", "trials", |of| count(of.3.only_second))
+        .table(
+            "Ratio of the first to the second output on the same trials; an output that failed in a trial loses the comparison \
+             there. \"tail\": one trial dominates.",
+            "median ratio",
+        )
+        .unless_empty()
 }
 
 /// Slopes over an axis.
 pub(super) fn slopes(study: &Study) -> Option<LongTable> {
     let slopes = &study.summary.slopes;
-    let keys: Vec<Key> = study
-        .varying()
-        .into_iter()
-        .filter(|key| slopes.iter().any(|s| s.settings.contains_key(key)))
-        .collect();
-    let mut all = columns(study, &keys);
-    all.extend(["measure", "statistic", "over", "output"].map(Column::text));
-    for name in ["slope", "95 % from", "95 % to", "cells"] {
-        all.push(Column::number(name, ""));
-    }
-    let mut table = LongTable::new(
-        "Slopes in log-log coordinates; standard errors by the jackknife over 20 groups of trials. \
-        \"tail\": a trial dominates the RMSE of a cell.",
-        all,
-        "slope",
-    );
-    for slope in slopes {
-        let text = |key: &Key| {
-            let value = slope.settings.get(key);
-            let text = value.map_or_else(String::new, ToString::to_string);
-            match value {
-                Some(Scalar::Number(x)) => CellText::number(text, *x),
-                _ => CellText::text(text),
-            }
-        };
-        let asked = &slope.table;
-        let mut row: Vec<CellText> = keys.iter().map(text).collect();
-        row.extend(
-            [
-                asked.measure.label().to_owned(),
-                asked.statistic.to_string(),
-                crate::results::axis_label(asked.over),
-                slope.output.clone(),
-            ]
-            .map(CellText::text),
-        );
-        let dominated = asked.statistic == asobench_identification::metric::SlopeOf::Rmse
-            && slope
-                .cells
-                .iter()
-                .filter_map(|cell| study.summary.cells.get(*cell))
-                .any(|cell| {
-                    let statistics = study.statistics(cell, &slope.output, asked.measure);
-                    statistics.is_some_and(|statistics| statistics.dominated)
-                });
-        match slope.slope {
-            Some(_) if dominated => {
-                row.extend(["tail", "", ""].map(|text| CellText::number(text, f64::NAN)));
-            }
-            Some(found) => {
-                let (low, high) = found.interval();
-                row.push(CellText::number(
-                    uncertain(found.value, found.mcse),
-                    found.value,
-                ));
-                let shown = |x: f64| x.is_finite().then(|| format!("{x:.3}"));
-                row.extend([low, high].map(|x| CellText::number(shown(x).unwrap_or_default(), x)));
-            }
-            None => row.extend(["-", "", ""].map(|text| CellText::number(text, f64::NAN))),
+    let mut keys = study.varying();
+    keys.retain(|key| slopes.iter().any(|slope| slope.settings.contains_key(key)));
+    let setting = |slope: &&SlopeSummary, key: Key| {
+        let value = slope.settings.get(&key);
+        let text = value.map_or_else(String::new, ToString::to_string);
+        match value {
+            Some(Scalar::Number(x)) => CellText::number(text, *x),
+            _ => CellText::text(text),
         }
-        row.push(count(slope.cells.len() as u64));
-        table.row(row);
-    }
-    table.unless_empty()
+    };
+    let is_dominated = |slope: &SlopeSummary| {
+        let mut cells = slope
+            .cells
+            .iter()
+            .filter_map(|cell| study.summary.cells.get(*cell));
+        slope.table.statistic == SlopeOf::Rmse
+            && cells.any(|cell| {
+                let statistics = study.statistics(cell, &slope.output, slope.table.measure);
+                statistics.is_some_and(|statistics| statistics.dominated)
+            })
+    };
+    let without = |text| CellText::number(text, f64::NAN);
+    let end = |slope: &SlopeSummary, end: fn((f64, f64)) -> f64| {
+        let found = slope.slope.filter(|_| !is_dominated(slope));
+        let x = found.map_or(f64::NAN, |found| end(found.interval()));
+        let shown = x.is_finite().then(|| format!("{x:.3}"));
+        CellText::number(shown.unwrap_or_default(), x)
+    };
+    Columns::new(slopes.iter()).keys(study, &keys, setting)
+        .text("measure", |slope| slope.table.measure.label())
+        .text("statistic", |slope| slope.table.statistic.to_string())
+        .text("over", |slope| axis_label(slope.table.over))
+        .text("output", |slope| &slope.output)
+        .number("slope", "", |slope| match slope.slope {
+            Some(_) if is_dominated(slope) => without("tail"),
+            Some(found) => CellText::number(uncertain(found.value, found.mcse), found.value),
+            None => without("-"),
+        })
+        .number("95 % from", "", |slope| end(slope, |ends| ends.0))
+        .number("95 % to", "", |slope| end(slope, |ends| ends.1))
+        .number("cells", "", |slope| count(slope.cells.len() as u64))
+        .table(
+            "Slopes in log-log coordinates; standard errors by the jackknife over 20 groups of trials. \
+             \"tail\": a trial dominates the RMSE of a cell.",
+            "slope",
+        )
+        .unless_empty()
 }
 
 /// Bounds and the shares of trials that satisfy them.
 pub(super) fn bounds(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let mut all = columns(study, &keys);
-    all.extend(["bound", "output"].map(Column::text));
-    all.extend(
-        [("met in", "%"), ("95 % from", "%"), ("95 % to", "%")]
-            .map(|(name, unit)| Column::number(name, unit)),
-    );
-    all.push(Column::text("typical"));
-    let mut table = LongTable::new(
-        "Shares of all trials that meet a bound. Typical: Wilson's 95 % interval lies above one \
-        half.",
-        all,
-        "met in",
-    );
-    for cell in &study.summary.cells {
-        let settings = settings(cell, &keys);
-        for bound in &cell.bounds {
-            let name = format!("{} {}", bound.bound.measure.label(), bound.bound.text());
-            for share in &bound.outputs {
-                let mut row = settings.clone();
-                row.extend([name.clone(), share.output.clone()].map(CellText::text));
-                row.push(percent(share.met));
-                row.extend(
-                    [share.met.low, share.met.high]
-                        .map(|x| CellText::number(format!("{:.2}", 100.0 * x), brief(100.0 * x))),
-                );
-                row.push(CellText::text(
-                    asobench_identification::metric::verdict(share.met).to_string(),
-                ));
-                table.row(row);
-            }
-        }
-    }
-    table.unless_empty()
+    let rows = study.summary.cells.iter().flat_map(|cell| {
+        let bounds = cell.bounds.iter();
+        let shares = bounds.flat_map(|of| of.outputs.iter().map(move |share| (&of.bound, share)));
+        shares.map(move |(bound, share)| (cell, bound, share))
+    });
+    Columns::new(rows).settings(study, &keys, |of| of.0)
+        .text("bound", |of| format!("{} {}", of.1.measure.label(), of.1.text()))
+        .text("output", |of| &of.2.output)
+        .number("met in", "%", |of| percent(of.2.met))
+        .number("95 % from", "%", |of| end_of_share(of.2.met.low))
+        .number("95 % to", "%", |of| end_of_share(of.2.met.high))
+        .text("typical", |of| verdict(of.2.met).to_string())
+        .table(
+            "Shares of all trials that meet a bound. Typical: Wilson's 95 % interval lies above one \
+             half.",
+            "met in",
+        )
+        .unless_empty()
+}
+
+/// The failures of one kind, of one output.
+struct Failures<'a> {
+    label: &'a str,
+    kind: &'a str,
+    all: Share,
+    /// The cell with the largest share of them, and that share.
+    most: (&'a CellSummary, Share),
 }
 
 /// Failures by kind and output, with the cell that has the most of them.
 pub(super) fn failures(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let mut all = vec![
-        Column::text("output"),
-        Column::text("failure"),
-        Column::number("trials", ""),
-        Column::number("share", "%"),
-    ];
-    all.extend([Column::text("most in"), Column::number("share there", "%")]);
-    let mut table = LongTable::new("Failed trials by kind, over all cells.", all, "share");
-    for label in study.labels() {
-        let outputs: Vec<(&CellSummary, &OutputSummary)> = study
-            .summary
-            .cells
+    let of_label = |label| {
+        let cells = study.summary.cells.iter();
+        let outputs = cells.filter_map(|cell| Some((cell, study.output(cell, label)?)));
+        let outputs: Vec<(&CellSummary, &OutputSummary)> = outputs.collect();
+        let all = outputs
             .iter()
-            .filter_map(|cell| Some((cell, study.output(cell, label)?)))
-            .collect();
-        let mut kinds: Vec<&String> = outputs
-            .iter()
-            .flat_map(|(_, output)| output.outcomes.failures.keys())
-            .collect();
+            .flat_map(|(_, output)| output.outcomes.failures.keys());
+        let mut kinds: Vec<&String> = all.collect();
         kinds.sort();
         kinds.dedup();
-        let trials: u64 = outputs
-            .iter()
-            .map(|(_, output)| output.outcomes.trials)
-            .sum();
-        for kind in kinds {
-            let failed =
-                |output: &OutputSummary| output.outcomes.failures.get(kind).copied().unwrap_or(0);
-            let total: u64 = outputs.iter().map(|(_, output)| failed(output)).sum();
-            let share = |output: &OutputSummary| Share::new(failed(output), output.outcomes.trials);
-            let most = outputs
-                .iter()
-                .max_by(|a, b| share(a.1).share.total_cmp(&share(b.1).share));
-            let mut row = vec![
-                CellText::text(label),
-                CellText::text(kind.replace(['_', '-'], " ")),
-                count(total),
-                percent(Share::new(total, trials)),
-            ];
-            row.extend(most.map(|(cell, _)| CellText::text(crate::results::place(cell, &keys))));
-            row.extend(most.map(|(_, output)| percent(share(output))));
-            table.row(row);
-        }
-    }
-    table.unless_empty()
+        let of_kind = |kind: &'_ String| {
+            let shares = outputs.iter().map(|(cell, output)| {
+                let failed = output.outcomes.failures.get(kind).copied().unwrap_or(0);
+                (*cell, Share::new(failed, output.outcomes.trials))
+            });
+            let shares: Vec<(&CellSummary, Share)> = shares.collect();
+            let sum = |of: fn(&Share) -> u64| shares.iter().map(|(_, share)| of(share)).sum();
+            let most = shares.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share));
+            (
+                Share::new(sum(|share| share.count), sum(|share| share.total)),
+                most.copied(),
+            )
+        };
+        let rows = kinds.into_iter().filter_map(|kind| {
+            let (all, most) = of_kind(kind);
+            Some(Failures {
+                label,
+                kind,
+                all,
+                most: most?,
+            })
+        });
+        rows.collect::<Vec<_>>()
+    };
+    let rows = study.labels().iter().flat_map(|label| of_label(label));
+    Columns::new(rows)
+        .text("output", |of| of.label)
+        .text("failure", |of| failure(of.kind))
+        .number("trials", "", |of| count(of.all.count))
+        .number("share", "%", |of| percent(of.all))
+        .text("most in", |of| place(of.most.0, &keys))
+        .number("share there", "%", |of| percent(of.most.1))
+        .table("Failed trials by kind, over all cells.", "share")
+        .unless_empty()
 }
 
 /// The first failed trials of every cell, output and kind, with the command that replays the first of them. Empty for
 /// results of older builds, which do not list them.
 pub(super) fn failed_trials(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let mut all = columns(study, &keys);
-    all.extend(["output", "failure"].map(Column::text));
-    all.push(Column::number("trials", ""));
-    all.extend(["first failed trials", "to see the first"].map(Column::text));
-    let mut table = LongTable::new(
-        "The numbers of the first failed trials of each kind, at most ten, and the command that computes the first of \
-        them again and prints every stage.",
-        all,
-        "trials",
-    );
-    for cell in &study.summary.cells {
-        let settings = settings(cell, &keys);
-        for output in &cell.outputs {
-            for (kind, trials) in &output.outcomes.failed_trials {
-                let Some(first) = trials.first() else {
-                    continue;
-                };
-                let failed = output.outcomes.failures.get(kind).copied().unwrap_or(0);
-                let listed: Vec<String> = trials.iter().map(u64::to_string).collect();
-                let more = if failed > listed.len() as u64 {
-                    ", ..."
-                } else {
-                    ""
-                };
-                let mut row = settings.clone();
-                row.extend([output.label(), kind.replace(['_', '-'], " ")].map(CellText::text));
-                row.push(count(failed));
-                let listed = format!("{}{more}", listed.join(", "));
-                let command = study.replay_command(cell.cell, *first);
-                row.extend([listed, command].map(CellText::text));
-                table.row(row);
-            }
-        }
-    }
-    table.unless_empty()
+    let rows = outputs(study).flat_map(|(cell, output)| {
+        let kinds = output.outcomes.failed_trials.iter();
+        let kinds = kinds.filter(|(_, trials)| !trials.is_empty());
+        kinds.map(move |(kind, trials)| {
+            let failed = output.outcomes.failures.get(kind).copied().unwrap_or(0);
+            (cell, output, kind, trials, failed)
+        })
+    });
+    Columns::new(rows).settings(study, &keys, |of| of.0)
+        .text("output", |of| of.1.label())
+        .text("failure", |of| failure(of.2))
+        .number("trials", "", |of| count(of.4))
+        .text("first failed trials", |of| {
+            let listed: Vec<String> = of.3.iter().map(u64::to_string).collect();
+            let more = if of.4 > listed.len() as u64 { ", ..." } else { "" };
+            format!("{}{more}", listed.join(", "))
+        })
+        .text("to see the first", |of| study.replay_command(of.0.cell, of.3[0]))
+        .table(
+            "The numbers of the first failed trials of each kind, at most ten, and the command that computes the first of \
+             them again and prints every stage.",
+            "trials",
+        )
+        .unless_empty()
 }
 
 /// Times of the methods.
 pub(super) fn times(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let mut all = columns(study, &keys);
-    all.push(Column::text("method"));
-    all.extend(["median", "quartile", "third quartile"].map(|name| Column::number(name, "µs")));
-    let mut table = LongTable::new(
-        "Times of all passes on one thread of the machine that ran the study.",
-        all,
-        "median",
-    );
-    for time in &study.times {
-        let Some(cell) = study.summary.cells.get(time.cell) else {
-            continue;
-        };
-        let mut row = settings(cell, &keys);
-        row.push(CellText::text(&time.method));
-        let micro = |seconds: f64| CellText::number(format!("{:.1}", 1e6 * seconds), 1e6 * seconds);
-        row.extend([time.median_seconds, time.q25_seconds, time.q75_seconds].map(micro));
-        table.row(row);
-    }
-    table.unless_empty()
+    let rows = study.times.iter();
+    let rows = rows.filter_map(|time| Some((study.summary.cells.get(time.cell)?, time)));
+    let micro = |seconds: f64| CellText::number(format!("{:.1}", 1e6 * seconds), 1e6 * seconds);
+    Columns::new(rows)
+        .settings(study, &keys, |of| of.0)
+        .text("method", |of| &of.1.method)
+        .number("median", "µs", |of| micro(of.1.median_seconds))
+        .number("quartile", "µs", |of| micro(of.1.q25_seconds))
+        .number("third quartile", "µs", |of| micro(of.1.q75_seconds))
+        .table(
+            "Times of all passes on one thread of the machine that ran the study.",
+            "median",
+        )
+        .unless_empty()
 }

@@ -1,97 +1,10 @@
-//! One table in all its forms: for a page, as CSV with all digits or as a paper has them, as Markdown, and as LaTeX
-//! (`crate::latex`).
+//! A table on a page, with columns that sort.
 
 use super::verdict::{Badge, Verdict};
 use crate::markup::{address, escape};
-use asobench_identification::data::csv;
-use asobench_study::text;
-
-/// A column of a table.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
-    /// The quantity.
-    pub title: String,
-    /// Its unit; empty if it has none.
-    pub unit: String,
-    /// Whether cells are numbers: aligned right, sorted by value, and written to CSV with all digits.
-    pub numeric: bool,
-}
-
-impl Column {
-    /// A column of texts.
-    pub fn text(title: impl Into<String>) -> Self {
-        Self {
-            title: title.into(),
-            unit: String::new(),
-            numeric: false,
-        }
-    }
-
-    /// A column of numbers.
-    pub fn number(title: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self {
-            title: title.into(),
-            unit: unit.into(),
-            numeric: true,
-        }
-    }
-
-    /// Title and unit in one text.
-    pub(crate) fn heading(&self) -> String {
-        if self.unit.is_empty() {
-            self.title.clone()
-        } else {
-            format!("{} ({})", self.title, self.unit)
-        }
-    }
-}
-
-/// A cell of a table.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CellText {
-    /// The text shown.
-    pub text: String,
-    /// The sort key. In a column of numbers, cells without one come last.
-    pub sort_value: Option<f64>,
-    /// The verdict to show as a badge instead of the text.
-    pub verdict: Option<Verdict>,
-    /// The target of a link: `#id` of a section, or a file beside the page.
-    pub link: Option<String>,
-}
+use crate::table::{CellText, Column, Table, reads_as_number};
 
 impl CellText {
-    /// A text, sorted as text.
-    pub fn text(text: impl Into<String>) -> Self {
-        Self {
-            text: text.into(),
-            ..Self::default()
-        }
-    }
-
-    /// A number with its text, as written by [`crate::uncertain`].
-    pub fn number(text: impl Into<String>, value: f64) -> Self {
-        Self {
-            sort_value: value.is_finite().then_some(value),
-            ..Self::text(text)
-        }
-    }
-
-    /// A verdict as a badge; cells are sorted from "holds" to "undecided".
-    pub fn verdict(verdict: Verdict) -> Self {
-        Self {
-            sort_value: Some(f64::from(verdict as u8)),
-            verdict: Some(verdict),
-            ..Self::text(verdict.name())
-        }
-    }
-
-    /// Returns the cell with a link.
-    #[must_use]
-    pub fn link(mut self, target: impl Into<String>) -> Self {
-        self.link = Some(target.into());
-        self
-    }
-
     fn html(&self, numeric: bool) -> String {
         let shown = self
             .verdict
@@ -112,50 +25,7 @@ impl CellText {
     }
 }
 
-/// Whether the page's script can read the number from its text: `0.0879(5)`, `3.21(4)e-13`.
-pub(crate) fn reads_as_number(text: &str) -> bool {
-    let plain = match (text.find('('), text.find(')')) {
-        (Some(open), Some(close)) if open < close => [&text[..open], &text[close + 1..]].concat(),
-        _ => text.to_owned(),
-    };
-    plain.parse::<f64>().is_ok_and(f64::is_finite)
-}
-
-/// A table of texts and numbers.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
-    /// A description of the content.
-    pub caption: String,
-    /// The columns.
-    pub columns: Vec<Column>,
-    /// The rows; missing cells at the end of a row are empty.
-    pub rows: Vec<Vec<CellText>>,
-}
-
 impl Table {
-    /// A table without rows.
-    pub fn new(caption: impl Into<String>, columns: Vec<Column>) -> Self {
-        Self {
-            caption: caption.into(),
-            columns,
-            rows: Vec::new(),
-        }
-    }
-
-    /// Adds a row.
-    pub fn row(&mut self, cells: impl IntoIterator<Item = CellText>) {
-        self.rows.push(cells.into_iter().collect());
-    }
-
-    /// Pairs each column with its cell of a row.
-    pub(crate) fn cells<'a>(
-        &'a self,
-        row: &'a [CellText],
-    ) -> impl Iterator<Item = (&'a Column, Option<&'a CellText>)> {
-        let columns = self.columns.iter().enumerate();
-        columns.map(|(i, column)| (column, row.get(i)))
-    }
-
     /// The table as HTML with sortable columns; `number` is its number on the page.
     pub(super) fn html(&self, number: usize) -> String {
         // A short table is printed on one page; a long one may break between rows.
@@ -178,72 +48,6 @@ impl Table {
         html.push_str("</tbody>\n</table>\n</div>\n");
         html
     }
-
-    /// The table as CSV (RFC 4180, with CRLF). A numeric cell is its sort value with all digits, any other cell its
-    /// text.
-    pub fn csv(&self) -> String {
-        self.csv_of(|row| self.csv_row(row))
-    }
-
-    /// The table as CSV with every cell as on the page: numbers with their standard errors in parentheses.
-    pub fn csv_as_shown(&self) -> String {
-        self.csv_of(|row| {
-            let cells = self.cells(row).map(|(column, cell)| {
-                let text = cell.map_or("", |cell| cell.text.as_str());
-                if column.numeric && reads_as_number(text) {
-                    csv::Cell::Rounded(text)
-                } else {
-                    csv::Cell::Text(text)
-                }
-            });
-            csv::line(cells) + "\r\n"
-        })
-    }
-
-    /// The headings, then each row as a line of `row`.
-    fn csv_of(&self, row: impl Fn(&[CellText]) -> String) -> String {
-        let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
-        let mut table = csv::line(headings.iter().map(|heading| csv::Cell::Text(heading))) + "\r\n";
-        table.extend(self.rows.iter().map(|cells| row(cells)));
-        table
-    }
-
-    /// Formats a row, which need not be in this table, as a line of [`Self::csv`].
-    pub fn csv_row(&self, row: &[CellText]) -> String {
-        let cells = self.cells(row).map(|(column, cell)| match cell {
-            Some(CellText {
-                sort_value: Some(value),
-                ..
-            }) if column.numeric => csv::Cell::Number(*value),
-            cell => csv::Cell::Text(cell.map_or("", |cell| &cell.text)),
-        });
-        csv::line(cells) + "\r\n"
-    }
-
-    /// The table as Markdown (GitHub's dialect), with its caption in bold above.
-    pub fn markdown(&self) -> String {
-        let mut text = String::new();
-        if !self.caption.is_empty() {
-            for part in ["**", &markdown_text(&self.caption), "**\n\n"] {
-                text.push_str(part);
-            }
-        }
-        let headings = self.columns.iter().map(|c| markdown_text(&c.heading()));
-        text.push_str(&markdown_line(headings));
-        let rules = self.columns.iter().map(|column| {
-            let rule = if column.numeric { "--:" } else { ":--" };
-            rule.to_owned()
-        });
-        text.push_str(&markdown_line(rules));
-        for row in &self.rows {
-            let cells = self.cells(row).map(|(_, cell)| {
-                let text = cell.map_or("", |cell| cell.text.as_str());
-                markdown_text(text)
-            });
-            text.push_str(&markdown_line(cells));
-        }
-        text
-    }
 }
 
 /// The head of a column: a button that sorts by it.
@@ -262,29 +66,13 @@ fn head(column: &Column) -> String {
     format!("<th scope=\"col\"{class}><button type=\"button\">{title}{unit}</button></th>")
 }
 
-/// Escapes a text for a Markdown table: no markup, and on one line.
-pub fn markdown_text(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    let line = text.lines().collect::<Vec<_>>().join(" ");
-    for character in text::visible(line).chars() {
-        if matches!(character, '\\' | '|' | '`' | '*' | '<' | '[' | ']' | '~') {
-            escaped.push('\\');
-        }
-        escaped.push(character);
-    }
-    escaped
-}
-
-fn markdown_line(cells: impl Iterator<Item = String>) -> String {
-    format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::markup::elements;
 
-    fn table() -> Table {
+    #[test]
+    fn html_is_escaped_and_sorts_by_value() {
         let columns = vec![
             Column::text("estimator"),
             Column::number("median, e_a", "%"),
@@ -296,54 +84,9 @@ mod tests {
             CellText::number("0.0879(5)", 0.087_912_345_678_9),
             CellText::verdict(Verdict::DoesNotHold),
         ]);
-        table.row([
-            CellText::text("a|b *c* `d` e_a <b>"),
-            CellText::number("-", f64::NAN),
-        ]);
+        table.row([CellText::text("e_a <b>"), CellText::number("-", f64::NAN)]);
         table.row([CellText::text(""), CellText::number("3.2e-13", 3.2e-13)]);
-        table
-    }
-
-    #[test]
-    fn csv_is_quoted_and_has_all_digits() {
-        let expected = "estimator,\"median, e_a (%)\",verdict\r\n\
-                        \"LS, \"\"plain\"\"\nsolve\",0.0879123456789,does not hold\r\n\
-                        a|b *c* `d` e_a <b>,-,\r\n\
-                        ,3.2e-13,\r\n";
-        assert_eq!(table().csv(), expected);
-    }
-
-    #[test]
-    fn csv_as_shown_has_errors_in_parentheses_and_no_formula() {
-        let mut table = table();
-        table.row([
-            CellText::text("-1"),
-            CellText::number("-3.21(4)e-13", -3.21e-13),
-        ]);
-        table.row([CellText::text(""), CellText::number("=1(2)", 1.0)]);
-        let expected = "estimator,\"median, e_a (%)\",verdict\r\n\
-                        \"LS, \"\"plain\"\"\nsolve\",0.0879(5),does not hold\r\n\
-                        a|b *c* `d` e_a <b>,-,\r\n\
-                        ,3.2e-13,\r\n\
-                        '-1,-3.21(4)e-13,\r\n\
-                        ,'=1(2),\r\n";
-        assert_eq!(table.csv_as_shown(), expected);
-    }
-
-    #[test]
-    fn markdown_has_no_stray_pipe_or_markup() {
-        let expected = "**P(A\\|B) \\< 1 & more**\n\n\
-                        | estimator | median, e_a (%) | verdict |\n\
-                        | :-- | --: | :-- |\n\
-                        | LS, \"plain\" solve | 0.0879(5) | does not hold |\n\
-                        | a\\|b \\*c\\* \\`d\\` e_a \\<b> | - |  |\n\
-                        |  | 3.2e-13 |  |\n";
-        assert_eq!(table().markdown(), expected);
-    }
-
-    #[test]
-    fn html_is_escaped_and_sorts_by_value() {
-        let html = table().html(3);
+        let html = table.html(3);
         let cells = elements(&html).unwrap();
         assert_eq!(cells.iter().filter(|name| *name == "td").count(), 9);
         assert!(html.contains("<b>Table 3.</b> P(A|B) &lt; 1 &amp; more"));
