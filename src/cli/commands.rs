@@ -3,8 +3,9 @@
 use super::error::Error;
 use super::output::{note, print};
 use super::{
-    check, completions, estimate, merge, methods, new_experiment, plan, reference, replay, report,
-    reproduce, run, shard, slurm, status, test_method, theory, throughput,
+    check, compare, completions, estimate, explain, failures, merge, methods, new_experiment, plan,
+    reference, replay, report, reproduce, run, shard, slurm, status, test_method, theory,
+    throughput,
 };
 use crate::lanes::Isa;
 use crate::worker;
@@ -36,6 +37,8 @@ enum Command {
     New(new_experiment::Arguments),
     Replay(replay::Arguments),
     Report(report::Arguments),
+    Failures(failures::Arguments),
+    Compare(compare::Arguments),
     Theory(theory::Arguments),
     Estimate(estimate::Arguments),
     StudyFrom(estimate::study_from::Arguments),
@@ -49,8 +52,8 @@ enum Command {
     /// Kill the programs of a run that was killed; started by a run
     #[command(name = worker::SUBCOMMAND, hide = true)]
     Guard,
-    /// Print the estimators with their options
-    Methods,
+    Methods(methods::Arguments),
+    Explain(explain::Arguments),
     Schema(reference::Arguments),
     Completions(completions::Arguments),
 }
@@ -90,6 +93,8 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Status(arguments) => status::run(&arguments),
             Command::Slurm(arguments) => slurm::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
+            Command::Failures(arguments) => failures::run(&arguments),
+            Command::Compare(arguments) => compare::run(&arguments),
             Command::Theory(arguments) => theory::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
             Command::StudyFrom(arguments) => estimate::study_from::run(&arguments),
@@ -98,7 +103,8 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 worker::stand(std::io::stdin().lock());
                 Ok(ExitCode::SUCCESS)
             }
-            Command::Methods => methods::run(),
+            Command::Methods(arguments) => methods::run(&arguments),
+            Command::Explain(arguments) => explain::run(&arguments),
             Command::Schema(arguments) => reference::run(&arguments),
             Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
         },

@@ -14,14 +14,28 @@ const WIDTH: usize = 80;
 const PROGRAMS: &str = "instead of estimator, a program of your own in any language, with a name: \
     docs/protocol.md; asobench test-method FILE tests it";
 
-pub(super) fn run() -> Result<ExitCode, Error> {
+/// Print the estimators with their options
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Only these, such as oe
+    #[arg(value_name = "NAME")]
+    names: Vec<EstimatorName>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if !arguments.names.is_empty() {
+        let texts: Vec<String> = arguments.names.iter().copied().map(described).collect();
+        print(&texts.join("\n"))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let texts: Vec<String> = EstimatorName::ALL.iter().copied().map(described).collect();
     let programs = filled("command: ", PROGRAMS, 2);
     print(&format!("{}\n{programs}", texts.join("\n")))?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn described(estimator: EstimatorName) -> String {
+/// Describes an estimator and its options.
+pub(super) fn described(estimator: EstimatorName) -> String {
     let mut text = filled(&format!("{estimator}: "), estimator.about(), 2);
     for option in estimator.options() {
         let OptionEntry {
@@ -45,7 +59,7 @@ fn described(estimator: EstimatorName) -> String {
 }
 
 /// Writes a text beside its head, on lines of 80 columns; the further lines are indented.
-fn filled(head: &str, words: &str, indent: usize) -> String {
+pub(super) fn filled(head: &str, words: &str, indent: usize) -> String {
     let (mut text, mut column) = (head.to_owned(), head.len());
     for word in words.split_whitespace() {
         if column + word.len() > WIDTH {

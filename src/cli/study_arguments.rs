@@ -1,7 +1,8 @@
 //! The arguments that name a study: an experiment file, and what replaces its keys.
 
 use super::error::Error;
-use crate::study::file::{ExperimentFile, FileError, Needs, TRIAL_LIMIT, TrialRule};
+use super::output::note;
+use crate::study::file::{ExperimentFile, FileError, Needs, Store, TRIAL_LIMIT, TrialRule};
 use crate::study::{Engine, Experiment, read_manifest, stored_design};
 use std::path::{Path, PathBuf};
 
@@ -22,6 +23,16 @@ pub(super) struct StudyArguments {
     /// The file's quick variant, of a minute or less
     #[arg(long)]
     pub(super) quick: bool,
+    /// Seed instead of the file's; for results of another seed give another --out
+    #[arg(long, value_name = "SEED")]
+    pub(super) seed: Option<u64>,
+    /// Only these methods (or observers) of the file, by label or estimator, such as oe; claims and
+    /// comparisons that need others are left out. May be repeated
+    #[arg(long = "method", value_name = "NAME")]
+    pub(super) method: Vec<String>,
+    /// What is kept, instead of the file's: summaries, or trials too
+    #[arg(long, value_name = "WHAT")]
+    pub(super) store: Option<Store>,
     /// Engine instead of the file's: auto, lanes or faer
     #[arg(long, value_name = "ENGINE")]
     pub(super) engine: Option<Engine>,
@@ -51,6 +62,24 @@ impl StudyArguments {
                 .set(assignment)
                 .and_then(|file| file.with_samples(&self.file))
                 .map_err(|e| Error::Input(format!("--set {e}")))?;
+        }
+        if let Some(seed) = self.seed {
+            file.seed = seed;
+        }
+        if let Some(store) = self.store {
+            file.store = store;
+        }
+        if !self.method.is_empty() {
+            let (chosen, left_out) = file
+                .only(&self.method)
+                .map_err(|e| Error::Input(format!("--method {e}")))?;
+            file = chosen;
+            if !left_out.is_empty() {
+                note(&format!(
+                    "--method: left out because they need other methods: {}",
+                    left_out.join(", ")
+                ));
+            }
         }
         if let Some(engine) = self.engine {
             file.engine = engine;

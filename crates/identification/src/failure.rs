@@ -165,6 +165,47 @@ impl FailureKind {
             Self::External(reason) => reason.name(),
         }
     }
+
+    /// Returns what it means, in a sentence.
+    pub const fn about(&self) -> &'static str {
+        match self {
+            Self::NonFinite => "A value is not finite.",
+            Self::Singular => "A matrix is exactly singular: it has a zero row or column.",
+            Self::RankDeficient => "A matrix is singular up to rounding, or a pivot is zero.",
+            Self::StepTooLong => {
+                "Continuous time: the error by step halving is above the study's limit."
+            }
+            Self::NotRun => "Continuous time: the disturbance of the trial makes the run too long.",
+            Self::NoConvergence => "An iteration did not converge.",
+            Self::Boundary => {
+                "A search ended at the border of stability, where the criterion still falls. The best model so far is \
+                 there; it is lost unless unfinished = \"counted\"."
+            }
+            Self::IterationLimit => {
+                "A search took all its iterations, or no step helped. The best model so far is there; it is lost unless \
+                 unfinished = \"counted\"."
+            }
+            Self::BoundaryCounted => "As boundary, in a study that counts such models.",
+            Self::IterationLimitCounted => {
+                "As iteration-limit, in a study that counts such models."
+            }
+            Self::UnstablePredictor => "The predictor of a model is not stable.",
+            Self::UnstableInstruments => {
+                "The model whose output makes the instruments is unstable."
+            }
+            Self::NotIdentifiable => {
+                "The record does not distinguish the parameters: their information is singular up to rounding."
+            }
+            Self::NoFilter => {
+                "No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood."
+            }
+            Self::Declined => "A program declined the record.",
+            Self::Timeout => "A program did not answer in time.",
+            Self::Crashed => "A program ended, or closed its output.",
+            Self::Malformed => "A program's reply violates the protocol.",
+            Self::External(_) => "A program failed for a reason of its own.",
+        }
+    }
 }
 
 impl std::fmt::Display for FailureKind {

@@ -31,11 +31,54 @@ impl UnknownName {
     }
 }
 
+/// What people who come from elsewhere call a thing, in lower case, and its name here.
+const ELSEWHERE: [(&str, &str); 34] = [
+    ("n", "window"),
+    ("samples", "window"),
+    ("nsamples", "window"),
+    ("length", "window"),
+    ("k", "horizon"),
+    ("record", "horizon"),
+    ("na", "order"),
+    ("nx", "order"),
+    ("snr", "eta"),
+    ("noise_level", "eta"),
+    ("noiselevel", "eta"),
+    ("nsr", "eta"),
+    ("sigma", "eta"),
+    ("std", "eta"),
+    ("m", "trials"),
+    ("runs", "trials"),
+    ("repeats", "trials"),
+    ("replications", "trials"),
+    ("nsim", "trials"),
+    ("monte_carlo", "trials"),
+    ("estimators", "methods"),
+    ("models", "methods"),
+    ("metrics", "measures"),
+    ("systems", "plants"),
+    ("system", "plant"),
+    ("prbs", "signs"),
+    ("rbs", "signs"),
+    ("binary", "signs"),
+    ("rgs", "gaussian"),
+    ("normal", "gaussian"),
+    ("white", "gaussian"),
+    ("pem", "bj"),
+    ("tfest", "oe"),
+    ("ivx", "iv4"),
+];
+
 /// ", did you mean 'name'?" for the nearest valid name, or nothing if none is near.
 fn nearest(given: &str, valid: &[String]) -> String {
     // The time grows with the square of the length, and no longer text is a name.
     if given.len() > NAME_LIMIT {
         return String::new();
+    }
+    let folded = given.to_lowercase();
+    let mut elsewhere = ELSEWHERE.iter().filter(|(other, _)| *other == folded);
+    if let Some((_, here)) = elsewhere.find(|(_, here)| valid.iter().any(|name| name == here)) {
+        return format!(", which is called '{here}' here");
     }
     valid
         .iter()

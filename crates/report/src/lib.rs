@@ -1,9 +1,11 @@
 //! Claims, tables and figures. They read stored results, never a running study.
 
+mod compared;
 #[cfg(test)]
 mod demo;
 #[allow(clippy::format_push_string, reason = "sentences of a few words")]
 mod document;
+mod failures;
 mod figures;
 mod folder;
 mod gpebo_table;
@@ -22,7 +24,9 @@ mod verdict_table;
 
 use asobench_identification::number;
 pub use asobench_identification::number::uncertain;
+pub use compared::compared;
 pub use document::{course_figures, report};
+pub use failures::failures;
 pub use figures::{OneTrial, TrialErrors, draw};
 pub use folder::{Files, prepare as prepare_report, write as write_report};
 pub use gpebo_table::{ends, example_table};

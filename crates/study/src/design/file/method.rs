@@ -6,7 +6,8 @@ use crate::worker;
 use crate::worker::CommandOptions;
 use crate::worker::Program;
 use asobench_identification::estimator::{
-    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, inline_schema, option_keys,
+    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, Output, inline_schema,
+    option_keys,
 };
 use asobench_identification::names::UnknownName;
 use asobench_identification::observer::ObserverKind;
@@ -360,10 +361,21 @@ impl MethodTable {
         if self.program.is_some() {
             return name;
         }
-        let options = self.parse(0, self.options.clone());
-        let outputs = options.map_or_else(|_| Vec::new(), |options| options.outputs(&name));
-        let output = outputs.into_iter().find(|output| output.pass == pass);
+        let output = self
+            .outputs()
+            .into_iter()
+            .find(|output| output.pass == pass);
         output.map_or(name, |output| output.estimator)
+    }
+
+    /// Returns the labels of the outputs of a table from [`Self::expand`] that is no program.
+    pub(crate) fn labels(&self) -> Vec<String> {
+        self.outputs().iter().map(Output::label).collect()
+    }
+
+    fn outputs(&self) -> Vec<Output> {
+        let options = self.parse(0, self.options.clone());
+        options.map_or_else(|_| Vec::new(), |options| options.outputs(&self.base_name()))
     }
 
     /// Returns the method's own observer, if a table from [`Self::expand`] has one.

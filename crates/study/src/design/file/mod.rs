@@ -16,6 +16,7 @@ pub(crate) mod limits;
 pub(crate) mod method;
 pub(crate) mod needed_by_claims;
 pub(crate) mod needs;
+pub(crate) mod only;
 pub(crate) mod parse;
 pub(crate) mod resolve;
 pub(crate) mod rule;

@@ -1,0 +1,246 @@
+//! Two or more studies beside each other: what differs in their designs, and the same cells.
+
+use crate::results::{Study, place};
+use asobench_identification::metric::Estimate;
+use asobench_identification::number::uncertain;
+use asobench_study::study::file::Key;
+use asobench_study::study::{CellSummary, Measure};
+use asobench_study::text::{visible, wrap};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// Columns of a terminal, and of a number.
+const WIDTH: usize = 80;
+const NUMBER: usize = 16;
+/// Longest value of a key that is shown whole.
+const LONGEST: usize = 30;
+
+/// Compares studies with the first one, as text: the keys in which their files differ, and the medians of a measure in
+/// cells with the same settings, for outputs with the same label. Without a measure the first is taken that all have.
+/// The last column is the difference of the last median from the first in standard errors of independent medians; studies
+/// with the same seed share their trials, and then it is too small.
+///
+/// # Errors
+/// In words, if the studies have no such measure, or no cell in common.
+pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, String> {
+    let Some((first, others)) = studies.split_first() else {
+        return Err("expected at least two folders".to_owned());
+    };
+    let mut text = designs(first, others);
+    let measure = match measure {
+        Some(measure) => measure,
+        None => {
+            let has = |study: &Study, measure: &Measure| study.file.measures.contains(measure);
+            let mut all = first
+                .file
+                .measures
+                .iter()
+                .filter(|of| others.iter().all(|other| has(other, of)));
+            *all.next()
+                .ok_or("these studies have no measure in common")?
+        }
+    };
+    let rows = rows(first, others, measure);
+    if rows.is_empty() {
+        return Err(format!(
+            "no cell with the same settings has {measure} in all of these studies"
+        ));
+    }
+    let width = rows
+        .iter()
+        .map(|row| row.name.chars().count())
+        .max()
+        .unwrap_or(0)
+        .clamp(8, WIDTH - 2 * NUMBER - 8);
+    let names: Vec<&str> = studies.iter().map(|study| study.name.as_str()).collect();
+    text.push_str(&format!(
+        "\nMedian {measure} in cells with the same settings:\n\n{:width$}",
+        ""
+    ));
+    for name in &names {
+        text.push_str(&format!(" {:>NUMBER$}", beginning(name, NUMBER)));
+    }
+    text.push_str("   SEs\n");
+    for Row { name, medians } in rows {
+        if name.chars().count() > width {
+            text.push_str(&format!("{name}\n{:width$}", ""));
+        } else {
+            text.push_str(&format!("{name:width$}"));
+        }
+        for median in &medians {
+            text.push_str(&format!(
+                " {:>NUMBER$}",
+                uncertain(median.value, median.mcse)
+            ));
+        }
+        let (from, to) = (medians[0], medians[medians.len() - 1]);
+        let distance = (to.value - from.value) / from.mcse.hypot(to.mcse);
+        let distance = if distance.is_finite() {
+            format!("{distance:.1}")
+        } else {
+            "-".to_owned()
+        };
+        text.push_str(&format!(" {distance:>5}\n"));
+    }
+    Ok(visible_lines(&text))
+}
+
+fn visible_lines(text: &str) -> String {
+    text.lines().map(|line| visible(line) + "\n").collect()
+}
+
+fn beginning(text: &str, most: usize) -> String {
+    text.chars().take(most).collect()
+}
+
+/// The medians of one output in the cells that have the same settings.
+struct Row {
+    name: String,
+    medians: Vec<Estimate>,
+}
+
+fn rows(first: &Study, others: &[Study], measure: Measure) -> Vec<Row> {
+    // Every setting but those that a study has and another has not.
+    let common = |key: &Key| {
+        others.iter().all(|study| {
+            study
+                .summary
+                .cells
+                .iter()
+                .all(|cell| cell.settings.contains_key(key))
+        })
+    };
+    let settings = |cell: &CellSummary| -> BTreeMap<Key, String> {
+        let settings = cell.settings.iter().filter(|(key, _)| common(key));
+        settings
+            .map(|(key, value)| (*key, value.to_string()))
+            .collect()
+    };
+    let keys = first.varying();
+    let mut rows = Vec::new();
+    for cell in &first.summary.cells {
+        let wanted = settings(cell);
+        let same: Option<Vec<&CellSummary>> = others
+            .iter()
+            .map(|study| {
+                study
+                    .summary
+                    .cells
+                    .iter()
+                    .find(|other| settings(other) == wanted)
+            })
+            .collect();
+        let Some(same) = same else { continue };
+        for label in first.labels() {
+            let of = |study: &Study, cell: &CellSummary| -> Option<Estimate> {
+                let median = study.statistics(cell, label, measure)?.q50;
+                Some(Estimate {
+                    value: median.value,
+                    mcse: median.mcse,
+                })
+            };
+            let medians = std::iter::once(of(first, cell)).chain(
+                others
+                    .iter()
+                    .zip(&same)
+                    .map(|(study, cell)| of(study, cell)),
+            );
+            let Some(medians) = medians.collect::<Option<Vec<Estimate>>>() else {
+                continue;
+            };
+            let at = place(cell, &keys);
+            let name = if at.is_empty() {
+                label.clone()
+            } else {
+                format!("{at}, {label}")
+            };
+            rows.push(Row { name, medians });
+        }
+    }
+    rows
+}
+
+/// The keys in which the files of studies differ from the first one's.
+fn designs(first: &Study, others: &[Study]) -> String {
+    let leaves = |study: &Study| -> BTreeMap<String, String> {
+        let mut all = BTreeMap::new();
+        flatten(
+            "",
+            &serde_json::to_value(&study.file).unwrap_or_default(),
+            &mut all,
+        );
+        all
+    };
+    let own = leaves(first);
+    let mut text = String::new();
+    for study in others {
+        let other = leaves(study);
+        let keys = own
+            .keys()
+            .chain(other.keys())
+            .collect::<std::collections::BTreeSet<_>>();
+        let differing: Vec<String> = keys
+            .into_iter()
+            .filter(|key| own.get(*key) != other.get(*key))
+            .map(|key| {
+                let [a, b] = [&own, &other].map(|of| {
+                    of.get(key)
+                        .map_or("not there".to_owned(), |text| shortened(text))
+                });
+                format!("  {key}: {a} -> {b}")
+            })
+            .collect();
+        if differing.is_empty() {
+            text.push_str(&format!(
+                "{} and {}: the same experiment.\n",
+                first.name, study.name
+            ));
+            continue;
+        }
+        text.push_str(&format!(
+            "{} -> {}, where their experiments differ:\n",
+            first.name, study.name
+        ));
+        for line in differing {
+            text.push_str(&(wrap(&line, WIDTH, "    ")));
+        }
+    }
+    text
+}
+
+fn shortened(text: &str) -> String {
+    if text.chars().count() <= LONGEST {
+        text.to_owned()
+    } else {
+        beginning(text, LONGEST - 4) + " ..."
+    }
+}
+
+/// Lists the leaves of a structure by their paths. A list of plain values is a leaf.
+fn flatten(path: &str, value: &Value, to: &mut BTreeMap<String, String>) {
+    let below = |key: &str| {
+        if path.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{path}.{key}")
+        }
+    };
+    match value {
+        Value::Object(all) => all
+            .iter()
+            .for_each(|(key, value)| flatten(&below(key), value, to)),
+        Value::Array(all)
+            if all
+                .iter()
+                .any(|value| value.is_object() || value.is_array()) =>
+        {
+            all.iter()
+                .enumerate()
+                .for_each(|(i, value)| flatten(&below(&i.to_string()), value, to));
+        }
+        Value::Null => {}
+        other => {
+            to.insert(path.to_owned(), other.to_string());
+        }
+    }
+}

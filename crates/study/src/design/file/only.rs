@@ -1,0 +1,155 @@
+//! A part of a file: some of its methods, and what can be said of them alone.
+
+use crate::design::file::axis::Axis;
+use crate::design::file::claim::ClaimTable;
+use crate::design::file::error::FileError;
+use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::method::MethodTable;
+use crate::text::folded;
+use asobench_identification::names::UnknownName;
+use std::collections::BTreeSet;
+
+impl ExperimentFile {
+    /// Keeps the methods (in continuous time the observers) with one of these names: the name of the method, its
+    /// estimator's, or the label of an output. Claims and comparisons that need another method are left out; the second
+    /// part names them.
+    ///
+    /// # Errors
+    /// A name that no method has; a method whose options contradict each other.
+    pub fn only(mut self, names: &[String]) -> Result<(Self, Vec<String>), FileError> {
+        let expanded = self
+            .methods
+            .iter()
+            .enumerate()
+            .map(|(i, method)| method.expand(i));
+        let methods = expanded
+            .collect::<Result<Vec<Vec<MethodTable>>, FileError>>()?
+            .concat();
+        let methods = if self.continuous.is_some() {
+            Vec::new()
+        } else {
+            methods
+        };
+        let of_method: Vec<Vec<String>> = methods.iter().map(MethodTable::names).collect();
+        let of_observer: Vec<Vec<String>> = self
+            .observers
+            .iter()
+            .map(|table| vec![table.label(), table.observer.name().to_owned()])
+            .collect();
+        let all: BTreeSet<&str> = of_method
+            .iter()
+            .chain(&of_observer)
+            .flatten()
+            .map(String::as_str)
+            .collect();
+        for name in names {
+            if !all.iter().any(|known| folded(known) == folded(name)) {
+                let all: Vec<&str> = all.iter().copied().collect();
+                let unknown = UnknownName::new("method", name, &all);
+                return Err(FileError::key(name, unknown.to_string()));
+            }
+        }
+        let wanted = |of: &[String]| {
+            names
+                .iter()
+                .any(|name| of.iter().any(|own| folded(own) == folded(name)))
+        };
+        let kept: BTreeSet<&str> = of_method
+            .iter()
+            .chain(&of_observer)
+            .filter(|of| wanted(of))
+            .flatten()
+            .map(String::as_str)
+            .collect();
+        let is_gone = |name: &str| all.contains(name) && !kept.contains(name);
+        let mut left_out = Vec::new();
+        self.compare.retain(|[first, second]| {
+            let stays = !is_gone(first) && !is_gone(second);
+            if !stays {
+                left_out.push(format!("the comparison of {first} with {second}"));
+            }
+            stays
+        });
+        self.claims.retain(|claim| {
+            let stays = !names_of(claim).any(|name| is_gone(&name));
+            if !stays {
+                left_out.push(format!("claim {}", claim.id));
+            }
+            stays
+        });
+        let methods = methods.into_iter().zip(&of_method);
+        self.methods = methods
+            .filter(|(_, of)| wanted(of))
+            .map(|(method, _)| method)
+            .collect();
+        let observers = std::mem::take(&mut self.observers)
+            .into_iter()
+            .zip(&of_observer);
+        self.observers = observers
+            .filter(|(_, of)| wanted(of))
+            .map(|(table, _)| table)
+            .collect();
+        Ok((self, left_out))
+    }
+}
+
+impl MethodTable {
+    /// Returns the names of a table from [`Self::expand`]: its own, its estimator's, and the labels of its outputs.
+    fn names(&self) -> Vec<String> {
+        let mut names = vec![self.base_name()];
+        if self.program().is_none() {
+            names.push(self.estimator().name().to_owned());
+            names.extend(self.labels());
+        }
+        names
+    }
+}
+
+/// The outputs and methods that the tests of a claim name, and other texts.
+fn names_of(claim: &ClaimTable) -> impl Iterator<Item = String> {
+    let tests = claim.test.iter().chain(&claim.given);
+    let named = tests.flat_map(|test| test.output.iter().chain(&test.to));
+    named
+        .flat_map(|axis: &Axis| axis.values(false))
+        .map(|name| name.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TWO: &str = "compare = [[\"iv(4)\", \"ls\"]]\n\
+        [[methods]]\nestimator = \"ls\"\n[[methods]]\nestimator = \"iv\"\npasses = [1, 4]\nname = \"iv\"\n\
+        [[claims]]\nid = \"A\"\ntest = { value = \"e_a\", of = \"ls\", below = 1 }\n\
+        [[claims]]\nid = \"B\"\ntest = { ratio = \"e_a\", of = \"iv(4)\", to = \"ls\", below = 1 }\n";
+
+    fn only(names: &[&str]) -> Result<(ExperimentFile, Vec<String>), FileError> {
+        let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
+        ExperimentFile::parse(TWO).unwrap().only(&names)
+    }
+
+    #[test]
+    fn what_needs_other_methods_is_left_out_and_named() {
+        let (file, left_out) = only(&["LS"]).unwrap();
+        assert_eq!(
+            (file.methods.len(), file.claims.len(), file.compare.len()),
+            (1, 1, 0)
+        );
+        assert_eq!(left_out, ["the comparison of iv(4) with ls", "claim B"]);
+        assert!(crate::design::experiment::Experiment::new(file).is_ok());
+        let (file, left_out) = only(&["ls", "iv"]).unwrap();
+        assert_eq!(
+            (file.methods.len(), file.claims.len(), left_out.len()),
+            (3, 2, 0)
+        );
+    }
+
+    #[test]
+    fn a_name_that_no_method_has_is_refused() {
+        let error = only(&["oe"]).unwrap_err().to_string();
+        assert!(
+            error.contains("unknown method 'oe'") && error.contains("ls"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,32 @@
+//! `asobench compare`: results of two or more studies beside each other.
+
+use super::error::Error;
+use super::output::print;
+use crate::report::{Study, compared};
+use crate::study::Measure;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Compare the results of studies: what differs in their experiments, and the medians of a measure in
+/// the same cells
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// Results folders, such as results/window results/window-2
+    #[arg(required = true, num_args = 2.., value_name = "DIR")]
+    folders: Vec<PathBuf>,
+    /// The measure [default: the first that all have]
+    #[arg(long, value_name = "NAME")]
+    measure: Option<Measure>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let studies: Result<Vec<Study>, _> = arguments
+        .folders
+        .iter()
+        .map(|folder| Study::read(folder))
+        .collect();
+    let studies = studies.map_err(|error| Error::Input(error.to_string()))?;
+    let text = compared(&studies, arguments.measure).map_err(Error::Input)?;
+    print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,190 @@
+//! `asobench explain`: what a key, measure, method, failure or word means, from where the pages have it.
+
+use super::error::Error;
+use super::methods::{described, filled};
+use super::output::print;
+use crate::estimator::{EstimatorName, FailureKind};
+use crate::names::UnknownName;
+use crate::study::Measure;
+use crate::study::file::{Key, schema};
+use crate::text::folded;
+use serde_json::Value;
+use std::process::ExitCode;
+
+/// Explain words: a key of experiment files, a setting, a measure, a method, a failure or a word of
+/// the glossary
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// The words, such as eta, e_a, oe, boundary or "noise colour"
+    #[arg(required = true, value_name = "WORD")]
+    words: Vec<String>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let all = entries();
+    let mut texts = Vec::new();
+    for word in &arguments.words {
+        let found = all
+            .iter()
+            .filter(|entry| folded(&entry.word) == folded(word));
+        let found: Vec<&str> = found.map(|entry| entry.text.as_str()).collect();
+        if found.is_empty() {
+            return Err(Error::Input(unknown(word, &all)));
+        }
+        texts.extend(found);
+    }
+    print(&texts.join("\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// One meaning of a word.
+struct Entry {
+    word: String,
+    text: String,
+}
+
+impl Entry {
+    fn new(word: &str, kind: &str, about: &str) -> Self {
+        Self {
+            word: word.to_owned(),
+            text: filled(&format!("{word} ({kind}): "), about, 2),
+        }
+    }
+}
+
+/// Every meaning of every word: what files can say, then the failures, then the glossary.
+fn entries() -> Vec<Entry> {
+    let mut all: Vec<Entry> = EstimatorName::ALL
+        .iter()
+        .map(|name| Entry {
+            word: name.name().to_owned(),
+            text: described(*name),
+        })
+        .collect();
+    for key in Key::ALL {
+        let default = key
+            .default()
+            .map_or_else(String::new, |value| format!(" Default: {value}."));
+        all.push(Entry::new(
+            key.name(),
+            "setting",
+            &format!("{}.{default}", key.about().trim_end_matches('.')),
+        ));
+    }
+    for measure in Measure::ALL {
+        let unit = measure.unit();
+        let unit = if unit.is_empty() {
+            String::new()
+        } else {
+            format!(", in {unit}")
+        };
+        all.push(Entry::new(
+            measure.name(),
+            &format!("measure{unit}"),
+            measure.about(),
+        ));
+    }
+    for estimator in EstimatorName::ALL.iter().copied() {
+        for option in estimator.options() {
+            all.push(Entry::new(
+                &option.key,
+                &format!("option of {estimator}"),
+                &option.about,
+            ));
+        }
+    }
+    let schema = schema();
+    all.extend(keys(&schema["properties"], "key of an experiment file"));
+    for (table, of) in schema["$defs"].as_object().into_iter().flatten() {
+        // A table that a user does not write has no description of its own.
+        let table = table.trim_end_matches("Table").to_lowercase();
+        all.extend(keys(
+            &of["properties"],
+            &format!("key of a table of kind '{table}'"),
+        ));
+    }
+    for kind in FailureKind::ALL.iter().chain(FailureKind::OF_PROGRAMS) {
+        all.push(Entry::new(kind.name(), "failure or status", kind.about()));
+    }
+    all.extend(glossary());
+    all
+}
+
+fn keys(properties: &Value, kind: &str) -> Vec<Entry> {
+    let keys = properties.as_object().into_iter().flatten();
+    let about = |of: &Value| of["description"].as_str().unwrap_or_default().to_owned();
+    keys.map(|(key, of)| Entry::new(key, kind, &about(of)))
+        .filter(|entry| !entry.text.trim_end().ends_with(':'))
+        .collect()
+}
+
+/// The words of docs/glossary.md. A line has one or several, which share a meaning: "**e_a, e_b**: ...".
+fn glossary() -> Vec<Entry> {
+    let lines = include_str!("../../docs/glossary.md").lines();
+    let lines = lines.filter_map(|line| {
+        line.strip_prefix("- ")?
+            .split_once("**")?
+            .1
+            .split_once("**: ")
+    });
+    let entries = lines.flat_map(|(words, meaning)| {
+        let meaning = without_links(meaning);
+        let entry = move |word: &str| Entry::new(word.trim(), "glossary", &meaning);
+        words.split(',').map(entry).collect::<Vec<_>>()
+    });
+    entries.collect()
+}
+
+/// Turns `[text](target)` into its text.
+fn without_links(markdown: &str) -> String {
+    let mut plain = String::new();
+    let mut rest = markdown;
+    while let Some((before, link)) = rest.split_once('[') {
+        plain.push_str(before);
+        match link
+            .split_once("](")
+            .and_then(|(text, after)| Some((text, after.split_once(')')?.1)))
+        {
+            Some((text, after)) => {
+                plain.push_str(text);
+                rest = after;
+            }
+            None => {
+                plain.push('[');
+                rest = link;
+            }
+        }
+    }
+    plain + rest
+}
+
+/// The error for a word without a meaning here: the nearest words, not all of them.
+fn unknown(word: &str, all: &[Entry]) -> String {
+    let words: Vec<&str> = all.iter().map(|entry| entry.word.as_str()).collect();
+    let error = UnknownName::new("word", word, &words).to_string();
+    let nearest = error.split("; expected").next().unwrap_or_default();
+    format!(
+        "{nearest}; expected a key, a measure, a method, a failure or a word of docs/glossary.md"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_become_their_text() {
+        assert_eq!(
+            without_links("a [cell](#cell) of [x] and ([m.md](m.md))."),
+            "a cell of [x] and (m.md)."
+        );
+    }
+
+    #[test]
+    fn every_word_has_a_meaning() {
+        for entry in entries() {
+            assert!(entry.text.len() > entry.word.len() + 10, "{}", entry.text);
+            assert!(!entry.text.contains("]("), "{}", entry.text);
+        }
+    }
+}
