@@ -306,6 +306,22 @@ mod tests {
     }
 
     #[test]
+    fn lines_of_text_have_numbers_to_the_right() {
+        let columns = vec![
+            Column::text("output").width(8),
+            Column::number("e_a", "%").width(9),
+            Column::text("").width(3),
+        ];
+        let table = Table::new("", columns);
+        let row = |cells: [&str; 3]| table.text_row(&cells.map(CellText::text));
+        assert_eq!(table.text_head(), "output     e_a (%)\n");
+        assert_eq!(row(["ls", "0.0879(5)", "*"]), "ls       0.0879(5) *\n");
+        assert_eq!(row(["ls", "1", ""]), "ls               1\n");
+        // A text that is too long pushes what follows.
+        assert_eq!(row(["kalman-bucy", "1", ""]), "kalman-bucy         1\n");
+    }
+
+    #[test]
     fn markdown_has_no_stray_pipe_or_markup() {
         let expected = "**P(A\\|B) \\< 1 & more**\n\n\
                         | estimator | median, e_a (%) | verdict |\n\
