@@ -1,8 +1,8 @@
 //! One table in all its forms: as CSV with all digits or as a paper has them, as Markdown and as lines of text; for a page
 //! (`crate::html`), and as LaTeX (`crate::latex`).
 
-use crate::html::Verdict;
 use asobench_identification::data::csv;
+use asobench_study::claim::Verdict;
 use asobench_study::text;
 
 /// A column of a table.
