@@ -1,7 +1,5 @@
 //! Claims, tables and figures. They read stored results, never a running study.
 
-#[cfg(test)]
-mod demo;
 #[allow(clippy::format_push_string, reason = "sentences of a few words")]
 mod document;
 mod figures;
@@ -11,13 +9,13 @@ pub mod html;
 mod index;
 mod latex;
 mod markup;
-#[cfg(test)]
-mod mutations;
 pub mod plot;
 mod results;
 mod table;
 #[allow(clippy::format_push_string, reason = "lines of a terminal")]
 pub mod terminal;
+#[cfg(test)]
+mod tests;
 
 use asobench_identification::number;
 pub use asobench_identification::number::uncertain;
