@@ -1,4 +1,5 @@
-//! A trial allocates nothing once its worker has warmed up.
+//! A trial allocates nothing once its worker has warmed up. A program of its own: a program has one allocator, and this
+//! one counts.
 
 #![expect(unsafe_code, reason = "a global allocator that counts")]
 

@@ -1,9 +1,7 @@
 //! Studies in shards from outside: however they are split, stopped, computed twice or damaged, the results are those of
 //! one machine.
 
-mod common;
-
-use common::{PROGRAM, copy, stderr};
+use crate::common::{PROGRAM, copy, stderr};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -590,7 +588,7 @@ fn bits_of_two_machines_are_not_mixed() {
 #[test]
 #[cfg(unix)]
 fn job_scripts_are_written_and_submitted() {
-    use std::os::unix::fs::PermissionsExt;
+    use crate::common::executable;
     let place = Place::new();
     place.write(
         "slurm.toml",
@@ -638,9 +636,8 @@ fn job_scripts_are_written_and_submitted() {
         "study-slurm/study.sbatch",
         &script.replace("nice=5", "nice=7"),
     );
-    place.write("sbatch", "#!/bin/sh\necho \"$@\" >> calls\nwc -l < calls\n");
-    let executable = std::fs::Permissions::from_mode(0o755);
-    std::fs::set_permissions(place.path("sbatch"), executable).expect("executable");
+    let sbatch = "#!/bin/sh\necho \"$@\" >> calls\nwc -l < calls\n";
+    executable(&place.path("sbatch"), sbatch);
     let path = format!(
         "{}:{}",
         place.folder.path().display(),

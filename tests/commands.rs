@@ -1,9 +1,8 @@
 //! Habits of a command line: version, completions, colour, several files at once, the page in the browser.
 
+use crate::common::{PROGRAM, stderr, stdout};
 use std::path::Path;
 use std::process::{Command, Output};
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
 
 fn asobench(folder: &Path) -> Command {
     let mut command = Command::new(PROGRAM);
@@ -12,14 +11,6 @@ fn asobench(folder: &Path) -> Command {
         command.env_remove(name);
     }
     command
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("UTF-8")
 }
 
 fn study(folder: &Path, name: &str) {
@@ -138,7 +129,7 @@ fn several_files_run_one_after_the_other() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_report_is_opened() {
-    use std::os::unix::fs::PermissionsExt as _;
+    use crate::common::executable;
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
     study(path, "a.toml");
@@ -146,10 +137,7 @@ fn a_report_is_opened() {
         .args(["run", "a.toml"])
         .output()
         .expect("it runs");
-    let browser = path.join("xdg-open");
-    std::fs::write(&browser, "#!/bin/sh\necho \"$1\" > opened\n").expect("a file");
-    let mode = std::fs::Permissions::from_mode(0o755);
-    std::fs::set_permissions(&browser, mode).expect("a program");
+    executable(&path.join("xdg-open"), "#!/bin/sh\necho \"$1\" > opened\n");
     let paths = format!("{}:/usr/bin:/bin", path.display());
     let report = |paths: &str| {
         let mut command = asobench(path);

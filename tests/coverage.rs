@@ -1,5 +1,5 @@
 //! How often the 95 % intervals of `metric` hold the truth: 2,000 repetitions of small studies whose truth is
-//! known. `cargo test --release --test coverage -- --nocapture` prints the table.
+//! known. `cargo test --release --test it coverage:: -- --nocapture` prints the table.
 
 use asobench::metric::{
     Estimate, JACKKNIFE_GROUPS, Paired, Quantile, Sample, Share, SlopeOf, Statistics, Worse, slope,

@@ -1,13 +1,12 @@
 //! `asobench report` from outside: two small studies, their page, tables and verdicts.
 
+use crate::common::PROGRAM;
 use asobench::study::Experiment;
 use asobench::study::file::ExperimentFile;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
 
 fn asobench(arguments: &[&str]) -> Output {
     let output = Command::new(PROGRAM).args(arguments).output();

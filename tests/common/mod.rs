@@ -1,12 +1,28 @@
 //! Functions shared by the tests that start the program.
 
 use std::path::Path;
-use std::process::Output;
+use std::process::{Command, Output};
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
 
+pub fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("UTF-8")
+}
+
 pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+/// Writes a script that can be started. Another process writes it: a file that this one has open to write may be
+/// inherited by a process that a test beside it starts just then, and what is open to write cannot be started.
+#[cfg(unix)]
+pub fn executable(path: &Path, text: &str) {
+    let draft = path.with_extension("draft");
+    std::fs::write(&draft, text).expect("a writable file");
+    let mut install = Command::new("install");
+    install.args(["-m", "755"]).arg(&draft).arg(path);
+    assert!(install.status().expect("a copy").success());
+    std::fs::remove_file(draft).expect("removed");
 }
 
 /// Copies a folder with all its content.

@@ -110,7 +110,7 @@ fn exactly_the_guilty_trials_are_typed() {
 
 /// Exactly the guilty ones of ten thousand trials are typed, all others have the numbers of a run without faults.
 #[test]
-#[ignore = "takes minutes: cargo test --release --test external -- --ignored"]
+#[ignore = "takes minutes: cargo test --release --test it external:: -- --ignored"]
 fn of_ten_thousand_trials_the_others_are_undisturbed() {
     const TRIALS: u64 = 10_000;
     let place = tempfile::tempdir().unwrap();

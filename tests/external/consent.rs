@@ -1,6 +1,7 @@
 //! Nothing is started without a word from the user.
 
 use super::{root, runs};
+use crate::common::PROGRAM;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -8,7 +9,7 @@ use std::process::{Command, Output, Stdio};
 const WORKER: &str = "open('started', 'w')\nexec(open(__import__('sys').argv[1]).read())\n";
 
 pub fn asobench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_asobench"))
+    Command::new(PROGRAM)
         .args(arguments)
         .current_dir(folder)
         .env("XDG_STATE_HOME", folder.join("state"))
@@ -150,7 +151,7 @@ fn a_padded_command_is_seen() {
     }
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
-    let program = env!("CARGO_BIN_EXE_asobench");
+    let program = PROGRAM;
     let blanks = " ".repeat(3144);
     let many: Vec<String> = (0..500).map(|i| format!("a{i}")).collect();
     let many: Vec<&str> = ["rm", "-rf"]

@@ -2,6 +2,7 @@
 
 use super::chaos::{LONG_PERIOD, all_gone, study};
 use super::{list, root, runs};
+use crate::common::PROGRAM;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -12,7 +13,7 @@ fn start(folder: &Path, out: &str, threads: usize) -> Child {
 
 /// Starts a run with another folder for temporary files.
 fn start_in(folder: &Path, out: &str, threads: usize, temporary: Option<&Path>) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_asobench"));
+    let mut command = Command::new(PROGRAM);
     if let Some(temporary) = temporary {
         command.env("TMPDIR", temporary);
     }
@@ -238,7 +239,7 @@ fn pipes_of_a_killed_run_are_removed_by_the_next_one() {
 
 /// The worker that goes wrong, in ten thousand trials: memory stays as it is, and kills of both sides change no bit.
 #[test]
-#[ignore = "takes minutes: cargo test --release --test external -- --ignored"]
+#[ignore = "takes minutes: cargo test --release --test it external:: -- --ignored"]
 fn the_same_bits_of_chaos_after_kills() {
     /// Workers write ten times as much where nothing is meant to be kept.
     const GROWTH: u64 = 1 << 26;

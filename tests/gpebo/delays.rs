@@ -2,7 +2,7 @@
 //! reference values are by a Runge-Kutta method of order 4 on these, whose steps are a tenth of 0.005 s and end at
 //! every kink. In it a delayed filter is a filter of delayed signals.
 
-use crate::common::example_of;
+use super::common::example_of;
 use asobench::observer::gpebo::{
     Cascade, Factor, GpeboOptions, ObserverSpec, Operator, Scenario, halve,
 };

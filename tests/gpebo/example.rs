@@ -1,6 +1,6 @@
 //! The paper's example.
 
-use crate::common::{self, proposed};
+use super::common::{self, proposed};
 use asobench::observer::gpebo::{
     Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome,
     Scenario, halve,

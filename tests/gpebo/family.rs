@@ -1,6 +1,6 @@
 //! Estimators of the same family, in the paper's example, against the integration of `family.py`.
 
-use crate::common::example_of;
+use super::common::example_of;
 use asobench::observer::gpebo::{ObserverSpec, Operator};
 
 /// t, then theta by least squares, LS+DREM and the finite-time estimator.

@@ -1,6 +1,6 @@
 //! Changes of coordinates.
 
-use crate::common::{Uniform, proposed};
+use super::common::{Uniform, proposed};
 use asobench::observer::gpebo::{Cascade, Factor, GpeboOptions, ObserverSpec, Operator, Scenario};
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};

@@ -1,6 +1,6 @@
 //! The Kalman-Bucy filter.
 
-use crate::common::{Uniform, a_times, dot, gauss_legendre};
+use super::common::{Uniform, a_times, dot, gauss_legendre};
 use asobench::observer::gpebo::{Cascade, GpeboOptions, ObserverSpec, Operator, Scenario};
 use asobench::signal::{Signal, Wave};
 

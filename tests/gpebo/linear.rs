@@ -1,6 +1,6 @@
 //! The linear parts.
 
-use crate::common::{Uniform, a_times, dot, gauss_legendre};
+use super::common::{Uniform, a_times, dot, gauss_legendre};
 use asobench::observer::gpebo::{Cascade, GpeboOptions, ObserverSpec, Operator, Scenario};
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Hold, Signal, Wave};

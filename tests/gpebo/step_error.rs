@@ -1,6 +1,6 @@
 //! The step error of random cells against an integration with a tenth of the finest step.
 
-use crate::common::{Uniform, proposed};
+use super::common::{Uniform, proposed};
 use asobench::observer::gpebo::{
     Accuracy, Cascade, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome,
     REFINEMENTS, Scenario, halve,

@@ -1,6 +1,6 @@
 //! Files and machines that ask for too much: an answer in a line, and soon.
 
-use super::common::{PROGRAM, stderr};
+use crate::common::{PROGRAM, stderr};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};

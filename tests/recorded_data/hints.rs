@@ -1,6 +1,7 @@
 //! What `estimate` says of a hard record: hints, statuses, the test for feedback. The records have these properties by
 //! construction.
 
+use crate::common::PROGRAM;
 use std::fmt::Write;
 use std::process::{Command, Stdio};
 
@@ -78,7 +79,7 @@ impl Plant {
 fn said(record: &str, arguments: &[&str]) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("z.csv"), record).expect("a file");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_asobench"));
+    let mut command = Command::new(PROGRAM);
     command.current_dir(&folder).stdin(Stdio::null());
     command.args(["estimate", "z.csv"]).args(arguments);
     let output = command.output().expect("the program runs");

@@ -2,6 +2,7 @@
 //! program (`data/expected_methods.json` says by what, and the conventions).
 
 use super::{cases, distance, folder, numbers, read, size};
+use crate::common::PROGRAM;
 use asobench::data::{Detrend, Trend, csv};
 use asobench::estimator::{Criterion, OrderComparison};
 use asobench::model::Orders;
@@ -28,7 +29,7 @@ fn estimate(case: &Value) -> Value {
     let orders = case["orders"].as_object().expect("orders");
     let counts = orders.iter().filter(|(key, _)| *key != "rows");
     let counts: Vec<String> = counts.map(|(key, n)| format!("{key}={n}")).collect();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_asobench"));
+    let mut command = Command::new(PROGRAM);
     command
         .arg("estimate")
         .arg(folder().join(case["data"].as_str().expect("a file")))
@@ -116,7 +117,7 @@ fn instrumental_variables_of_other_programs() {
         let [na, nb, nk] = ["na", "nb", "nk"].map(|key| size(&case[key]));
         let method = case["method"].as_str().expect("a method");
         let estimator = if method == "iv4_rsysid" { "iv4" } else { "iv" };
-        let mut command = Command::new(env!("CARGO_BIN_EXE_asobench"));
+        let mut command = Command::new(PROGRAM);
         command
             .arg("estimate")
             .arg(folder().join(case["data"].as_str().expect("a file")))
@@ -214,7 +215,7 @@ fn residual_tests_of_another_program() {
     for case in file["residuals"].as_array().expect("cases") {
         let (name, orders) = (&case["name"], &case["orders"]);
         let [na, nb, nk] = ["na", "nb", "nk"].map(|key| size(&orders[key]));
-        let output = Command::new(env!("CARGO_BIN_EXE_asobench"))
+        let output = Command::new(PROGRAM)
             .arg("estimate")
             .arg(folder().join(case["data"].as_str().expect("a file")))
             .args(["--estimator", "arx"])
@@ -250,7 +251,7 @@ fn residual_tests_of_another_program() {
 #[test]
 fn a_refined_iv_that_diverges_is_stabilised() {
     let estimate = |more: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_asobench"))
+        let output = Command::new(PROGRAM)
             .arg("estimate")
             .arg(folder().join("epfl_active_suspension.csv"))
             .args(["--orders", "nb=3,nf=4,nk=2"])
@@ -280,7 +281,7 @@ fn subspace_weightings_of_another_program() {
     for case in read("subspace.json").as_array().expect("cases") {
         let n = size(&case["n"]);
         for (weights, expected) in case["poles"].as_object().expect("weightings") {
-            let output = Command::new(env!("CARGO_BIN_EXE_asobench"))
+            let output = Command::new(PROGRAM)
                 .arg("estimate")
                 .arg(folder().join(case["file"].as_str().expect("a file")))
                 .args(["--estimator", "n4sid", "--weights", weights])

@@ -1,6 +1,7 @@
 //! The lowest minima of prediction errors on hard records (`optima/optima.json` says how they were found, without this
 //! program).
 
+use crate::common::PROGRAM;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,7 +20,7 @@ fn estimate(case: &Value, more: &[&str]) -> (Value, String) {
     let text = |key: &str| case[key].as_str().expect(key).to_owned();
     let orders = case["orders"].as_object().expect("orders").iter();
     let orders: Vec<String> = orders.map(|(key, n)| format!("{key}={n}")).collect();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_asobench"));
+    let mut command = Command::new(PROGRAM);
     command
         .arg("estimate")
         .arg(folder().join(text("file")))

@@ -1,8 +1,8 @@
 //! What `asobench theory` says against trials of long windows, and against the theory of this folder.
 
-use crate::cells::open;
-use crate::population::trace;
-use crate::study::{cut, mean, run};
+use super::cells::open;
+use super::population::trace;
+use super::study::{cut, mean, run};
 use asobench::claim::judge;
 use asobench::data::PlantSource;
 use asobench::study::file::ExperimentFile;

@@ -1,7 +1,7 @@
 //! The processes of the shipped files' cells, and what theory says of them.
 
-use crate::population::{Made, Population, relative_covariance, trace};
-use crate::study::{Check, Theory};
+use super::population::{Made, Population, relative_covariance, trace};
+use super::study::{Check, Theory};
 use asobench::estimator::least_squares_limit;
 use asobench::plant::{Numerator, StateSpace, nikolov2023};
 use asobench::signal::NoiseFilter;

@@ -1,8 +1,8 @@
 //! Windows, noise levels and colours, passes, readings, orders: limits, covariances and rates.
 
-use crate::cells::{bias, check, expected, limit, open, plant, size};
-use crate::population::{parts, relative_covariance, response};
-use crate::study::{
+use super::cells::{bias, check, expected, limit, open, plant, size};
+use super::population::{parts, relative_covariance, response};
+use super::study::{
     self, Check, Found, Theory, cut, extrapolate, mean, median, ratio, rmse, run, vector,
 };
 use asobench::estimator::FailureKind;

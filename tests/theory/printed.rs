@@ -1,7 +1,7 @@
 //! Figures that an independent simulation printed: section 4 of the specification.
 
-use crate::cells::check;
-use crate::study::{Check, Found, Theory, cut, median, run};
+use super::cells::check;
+use super::study::{Check, Found, Theory, cut, median, run};
 use asobench::study::Measure;
 
 const TRIALS: u64 = 8000;

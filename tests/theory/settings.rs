@@ -1,10 +1,10 @@
 //! Solvers, initial states, closed loops, observers, input noise.
 
-use crate::cells::{
+use super::cells::{
     AMPLITUDE, OPEN, bias, check, component, expected, limit, open, plant, population,
 };
-use crate::population::inverse_square_of_state;
-use crate::study::{
+use super::population::inverse_square_of_state;
+use super::study::{
     Check, Found, Theory, cut, extrapolate, mean, median, ratio, rmse, run, vector,
 };
 use asobench::estimator::Output;

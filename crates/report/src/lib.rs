@@ -1,8 +1,6 @@
 //! Claims, tables and figures. They read stored results, never a running study.
 
 mod compared;
-#[cfg(test)]
-mod demo;
 #[allow(clippy::format_push_string, reason = "sentences of a few words")]
 mod document;
 mod failures;
@@ -13,13 +11,13 @@ pub mod html;
 mod index;
 mod latex;
 mod markup;
-#[cfg(test)]
-mod mutations;
 pub mod plot;
 mod results;
 mod table;
 #[allow(clippy::format_push_string, reason = "lines of a terminal")]
 pub mod terminal;
+#[cfg(test)]
+mod tests;
 mod verdict_table;
 
 use asobench_identification::number;

@@ -19,6 +19,3 @@ pub use random_stream::state_of;
 pub use random_stream::{Purpose, Stream, stream};
 pub use wave::{Hold, SignalError, Wave};
 pub use wave_sum::Signal;
-
-#[cfg(test)]
-mod value_stability;

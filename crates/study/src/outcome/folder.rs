@@ -77,9 +77,20 @@ pub enum FolderError {
 #[derive(Debug)]
 pub struct ResultsFolder {
     path: PathBuf,
-    /// Kept open for its lock, which the system releases when the process ends.
-    _lock: File,
+    _lock: Lock,
     staged: Staged,
+}
+
+/// A locked file. The system releases the lock when the process ends.
+#[derive(Debug)]
+struct Lock(File);
+
+impl Drop for Lock {
+    /// Closing the file would not do: a process that another thread starts just then has it open too for a moment.
+    fn drop(&mut self) {
+        // A failure here cannot be handled; where there are no locks, none was taken.
+        let _ = self.0.unlock();
+    }
 }
 
 /// The lock file. It stays in the folder: if it were removed, a third run could enter beside a second.
@@ -220,7 +231,7 @@ impl ResultsFolder {
         files::probe(path)?;
         Ok(Self {
             path: path.to_owned(),
-            _lock: lock,
+            _lock: Lock(lock),
             staged: Staged::default(),
         })
     }

@@ -1,23 +1,16 @@
 //! The shipped experiment files against theory: limits, asymptotic covariances, rates, printed figures; and their quick
-//! variants against themselves. `cargo test --release --test theory -- --nocapture` prints the table.
+//! variants against themselves. `cargo test --release --test it theory:: -- --nocapture` prints the table.
 //!
 //! Trials are few and windows long, so that terms of order 1/N stay below the Monte-Carlo standard error; where they do
 //! not, `2 X(2N) - X(N)` trial by trial takes them out. eta is exact in each window, not of the processes: where an
 //! estimate is consistent this moves no limit and changes covariances by O(1/N) relatively; elsewhere by O(1/N) too.
 
-#[path = "theory/asymptotic.rs"]
 mod asymptotic;
-#[path = "theory/cells.rs"]
 mod cells;
-#[path = "theory/consistent.rs"]
 mod consistent;
-#[path = "theory/population.rs"]
 mod population;
-#[path = "theory/printed.rs"]
 mod printed;
-#[path = "theory/settings.rs"]
 mod settings;
-#[path = "theory/study.rs"]
 mod study;
 
 use asobench::study::file::ExperimentFile;

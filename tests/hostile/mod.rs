@@ -2,11 +2,7 @@
 //! reads or writes, nothing outside is touched, nothing foreign is replaced or removed, nothing hangs, and what went
 //! wrong is said in a line that names the place.
 
-#![cfg(unix)]
-
 mod blocks;
-#[path = "../common/mod.rs"]
-mod common;
 mod endless;
 mod limits;
 mod obstacle;
@@ -14,7 +10,7 @@ mod owners;
 mod table;
 mod victims;
 
-use common::{PROGRAM, copy, stderr};
+use crate::common::{PROGRAM, copy, stderr};
 use std::collections::BTreeMap;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};

@@ -2,8 +2,6 @@
 
 mod claims;
 mod commands;
-#[path = "../common/mod.rs"]
-mod common;
 mod confirm;
 mod continuous;
 mod damage;
@@ -22,7 +20,7 @@ mod recompute;
 mod replay;
 mod verdicts;
 
-use common::{PROGRAM, copy, stderr};
+use crate::common::{PROGRAM, copy, stderr, stdout};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -182,10 +180,6 @@ fn blocks(folder: &Path) -> Vec<PathBuf> {
 fn is_block(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension == "block")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("UTF-8")
 }
 
 fn succeeds(output: &Output) {

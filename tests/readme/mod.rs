@@ -1,8 +1,8 @@
 //! README and docs show what the program prints, and their links lead somewhere.
 
-#[path = "readme/prose.rs"]
 mod prose;
 
+use crate::common::PROGRAM;
 use std::path::Path;
 
 fn read(path: &str) -> String {
@@ -72,9 +72,7 @@ fn the_table_of_estimators_is_the_programs() {
 
 /// What the program prints.
 fn printed(arguments: &[&str]) -> String {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_asobench"))
-        .args(arguments)
-        .output();
+    let output = std::process::Command::new(PROGRAM).args(arguments).output();
     String::from_utf8(output.expect("asobench runs").stdout).expect("UTF-8")
 }
 

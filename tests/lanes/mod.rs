@@ -4,9 +4,9 @@
 //!
 //! ```text
 //! ASOBENCH_LANES=avx2,portable ASOBENCH_LANES_SMALL=1 \
-//!     valgrind --error-exitcode=1 target/release/deps/lanes-... --test-threads=1 widths
+//!     valgrind --error-exitcode=1 target/release/deps/it-... --test-threads=1 lanes::widths
 //! ASOBENCH_LANES=avx2,portable \
-//!     valgrind --error-exitcode=1 target/release/deps/asobench-... --test-threads=1 lanes:: --skip every_operation
+//!     valgrind --error-exitcode=1 target/release/deps/asobench_lanes-... --test-threads=1 --skip every_operation
 //! ```
 
 #![expect(clippy::format_push_string, reason = "files of a few lines")]

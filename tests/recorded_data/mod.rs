@@ -5,6 +5,7 @@ mod hints;
 mod methods;
 mod optima;
 
+use crate::common::PROGRAM;
 use asobench::data::{Detrend, Trend, csv};
 use asobench::estimator::{Estimator, LeastSquares, Pass, Shape, Solver, Window};
 use serde_json::Value;
@@ -56,7 +57,7 @@ fn arx(case: &Value) -> Value {
     };
     assert_eq!(size(&case["rows"][0]), 0);
     let [na, nb, nk] = ["na", "nb", "nk"].map(|key| size(&case[key]));
-    let output = Command::new(env!("CARGO_BIN_EXE_asobench"))
+    let output = Command::new(PROGRAM)
         .arg("estimate")
         .arg(folder().join(case["data"].as_str().expect("a file")))
         .args(["--estimator", "arx", "--rows", rows])

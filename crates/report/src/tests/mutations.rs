@@ -1,12 +1,12 @@
 //! Forged files with the right checksum. Whatever a block, a manifest or a summary contains, it is either refused with
 //! a message of one line, or decoded, merged, summarised and reported. Nothing panics.
 //!
-//! `ASOBENCH_MUTATIONS=100000 cargo test --release --lib forged -- --nocapture` tries that many and counts the
+//! `ASOBENCH_MUTATIONS=100000 cargo test --release -p asobench-report forged -- --nocapture` tries that many and counts the
 //! outcomes.
 
 #![expect(clippy::print_stdout, reason = "the counts that were found")]
 
-use super::{Study, report};
+use crate::{Study, report};
 use asobench_study::study::file::ExperimentFile;
 use asobench_study::study::{
     BlockFolder, Campaign, CellSummary, CellTally, Content, Experiment, Looks, RunOptions,

@@ -1,7 +1,5 @@
 //! Methods that are programs. The workers need Python; where there is none, these tests say so and pass.
 
-#![cfg(target_os = "linux")]
-
 mod agreement;
 mod chaos;
 mod consent;

@@ -3,10 +3,10 @@
 //! An independent implementation of the stream's definition in Python computed the words, and the normal numbers with
 //! 40 digits. The pinned bits are within an ulp or two of those.
 
-use super::normal::fill_standard_normal;
-use super::{NoiseFilter, Purpose, RandomSigns, Sequence, stream};
-use crate::data::{Process, Realisation};
-use crate::plant::{Numerator, nikolov2023};
+use asobench::data::{Process, Realisation};
+use asobench::plant::{Numerator, nikolov2023};
+use asobench::signal::normal::fill_standard_normal;
+use asobench::signal::{NoiseFilter, Purpose, RandomSigns, Sequence, stream};
 use rand::Rng;
 
 #[test]

@@ -1,12 +1,13 @@
 //! A page with every kind of figure and table, from made-up numbers:
-//! `ASOBENCH_DEMO=DIR cargo test --release --lib demo` writes it as `DIR/demo.html`, with its figures beside it.
+//! `ASOBENCH_DEMO=DIR cargo test --release -p asobench-report demo` writes it as `DIR/demo.html`, with its figures beside
+//! it.
 
-use super::html::{CellText, Column, Page, Table, Verdict};
-use super::markup::elements;
-use super::plot::{
+use crate::html::{CellText, Column, Page, Table, Verdict};
+use crate::markup::elements;
+use crate::plot::{
     Course, Heat, HeatCell, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples,
 };
-use super::uncertain;
+use crate::uncertain;
 
 const LENGTHS: [f64; 7] = [50.0, 98.0, 218.0, 400.0, 800.0, 1600.0, 3200.0];
 

@@ -1,0 +1,4 @@
+//! Tests of the whole library: a page of everything, and forged results.
+
+mod demo;
+mod mutations;

@@ -1,0 +1,29 @@
+//! All tests of the package in one program, since each program links all libraries anew: a module for each subject.
+//! `cargo test --release --test it theory::` runs one of them. Tests run side by side in one process: none may change
+//! what belongs to all of it (its environment, its folder, its limits).
+
+mod cli;
+mod closed_loop;
+mod cluster;
+mod commands;
+mod common;
+mod coverage;
+mod determinism;
+#[cfg(target_os = "linux")]
+mod external;
+mod golden;
+mod gpebo;
+#[cfg(unix)]
+mod hostile;
+mod lanes;
+mod large_samples;
+mod observers;
+mod paper;
+mod properties;
+mod readme;
+mod recorded_data;
+mod report;
+mod standard_errors;
+mod studies;
+mod theory;
+mod value_stability;
